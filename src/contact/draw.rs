@@ -1,0 +1,192 @@
+//! Random numbers that belong to a mode of a surface, whoever asks for them and in whatever order.
+//!
+//! A generator that is read in sequence would give another surface on another mesh, or with another
+//! upper cutoff. Here every mode (k_x, k_y) owns four words of a ChaCha8 stream that is keyed by the
+//! seed and the realization: k_x selects the stream, k_y the position in it. Refining the mesh or
+//! raising the cutoff adds modes and leaves the others alone.
+
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rustfft::num_complex::Complex;
+
+/// Keeps these draws apart from any other use of the same seed; the digit is a version.
+const DOMAIN: [u8; 20] = *b"asperity mode draws1";
+
+/// Words of the stream that a mode owns: two numbers of 53 bits.
+const WORDS_PER_MODE: u128 = 4;
+
+/// The draws of all modes of one realization.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draws {
+    key: [u8; 32],
+}
+
+/// The draw of one mode: two independent uniform numbers, read as a complex Gaussian.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeDraw {
+    /// In (0, 1].
+    magnitude: f64,
+    /// In [0, 1).
+    turn: f64,
+}
+
+impl Draws {
+    /// The draws of the given realization of a seed.
+    pub fn new(seed: u64, realization: u32) -> Self {
+        let mut key = [0; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        key[8..12].copy_from_slice(&realization.to_le_bytes());
+        key[12..].copy_from_slice(&DOMAIN);
+        Self { key }
+    }
+
+    /// The draw of mode (k_x, k_y).
+    pub fn mode(&self, k_x: i32, k_y: u32) -> ModeDraw {
+        ModeDraw::next(&mut self.generator(k_x, k_y))
+    }
+
+    /// The draws of modes (k_x, first), (k_x, first + 1), …
+    pub fn row(&self, k_x: i32, first: u32) -> impl Iterator<Item = ModeDraw> + use<> {
+        let mut generator = self.generator(k_x, first);
+        std::iter::repeat_with(move || ModeDraw::next(&mut generator))
+    }
+
+    fn generator(&self, k_x: i32, k_y: u32) -> ChaCha8Rng {
+        let mut generator = ChaCha8Rng::from_seed(self.key);
+        generator.set_stream(zigzag(k_x));
+        generator.set_word_pos(WORDS_PER_MODE * u128::from(k_y));
+        generator
+    }
+}
+
+impl ModeDraw {
+    /// Power of a complex Gaussian coefficient: exponentially distributed with mean one.
+    pub fn power(self) -> f64 {
+        -libm::log(self.magnitude)
+    }
+
+    /// A complex number of modulus one, uniform over the circle and independent of the power.
+    ///
+    /// √power × phase is (n₁ + i n₂)/√2 of two standard normal numbers, by Box and Muller.
+    pub fn phase(self) -> Complex<f64> {
+        let (sine, cosine) = libm::sincos(TAU * self.turn);
+        Complex::new(cosine, sine)
+    }
+
+    fn next(generator: &mut ChaCha8Rng) -> Self {
+        let mut integer = || (generator.next_u64() >> 11) as f64;
+        let scale = f64::EPSILON / 2.0;
+        Self {
+            // Never zero, whose logarithm is infinite.
+            magnitude: (integer() + 1.0) * scale,
+            turn: integer() * scale,
+        }
+    }
+}
+
+/// 0, −1, 1, −2, 2, … become 0, 1, 2, 3, 4, …
+fn zigzag(k: i32) -> u64 {
+    let k = i64::from(k);
+    ((k << 1) ^ (k >> 63)) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mode_draws_the_same_alone_and_in_a_row() {
+        let draws = Draws::new(2015, 3);
+        for k_x in [-40, -1, 0, 1, 77] {
+            for first in [0, 1, 15, 16, 33] {
+                let row: Vec<_> = draws.row(k_x, first).take(100).collect();
+                for (k_y, draw) in (first..).zip(row) {
+                    assert_eq!(draws.mode(k_x, k_y), draw, "({k_x}, {k_y})");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn another_seed_realization_or_mode_draws_otherwise() {
+        let draw = Draws::new(1, 0).mode(2, 3);
+        let others = [
+            Draws::new(2, 0).mode(2, 3),
+            Draws::new(1 << 32, 0).mode(2, 3),
+            Draws::new(1, 1).mode(2, 3),
+            Draws::new(1, 0).mode(-2, 3),
+            Draws::new(1, 0).mode(3, 3),
+            Draws::new(1, 0).mode(3, 2),
+            Draws::new(1, 0).mode(2, 4),
+        ];
+        for other in others {
+            assert_ne!(draw.magnitude, other.magnitude);
+            assert_ne!(draw.turn, other.turn);
+        }
+    }
+
+    #[test]
+    fn streams_of_opposite_wavenumbers_are_neighbours() {
+        assert_eq!([0, -1, 1, -2, 2].map(zigzag), [0, 1, 2, 3, 4]);
+        assert_eq!(zigzag(i32::MIN), u64::from(u32::MAX));
+    }
+
+    #[test]
+    fn coefficients_are_complex_gaussian() {
+        let draws = Draws::new(7, 0);
+        let count = 256 * 256;
+        let (mut power, mut fourth, mut sum) = (0.0, 0.0, Complex::default());
+        let (mut square, mut real_fourth) = (Complex::default(), 0.0);
+        for k_x in -128..128 {
+            for draw in draws.row(k_x, 0).take(256) {
+                let coefficient = draw.power().sqrt() * draw.phase();
+                sum += coefficient;
+                square += coefficient * coefficient;
+                power += draw.power();
+                fourth += draw.power().powi(2);
+                real_fourth += coefficient.re.powi(4);
+            }
+        }
+        let mean = |sum: f64| sum / f64::from(count);
+        // Four standard errors of each mean: the variances are 1, 2, 1, 20 and 6 in turn.
+        let tolerance = |variance: f64| 4.0 * (variance / f64::from(count)).sqrt();
+        assert!(mean(sum.norm()) < tolerance(1.0));
+        assert!(mean(square.norm()) < tolerance(2.0));
+        assert!((mean(power) - 1.0).abs() < tolerance(1.0));
+        assert!((mean(fourth) - 2.0).abs() < tolerance(20.0));
+        assert!((mean(real_fourth) - 0.75).abs() < tolerance(6.0));
+    }
+
+    #[test]
+    fn powers_and_phases_of_neighbours_are_uncorrelated() {
+        let draws = Draws::new(7, 1);
+        let row: Vec<_> = draws.row(5, 0).take(20_001).collect();
+        let product = |pair: &[ModeDraw]| (pair[0].power() - 1.0) * (pair[1].power() - 1.0);
+        let powers: f64 = row.windows(2).map(product).sum();
+        let phases: Complex<f64> = row
+            .windows(2)
+            .map(|pair| pair[0].phase() * pair[1].phase().conj())
+            .sum();
+        // Four standard errors of a sum of 20 000 terms of unit variance.
+        assert!(powers.abs() < 4.0 * 20_000_f64.sqrt());
+        assert!(phases.norm() < 4.0 * 20_000_f64.sqrt());
+    }
+
+    #[test]
+    fn draws_have_not_changed() {
+        // If this fails, every surface changes: bump the version of the stage that draws them.
+        let found = [(1, 0), (0, 1), (-3, 4)].map(|(k_x, k_y)| {
+            let draw = Draws::new(2015, 0).mode(k_x, k_y);
+            (draw.magnitude, draw.turn)
+        });
+        // Computed from the definition of ChaCha8 apart from this program.
+        let expected = [
+            (0.6030630787277061, 0.9425794694386633),
+            (0.6734914596882503, 0.6233259838074692),
+            (0.9148629181923289, 0.18628381058583587),
+        ];
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,111 @@
+//! The elastic half-space: what a periodic pressure does to its surface, wavenumber by wavenumber.
+//!
+//! Lengths are in units of the cell side L and pressures in units of E*, so that an angular
+//! wavenumber is |q| = 2πk with an integer vector k. Pressure p lowers the surface by u, with
+//! û = 2 p̂ / (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997) and
+//! û(0) = 0: a uniform pressure moves the far field, not the shape.
+
+use std::f64::consts::PI;
+
+use super::fft::{Real, Scratch, Transform};
+
+/// The kernel from pressure to displacement, 2/|q| and zero at q = 0, for [`Transform::convolve`].
+pub fn displacement<T: Real>(nodes: usize) -> Vec<T> {
+    kernel(nodes, |k| if k > 0.0 { 1.0 / (PI * k) } else { 0.0 })
+}
+
+/// The kernel from displacement to pressure, |q|/2, for [`Transform::convolve`]; the inverse of
+/// [`displacement`] on maps of zero mean.
+pub fn stiffness<T: Real>(nodes: usize) -> Vec<T> {
+    kernel(nodes, |k| PI * k)
+}
+
+/// The pressure, of zero mean, that flattens `heights` altogether: F⁻¹(|q| ĥ)/2, in units of E*
+/// when heights are in units of the cell side.
+///
+/// Full contact under a mean pressure p₀ has the pressure p₀ plus this one. By Parseval's theorem
+/// its variance is a quarter of the mean square slope of the heights.
+pub fn full_contact_pressure(
+    transform: &Transform<f64>,
+    heights: &[f64],
+    pressure: &mut [f64],
+    scratch: &mut Scratch<f64>,
+) {
+    transform.convolve(&stiffness(transform.nodes()), heights, pressure, scratch);
+}
+
+/// Tabulates a symbol of k = |q|/2π, with the 1/N² that two unnormalised transforms leave.
+///
+/// Nyquist rows keep the full |q|: on a mesh they are wavenumbers like any other.
+fn kernel<T: Real>(nodes: usize, symbol: impl Fn(f64) -> f64) -> Vec<T> {
+    let columns = nodes / 2 + 1;
+    let normalisation = 1.0 / (nodes as f64 * nodes as f64);
+    let entry = |index: usize| {
+        let (k_x, k_y) = ((index % columns) as f64, (index / columns) as f64);
+        let value = symbol((k_x * k_x + k_y * k_y).sqrt()) * normalisation;
+        T::from_f64(value).expect("both precisions hold any finite number")
+    };
+    (0..columns * columns).map(entry).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// cos(2π(a x + b y)) on the mesh.
+    fn wave(nodes: usize, a: usize, b: usize) -> Vec<f64> {
+        let turns = |node: usize| (a * (node / nodes) + b * (node % nodes)) % nodes;
+        (0..nodes * nodes)
+            .map(|node| (TAU * turns(node) as f64 / nodes as f64).cos())
+            .collect()
+    }
+
+    #[test]
+    fn a_wave_sinks_by_two_over_its_wavenumber() {
+        let (nodes, a, b) = (15, 3, 4);
+        let transform = Transform::<f64>::new(nodes);
+        let (pressure, mut sunk) = (wave(nodes, a, b), vec![0.0; nodes * nodes]);
+        transform.convolve(
+            &displacement(nodes),
+            &pressure,
+            &mut sunk,
+            &mut transform.scratch(),
+        );
+        for (pressure, sunk) in pressure.iter().zip(sunk) {
+            assert!((sunk - pressure * 2.0 / (TAU * 5.0)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_wave_is_flattened_by_half_its_wavenumber_times_its_height() {
+        // Up to the Nyquist wave, whose full |q| counts.
+        for (nodes, a, b) in [(16, 1, 0), (16, 3, 4), (16, 8, 0), (16, 8, 8), (15, 7, 2)] {
+            let transform = Transform::<f64>::new(nodes);
+            let (heights, mut pressure) = (wave(nodes, a, b), vec![0.0; nodes * nodes]);
+            full_contact_pressure(
+                &transform,
+                &heights,
+                &mut pressure,
+                &mut transform.scratch(),
+            );
+            let stiffness = 0.5 * TAU * ((a * a + b * b) as f64).sqrt();
+            for (height, pressure) in heights.iter().zip(pressure) {
+                assert!((pressure - stiffness * height).abs() < 1e-13 * stiffness);
+            }
+        }
+    }
+
+    #[test]
+    fn uniform_pressure_moves_nothing() {
+        let transform = Transform::<f64>::new(6);
+        let mut sunk = vec![1.0; 36];
+        transform.convolve(
+            &displacement(6),
+            &[1.0; 36],
+            &mut sunk,
+            &mut transform.scratch(),
+        );
+        assert!(sunk.iter().all(|value| value.abs() < 1e-15));
+    }
+}

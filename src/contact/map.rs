@@ -1,0 +1,205 @@
+//! Which nodes are in contact, at one bit a node.
+
+use thiserror::Error;
+
+const WORD: usize = u64::BITS as usize;
+
+/// A periodic square map of contact.
+///
+/// Node (i, j) is bit `i * nodes + j`, least significant first; bits past the last node are zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ContactMap {
+    nodes: usize,
+    words: Vec<u64>,
+}
+
+/// Why bytes are not a contact map.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum MapError {
+    #[error("a contact map of {nodes} × {nodes} nodes has {needed} bytes, not {found}")]
+    Length {
+        nodes: usize,
+        needed: usize,
+        found: usize,
+    },
+    #[error("a contact map needs at least one node per side and fewer than 2³², not {nodes}")]
+    Nodes { nodes: usize },
+    #[error("a contact map of {nodes} × {nodes} nodes has bits set past its last node")]
+    StrayBits { nodes: usize },
+}
+
+impl ContactMap {
+    /// The nodes of positive pressure; the solver leaves exact zeros elsewhere.
+    pub fn of_pressures(nodes: usize, pressures: &[f64]) -> Self {
+        assert_eq!(pressures.len(), nodes * nodes);
+        let word = |pressures: &[f64]| {
+            let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
+            pressures.iter().enumerate().map(bit).sum()
+        };
+        let words = pressures.chunks(WORD).map(word).collect();
+        Self { nodes, words }
+    }
+
+    /// The map of ⌈nodes²/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
+    pub fn from_bytes(nodes: usize, bytes: &[u8]) -> Result<Self, MapError> {
+        if nodes == 0 || u32::try_from(nodes).is_err() {
+            return Err(MapError::Nodes { nodes });
+        }
+        let (needed, found) = (byte_count(nodes), bytes.len());
+        if needed != found {
+            return Err(MapError::Length {
+                nodes,
+                needed,
+                found,
+            });
+        }
+        let word = |bytes: &[u8]| {
+            let byte = |(index, byte): (usize, &u8)| u64::from(*byte) << (8 * index);
+            bytes.iter().enumerate().map(byte).sum()
+        };
+        let words: Vec<u64> = bytes.chunks(8).map(word).collect();
+        let bits = nodes * nodes % WORD;
+        if bits != 0 && words.last().is_some_and(|last| last >> bits != 0) {
+            return Err(MapError::StrayBits { nodes });
+        }
+        Ok(Self { nodes, words })
+    }
+
+    /// The bits, eight nodes a byte.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_le_bytes()).collect();
+        bytes.truncate(byte_count(self.nodes));
+        bytes
+    }
+
+    /// Nodes per side.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Whether node (i, j) is in contact.
+    pub fn get(&self, i: usize, j: usize) -> bool {
+        assert!(i < self.nodes && j < self.nodes);
+        let bit = i * self.nodes + j;
+        self.words[bit / WORD] >> (bit % WORD) & 1 == 1
+    }
+
+    /// Nodes in contact.
+    pub fn count(&self) -> usize {
+        self.words.iter().map(|w| w.count_ones() as usize).sum()
+    }
+
+    /// Words that hold one row.
+    pub(super) fn row_words(&self) -> usize {
+        self.nodes.div_ceil(WORD)
+    }
+
+    /// Copies row `i` into `row`, node j at bit j; bits past the last node are zero.
+    pub(super) fn copy_row(&self, i: usize, row: &mut [u64]) {
+        let first = i * self.nodes;
+        let shift = first % WORD;
+        for (word, source) in row.iter_mut().zip(first / WORD..) {
+            *word = self.words[source] >> shift;
+            if shift != 0
+                && let Some(next) = self.words.get(source + 1)
+            {
+                *word |= next << (WORD - shift);
+            }
+        }
+        mask_tail(row, self.nodes);
+    }
+}
+
+/// Clears the bits past the last node of a row.
+pub(super) fn mask_tail(row: &mut [u64], nodes: usize) {
+    if let (Some(last), tail @ 1..) = (row.last_mut(), nodes % WORD) {
+        *last &= (1 << tail) - 1;
+    }
+}
+
+fn byte_count(nodes: usize) -> usize {
+    (nodes * nodes).div_ceil(8)
+}
+
+#[cfg(test)]
+pub(super) mod samples {
+    use super::*;
+
+    /// Meshes that end within, at and just past a word of 64 nodes.
+    pub const MESHES: [usize; 9] = [1, 2, 3, 5, 8, 63, 64, 65, 130];
+
+    /// The map of nodes (i, j) for which `contact` holds.
+    pub fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
+        let pressure = |node| f64::from(u8::from(contact(node / nodes, node % nodes)));
+        let pressures: Vec<f64> = (0..nodes * nodes).map(pressure).collect();
+        ContactMap::of_pressures(nodes, &pressures)
+    }
+
+    /// A map of independent nodes, of which `share` are in contact.
+    pub fn random(nodes: usize, share: f64) -> ContactMap {
+        let draws = crate::contact::draw::Draws::new(5, nodes as u32);
+        map(nodes, |i, j| {
+            (-draws.mode(i as i32, j as u32).power()).exp() < share
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples::{MESHES, map, random};
+    use super::*;
+
+    #[test]
+    fn contact_is_where_pressure_is_positive() {
+        let map = ContactMap::of_pressures(2, &[0.0, 1e-300, -1.0, f64::NAN]);
+        let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| map.get(i, j));
+        assert_eq!(found, [false, true, false, false]);
+        assert_eq!(map.count(), 1);
+    }
+
+    #[test]
+    fn bytes_hold_eight_nodes_each_least_significant_first() {
+        let map = map(3, |i, j| (i, j) == (0, 1) || (i, j) == (2, 2));
+        assert_eq!(map.to_bytes(), [0b0000_0010, 0b0000_0001]);
+    }
+
+    #[test]
+    fn bytes_and_maps_turn_into_each_other() {
+        for nodes in MESHES {
+            let map = random(nodes, 0.5);
+            let bytes = map.to_bytes();
+            assert_eq!(bytes.len(), (nodes * nodes).div_ceil(8));
+            assert_eq!(ContactMap::from_bytes(nodes, &bytes), Ok(map));
+        }
+    }
+
+    #[test]
+    fn bytes_of_another_mesh_are_refused() {
+        let error = ContactMap::from_bytes(3, &[0; 3]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "a contact map of 3 × 3 nodes has 2 bytes, not 3"
+        );
+        let stray = ContactMap::from_bytes(3, &[0, 0b10]);
+        assert_eq!(stray, Err(MapError::StrayBits { nodes: 3 }));
+        for nodes in [0, usize::MAX] {
+            let error = ContactMap::from_bytes(nodes, &[]);
+            assert_eq!(error, Err(MapError::Nodes { nodes }));
+        }
+    }
+
+    #[test]
+    fn rows_hold_the_nodes_of_the_map() {
+        for nodes in MESHES {
+            let map = random(nodes, 0.5);
+            let mut row = vec![u64::MAX; map.row_words()];
+            for i in 0..nodes {
+                map.copy_row(i, &mut row);
+                for bit in 0..64 * row.len() {
+                    let expected = bit < nodes && map.get(i, bit);
+                    assert_eq!(row[bit / 64] >> (bit % 64) & 1 == 1, expected);
+                }
+            }
+        }
+    }
+}
