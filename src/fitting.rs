@@ -1,0 +1,121 @@
+//! Laws fitted to area curves, with intervals from resampled surfaces.
+//!
+//! Pure numerics: what goes in are the area fractions of the realizations of one parameter point on
+//! a common grid of loads ([`Curves`]), what comes out are parameters and how well they do.
+//!
+//! - [`evolution`]: the contact evolution law by weighted least squares;
+//! - [`convexity`]: the least κ for which the fitted slopes are convex, of one curve and of several;
+//! - [`pressure_growth`]: the power law of dp̄/dp₀ against the area;
+//! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
+//! - [`bootstrap`]: intervals of any of these, resampling whole surfaces.
+//!
+//! Loads are in units of E* × rms slope. A fit that fails is a [`FitError`], which says why.
+
+pub mod bootstrap;
+pub mod convexity;
+pub mod curves;
+pub mod evolution;
+#[cfg(test)]
+mod examples;
+mod least_squares;
+pub mod pressure_growth;
+pub mod scaled_erf;
+
+pub use curves::{Curves, Window};
+
+/// Why there is no fit.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// The areas do not belong to the loads, or there are none.
+    #[error(
+        "{surfaces} surfaces with areas under {areas} loads, where {loads} loads were given: \
+             every surface needs one area per load"
+    )]
+    Shape {
+        /// Realizations given.
+        surfaces: usize,
+        /// Areas of the first surface of another length, or of any if there are no loads.
+        areas: usize,
+        /// Loads given.
+        loads: usize,
+    },
+    /// Loads are not positive and ascending.
+    #[error("load {position} is {load}: loads must be finite, positive and ascending")]
+    Loads {
+        /// Index of the first offender.
+        position: usize,
+        /// Its value.
+        load: f64,
+    },
+    /// An area is not a number.
+    #[error("area of surface {surface} under load {load} is {area}: areas must be finite")]
+    Area {
+        /// Index of the surface.
+        surface: usize,
+        /// The load.
+        load: f64,
+        /// Its value.
+        area: f64,
+    },
+    /// Fewer data than the fit can use.
+    #[error(
+        "{found} usable data with loads in {window}, the fit needs {needed}: \
+             widen the window or compute more loads inside it"
+    )]
+    TooFew {
+        /// Where they were looked for.
+        window: Window,
+        /// Data found.
+        found: usize,
+        /// Data needed.
+        needed: usize,
+    },
+    /// A given κ is no proportionality.
+    #[error("kappa = {kappa} cannot be the slope of an area at zero load: it must be positive")]
+    Kappa {
+        /// The value.
+        kappa: f64,
+    },
+    /// The law cannot bend the way the data do: its parameters run away.
+    #[error(
+        "no contact evolution law with kappa = {kappa:.4} has its best beta and mu within \
+             reach (stopped at beta = {beta:.3e}, mu = {mu:.3e}): the law only bends downwards \
+             from kappa, try another kappa or a window where the slope of the area falls"
+    )]
+    Runaway {
+        /// κ of the attempt.
+        kappa: f64,
+        /// β where the search stopped.
+        beta: f64,
+        /// μ where the search stopped.
+        mu: f64,
+    },
+    /// A resample was given up: its parameters would say where the patience ended.
+    #[error("the least squares of a resample did not converge")]
+    ResampleNotConverged,
+    /// No κ makes the exponent of the fit cross one.
+    #[error(
+        "the fitted exponent mu never crosses one for kappa from {lower:.4} to {upper:.4}: the \
+             slope of the area does not fall enough in {window} to bound kappa"
+    )]
+    NoConvexKappa {
+        /// Least κ tried, the mean slope of the data.
+        lower: f64,
+        /// Largest κ tried.
+        upper: f64,
+        /// Where the data lie.
+        window: Window,
+    },
+    /// All areas of a regression are equal.
+    #[error("the areas with loads in {window} are all equal: a power law needs different ones")]
+    EqualAreas {
+        /// Where the data lie.
+        window: Window,
+    },
+    /// Several curves were to share one κ, but none has one.
+    #[error("no curve of the {curves} has a least convex kappa: see the error of each")]
+    NoCommonKappa {
+        /// Curves given.
+        curves: usize,
+    },
+}

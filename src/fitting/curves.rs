@@ -1,0 +1,233 @@
+//! Area curves of the realizations of one parameter point, and the data drawn from them.
+
+use std::fmt;
+
+use super::FitError;
+
+/// How far a load may lie outside a window, relative to the window's end, and still count as on
+/// it: loads computed as multiples of a step miss the printed end by an ulp.
+const WINDOW_SLACK: f64 = 1e-9;
+
+/// A variance below this share of the squared mean is rounding, not scatter.
+const LEAST_RELATIVE_VARIANCE: f64 = 1e-24;
+
+/// Closed range of loads, in units of E* × rms slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// Lightest load.
+    pub from: f64,
+    /// Heaviest load.
+    pub to: f64,
+}
+
+impl Window {
+    /// Every load.
+    pub const ALL: Self = Self {
+        from: 0.0,
+        to: f64::INFINITY,
+    };
+
+    /// Whether a load lies in the window, its ends included.
+    pub fn contains(self, load: f64) -> bool {
+        load >= self.from * (1.0 - WINDOW_SLACK) && load <= self.to * (1.0 + WINDOW_SLACK)
+    }
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{}, {}]", self.from, self.to)
+    }
+}
+
+/// Area fractions of the realizations of one parameter point on one grid of loads.
+///
+/// Holding one means: at least one surface, at least one load, loads positive and ascending, all
+/// finite. Everything is drawn from whole curves, so hand them over from their lightest load on
+/// and cut with a [`Window`]: differences then know their neighbours outside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curves {
+    loads: Vec<f64>,
+    areas: Vec<Vec<f64>>,
+}
+
+impl Curves {
+    /// Curves with `areas[surface][load]`.
+    ///
+    /// # Errors
+    /// If lengths differ or are zero, loads do not ascend from above zero, or an area is not
+    /// finite.
+    pub fn new(loads: Vec<f64>, areas: Vec<Vec<f64>>) -> Result<Self, FitError> {
+        let misshapen = areas
+            .iter()
+            .map(Vec::len)
+            .find(|&length| length != loads.len());
+        if areas.is_empty() || loads.is_empty() || misshapen.is_some() {
+            let (surfaces, areas) = (areas.len(), misshapen.unwrap_or(0));
+            return Err(FitError::Shape {
+                surfaces,
+                areas,
+                loads: loads.len(),
+            });
+        }
+        let mut below = 0.0;
+        for (position, &load) in loads.iter().enumerate() {
+            if !(load > below && load.is_finite()) {
+                return Err(FitError::Loads { position, load });
+            }
+            below = load;
+        }
+        for (surface, row) in areas.iter().enumerate() {
+            if let Some(at) = row.iter().position(|area| !area.is_finite()) {
+                return Err(FitError::Area {
+                    surface,
+                    load: loads[at],
+                    area: row[at],
+                });
+            }
+        }
+        Ok(Self { loads, areas })
+    }
+
+    /// Loads, ascending.
+    pub fn loads(&self) -> &[f64] {
+        &self.loads
+    }
+
+    /// Number of realizations.
+    pub fn surfaces(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// Area fraction under each load, averaged over the surfaces.
+    pub fn mean(&self) -> Vec<f64> {
+        mean(&self.areas, None)
+    }
+
+    /// Unbiased variance over the surfaces of the area fraction under each load; `None` for a
+    /// single surface.
+    pub fn variance(&self) -> Option<Vec<f64>> {
+        variance(&self.areas)
+    }
+
+    /// Areas under the loads inside a window.
+    pub fn area_data(&self, window: Window) -> Data {
+        self.data(
+            window,
+            self.loads.iter().enumerate().map(|(i, &load)| (load, i)),
+            |row, i| row[i],
+        )
+    }
+
+    /// Slopes da/dy at the midpoints, inside a window, of neighbouring loads.
+    ///
+    /// The slope of the mean curve is the mean of these: differences are linear. The first
+    /// interval of the whole curves begins at the origin, where nothing is in contact.
+    pub fn slope_data(&self, window: Window) -> Data {
+        let loads = &self.loads;
+        let below = |i: usize| if i == 0 { 0.0 } else { loads[i - 1] };
+        self.data(
+            window,
+            (0..loads.len()).map(|i| (0.5 * (below(i) + loads[i]), i)),
+            |row, i| {
+                let area_below = if i == 0 { 0.0 } else { row[i - 1] };
+                (row[i] - area_below) / (loads[i] - below(i))
+            },
+        )
+    }
+
+    fn data(
+        &self,
+        window: Window,
+        located: impl Iterator<Item = (f64, usize)>,
+        value: impl Fn(&[f64], usize) -> f64,
+    ) -> Data {
+        let (loads, at): (Vec<f64>, Vec<usize>) =
+            located.filter(|&(load, _)| window.contains(load)).unzip();
+        let rows = self
+            .areas
+            .iter()
+            .map(|row| at.iter().map(|&i| value(row, i)).collect())
+            .collect();
+        Data {
+            window,
+            loads,
+            rows,
+        }
+    }
+}
+
+/// One quantity of every surface under the loads inside a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// The window that they were cut to.
+    pub window: Window,
+    /// Load of each datum.
+    pub loads: Vec<f64>,
+    /// `rows[surface][datum]`.
+    rows: Vec<Vec<f64>>,
+}
+
+impl Data {
+    /// Number of realizations.
+    pub fn surfaces(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Mean of each datum over the surfaces.
+    pub fn mean(&self) -> Vec<f64> {
+        mean(&self.rows, None)
+    }
+
+    /// Mean of each datum over a resample that takes surface s `multiplicities[s]` times.
+    pub fn resampled_mean(&self, multiplicities: &[u32]) -> Vec<f64> {
+        mean(&self.rows, Some(multiplicities))
+    }
+
+    /// Unbiased variance of each datum over the surfaces; `None` for a single surface.
+    pub fn variance(&self) -> Option<Vec<f64>> {
+        variance(&self.rows)
+    }
+
+    /// 1/variance of the mean of each datum; `None` if there is a single surface or any variance
+    /// vanishes, when all data weigh the same.
+    pub fn weights(&self) -> Option<Vec<f64>> {
+        let surfaces = self.surfaces() as f64;
+        self.variance()?
+            .into_iter()
+            .zip(self.mean())
+            .map(|(variance, mean)| {
+                (variance > LEAST_RELATIVE_VARIANCE * mean * mean).then(|| surfaces / variance)
+            })
+            .collect()
+    }
+}
+
+fn mean(rows: &[Vec<f64>], multiplicities: Option<&[u32]>) -> Vec<f64> {
+    let times = |surface: usize| multiplicities.map_or(1.0, |times| f64::from(times[surface]));
+    let mut sum = vec![0.0; rows[0].len()];
+    let mut count = 0.0;
+    for (surface, row) in rows.iter().enumerate() {
+        let times = times(surface);
+        count += times;
+        sum.iter_mut()
+            .zip(row)
+            .for_each(|(sum, value)| *sum += times * value);
+    }
+    sum.iter_mut().for_each(|sum| *sum /= count);
+    sum
+}
+
+fn variance(rows: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let freedom = rows.len().checked_sub(1).filter(|&freedom| freedom > 0)? as f64;
+    let mean = mean(rows, None);
+    let mut sum = vec![0.0; mean.len()];
+    for row in rows {
+        for ((sum, value), mean) in sum.iter_mut().zip(row).zip(&mean) {
+            *sum += (value - mean).powi(2);
+        }
+    }
+    Some(sum.into_iter().map(|sum| sum / freedom).collect())
+}
+
+#[cfg(test)]
+mod tests;

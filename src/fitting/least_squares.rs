@@ -1,0 +1,205 @@
+//! Least squares: Levenberg–Marquardt over plain slices, a straight line, and how good a fit is.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
+use nalgebra::storage::Owned;
+use nalgebra::{Const, DVector, Dyn, OMatrix, SVector};
+
+/// Relative tolerance on the sum of squares, the parameters and the gradient: far below any
+/// scatter, far above rounding.
+const TOLERANCE: f64 = 1e-12;
+
+/// Where a search ended.
+pub struct Minimum<const P: usize> {
+    pub parameters: [f64; P],
+    /// Whether it ended at a stationary point rather than out of patience.
+    pub converged: bool,
+}
+
+/// Residuals of a model with `P` parameters, and their derivatives.
+pub trait Residuals<const P: usize> {
+    /// Number of residuals.
+    fn count(&self) -> usize;
+    /// Writes the residuals.
+    fn residuals(&self, parameters: [f64; P], into: &mut [f64]);
+    /// Writes the derivatives of each residual by the parameters.
+    fn gradients(&self, parameters: [f64; P], into: &mut [[f64; P]]);
+}
+
+/// Minimizes the sum of squared residuals from a start.
+pub fn minimize<const P: usize>(model: &impl Residuals<P>, start: [f64; P]) -> Minimum<P> {
+    let problem = Problem {
+        model,
+        parameters: SVector::from(start),
+    };
+    let (problem, report) = LevenbergMarquardt::new()
+        .with_ftol(TOLERANCE)
+        .with_xtol(TOLERANCE)
+        .with_gtol(TOLERANCE)
+        .minimize::<Const<P>, Dyn, _>(problem);
+    let converged = report.termination.was_successful()
+        // An exact fit: the tolerances ask for less than rounding allows.
+        || matches!(report.termination, TerminationReason::NoImprovementPossible(_));
+    Minimum {
+        parameters: problem.parameters.into(),
+        converged,
+    }
+}
+
+struct Problem<'a, M, const P: usize> {
+    model: &'a M,
+    parameters: SVector<f64, P>,
+}
+
+impl<M: Residuals<P>, const P: usize> LeastSquaresProblem<f64, Dyn, Const<P>>
+    for Problem<'_, M, P>
+{
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Const<P>>;
+    type ParameterStorage = Owned<f64, Const<P>>;
+
+    fn set_params(&mut self, parameters: &SVector<f64, P>) {
+        self.parameters = *parameters;
+    }
+
+    fn params(&self) -> SVector<f64, P> {
+        self.parameters
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let mut residuals = DVector::zeros(self.model.count());
+        self.model
+            .residuals(self.parameters.into(), residuals.as_mut_slice());
+        residuals
+            .iter()
+            .all(|residual| residual.is_finite())
+            .then_some(residuals)
+    }
+
+    fn jacobian(&self) -> Option<OMatrix<f64, Dyn, Const<P>>> {
+        let mut gradients = vec![[0.0; P]; self.model.count()];
+        self.model.gradients(self.parameters.into(), &mut gradients);
+        gradients
+            .iter()
+            .flatten()
+            .all(|derivative| derivative.is_finite())
+            .then(|| OMatrix::from_fn_generic(Dyn(gradients.len()), Const, |i, j| gradients[i][j]))
+    }
+}
+
+/// How close a model comes to its data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Root mean square of the unweighted residuals, in the units of the data.
+    pub rms_residual: f64,
+    /// Weighted share of the scatter of the data about their mean which the model explains.
+    pub r_squared: f64,
+    /// Weighted sum of squared residuals.
+    pub chi_square: f64,
+}
+
+impl Quality {
+    /// Of predicted against observed data, all of weight one unless `weights` are given.
+    pub fn of(observed: &[f64], predicted: &[f64], weights: Option<&[f64]>) -> Self {
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let indices = 0..observed.len();
+        let total: f64 = indices.clone().map(weight).sum();
+        let mean = indices
+            .clone()
+            .map(|i| weight(i) * observed[i])
+            .sum::<f64>()
+            / total;
+        let squared = |i: usize| (observed[i] - predicted[i]).powi(2);
+        let chi_square: f64 = indices.clone().map(|i| weight(i) * squared(i)).sum();
+        let scatter: f64 = indices
+            .clone()
+            .map(|i| weight(i) * (observed[i] - mean).powi(2))
+            .sum();
+        let mean_square = indices.map(squared).sum::<f64>() / observed.len() as f64;
+        Self {
+            rms_residual: mean_square.sqrt(),
+            r_squared: 1.0 - chi_square / scatter,
+            chi_square,
+        }
+    }
+}
+
+/// Slope and intercept of the straight line through points, by least squares of the ordinates;
+/// `None` where all abscissae are equal.
+pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
+    let count = abscissae.len() as f64;
+    let (x_mean, y_mean) = (
+        abscissae.iter().sum::<f64>() / count,
+        ordinates.iter().sum::<f64>() / count,
+    );
+    let spread: f64 = abscissae.iter().map(|x| (x - x_mean).powi(2)).sum();
+    let shared: f64 = abscissae
+        .iter()
+        .zip(ordinates)
+        .map(|(x, y)| (x - x_mean) * (y - y_mean))
+        .sum();
+    let slope = shared / spread;
+    (spread > 0.0 && slope.is_finite()).then_some((slope, y_mean - slope * x_mean))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// y = exp(−p x) + q.
+    struct Decay(Vec<(f64, f64)>);
+
+    impl Residuals<2> for Decay {
+        fn count(&self) -> usize {
+            self.0.len()
+        }
+
+        fn residuals(&self, [rate, offset]: [f64; 2], into: &mut [f64]) {
+            for (residual, (x, y)) in into.iter_mut().zip(&self.0) {
+                *residual = (-rate * x).exp() + offset - y;
+            }
+        }
+
+        fn gradients(&self, [rate, _]: [f64; 2], into: &mut [[f64; 2]]) {
+            for (gradient, (x, _)) in into.iter_mut().zip(&self.0) {
+                *gradient = [-x * (-rate * x).exp(), 1.0];
+            }
+        }
+    }
+
+    #[test]
+    fn minimum_of_exact_data_is_the_truth() {
+        let point = |i: u32| (0.1 * f64::from(i), (-0.17 * f64::from(i)).exp() + 0.3);
+        let found = minimize(&Decay((0..20).map(point).collect()), [1.0, 0.0]);
+        assert!(found.converged);
+        assert!((found.parameters[0] - 1.7).abs() < 1e-10);
+        assert!((found.parameters[1] - 0.3).abs() < 1e-10);
+    }
+
+    #[test]
+    fn data_that_are_not_numbers_do_not_converge() {
+        assert!(!minimize(&Decay(vec![(f64::NAN, 1.0); 3]), [1.0, 0.0]).converged);
+    }
+
+    #[test]
+    fn line_minimizes_the_squared_ordinates() {
+        let (slope, intercept) = line(&[0.0, 1.0, 2.0], &[1.0, 0.0, 2.0]).expect("a spread");
+        assert!((slope - 0.5).abs() < 1e-15 && (intercept - 0.5).abs() < 1e-15);
+        assert_eq!(line(&[1.0, 1.0], &[0.0, 1.0]), None);
+    }
+
+    #[test]
+    fn mean_explains_nothing_and_the_data_everything() {
+        let observed = [1.0, 2.0, 6.0];
+        let weights = [1.0, 2.0, 1.0];
+        let mean = [2.75; 3];
+        assert!(
+            Quality::of(&observed, &mean, Some(&weights))
+                .r_squared
+                .abs()
+                < 1e-15
+        );
+        assert_eq!(Quality::of(&observed, &observed, None).r_squared, 1.0);
+        let off = Quality::of(&observed, &[0.0, 3.0, 5.0], Some(&weights));
+        assert_eq!((off.rms_residual, off.chi_square), (1.0, 4.0));
+    }
+}
