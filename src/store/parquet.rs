@@ -1,0 +1,176 @@
+//! Tables as Parquet, byte for byte the same every time.
+
+use std::fs::File;
+
+use arrow::datatypes::DataType;
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
+use parquet::schema::types::ColumnPath;
+
+use crate::store::column::Role;
+use crate::store::key::TaskKey;
+use crate::store::table::Table;
+
+/// Prefix of our entries in a file's metadata.
+const PREFIX: &str = "asperity.";
+
+/// What a file says of itself.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Metadata {
+    /// The task's key; a study's table of many tasks has none.
+    pub key: Option<TaskKey>,
+    /// Anything else, by name: recipe, versions, inputs.
+    pub entries: Vec<(String, String)>,
+}
+
+impl Metadata {
+    /// An entry by name.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        let found = self.entries.iter().find(|(known, _)| known == name);
+        found.map(|(_, value)| value.as_str())
+    }
+}
+
+/// Which columns to read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Columns {
+    /// All.
+    All,
+    /// All but those that fill disks.
+    Light,
+}
+
+/// A file is no table of ours.
+#[derive(Debug, thiserror::Error)]
+pub enum ParquetError {
+    /// It is no Parquet, or a damaged one.
+    #[error(transparent)]
+    Parquet(#[from] parquet::errors::ParquetError),
+    /// Its columns cannot be decoded.
+    #[error(transparent)]
+    Arrow(#[from] arrow::error::ArrowError),
+    /// It is another task's table.
+    #[error("it does not hold the table of task {key}")]
+    Foreign {
+        /// The task that was asked for.
+        key: String,
+    },
+}
+
+/// A table as the bytes of a Parquet file.
+///
+/// Nothing in it depends on time or machine: `created_by` is fixed because its default names the
+/// version of the writing crate.
+pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
+    let batch = table.batch();
+    let properties = properties(table, metadata);
+    let mut bytes = Vec::new();
+    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))
+        .expect("our column types have Parquet equivalents");
+    writer.write(batch).expect("writing to memory cannot fail");
+    writer.close().expect("writing to memory cannot fail");
+    bytes
+}
+
+fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
+    let entry = |name: &str, value: String| KeyValue::new(format!("{PREFIX}{name}"), value);
+    let key = metadata.key.map(|key| entry("key", key.to_string()));
+    let others = metadata
+        .entries
+        .iter()
+        .map(|(name, value)| entry(name, value.clone()));
+    let level = ZstdLevel::try_new(3).expect("3 is a level of zstd");
+    let mut builder = WriterProperties::builder()
+        .set_created_by("asperity".to_owned())
+        .set_compression(Compression::ZSTD(level))
+        .set_key_value_metadata(Some(key.into_iter().chain(others).collect()));
+    for field in table.batch().schema_ref().fields() {
+        builder = encoding(builder, field.name(), field.data_type());
+    }
+    builder.build()
+}
+
+/// Floating-point fields compress best with their bytes regrouped and no dictionary.
+fn encoding(
+    builder: WriterPropertiesBuilder,
+    name: &str,
+    data_type: &DataType,
+) -> WriterPropertiesBuilder {
+    let path = |parts: &[&str]| ColumnPath::new(parts.iter().map(|&p| p.to_owned()).collect());
+    match data_type {
+        DataType::LargeList(_) => {
+            let path = path(&[name, "list", "element"]);
+            builder
+                .set_column_dictionary_enabled(path.clone(), false)
+                .set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT)
+        }
+        DataType::LargeBinary => builder.set_column_dictionary_enabled(path(&[name]), false),
+        _ => builder,
+    }
+}
+
+/// A table and what its file says of itself.
+///
+/// # Errors
+/// When the file is no Parquet, is damaged, or holds types that are not ours.
+pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file)?;
+    let metadata = read_metadata(builder.metadata().file_metadata().key_value_metadata());
+    let schema = builder.schema().clone();
+    let chosen = (0..schema.fields().len()).filter(|&index| {
+        let role = schema.field(index).metadata().get("role");
+        columns == Columns::All || role.map(String::as_str) != Some(Role::Heavy.name())
+    });
+    let mask = ProjectionMask::roots(builder.parquet_schema(), chosen);
+    let rows = usize::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
+    let reader = builder
+        .with_projection(mask)
+        .with_batch_size(rows.max(1))
+        .build()?;
+    let schema = reader_schema(&reader);
+    let batches = reader.collect::<Result<Vec<_>, _>>()?;
+    let batch = arrow::compute::concat_batches(&schema, &batches)?;
+    Ok((Table::from(batch), metadata))
+}
+
+fn reader_schema(
+    reader: &impl arrow::record_batch::RecordBatchReader,
+) -> arrow::datatypes::SchemaRef {
+    let schema = reader.schema();
+    // The file's own metadata would otherwise travel with the table into others.
+    std::sync::Arc::new(
+        schema
+            .as_ref()
+            .clone()
+            .with_metadata(arrow::datatypes::Metadata::new()),
+    )
+}
+
+fn read_metadata(entries: Option<&Vec<KeyValue>>) -> Metadata {
+    let mut metadata = Metadata::default();
+    for entry in entries.into_iter().flatten() {
+        let Some(name) = entry.key.strip_prefix(PREFIX) else {
+            continue;
+        };
+        let value = entry.value.clone().unwrap_or_default();
+        match name {
+            "key" => metadata.key = value.parse().ok(),
+            _ => metadata.entries.push((name.to_owned(), value)),
+        }
+    }
+    metadata
+}
+
+/// What a file says of itself.
+///
+/// # Errors
+/// When the file is no Parquet, or a damaged one.
+pub fn metadata(file: File) -> Result<Metadata, ParquetError> {
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file)?;
+    let entries = builder.metadata().file_metadata().key_value_metadata();
+    Ok(read_metadata(entries))
+}

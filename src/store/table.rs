@@ -1,0 +1,308 @@
+//! A table: rows under named, typed and explained columns.
+
+use std::sync::Arc;
+
+use arrow::array::{
+    Array, ArrayRef, AsArray, Float64Array, Int64Array, LargeBinaryArray, LargeListArray,
+    StringArray, UInt32Array, new_null_array,
+};
+use arrow::compute::{concat, take};
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
+use arrow::record_batch::{RecordBatch, RecordBatchOptions};
+
+use super::column::{Column, Role};
+
+/// Rows under named columns; cheap to clone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table(RecordBatch);
+
+/// A table is not what its reader needs.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// A column is missing.
+    #[error("the table has no column `{name}`")]
+    Missing {
+        /// The column.
+        name: String,
+    },
+    /// A column has another type.
+    #[error("column `{name}` holds {found}, not {expected}")]
+    Type {
+        /// The column.
+        name: String,
+        /// Its type.
+        found: DataType,
+        /// The type that its reader needs.
+        expected: &'static str,
+    },
+    /// Tables cannot be joined.
+    #[error("tables do not fit together")]
+    Arrow(#[from] arrow::error::ArrowError),
+}
+
+impl Table {
+    /// Puts columns of equal length side by side.
+    ///
+    /// # Panics
+    /// When lengths or types contradict the columns: a stage has a bug.
+    pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
+        let (fields, arrays): (Vec<_>, Vec<_>) = columns
+            .into_iter()
+            .map(|(column, array)| (column.field(), array))
+            .unzip();
+        Table::of(rows, Schema::new(fields), arrays)
+    }
+
+    /// No rows under these columns.
+    pub fn empty(columns: &[Column]) -> Table {
+        let none = |column: &Column| new_null_array(&column.kind.data_type(), 0);
+        Table::new(0, columns.iter().map(|c| (*c, none(c))).collect())
+    }
+
+    /// Puts columns side by side whose fields are not known beforehand.
+    ///
+    /// # Panics
+    /// As [`Table::new`].
+    pub fn of(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
+        let options = RecordBatchOptions::new().with_row_count(Some(rows));
+        let batch = RecordBatch::try_new_with_options(Arc::new(schema), arrays, &options)
+            .expect("columns have the type and length that their stage declares");
+        Table(batch)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.0.num_rows()
+    }
+
+    /// The columns' names, in order.
+    pub fn names(&self) -> Vec<&str> {
+        let fields = self.0.schema_ref().fields();
+        fields.iter().map(|field| field.name().as_str()).collect()
+    }
+
+    /// The table as Arrow knows it.
+    pub fn batch(&self) -> &RecordBatch {
+        &self.0
+    }
+
+    /// A column of real numbers.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn reals(&self, name: &str) -> Result<&Float64Array, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_primitive_opt::<Float64Type>();
+        found.ok_or_else(|| type_error(name, array, "real numbers"))
+    }
+
+    /// A column of integers.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn integers(&self, name: &str) -> Result<&Int64Array, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_primitive_opt::<Int64Type>();
+        found.ok_or_else(|| type_error(name, array, "integers"))
+    }
+
+    /// A column of text.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn texts(&self, name: &str) -> Result<&StringArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_string_opt::<i32>();
+        found.ok_or_else(|| type_error(name, array, "text"))
+    }
+
+    /// A column of bytes.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn bytes(&self, name: &str) -> Result<&LargeBinaryArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_binary_opt::<i64>();
+        found.ok_or_else(|| type_error(name, array, "bytes"))
+    }
+
+    /// A column of lists of real numbers.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn lists(&self, name: &str) -> Result<&LargeListArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_list_opt::<i64>();
+        found.ok_or_else(|| type_error(name, array, "lists of real numbers"))
+    }
+
+    /// Whether there is a column of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.column_by_name(name).is_some()
+    }
+
+    fn column(&self, name: &str) -> Result<&ArrayRef, TableError> {
+        self.0
+            .column_by_name(name)
+            .ok_or_else(|| TableError::Missing {
+                name: name.to_owned(),
+            })
+    }
+
+    /// The columns that later stages carry on: where in the study each row belongs.
+    pub fn coordinates(&self) -> Table {
+        self.keep(|_, role| role == Role::Coordinate.name())
+    }
+
+    /// All columns but those that fill disks.
+    pub fn light(&self) -> Table {
+        self.keep(|_, role| role != Role::Heavy.name())
+    }
+
+    /// These columns alone, in the table's order.
+    pub fn only(&self, names: &[&str]) -> Table {
+        self.keep(|name, _| names.contains(&name))
+    }
+
+    /// All columns but these.
+    pub fn without(&self, names: &[&str]) -> Table {
+        self.keep(|name, _| !names.contains(&name))
+    }
+
+    fn keep(&self, wanted: impl Fn(&str, &str) -> bool) -> Table {
+        let schema = self.0.schema_ref();
+        let chosen: Vec<usize> = (0..schema.fields().len())
+            .filter(|&index| {
+                let field = schema.field(index);
+                let role = field.metadata().get("role").map_or("", String::as_str);
+                wanted(field.name(), role)
+            })
+            .collect();
+        let batch = self.0.project(&chosen);
+        Table(batch.expect("the indices come from the schema"))
+    }
+
+    /// The rows at these indices, in this order; indices may recur.
+    pub fn pick(&self, rows: &[usize]) -> Table {
+        let indices = UInt32Array::from_iter_values(
+            rows.iter()
+                .map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
+        );
+        let arrays =
+            self.0.columns().iter().map(|array| {
+                take(array, &indices, None).expect("the indices lie within the table")
+            });
+        let schema = self.0.schema_ref().as_ref().clone();
+        Table::of(rows.len(), schema, arrays.collect())
+    }
+
+    /// This table with more columns on its right.
+    pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
+        let schema = self.0.schema_ref();
+        let mut fields: Vec<Field> = schema.fields().iter().map(|f| f.as_ref().clone()).collect();
+        let mut arrays = self.0.columns().to_vec();
+        for (column, array) in columns {
+            fields.push(column.field());
+            arrays.push(array);
+        }
+        Table::of(self.rows(), Schema::new(fields), arrays)
+    }
+
+    /// This table with the columns of another of as many rows on its right.
+    pub fn beside(&self, other: &Table) -> Table {
+        let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
+        let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
+        let arrays = [self.0.columns(), other.0.columns()].concat();
+        Table::of(self.rows(), Schema::new(fields), arrays)
+    }
+
+    /// Tables one under the other. A column that a table lacks is null in its rows.
+    ///
+    /// # Errors
+    /// When two tables have a column of one name and different types.
+    pub fn stack(tables: &[Table]) -> Result<Table, TableError> {
+        let mut fields: Vec<Arc<Field>> = Vec::new();
+        for field in tables.iter().flat_map(|t| t.0.schema_ref().fields()) {
+            if !fields.iter().any(|known| known.name() == field.name()) {
+                fields.push(field.clone());
+            }
+        }
+        let arrays = fields.iter().map(|field| {
+            let parts: Vec<ArrayRef> = tables
+                .iter()
+                .map(|table| match table.0.column_by_name(field.name()) {
+                    Some(array) => array.clone(),
+                    None => new_null_array(field.data_type(), table.rows()),
+                })
+                .collect();
+            let parts: Vec<&dyn Array> = parts.iter().map(AsRef::as_ref).collect();
+            concat(&parts)
+        });
+        let arrays = arrays.collect::<Result<Vec<_>, _>>()?;
+        let rows = tables.iter().map(Table::rows).sum();
+        Ok(Table::of(rows, Schema::new(fields), arrays))
+    }
+}
+
+impl From<RecordBatch> for Table {
+    fn from(batch: RecordBatch) -> Table {
+        Table(batch)
+    }
+}
+
+fn type_error(name: &str, array: &ArrayRef, expected: &'static str) -> TableError {
+    TableError::Type {
+        name: name.to_owned(),
+        found: array.data_type().clone(),
+        expected,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::column::{ColumnKind, bytes, reals};
+    use super::*;
+
+    const LOAD: Column = Column::coordinate("load", ColumnKind::Real, "1", "load");
+    const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
+    const MAP: Column = Column::heavy("map", ColumnKind::Bytes, "", "map");
+
+    fn table() -> Table {
+        Table::new(
+            2,
+            vec![
+                (LOAD, reals([0.1, 0.2])),
+                (AREA, reals([0.3, 0.5])),
+                (MAP, bytes([[1u8], [3u8]])),
+            ],
+        )
+    }
+
+    #[test]
+    fn coordinates_go_on_and_heavy_columns_stay_behind() {
+        assert_eq!(table().coordinates().names(), ["load"]);
+        assert_eq!(table().light().names(), ["load", "area"]);
+    }
+
+    #[test]
+    fn picked_rows_come_in_the_order_asked_for() {
+        let picked = table().pick(&[1, 0, 1]);
+        assert_eq!(picked.reals("area").unwrap().values(), &[0.5, 0.3, 0.5]);
+    }
+
+    #[test]
+    fn a_column_that_one_stacked_table_lacks_is_null_in_its_rows() {
+        let stacked = Table::stack(&[table(), table().without(&["area"])]).unwrap();
+        assert_eq!(stacked.rows(), 4);
+        assert_eq!(stacked.reals("area").unwrap().null_count(), 2);
+        assert_eq!(stacked.reals("load").unwrap().null_count(), 0);
+    }
+
+    #[test]
+    fn a_missing_column_and_a_wrong_type_are_named() {
+        let missing = table().reals("pressure").unwrap_err();
+        assert_eq!(missing.to_string(), "the table has no column `pressure`");
+        let wrong = table().texts("load").unwrap_err();
+        assert_eq!(wrong.to_string(), "column `load` holds Float64, not text");
+    }
+}
