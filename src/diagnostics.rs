@@ -1,0 +1,290 @@
+//! What is wrong with a manifest, shown at the place where it is written.
+
+use std::collections::HashSet;
+use std::fmt;
+use std::ops::Range;
+
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
+use thiserror::Error;
+
+mod words;
+pub use words::{did_you_mean, listed};
+use words::{harmless, wrapped};
+
+/// Where something is written: bytes of the manifest's text.
+pub type Span = Range<usize>;
+
+/// As many problems are collected and shown; a manifest with more is broken in some general way.
+const MOST_COLLECTED: usize = 200;
+const MOST_SHOWN: usize = 40;
+
+/// One mistake: what it is, where it is, and what would do instead.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Problem {
+    message: String,
+    labels: Vec<(Span, String)>,
+    help: Option<String>,
+}
+
+impl Problem {
+    /// A problem at one place, with a short label for the caret.
+    pub fn new(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            labels: vec![(span, label.into())],
+            help: None,
+        }
+    }
+
+    /// A problem of the manifest as a whole.
+    pub fn without_place(message: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            labels: Vec::new(),
+            help: None,
+        }
+    }
+
+    /// Points at a second place that takes part in the mistake.
+    pub fn and(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.labels.push((span, label.into()));
+        self
+    }
+
+    /// Says what would do.
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// What is wrong, in a sentence.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    fn start(&self) -> usize {
+        self.labels.first().map_or(0, |(span, _)| span.start)
+    }
+}
+
+/// Problems collected so far, each once: a mistake met at every point of a grid is one mistake.
+#[derive(Debug, Default)]
+pub struct Problems {
+    found: Vec<Problem>,
+    known: HashSet<Problem>,
+}
+
+impl Problems {
+    /// Adds a problem, unless the same one is there already.
+    pub fn push(&mut self, problem: Problem) {
+        if !self.are_enough() && self.known.insert(problem.clone()) {
+            self.found.push(problem);
+        }
+    }
+
+    /// Whether more would not be kept: time to stop looking.
+    pub fn are_enough(&self) -> bool {
+        self.found.len() >= MOST_COLLECTED
+    }
+
+    /// Whether nothing is wrong.
+    pub fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// The collected problems of a manifest, in the order of its lines.
+    pub fn into_errors(mut self, file: &str, text: &str) -> ManifestErrors {
+        self.found.sort_by_key(Problem::start);
+        ManifestErrors {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            problems: self.found,
+        }
+    }
+}
+
+/// Everything that is wrong with a manifest.
+#[derive(Debug, Clone, Error)]
+#[error("manifest `{file}` has {}", count(problems.len()))]
+pub struct ManifestErrors {
+    file: String,
+    text: String,
+    problems: Vec<Problem>,
+}
+
+impl ManifestErrors {
+    /// The problems, in the order of the lines that they point at.
+    pub fn problems(&self) -> &[Problem] {
+        &self.problems
+    }
+
+    /// Every problem with file, line, column, the text around it and a caret; drawn in ASCII and
+    /// without escapes unless `colours` are asked for.
+    pub fn render(&self, colours: bool) -> String {
+        let mut theme = GraphicalTheme::unicode();
+        if !colours {
+            theme = GraphicalTheme::none();
+            // A single column would otherwise be marked by a bar.
+            theme.characters.underbar = '^';
+        }
+        let handler = GraphicalReportHandler::new_themed(theme)
+            .with_wrap_lines(false)
+            .with_links(false);
+        let text = harmless(&self.text);
+        let source = NamedSource::new(harmless(&self.file), text);
+        let mut page = String::new();
+        for problem in self.problems.iter().take(MOST_SHOWN) {
+            let shown = Shown::new(problem, &source);
+            if problem.labels.is_empty() {
+                page.push_str(&format!("{}:\n", source.name()));
+            }
+            if handler.render_report(&mut page, &shown).is_err() {
+                page.push_str(&format!("{}: {}\n", self.file, problem.message));
+            }
+            page.push('\n');
+        }
+        page + &self.summary()
+    }
+
+    fn summary(&self) -> String {
+        let hidden = self.problems.len().saturating_sub(MOST_SHOWN);
+        let tail = match hidden {
+            0 => String::new(),
+            hidden => format!(", of which {hidden} are not shown"),
+        };
+        format!(
+            "{} in `{}`{tail}; nothing was run\n",
+            count(self.problems.len()),
+            harmless(&self.file)
+        )
+    }
+}
+
+fn count(problems: usize) -> String {
+    match problems {
+        1 => "1 problem".to_owned(),
+        several => format!("{several} problems"),
+    }
+}
+
+/// A problem beside the text that it is about, as `miette` wants it.
+#[derive(Debug)]
+struct Shown<'a> {
+    message: String,
+    labels: Vec<LabeledSpan>,
+    help: Option<String>,
+    source: &'a NamedSource<String>,
+}
+
+impl<'a> Shown<'a> {
+    fn new(problem: &Problem, source: &'a NamedSource<String>) -> Self {
+        let text = source.inner();
+        let label = |(span, label): &(Span, String)| {
+            let span = first_line(span, text);
+            LabeledSpan::new_with_span(Some(harmless(label)), span)
+        };
+        let mut labels: Vec<_> = problem.labels.iter().map(label).collect();
+        if let Some(first) = labels.first_mut() {
+            let (text, span) = (first.label().map(str::to_owned), *first.inner());
+            *first = LabeledSpan::new_primary_with_span(text, span);
+        }
+        Self {
+            message: wrapped(&harmless(&problem.message)),
+            labels,
+            help: problem.help.as_deref().map(|help| wrapped(&harmless(help))),
+            source,
+        }
+    }
+}
+
+/// The part of a span on its first line: a caret under a whole table says less than one line.
+fn first_line(span: &Span, text: &str) -> Span {
+    let start = span.start.min(text.len());
+    let end = span.end.clamp(start, text.len());
+    let lines = text.get(start..end).unwrap_or_default();
+    start..start + lines.find(['\r', '\n']).unwrap_or(lines.len())
+}
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Shown<'_> {}
+
+impl Diagnostic for Shown<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        let help = self.help.as_ref()?;
+        Some(Box::new(help))
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        Some(Box::new(self.labels.iter().cloned()))
+    }
+
+    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
+        Some(self.source)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn errors(text: &str, problem: Problem) -> ManifestErrors {
+        let mut problems = Problems::default();
+        problems.push(problem);
+        problems.into_errors("study.toml", text)
+    }
+
+    #[test]
+    fn plain_rendering_names_file_line_and_column_and_keeps_the_caret() {
+        let text = "one = 1\ntwo = 3\n";
+        let page = errors(text, Problem::new("wrong", 14..15, "here")).render(false);
+        assert!(page.contains("study.toml:2:7"), "{page}");
+        assert!(page.contains('^'), "{page}");
+        assert!(page.is_ascii(), "{page}");
+    }
+
+    #[test]
+    fn colours_are_escapes_and_only_there_when_asked_for() {
+        let errors = errors("one = 1\n", Problem::new("wrong", 0..3, "here"));
+        assert!(errors.render(true).contains("\u{1b}["));
+        assert!(!errors.render(false).contains('\u{1b}'));
+    }
+
+    #[test]
+    fn a_manifest_cannot_send_escapes_to_the_terminal() {
+        let text = "a = '\u{1b}[2J\u{9b}' # \u{7f}";
+        assert_eq!(harmless(text).len(), text.len());
+        let page = errors(text, Problem::new("a\u{1b}b", 0..1, "\u{7}")).render(false);
+        assert!(
+            !page.contains(|c: char| c.is_control() && c != '\n'),
+            "{page:?}"
+        );
+    }
+
+    #[test]
+    fn spans_outside_the_text_are_shown_all_the_same() {
+        for (text, span) in [
+            ("", 0..0),
+            ("", 3..9),
+            ("a", 1..1),
+            ("é", 1..2),
+            ("a\n", 2..2),
+        ] {
+            let page = errors(text, Problem::new("wrong", span, "here")).render(false);
+            assert!(page.contains("wrong"), "{page}");
+        }
+    }
+
+    #[test]
+    fn the_same_problem_is_reported_once() {
+        let mut problems = Problems::default();
+        problems.push(Problem::new("wrong", 0..1, "here"));
+        problems.push(Problem::new("wrong", 0..1, "here"));
+        problems.push(Problem::new("wrong", 1..2, "here"));
+        assert_eq!(problems.into_errors("", "").problems().len(), 2);
+    }
+}

@@ -1,0 +1,207 @@
+//! Keys of the stages that evaluate contacts: measure, correct, fit and aggregate.
+//!
+//! The comments of the keys are what editors show and what messages quote.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::de::value::{MapAccessDeserializer, StrDeserializer};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::layout::table;
+use super::written::{Key, Written, deserialize_either};
+
+/// Counts contacts, or the heights of surfaces.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MeasureTable {
+    /// Bins of the histogram of heights; for surfaces only.
+    #[schemars(range(min = 1, max = 1_000_000), extend("default" = 1000))]
+    pub bins: Key<i64>,
+    /// Half width of the histogram of heights, in rms heights; for surfaces only.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 5.0))]
+    pub range: Key<f64>,
+}
+
+table!(MeasureTable, swept: [], lists: []);
+
+/// Corrects the contact area for the mesh.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CorrectTable {
+    /// The estimator, or several, each giving its own rows.
+    #[schemars(extend("default" = "2017"))]
+    pub correction: Key<Vec<Written<Correction>>>,
+}
+
+table!(CorrectTable, swept: [], lists: ["correction"]);
+
+/// Fits the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvolutionTable {
+    /// What the law is fitted to: the slope of the mean curve, or the curve.
+    #[schemars(extend("default" = "slope"))]
+    pub to: Key<Datum>,
+    /// What is known of κ: its value, `"free"`, or `"minimal-convex"`.
+    #[schemars(extend("default" = "free"))]
+    pub kappa: Key<Kappa>,
+    /// Smallest and largest load that count, in units of E* × rms slope.
+    #[schemars(length(equal = 2), inner(range(min = 0)), extend("default" = [0.0, 0.06]))]
+    pub window: Key<Vec<Written<f64>>>,
+    /// Resamplings of whole surfaces for the intervals; 0 for none.
+    #[schemars(range(min = 0, max = 1_000_000), extend("default" = 1000))]
+    pub bootstrap: Key<i64>,
+    /// Share of the resamplings inside an interval.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 0.95))]
+    pub level: Key<f64>,
+    /// Seed of the resampling; that of the study when left out.
+    #[schemars(range(min = 0))]
+    pub seed: Key<i64>,
+}
+
+table!(EvolutionTable, swept: ["to", "kappa"], lists: []);
+
+/// Fits a law that has only its own parameters free.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LawTable {
+    /// Smallest and largest load that count, in units of E* × rms slope: 0 to 0.06 when left out,
+    /// for `"scaled-erf"` 0.3 to 2.
+    #[schemars(length(equal = 2), inner(range(min = 0)))]
+    pub window: Key<Vec<Written<f64>>>,
+    /// Resamplings of whole surfaces for the intervals; 0 for none.
+    #[schemars(range(min = 0, max = 1_000_000), extend("default" = 1000))]
+    pub bootstrap: Key<i64>,
+    /// Share of the resamplings inside an interval.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 0.95))]
+    pub level: Key<f64>,
+    /// Seed of the resampling; that of the study when left out.
+    #[schemars(range(min = 0))]
+    pub seed: Key<i64>,
+}
+
+table!(LawTable, swept: [], lists: []);
+
+/// What a fit compares.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Datum {
+    /// The slope of the mean curve, by differences.
+    Slope,
+    /// The mean curve.
+    Area,
+}
+
+/// Reduces tables to statistics.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AggregateTable {
+    /// A query over the stages named in `from`; it replaces the other keys.
+    pub sql: Key<String>,
+    /// Columns that name a group; every coordinate but realization and seed when left out.
+    pub group_by: Key<Vec<Written<String>>>,
+    /// Columns to reduce.
+    pub over: Key<Vec<Written<String>>>,
+    /// What to compute of each: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`, quantiles
+    /// such as `"q05"`, and against `load` the `"slope"` of the mean and the `"secant"`.
+    #[schemars(extend("default" = ["mean", "sd", "sem"]))]
+    pub statistics: Key<Vec<Written<String>>>,
+}
+
+table!(AggregateTable, swept: [], lists: ["group_by", "over", "statistics"]);
+
+/// What is known of κ.
+#[derive(Debug, Clone, Copy, JsonSchema)]
+#[schemars(untagged)]
+pub enum Kappa {
+    /// Its value.
+    Given(#[schemars(extend("exclusiveMinimum" = 0))] f64),
+    /// How to find it.
+    Word(KappaWord),
+}
+
+/// How κ is found.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum KappaWord {
+    /// It is fitted like the other parameters.
+    Free,
+    /// The smallest for which the slopes of all curves of the stage are convex.
+    MinimalConvex,
+}
+
+/// An estimator of the contact area.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Correction {
+    /// A known one.
+    Word(CorrectionWord),
+    /// Its coefficient, which is its name too.
+    Coefficient(#[schemars(range(min = 0), extend("exclusiveMaximum" = 10))] f64),
+    /// A coefficient with a name.
+    Named(NamedCorrection),
+}
+
+/// A known estimator.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+pub enum CorrectionWord {
+    /// The counted area.
+    #[serde(rename = "none")]
+    None,
+    /// Half way between counting edge nodes and not: coefficient π/8.
+    #[serde(rename = "pi/8")]
+    PiOver8,
+    /// Yastrebov, Anciaux & Molinari 2017: coefficient (π − 1 + ln 2)/24.
+    #[serde(rename = "2017")]
+    Of2017,
+}
+
+/// A coefficient with a name.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NamedCorrection {
+    /// What the column `correction` says.
+    pub name: Written<String>,
+    /// Share of Manhattan perimeter × mesh step taken off the counted area.
+    #[schemars(range(min = 0), extend("exclusiveMaximum" = 10))]
+    pub coefficient: Written<f64>,
+}
+
+deserialize_either! {
+    'de, Kappa, "a number, `\"free\"` or `\"minimal-convex\"`",
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Kappa, E> {
+        Ok(Kappa::Given(number as f64))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Kappa, E> {
+        Ok(Kappa::Given(number))
+    }
+
+    fn visit_str<E: Error>(self, word: &str) -> Result<Kappa, E> {
+        KappaWord::deserialize(StrDeserializer::new(word)).map(Kappa::Word)
+    }
+}
+
+deserialize_either! {
+    'de, Correction,
+    "`\"none\"`, `\"pi/8\"`, `\"2017\"`, a coefficient or a table `{ name, coefficient }`",
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Correction, E> {
+        Ok(Correction::Coefficient(number as f64))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Correction, E> {
+        Ok(Correction::Coefficient(number))
+    }
+
+    fn visit_str<E: Error>(self, word: &str) -> Result<Correction, E> {
+        CorrectionWord::deserialize(StrDeserializer::new(word)).map(Correction::Word)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Correction, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Correction::Named)
+    }
+}

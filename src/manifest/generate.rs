@@ -1,0 +1,170 @@
+//! Keys of the stages that make surfaces.
+//!
+//! The comments of the keys are what editors show and what messages quote.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::layout::table;
+use super::written::Key;
+
+/// Random self-affine surfaces: a plateau up to `k_rolloff`, then a power law up to `k_upper`.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomTable {
+    /// Nodes per side of the square mesh, at least twice `k_upper`. The mesh samples the surface
+    /// and does not change it.
+    #[schemars(required, range(min = 4, max = 16384))]
+    pub nodes: Key<i64>,
+    /// Side of the periodic cell, in any unit of length.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub side: Key<f64>,
+    /// Hurst exponent, above 0 and at most 1.
+    #[schemars(required, range(max = 1), extend("exclusiveMinimum" = 0))]
+    pub hurst: Key<f64>,
+    /// Lower cutoff wavenumber, in units of 2π / side; included.
+    #[schemars(required, range(min = 1, max = 8192))]
+    pub k_lower: Key<i64>,
+    /// Wavenumber up to which the spectrum is flat, from `k_lower` to `k_upper`; `k_lower`, that
+    /// is no plateau, when left out.
+    #[schemars(range(min = 1, max = 8192))]
+    pub k_rolloff: Key<i64>,
+    /// Upper cutoff wavenumber, in units of 2π / side; included, at most half of `nodes`.
+    #[schemars(required, range(min = 1, max = 8192))]
+    pub k_upper: Key<i64>,
+    /// Root mean square slope that each surface is scaled to.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub rms_slope: Key<f64>,
+    /// Seed of the draws; that of the study when left out.
+    #[schemars(range(min = 0))]
+    pub seed: Key<i64>,
+    /// Number of surfaces drawn for each point of the grid. More of them change none before.
+    #[schemars(range(min = 1, max = 1_000_000), extend("default" = 1))]
+    pub realizations: Key<i64>,
+    /// Whether heights are stored or drawn again when needed.
+    #[schemars(extend("default" = "keep"))]
+    pub heights: Key<Heights>,
+}
+
+table!(
+    RandomTable,
+    swept: ["nodes", "side", "hurst", "k_lower", "k_rolloff", "k_upper", "rms_slope", "seed"],
+    lists: []
+);
+
+/// A measured surface.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FileTable {
+    /// A NumPy `.npy` file of heights, a square map of 64-bit floats; relative to the manifest.
+    #[schemars(required)]
+    pub path: Key<String>,
+    /// Side of the map, in any unit of length.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub side: Key<f64>,
+    /// Name of the unit of length; a label, it converts nothing.
+    #[schemars(extend("default" = ""))]
+    pub unit: Key<String>,
+    /// What the heights of the file are multiplied by to get them in the unit of `side`.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub height_scale: Key<f64>,
+    /// Whether the map repeats itself beyond its edges.
+    #[schemars(required)]
+    pub periodic: Key<bool>,
+    /// How the edges of a map that is not periodic are made to meet, its mean plane removed.
+    pub edges: Key<Edges>,
+    /// Share of the side over which `edges = "taper"` lets the heights fade, at each edge.
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0, "default" = 0.1))]
+    pub taper_fraction: Key<f64>,
+    /// Whether heights are stored or read again when needed.
+    #[schemars(extend("default" = "keep"))]
+    pub heights: Key<Heights>,
+}
+
+table!(FileTable, swept: ["path"], lists: []);
+
+/// A paraboloid, for the contact of Hertz.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ParaboloidTable {
+    /// Nodes per side of the square mesh.
+    #[schemars(required, range(min = 4, max = 16384))]
+    pub nodes: Key<i64>,
+    /// Side of the periodic cell, in any unit of length.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub side: Key<f64>,
+    /// Radius of curvature of the summit, in the unit of `side`.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub radius: Key<f64>,
+    /// Whether heights are stored or drawn again when needed.
+    #[schemars(extend("default" = "keep"))]
+    pub heights: Key<Heights>,
+}
+
+table!(ParaboloidTable, swept: ["nodes", "side", "radius"], lists: []);
+
+/// A wave along one direction or two.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WaveTable {
+    /// Nodes per side of the square mesh, at least twice `waves`.
+    #[schemars(required, range(min = 4, max = 16384))]
+    pub nodes: Key<i64>,
+    /// Side of the periodic cell, in any unit of length.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub side: Key<f64>,
+    /// Amplitude of the wave, or of each wave, in the unit of `side`.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub amplitude: Key<f64>,
+    /// Wavelengths per side.
+    #[schemars(range(min = 1, max = 8192), extend("default" = 1))]
+    pub waves: Key<i64>,
+    /// Whether heights are stored or drawn again when needed.
+    #[schemars(extend("default" = "keep"))]
+    pub heights: Key<Heights>,
+}
+
+table!(WaveTable, swept: ["nodes", "side", "amplitude", "waves"], lists: []);
+
+/// A flat disc in the middle of the cell.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PunchTable {
+    /// Nodes per side of the square mesh.
+    #[schemars(required, range(min = 4, max = 16384))]
+    pub nodes: Key<i64>,
+    /// Side of the periodic cell, in any unit of length.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub side: Key<f64>,
+    /// Radius of the disc, less than half of `side`.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub radius: Key<f64>,
+    /// How far the surface lies below the disc outside it, in the unit of `side`.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub depth: Key<f64>,
+    /// Whether heights are stored or drawn again when needed.
+    #[schemars(extend("default" = "keep"))]
+    pub heights: Key<Heights>,
+}
+
+table!(PunchTable, swept: ["nodes", "side", "radius", "depth"], lists: []);
+
+/// What becomes of the heights of a surface.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Heights {
+    /// They are stored.
+    Keep,
+    /// They are drawn, or read, again when needed.
+    Redraw,
+}
+
+/// How the edges of a map that is not periodic are made to meet.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Edges {
+    /// The map is mirrored along both axes: a cell of twice the side.
+    Mirror,
+    /// The heights fade to zero near the edges.
+    Taper,
+}

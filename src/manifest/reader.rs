@@ -1,0 +1,261 @@
+//! Reads one table: every key is judged by itself, and what is swept goes to the grid.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::marker::PhantomData;
+
+use serde_spanned::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use super::advice::{self, Wanted};
+use super::grid::{Axis, Grid, Section};
+use super::layout::{Layout, Table};
+use crate::diagnostics::{Problem, Problems, Span, listed};
+
+/// Reads a table whose common keys have been taken out.
+pub fn read<T: Table>(
+    table: DeTable<'_>,
+    place: Span,
+    wanted: &Wanted,
+    problems: &mut Problems,
+) -> Section<T> {
+    let mut reader = Reader::<T> {
+        layout: T::layout(),
+        wanted,
+        problems,
+        grid: Grid::default(),
+        excused: BTreeSet::new(),
+        table: PhantomData,
+    };
+    let mut cases = None;
+    for (key, value) in table {
+        if key.get_ref() == "cases" && !T::layout().swept.is_empty() {
+            cases = Some(value);
+        } else {
+            reader.entry(key, value);
+        }
+    }
+    if let Some(cases) = cases {
+        reader.cases(cases);
+    }
+    let (grid, excused) = (reader.grid, reader.excused);
+    let points = grid.spread(&place).unwrap_or_else(|problem| {
+        problems.push(problem);
+        Vec::new()
+    });
+    Section {
+        place,
+        points,
+        excused,
+    }
+}
+
+struct Reader<'a, 'i, T> {
+    layout: &'static Layout,
+    wanted: &'a Wanted,
+    problems: &'a mut Problems,
+    grid: Grid<'i>,
+    excused: BTreeSet<String>,
+    table: PhantomData<T>,
+}
+
+impl<'i, T: Table> Reader<'_, 'i, T> {
+    fn entry(&mut self, key: Spanned<DeString<'i>>, value: Spanned<DeValue<'i>>) {
+        let name = key.get_ref().as_ref();
+        if !self.layout.has(name) {
+            let (problem, meant) = self.wanted.unknown_key(self.layout, name, key.span());
+            self.problems.push(problem);
+            self.excused.extend(meant);
+            return;
+        }
+        let axis = self.layout.swept.iter().position(|swept| *swept == name);
+        match (axis, value.get_ref()) {
+            (Some(axis), DeValue::Array(_)) => self.axis(axis, key, value),
+            _ if self.layout.lists.contains(&name) => self.list(key, as_list(value)),
+            _ => self.share(key, value),
+        }
+    }
+
+    fn share(&mut self, key: Spanned<DeString<'i>>, value: Spanned<DeValue<'i>>) {
+        if self.is_readable(&key, &value) {
+            self.grid.shared.insert(key, value);
+        }
+    }
+
+    /// A list whose items are tried one by one.
+    fn list(&mut self, key: Spanned<DeString<'i>>, list: Spanned<DeValue<'i>>) {
+        let items: Vec<_> = list.get_ref().as_array().into_iter().flatten().collect();
+        let is_readable = |item: &&Spanned<DeValue<'i>>| {
+            let alone = DeValue::Array([(*item).clone()].into_iter().collect());
+            self.is_readable(&key, &Spanned::new(item.span(), alone))
+        };
+        let readable: Vec<_> = items.iter().copied().filter(is_readable).cloned().collect();
+        if items.is_empty() || !readable.is_empty() {
+            let list = Spanned::new(list.span(), DeValue::Array(readable.into_iter().collect()));
+            self.grid.shared.insert(key, list);
+        }
+    }
+
+    fn axis(&mut self, axis: usize, key: Spanned<DeString<'i>>, value: Spanned<DeValue<'i>>) {
+        let span = value.span();
+        let DeValue::Array(values) = value.into_inner() else {
+            return;
+        };
+        if values.is_empty() {
+            let message = format!("`{}` is an empty list", key.get_ref());
+            let label = "a list is swept, and here is nothing to sweep";
+            self.problems.push(Problem::new(message, span, label));
+            self.excused.insert(key.get_ref().to_string());
+            return;
+        }
+        let mut values: Vec<_> = values.into_iter().collect();
+        values.retain(|value| self.is_readable(&key, value));
+        self.remove_repeats(key.get_ref(), &mut values);
+        if !values.is_empty() {
+            self.grid.axes.insert(axis, Axis { key, values });
+        }
+    }
+
+    /// The same value twice in a swept list would count the same surfaces twice.
+    fn remove_repeats(&mut self, key: &str, values: &mut Vec<Spanned<DeValue<'i>>>) {
+        let mut seen = BTreeMap::new();
+        values.retain(|value| {
+            let Some(before) = seen.insert(plain(value.get_ref()), value.span()) else {
+                return true;
+            };
+            let message = format!("`{key}` is swept over the same value twice");
+            let problem = Problem::new(message, value.span(), "here again");
+            self.problems.push(problem.and(before, "first here"));
+            false
+        });
+    }
+
+    fn cases(&mut self, value: Spanned<DeValue<'i>>) {
+        let span = value.span();
+        let help = "a list of tables, each a point of the grid: `cases = [{ … }, { … }]`";
+        match value.into_inner() {
+            DeValue::Array(cases) if !cases.is_empty() => {
+                let cases: Vec<_> = cases
+                    .into_iter()
+                    .filter_map(|case| self.case(case))
+                    .collect();
+                self.grid.cases = Some(cases);
+            }
+            other => {
+                let label = match &other {
+                    DeValue::Array(_) => "this is an empty list".to_owned(),
+                    other => advice::found(other),
+                };
+                let problem = Problem::new("`cases` must be a list of tables", span, label);
+                self.problems.push(problem.help(help));
+            }
+        }
+    }
+
+    fn case(&mut self, case: Spanned<DeValue<'i>>) -> Option<(Span, DeTable<'i>)> {
+        let span = case.span();
+        match case.into_inner() {
+            DeValue::Table(table) => {
+                let mut entries = DeTable::new();
+                for (key, value) in table {
+                    if self.is_case_key(&key) && self.is_readable(&key, &value) {
+                        entries.insert(key, value);
+                    }
+                }
+                Some((span, entries))
+            }
+            other => {
+                let label = advice::found(&other);
+                self.problems
+                    .push(Problem::new("a case must be a table", span, label));
+                None
+            }
+        }
+    }
+
+    fn is_case_key(&mut self, key: &Spanned<DeString<'i>>) -> bool {
+        let name = key.get_ref().as_ref();
+        let position = self.layout.swept.iter().position(|swept| *swept == name);
+        if let Some(other) = self.grid.common_key(position, name) {
+            let message = format!("`{name}` is given both by a case and for all cases");
+            let problem = Problem::new(message, key.span(), "here for one case");
+            self.problems
+                .push(problem.and(other, "here for all of them"));
+            return false;
+        }
+        if position.is_some() {
+            return true;
+        }
+        let help = format!(
+            "cases may name {}",
+            listed(self.layout.swept.iter().copied(), "and")
+        );
+        if self.layout.has(name) {
+            let message = format!("`{name}` cannot differ from case to case");
+            let problem = Problem::new(message, key.span(), "say it once for the stage");
+            self.problems.push(problem.help(help));
+        } else {
+            let (problem, meant) = self.wanted.unknown_key(self.layout, name, key.span());
+            self.problems.push(problem);
+            self.excused.extend(meant);
+        }
+        false
+    }
+
+    /// Tries a value by itself, so that one that is wrong hides no other.
+    fn is_readable(&mut self, key: &Spanned<DeString<'i>>, value: &Spanned<DeValue<'i>>) -> bool {
+        let name = key.get_ref().as_ref();
+        if value.get_ref().is_datetime() {
+            let message = format!("`{name}` cannot be a date");
+            let problem = Problem::new(message, value.span(), advice::found(value.get_ref()));
+            self.problems.push(problem);
+            self.excused.insert(name.to_owned());
+            return false;
+        }
+        let alone = DeTable::from_iter([(key.clone(), value.clone())]);
+        let alone = Spanned::new(value.span(), DeValue::Table(alone));
+        let Err(error) = advice::deserialize::<T>(alone) else {
+            return true;
+        };
+        let is_sweep = value.get_ref().is_array() && error.span() == Some(value.span());
+        let help = if is_sweep && !self.layout.swept.is_empty() {
+            let swept = listed(self.layout.swept.iter().copied(), "and");
+            Some(format!("lists are swept for {swept} only"))
+        } else {
+            self.layout.doc(name)
+        };
+        let problem = advice::unusable(name, value, &error, help);
+        self.problems.push(problem);
+        self.excused.insert(name.to_owned());
+        false
+    }
+}
+
+/// A list, or a single value as a list of one.
+pub fn as_list(value: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
+    match value.get_ref() {
+        DeValue::Array(_) => value,
+        _ => {
+            let span = value.span();
+            Spanned::new(span, DeValue::Array([value].into_iter().collect()))
+        }
+    }
+}
+
+/// A value in one notation: `1`, `1.0` and `1e0` are the same number.
+fn plain(value: &DeValue<'_>) -> String {
+    let exact = |number: i128| number.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS;
+    match value {
+        DeValue::Integer(integer) => {
+            match i128::from_str_radix(integer.as_str(), integer.radix()) {
+                Ok(number) if exact(number) => format!("{:?}", number as f64),
+                _ => integer.to_string(),
+            }
+        }
+        DeValue::Float(float) => match float.as_str().parse::<f64>() {
+            Ok(number) => format!("{:?}", number + 0.0),
+            Err(_) => float.to_string(),
+        },
+        DeValue::String(text) => format!("{text:?}"),
+        other => format!("{other:?}"),
+    }
+}

@@ -1,0 +1,156 @@
+//! Keys of the stages that press surfaces.
+//!
+//! The comments of the keys are what editors show and what messages quote.
+
+use std::fmt;
+
+use schemars::{JsonSchema, Schema};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer, StrDeserializer};
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
+
+use super::layout::table;
+use super::written::{Key, Written, deserialize_either};
+
+/// Presses surfaces through one block of loads.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolveTable {
+    /// Effective modulus E*, with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; `bodies` may stand instead.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub youngs_modulus: Key<f64>,
+    /// The two bodies in contact, or one pressed against a rigid one; instead of
+    /// `youngs_modulus`.
+    #[schemars(length(min = 1, max = 2))]
+    pub bodies: Key<Vec<Written<Body>>>,
+    /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
+    #[schemars(required)]
+    pub loads: Key<Loads>,
+    /// What `loads` and `pressures` are measured in.
+    #[schemars(extend("default" = "relative"))]
+    pub load_unit: Key<LoadUnit>,
+    /// When to stop: largest gap in contact and largest penetration outside it, over rms slope ×
+    /// mesh step.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 5e-4))]
+    pub tolerance: Key<f64>,
+    /// Pairs of Fourier transforms after which a load is given up; its row says so.
+    #[schemars(range(min = 1, max = 1_000_000), extend("default" = 2000))]
+    pub max_pairs: Key<i64>,
+    /// Which pressure fields are stored: `"none"`, `"all"`, or those at some of the `loads`.
+    #[schemars(extend("default" = "none"))]
+    pub pressures: Key<Pressures>,
+}
+
+table!(SolveTable, swept: ["youngs_modulus", "tolerance"], lists: []);
+
+/// An elastic body.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Young's modulus E.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub youngs_modulus: Written<f64>,
+    /// Poisson's ratio ν, above −1 and at most 0.5.
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
+    pub poisson_ratio: Written<f64>,
+}
+
+/// What a load is measured in.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadUnit {
+    /// In units of E* × rms slope.
+    Relative,
+    /// As mean pressures, in the unit of the moduli.
+    Absolute,
+}
+
+/// The loads of a block.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Loads {
+    /// One by one, ascending.
+    List(#[schemars(length(min = 1), transform = positive_items)] Vec<Written<f64>>),
+    /// Between two loads.
+    Range(LoadRange),
+}
+
+/// Loads between two, the first of which is left out and the last included.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LoadRange {
+    /// Where the block starts; no load itself, so that blocks join without a repetition.
+    #[schemars(range(min = 0), extend("default" = 0.0))]
+    pub from: Key<f64>,
+    /// The last load.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub to: Key<f64>,
+    /// Number of loads.
+    #[schemars(required, range(min = 1, max = 100_000))]
+    pub steps: Key<i64>,
+    /// Equal differences, or equal ratios.
+    #[schemars(extend("default" = "linear"))]
+    pub spacing: Key<Spacing>,
+}
+
+/// How loads are spaced.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Spacing {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios.
+    Geometric,
+}
+
+/// Which pressure fields are stored.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Pressures {
+    /// None or all.
+    Word(PressuresWord),
+    /// Those at some loads.
+    At(#[schemars(length(min = 1), transform = positive_items)] Vec<Written<f64>>),
+}
+
+fn positive_items(schema: &mut Schema) {
+    let items = schema.get_mut("items").and_then(Value::as_object_mut);
+    if let Some(items) = items {
+        items.insert("exclusiveMinimum".to_owned(), 0.into());
+    }
+}
+
+/// All pressure fields, or none.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PressuresWord {
+    /// No pressure field.
+    None,
+    /// The pressure field of every load.
+    All,
+}
+
+deserialize_either! {
+    'de, Loads, "a list of loads or a table `{ from, to, steps, spacing }`",
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Loads, A::Error> {
+        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Loads::List)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Loads, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Loads::Range)
+    }
+}
+
+deserialize_either! {
+    'de, Pressures, "`\"none\"`, `\"all\"` or a list of loads",
+
+    fn visit_str<E: Error>(self, word: &str) -> Result<Pressures, E> {
+        PressuresWord::deserialize(StrDeserializer::new(word)).map(Pressures::Word)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Pressures, A::Error> {
+        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Pressures::At)
+    }
+}

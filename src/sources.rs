@@ -1,0 +1,197 @@
+//! Files of measured surfaces, found by what is in them.
+//!
+//! A result depends on the content of a file and not on its name: recipes hold the hash of the
+//! content, and only this map knows where such content lies.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use serde::{Serialize, Serializer};
+use thiserror::Error;
+
+/// The largest file that is read: a map of 16384 × 16384 numbers and some header.
+const LARGEST: u64 = (8 << 28) + (1 << 20);
+
+/// A BLAKE3 hash of a file's bytes; written in hexadecimal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContentHash([u8; 32]);
+
+impl ContentHash {
+    /// The hash of these bytes.
+    pub fn of(bytes: &[u8]) -> Self {
+        Self(*blake3::hash(bytes).as_bytes())
+    }
+
+    fn from_hex(text: &str) -> Option<Self> {
+        let hash = blake3::Hash::from_hex(text).ok()?;
+        Some(Self(*hash.as_bytes()))
+    }
+}
+
+impl fmt::Display for ContentHash {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(&blake3::Hash::from_bytes(self.0).to_hex())
+    }
+}
+
+impl Serialize for ContentHash {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// Where the files of measured surfaces lie.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Sources {
+    /// Paths in manifests are relative to it.
+    folder: PathBuf,
+    paths: BTreeMap<ContentHash, PathBuf>,
+}
+
+/// Why the file of a surface cannot be used.
+#[derive(Debug, Error)]
+pub enum SourceError {
+    /// No file of the study has this content.
+    #[error("no surface file of this study has the content {content}")]
+    Unknown { content: ContentHash },
+    /// The file is gone, or may not be read.
+    #[error("cannot read surface file `{}`", path.display())]
+    Read { path: PathBuf, source: io::Error },
+    /// The file is not what it was when the study was read.
+    #[error("surface file `{}` has changed since the study was read", path.display())]
+    Changed { path: PathBuf },
+}
+
+impl Sources {
+    /// No files yet, in the folder of a manifest.
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            paths: BTreeMap::new(),
+        }
+    }
+
+    /// Reads a file for the first time and remembers where its content lies. Of several files
+    /// with equal content the first is kept.
+    pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SourceError> {
+        let bytes = self.load(path)?;
+        let content = ContentHash::of(&bytes);
+        self.paths.entry(content).or_insert_with(|| path.to_owned());
+        Ok((content, bytes))
+    }
+
+    /// Reads the file with this content again.
+    ///
+    /// # Errors
+    /// When the file is gone, or its content is another by now.
+    pub fn read(&self, content: &ContentHash) -> Result<Vec<u8>, SourceError> {
+        let path = self
+            .path_of(content)
+            .ok_or(SourceError::Unknown { content: *content })?;
+        let bytes = self.load(path)?;
+        if ContentHash::of(&bytes) != *content {
+            let path = path.to_owned();
+            return Err(SourceError::Changed { path });
+        }
+        Ok(bytes)
+    }
+
+    /// The path of a content, as the manifest gives it.
+    pub fn path_of(&self, content: &ContentHash) -> Option<&Path> {
+        self.paths.get(content).map(PathBuf::as_path)
+    }
+
+    /// The path of a content whose hash is known as text.
+    pub fn path_of_hex(&self, content: &str) -> Option<&Path> {
+        self.path_of(&ContentHash::from_hex(content)?)
+    }
+
+    /// Every content and its path, as the manifest gives it.
+    pub fn paths(&self) -> &BTreeMap<ContentHash, PathBuf> {
+        &self.paths
+    }
+
+    fn load(&self, path: &Path) -> Result<Vec<u8>, SourceError> {
+        read_regular(&self.folder.join(path), LARGEST).map_err(|source| SourceError::Read {
+            path: path.to_owned(),
+            source,
+        })
+    }
+}
+
+/// Reads a file that is neither a folder nor a device, and not larger than `most` bytes.
+pub fn read_regular(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let not_read = |why: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    // Before it is opened: opening a pipe would wait for somebody to write to it.
+    let metadata = std::fs::metadata(path)?;
+    if !metadata.is_file() {
+        return not_read("not a file");
+    }
+    if metadata.len() > most {
+        return not_read("too large");
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn content_is_found_by_its_hash_until_the_file_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.npy");
+        std::fs::write(&file, b"one").unwrap();
+        let mut sources = Sources::new(folder.path());
+        let (content, bytes) = sources.add(Path::new("a.npy")).unwrap();
+        assert_eq!(bytes, b"one");
+        assert_eq!(sources.read(&content).unwrap(), b"one");
+        assert_eq!(
+            sources.path_of_hex(&content.to_string()),
+            Some(Path::new("a.npy"))
+        );
+
+        std::fs::write(&file, b"two").unwrap();
+        assert!(matches!(
+            sources.read(&content),
+            Err(SourceError::Changed { .. })
+        ));
+        std::fs::remove_file(&file).unwrap();
+        assert!(matches!(
+            sources.read(&content),
+            Err(SourceError::Read { .. })
+        ));
+        let other = ContentHash::of(b"three");
+        assert!(matches!(
+            sources.read(&other),
+            Err(SourceError::Unknown { .. })
+        ));
+    }
+
+    #[test]
+    fn folders_and_oversized_files_are_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(read_regular(folder.path(), 10).is_err());
+        let file = folder.path().join("long");
+        std::fs::write(&file, b"0123456789").unwrap();
+        assert!(read_regular(&file, 9).is_err());
+        assert_eq!(read_regular(&file, 10).unwrap().len(), 10);
+    }
+
+    #[test]
+    fn a_hash_is_written_in_hexadecimal() {
+        let content = ContentHash::of(b"");
+        let json = serde_json::to_string(&content).unwrap();
+        // The published BLAKE3 hash of nothing.
+        assert!(
+            json.starts_with("\"af1349b9f5f9a1a6a0404dea36dcc949"),
+            "{json}"
+        );
+        assert_eq!(json.len(), 66);
+    }
+}

@@ -1,0 +1,176 @@
+//! What makes sense.
+//!
+//! A [`Study`] is a manifest whose every value has been judged: cutoffs in order and within the
+//! mesh, loads ascending, stages that can read each other, files that are there. Past it nobody
+//! checks again.
+
+mod aggregate;
+mod checks;
+mod columns;
+mod evaluate;
+mod flow;
+mod graph;
+mod judge;
+mod loads;
+mod maps;
+mod surfaces;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::diagnostics::{ManifestErrors, Problem, Problems};
+use crate::manifest::Manifest;
+use crate::sources::{Sources, read_regular};
+use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
+
+/// Names of studies and stages: they become files, folders and tables of queries.
+pub const NAME_PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_-]*$";
+/// Bytes of a name.
+pub const LONGEST_NAME: usize = 64;
+
+/// Bytes of a manifest: far more than anybody writes.
+const LONGEST_MANIFEST: u64 = 4 << 20;
+
+/// A study that can be run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// The folder of its results.
+    pub name: String,
+    /// The stages, each after those that it reads, otherwise in the order of the manifest.
+    pub stages: Vec<Stage>,
+    /// The files of measured surfaces.
+    pub sources: Sources,
+}
+
+/// A stage of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    /// The file of its results.
+    pub name: String,
+    /// The stages that it reads: positions in [`Study::stages`], before its own.
+    pub inputs: Vec<usize>,
+    /// What it does.
+    pub work: Work,
+}
+
+/// What a stage does, the points of its grid in order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Work {
+    /// Makes surfaces.
+    Generate(Vec<Ensemble>),
+    /// Presses each surface.
+    Solve(Vec<Arc<solve::Params>>),
+    /// Measures each surface, or each block of loads.
+    Measure(measure::Params),
+    /// Corrects each measured block.
+    Correct(Arc<correct::Params>),
+    /// Fits each parameter point.
+    Fit(Vec<Arc<fit::Params>>),
+    /// Reduces everything that it reads.
+    Aggregate(Reduction),
+}
+
+/// Surfaces that differ by their realization only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ensemble {
+    /// The first of them.
+    pub params: generate::Params,
+    /// How many there are, at least one.
+    pub realizations: u32,
+}
+
+/// How an aggregate stage reduces its input.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reduction {
+    /// Statistics of columns within groups.
+    Groups(reduce::Groups),
+    /// A query over the tables of the stages that are read.
+    Sql {
+        /// Its text.
+        query: String,
+    },
+}
+
+impl Work {
+    /// The kind of stage that does it.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Work::Generate(_) => Kind::Generate,
+            Work::Solve(_) => Kind::Solve,
+            Work::Measure(_) => Kind::Measure,
+            Work::Correct(_) => Kind::Correct,
+            Work::Fit(_) => Kind::Fit,
+            Work::Aggregate(_) => Kind::Aggregate,
+        }
+    }
+
+    /// An upper bound on the number of its tasks, given that of its inputs.
+    fn tasks(&self, inputs: usize) -> usize {
+        match self {
+            Work::Generate(ensembles) => {
+                let realizations = ensembles
+                    .iter()
+                    .map(|ensemble| ensemble.realizations as usize);
+                realizations.fold(0, usize::saturating_add)
+            }
+            Work::Solve(blocks) => inputs.saturating_mul(blocks.len()),
+            Work::Fit(fits) => inputs.saturating_mul(fits.len()),
+            Work::Measure(_) | Work::Correct(_) => inputs,
+            Work::Aggregate(_) => 1,
+        }
+    }
+}
+
+impl Study {
+    /// Reads a manifest and the surface files that it names.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the manifest, or that it cannot be read.
+    pub fn read(path: &Path) -> Result<Study, ManifestErrors> {
+        let file = path.display().to_string();
+        let unreadable = |reason: String| {
+            let mut problems = Problems::default();
+            problems.push(Problem::without_place(format!(
+                "cannot read manifest `{file}`: {reason}"
+            )));
+            problems.into_errors(&file, "")
+        };
+        let bytes = read_regular(path, LONGEST_MANIFEST);
+        let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = error.utf8_error().valid_up_to();
+            let line = 1 + error.as_bytes()[..valid]
+                .iter()
+                .filter(|&&byte| byte == b'\n')
+                .count();
+            unreadable(format!("line {line} is not UTF-8"))
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Study::parse(&text, &file, folder)
+    }
+
+    /// Reads a manifest's text; `file` is what messages call it, and paths of surface files are
+    /// relative to `folder`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the manifest, as far as it can be told at once.
+    pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Study, ManifestErrors> {
+        let mut problems = Problems::default();
+        let study = Manifest::parse(text, &mut problems)
+            .and_then(|manifest| judge::judge(&manifest, folder, &mut problems));
+        match study {
+            Some(study) if problems.is_empty() => Ok(study),
+            _ => Err(problems.into_errors(file, text)),
+        }
+    }
+}
+
+/// Whether a name matches [`NAME_PATTERN`].
+fn is_plain(name: &str) -> bool {
+    let is_inner = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-');
+    name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && name.chars().all(is_inner)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,278 @@
+//! Checks of the stages that reduce tables to statistics.
+
+use std::collections::BTreeMap;
+
+use super::Reduction;
+use super::checks::Checks;
+use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
+use crate::manifest::Section;
+use crate::manifest::evaluate::AggregateTable;
+use crate::manifest::written::{Key, Written};
+use crate::stages::aggregate::{Groups, Statistic};
+use crate::store::column::{Column, ColumnKind};
+
+/// Columns that every reduction adds.
+const COUNTS: [&str; 2] = ["count", "unconverged"];
+
+/// The reduction of a stage; `columns` are those of its input, where they are known.
+pub fn reduction(
+    section: &Section<AggregateTable>,
+    columns: Option<&[Column]>,
+    problems: &mut Problems,
+) -> Option<Reduction> {
+    let point = section.points.first()?;
+    let table = &point.table;
+    let checks = &mut Checks::of(section, point, problems);
+    if let Some(sql) = table.sql.written() {
+        return query(table, sql, checks);
+    }
+    let group_by = match table.group_by.written() {
+        None => Some(None),
+        Some(written) => named_columns("group_by", written, columns, checks).map(Some),
+    };
+    let over = checks.required("over", &table.over).and_then(|written| {
+        let over = named_columns("over", written, columns, checks)?;
+        check_numbers(written, columns, checks).map(|()| over)
+    });
+    let statistics = statistics(&table.statistics, columns, checks);
+    let groups = Groups {
+        group_by: group_by?,
+        over: over?,
+        statistics: statistics?,
+    };
+    check_outputs(table, &groups, checks)?;
+    Some(Reduction::Groups(groups))
+}
+
+fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> Option<Reduction> {
+    let why = "`sql` says it all";
+    let group_by = checks.forbidden("group_by", &table.group_by, why);
+    let over = checks.forbidden("over", &table.over, why);
+    let statistics = checks.forbidden("statistics", &table.statistics, why);
+    if sql.value.trim().is_empty() {
+        let label = "must be a query";
+        checks.report(
+            "sql",
+            Problem::new("`sql` is empty", sql.span.clone(), label),
+        );
+        return None;
+    }
+    group_by.and(over).and(statistics).map(|()| Reduction::Sql {
+        query: sql.value.clone(),
+    })
+}
+
+/// Columns of the input, each once.
+fn named_columns(
+    key: &str,
+    written: &Written<Vec<Written<String>>>,
+    columns: Option<&[Column]>,
+    checks: &mut Checks,
+) -> Option<Vec<String>> {
+    if written.value.is_empty() {
+        let label = "must name at least one column";
+        let problem = Problem::new(format!("`{key}` is empty"), written.span.clone(), label);
+        checks.report(key, problem);
+        return None;
+    }
+    let mut seen = BTreeMap::new();
+    let mut complete = true;
+    for Written { value, span } in &written.value {
+        if let Some(before) = seen.insert(value.as_str(), span) {
+            let message = format!("`{key}` names {value:?} twice");
+            let problem = Problem::new(message, span.clone(), "here again");
+            checks
+                .problems
+                .push(problem.and(before.clone(), "first here"));
+            complete = false;
+        }
+        let names = || columns.into_iter().flatten().map(|column| column.name);
+        if columns.is_some() && !names().any(|name| name == value) {
+            let message = format!("the stages in `from` have no column {value:?}");
+            checks.problems.push(match did_you_mean(value, names()) {
+                Some(meant) => {
+                    let label = format!("did you mean \"{meant}\"?");
+                    Problem::new(message, span.clone(), label)
+                }
+                None => Problem::new(message, span.clone(), "unknown column")
+                    .help(format!("their columns are {}", listed(names(), "and"))),
+            });
+            complete = false;
+        }
+    }
+    complete.then(|| {
+        written
+            .value
+            .iter()
+            .map(|column| column.value.clone())
+            .collect()
+    })
+}
+
+/// Statistics are taken of numbers.
+fn check_numbers(
+    written: &Written<Vec<Written<String>>>,
+    columns: Option<&[Column]>,
+    checks: &mut Checks,
+) -> Option<()> {
+    let mut clear = Some(());
+    for Written { value, span } in &written.value {
+        let mut columns = columns.into_iter().flatten();
+        let column = columns.find(|column| column.name == value);
+        if column.is_some_and(|column| column.kind == ColumnKind::Text) {
+            let message = format!("the column {value:?} holds texts");
+            let label = "has no mean, nor any other statistic";
+            checks
+                .problems
+                .push(Problem::new(message, span.clone(), label));
+            clear = None;
+        }
+    }
+    clear
+}
+
+fn statistics(
+    key: &Key<Vec<Written<String>>>,
+    columns: Option<&[Column]>,
+    checks: &mut Checks,
+) -> Option<Vec<Statistic>> {
+    let Some(written) = key.written() else {
+        return Some(vec![Statistic::Mean, Statistic::Sd, Statistic::Sem]);
+    };
+    if written.value.is_empty() {
+        let label = "must name at least one statistic";
+        let problem = Problem::new("`statistics` is empty", written.span.clone(), label);
+        checks.report("statistics", problem);
+        return None;
+    }
+    let mut statistics: Vec<Statistic> = Vec::new();
+    let mut complete = true;
+    for Written { value, span } in &written.value {
+        let Some(statistic) = statistic(value) else {
+            checks.problems.push(unknown_statistic(value, span.clone()));
+            complete = false;
+            continue;
+        };
+        let is_against_load = matches!(statistic, Statistic::Slope | Statistic::Secant);
+        if is_against_load
+            && columns.is_some_and(|columns| !columns.iter().any(|column| column.name == "load"))
+        {
+            let message = format!("{value:?} is taken against `load`, which the input has not");
+            let label = "needs rows with a `load`";
+            checks
+                .problems
+                .push(Problem::new(message, span.clone(), label));
+            complete = false;
+        }
+        if statistics.contains(&statistic) {
+            let message = format!("`statistics` asks for {value:?} twice");
+            checks
+                .problems
+                .push(Problem::new(message, span.clone(), "here again"));
+            complete = false;
+        }
+        statistics.push(statistic);
+    }
+    complete.then_some(statistics)
+}
+
+const WORDS: [(&str, Statistic); 8] = [
+    ("mean", Statistic::Mean),
+    ("sd", Statistic::Sd),
+    ("sem", Statistic::Sem),
+    ("min", Statistic::Min),
+    ("max", Statistic::Max),
+    ("median", Statistic::Quantile(0.5)),
+    ("slope", Statistic::Slope),
+    ("secant", Statistic::Secant),
+];
+
+/// A statistic by its name. `q05` is the quantile of 5 %, `q975` that of 97.5 %: the digits are
+/// those after the point.
+fn statistic(name: &str) -> Option<Statistic> {
+    let known = WORDS.iter().find(|(word, _)| *word == name);
+    if let Some((_, statistic)) = known {
+        return Some(*statistic);
+    }
+    let digits = name.strip_prefix('q')?;
+    let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
+    // `q100` would be 10 %, which nobody means.
+    let is_shortest = digits.len() == 2 || !digits.ends_with('0');
+    let quantile: f64 = format!("0.{digits}").parse().ok()?;
+    (is_plain && is_shortest && quantile > 0.0).then_some(Statistic::Quantile(quantile))
+}
+
+fn unknown_statistic(name: &str, span: crate::diagnostics::Span) -> Problem {
+    let words = || WORDS.iter().map(|(word, _)| *word);
+    let label = match did_you_mean(name, words()) {
+        Some(meant) => format!("did you mean \"{meant}\"?"),
+        None => "unknown statistic".to_owned(),
+    };
+    let help = format!(
+        "one of {}, or a quantile such as `q05` (5 %) or `q975` (97.5 %)",
+        listed(words(), "and")
+    );
+    Problem::new(format!("there is no statistic {name:?}"), span, label).help(help)
+}
+
+/// What comes out must not be called like a group's column.
+fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -> Option<()> {
+    let written = |key: &Key<Vec<Written<String>>>, index: usize| {
+        key.written().map(|list| list.value[index].span.clone())
+    };
+    let grouping = groups.group_by.iter().flatten().enumerate();
+    let mut clear = Some(());
+    for (index, column) in grouping {
+        let place = written(&table.group_by, index)?;
+        if COUNTS.contains(&column.as_str()) {
+            let message = format!("{column:?} is a column that every reduction adds");
+            checks
+                .problems
+                .push(Problem::new(message, place, "cannot name a group"));
+            clear = None;
+            continue;
+        }
+        for (reduced, over) in groups.over.iter().enumerate() {
+            let place = place.clone();
+            let over_place = written(&table.over, reduced)?;
+            let is_statistic = |name: &str| {
+                let written = statistic(name);
+                written.is_some_and(|written| groups.statistics.contains(&written))
+            };
+            let suffix = column
+                .strip_prefix(over.as_str())
+                .and_then(|rest| rest.strip_prefix('_'));
+            let problem = if column == over {
+                let message = format!("{column:?} names a group and is reduced");
+                Problem::new(message, place, "constant within a group")
+            } else if suffix.is_some_and(is_statistic) {
+                let message = format!("two columns would be called {column:?}");
+                Problem::new(message, place, "a group's column")
+            } else {
+                continue;
+            };
+            checks
+                .problems
+                .push(problem.and(over_place, "reduced here"));
+            clear = None;
+        }
+    }
+    clear
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_of_a_quantile_are_those_after_the_point() {
+        assert_eq!(statistic("q05"), Some(Statistic::Quantile(0.05)));
+        assert_eq!(statistic("q975"), Some(Statistic::Quantile(0.975)));
+        assert_eq!(statistic("q50"), statistic("median"));
+        for name in [
+            "q", "q5", "q00", "q100", "q-5", "q0x", "q1234567", "p05", "quantile",
+        ] {
+            assert_eq!(statistic(name), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! Checks of single values: is it there, is it finite, is it in range.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
+use std::ops::{Bound, RangeBounds, RangeInclusive};
+
+use serde::Serialize;
+
+use crate::diagnostics::{Problem, Problems, Span};
+use crate::manifest::written::{Key, Written};
+use crate::manifest::{Layout, Point, Section, Table};
+
+/// Bounds of numbers.
+pub type Bounds = (Bound<f64>, Bound<f64>);
+
+/// Greater than zero.
+pub const POSITIVE: Bounds = (Bound::Excluded(0.0), Bound::Unbounded);
+/// Zero or greater.
+pub const NOT_NEGATIVE: Bounds = (Bound::Included(0.0), Bound::Unbounded);
+/// Between zero and one, neither included.
+pub const SHARE: Bounds = (Bound::Excluded(0.0), Bound::Excluded(1.0));
+
+/// Judges the values of one point of a grid. A value that will not do is reported, and `None`.
+pub struct Checks<'a> {
+    pub problems: &'a mut Problems,
+    place: &'a Span,
+    excused: &'a BTreeSet<String>,
+    layout: &'static Layout,
+}
+
+impl<'a> Checks<'a> {
+    /// Checks of a point.
+    pub fn of<T: Table>(
+        section: &'a Section<T>,
+        point: &'a Point<T>,
+        problems: &'a mut Problems,
+    ) -> Self {
+        Self {
+            problems,
+            place: &point.place,
+            excused: &section.excused,
+            layout: T::layout(),
+        }
+    }
+
+    /// A value that must be there.
+    pub fn required<'k, T>(&mut self, name: &str, key: &'k Key<T>) -> Option<&'k Written<T>> {
+        if key.written().is_none() && !self.excused.contains(name) {
+            let label = format!("`{name}` is missing here");
+            let message = format!("`{name}` is not given");
+            let problem = Problem::new(message, self.place.clone(), label);
+            self.report(name, problem);
+        }
+        key.written()
+    }
+
+    /// A number that must be there.
+    pub fn number(&mut self, name: &str, key: &Key<f64>, bounds: Bounds) -> Option<f64> {
+        let written = self.required(name, key)?;
+        self.is_in(name, written, bounds)
+    }
+
+    /// A number, or what it is when left out.
+    pub fn number_or(
+        &mut self,
+        name: &str,
+        key: &Key<f64>,
+        bounds: Bounds,
+        default: f64,
+    ) -> Option<f64> {
+        match key.written() {
+            Some(written) => self.is_in(name, written, bounds),
+            None => Some(default),
+        }
+    }
+
+    /// A whole number that must be there.
+    pub fn whole<T>(&mut self, name: &str, key: &Key<i64>, range: RangeInclusive<T>) -> Option<T>
+    where
+        T: TryFrom<i64> + PartialOrd + Display + Copy,
+    {
+        let written = self.required(name, key)?;
+        self.is_whole_in(name, written, &range)
+    }
+
+    /// A whole number, or what it is when left out.
+    pub fn whole_or<T>(
+        &mut self,
+        name: &str,
+        key: &Key<i64>,
+        range: RangeInclusive<T>,
+        default: T,
+    ) -> Option<T>
+    where
+        T: TryFrom<i64> + PartialOrd + Display + Copy,
+    {
+        match key.written() {
+            Some(written) => self.is_whole_in(name, written, &range),
+            None => Some(default),
+        }
+    }
+
+    /// A finite number within bounds. Zero has one sign, so that equal numbers have equal keys.
+    pub fn is_in(&mut self, name: &str, written: &Written<f64>, bounds: Bounds) -> Option<f64> {
+        self.finite(&format!("`{name}` is"), name, written, bounds)
+    }
+
+    /// The same for an item of a list.
+    pub fn holds(&mut self, name: &str, written: &Written<f64>, bounds: Bounds) -> Option<f64> {
+        self.finite(&format!("`{name}` holds"), name, written, bounds)
+    }
+
+    fn finite(
+        &mut self,
+        what: &str,
+        name: &str,
+        written: &Written<f64>,
+        bounds: Bounds,
+    ) -> Option<f64> {
+        let value = written.value;
+        if value.is_finite() && bounds.contains(&value) {
+            return Some(value + 0.0);
+        }
+        let must = format!("must be {}", described(bounds, value));
+        let problem = Problem::new(format!("{what} {value:?}"), written.span.clone(), must);
+        self.report(name, problem);
+        None
+    }
+
+    fn is_whole_in<T>(
+        &mut self,
+        name: &str,
+        written: &Written<i64>,
+        range: &RangeInclusive<T>,
+    ) -> Option<T>
+    where
+        T: TryFrom<i64> + PartialOrd + Display + Copy,
+    {
+        let value = T::try_from(written.value).ok();
+        if let Some(value) = value.filter(|value| range.contains(value)) {
+            return Some(value);
+        }
+        let message = format!("`{name}` is {}", written.value);
+        let must = format!("must be from {} to {}", range.start(), range.end());
+        let problem = Problem::new(message, written.span.clone(), must);
+        self.report(name, problem);
+        None
+    }
+
+    /// A key that has no place beside what else is said.
+    pub fn forbidden<T>(&mut self, name: &str, key: &Key<T>, why: &str) -> Option<()> {
+        let Some(written) = key.written() else {
+            return Some(());
+        };
+        let message = format!("`{name}` has no meaning here");
+        self.problems
+            .push(Problem::new(message, written.span.clone(), why));
+        None
+    }
+
+    /// Reports a problem with a key, and says what the key means.
+    pub fn report(&mut self, name: &str, problem: Problem) {
+        let problem = match self.layout.doc(name) {
+            Some(doc) => problem.help(doc),
+            None => problem,
+        };
+        self.problems.push(problem);
+    }
+}
+
+/// `above 0 and at most 1`, as far as it is not clear for the value.
+fn described(bounds: Bounds, value: f64) -> String {
+    let lower = match bounds.0 {
+        Bound::Included(lower) => Some(format!("at least {lower}")),
+        Bound::Excluded(lower) => Some(format!("above {lower}")),
+        Bound::Unbounded => None,
+    };
+    let upper = match bounds.1 {
+        Bound::Included(upper) => Some(format!("at most {upper}")),
+        Bound::Excluded(upper) => Some(format!("below {upper}")),
+        Bound::Unbounded if value.is_finite() => None,
+        Bound::Unbounded => Some("finite".to_owned()),
+    };
+    let parts: Vec<_> = lower.into_iter().chain(upper).collect();
+    parts.join(" and ")
+}
+
+/// Reports points of a grid that come to the same: they would count the same results twice.
+pub fn report_equal_points<'p, T, P: Serialize + 'p>(
+    section: &Section<T>,
+    params: impl IntoIterator<Item = &'p P>,
+    problems: &mut Problems,
+) {
+    let mut seen = BTreeMap::new();
+    for (point, params) in section.points.iter().zip(params) {
+        let place = &point.place;
+        let text = serde_json::to_string(params).expect("parameters are plain data");
+        if let Some(before) = seen.insert(text, place) {
+            let problem = Problem::new("two cases come to the same", place.clone(), "this case");
+            problems.push(problem.and(before.clone(), "is equal to this one"));
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Judges stage after stage, each with what is known of those that it reads.
+
+use std::path::Path;
+
+use super::checks::Checks;
+use super::flow::{self, Rows};
+use super::graph::{self, Graph};
+use super::{Stage, Study, Work, aggregate, columns, evaluate, loads, maps, surfaces};
+use crate::diagnostics::{Problem, Problems};
+use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
+use crate::sources::Sources;
+use crate::store::column::Column;
+
+/// Tasks of one stage.
+const MOST_TASKS: usize = 1_000_000;
+
+/// Judges a manifest; whatever does not make sense is reported.
+pub fn judge(manifest: &Manifest, folder: &Path, problems: &mut Problems) -> Option<Study> {
+    let (name, seed) = judge_study(&manifest.study, problems);
+    let graph = Graph::of(&manifest.stages, problems);
+    let mut judge = Judge {
+        stages: &manifest.stages,
+        seed,
+        sources: Sources::new(folder),
+        judged: manifest.stages.iter().map(|_| Judged::default()).collect(),
+    };
+    for &stage in &graph.order {
+        judge.judged[stage] = judge.stage(stage, graph.inputs[stage].as_deref(), problems);
+    }
+    let mut place = vec![0; graph.order.len()];
+    let sorted = graph.order.iter().enumerate();
+    sorted.for_each(|(position, &stage)| place[stage] = position);
+    let stages = graph.order.iter().map(|&stage| {
+        let inputs = graph.inputs[stage].as_deref()?;
+        Some(Stage {
+            name: manifest.stages[stage].name.value.clone(),
+            inputs: inputs.iter().map(|&input| place[input]).collect(),
+            work: judge.judged[stage].work.take()?,
+        })
+    });
+    Some(Study {
+        name: name?,
+        stages: stages.collect::<Option<_>>()?,
+        sources: judge.sources,
+    })
+}
+
+/// Name and seed.
+fn judge_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Option<String>, u64) {
+    let Some(point) = section.points.first() else {
+        return (None, 0);
+    };
+    let mut checks = Checks::of(section, point, problems);
+    let seed = checks.whole_or("seed", &point.table.seed, 0..=i64::MAX as u64, 0);
+    let name = checks.required("name", &point.table.name);
+    if let Some(name) = name {
+        graph::check_name("study", &name.value, name.span.clone(), problems);
+    }
+    (name.map(|name| name.value.clone()), seed.unwrap_or(0))
+}
+
+/// What is known of a stage once it has been judged.
+#[derive(Default)]
+struct Judged {
+    rows: Option<Rows>,
+    work: Option<Work>,
+    columns: Option<Vec<Column>>,
+    tasks: usize,
+}
+
+struct Judge<'a> {
+    stages: &'a [StageTable],
+    seed: u64,
+    sources: Sources,
+    /// By the stage's position in the manifest; those that a stage reads are there before it.
+    judged: Vec<Judged>,
+}
+
+impl Judge<'_> {
+    fn stage(&mut self, stage: usize, inputs: Option<&[usize]>, problems: &mut Problems) -> Judged {
+        let table = &self.stages[stage];
+        let inputs = inputs.unwrap_or_default();
+        let flowing: Vec<_> = inputs
+            .iter()
+            .map(|&input| {
+                (
+                    self.stages[input].name.value.as_str(),
+                    self.judged[input].rows,
+                )
+            })
+            .collect();
+        let (read, rows) = flow::check(table, &flowing, is_query(table), problems);
+        let read_columns = self.columns_of(inputs);
+        let columns = read_columns.as_deref().map(columns::all);
+        let columns = columns.filter(|columns| !columns.is_empty());
+        let work = table
+            .points
+            .as_ref()
+            .and_then(|points| self.work(points, read, columns.as_deref(), problems));
+        let above = inputs.iter().map(|&input| self.judged[input].tasks);
+        let above = above.fold(0, usize::saturating_add);
+        let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
+        if tasks > MOST_TASKS {
+            let message = format!("the stage has {tasks} tasks, {MOST_TASKS} is the most");
+            let label = "its grid and those that it reads multiply";
+            problems.push(Problem::new(message, table.name.span.clone(), label));
+        }
+        let columns = work
+            .as_ref()
+            .and_then(|work| columns::columns_of(work, read_columns.as_deref()?));
+        Judged {
+            rows,
+            work,
+            columns,
+            tasks,
+        }
+    }
+
+    fn work(
+        &mut self,
+        points: &Points,
+        read: Option<Rows>,
+        columns: Option<&[Column]>,
+        problems: &mut Problems,
+    ) -> Option<Work> {
+        let seed = self.seed;
+        match points {
+            Points::Random(form, section) => {
+                surfaces::random(*form, section, seed, problems).map(Work::Generate)
+            }
+            Points::File(section) => {
+                maps::file(section, &mut self.sources, problems).map(Work::Generate)
+            }
+            Points::Paraboloid(section) => {
+                surfaces::paraboloid(section, problems).map(Work::Generate)
+            }
+            Points::Wave(form, section) => {
+                surfaces::wave(*form, section, problems).map(Work::Generate)
+            }
+            Points::Punch(section) => surfaces::punch(section, problems).map(Work::Generate),
+            Points::Solve(section) => loads::blocks(section, problems).map(Work::Solve),
+            Points::Measure(section) => {
+                evaluate::measurement(section, read, problems).map(Work::Measure)
+            }
+            Points::Correct(section) => evaluate::corrections(section, problems).map(Work::Correct),
+            Points::Evolution(section) => {
+                evaluate::evolutions(section, seed, problems).map(Work::Fit)
+            }
+            Points::Law(form, section) => {
+                evaluate::laws(*form, section, seed, problems).map(Work::Fit)
+            }
+            Points::Aggregate(section) => {
+                aggregate::reduction(section, columns, problems).map(Work::Aggregate)
+            }
+        }
+    }
+
+    /// The columns of a stage's inputs, where they are known.
+    fn columns_of(&self, inputs: &[usize]) -> Option<Vec<Vec<Column>>> {
+        let columns = inputs
+            .iter()
+            .map(|&input| self.judged[input].columns.clone());
+        columns.collect()
+    }
+}
+
+/// Whether a stage looks at each of its inputs as a table of its own.
+fn is_query(table: &StageTable) -> bool {
+    match &table.points {
+        Some(Points::Aggregate(section)) => {
+            let mut points = section.points.iter();
+            points.any(|point| point.table.sql.written().is_some())
+        }
+        _ => false,
+    }
+}

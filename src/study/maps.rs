@@ -1,0 +1,139 @@
+//! Checks of the stages that read measured surfaces, and of their files.
+
+use std::collections::BTreeMap;
+use std::ops::Bound;
+use std::path::Path;
+
+use super::Ensemble;
+use super::checks::{Checks, POSITIVE};
+use super::surfaces::{NODES, ensembles, single};
+use crate::contact::measured::read_npy;
+use crate::contact::periodic::Edges;
+use crate::diagnostics::{Problem, Problems, Span};
+use crate::manifest::Section;
+use crate::manifest::generate::{self, FileTable};
+use crate::manifest::written::Written;
+use crate::sources::{ContentHash, SourceError, Sources};
+use crate::stages::generate::{Form, MeasuredSurface};
+
+/// Measured surfaces.
+pub fn file(
+    section: &Section<FileTable>,
+    sources: &mut Sources,
+    problems: &mut Problems,
+) -> Option<Vec<Ensemble>> {
+    let mut seen = BTreeMap::new();
+    ensembles(section, problems, |table, checks| {
+        let path = checks.required("path", &table.path);
+        let side = checks.number("side", &table.side, POSITIVE);
+        let height_scale = checks.number_or("height_scale", &table.height_scale, POSITIVE, 1.0);
+        let edges = edges(table, checks);
+        let path = path?;
+        let content = read_map(path, side.unwrap_or(1.0), edges.as_ref(), sources, checks)?;
+        check_distinct(content, path, &mut seen, checks)?;
+        let unit = table.unit.written().map(|unit| unit.value.clone());
+        let surface = MeasuredSurface {
+            content,
+            unit: unit.unwrap_or_default(),
+            height_scale: height_scale?,
+            edges: edges?,
+        };
+        Some(single(&table.heights, side?, Form::File(surface)))
+    })
+}
+
+fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
+    let fraction = (Bound::Excluded(0.0), Bound::Included(0.5));
+    let fraction = checks.number_or("taper_fraction", &table.taper_fraction, fraction, 0.1);
+    let is_periodic = checks.required("periodic", &table.periodic)?.value;
+    let written = table.edges.written();
+    let untapered = "only with `edges = \"taper\"`";
+    match (is_periodic, written.map(|edges| edges.value)) {
+        (true, _) => {
+            let why = "the map is periodic: its edges meet already";
+            let edges = checks.forbidden("edges", &table.edges, why);
+            checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
+            edges.map(|()| Edges::Periodic)
+        }
+        (false, Some(generate::Edges::Mirror)) => {
+            checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
+            Some(Edges::Mirror)
+        }
+        (false, Some(generate::Edges::Taper)) => Some(Edges::Taper {
+            taper_fraction: fraction?,
+        }),
+        (false, None) => {
+            checks.required("edges", &table.edges)?;
+            None
+        }
+    }
+}
+
+/// Reads the file once, to find now what would otherwise be found in the middle of a run.
+fn read_map(
+    path: &Written<String>,
+    side: f64,
+    edges: Option<&Edges>,
+    sources: &mut Sources,
+    checks: &mut Checks,
+) -> Option<ContentHash> {
+    let mut refuse = |reason: String, label: &str| {
+        let message = format!("{:?} {reason}", path.value);
+        checks.report("path", Problem::new(message, path.span.clone(), label));
+        None
+    };
+    let (content, bytes) = match sources.add(Path::new(&path.value)) {
+        Ok(found) => found,
+        Err(SourceError::Read { source, .. }) => {
+            return refuse(
+                format!("cannot be read: {source}"),
+                "relative to the manifest",
+            );
+        }
+        Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
+    };
+    let surface = match read_npy(&bytes, side) {
+        Ok(surface) => surface,
+        Err(error) => return refuse(format!("is no map of heights: {error}"), "this file"),
+    };
+    let most = match edges {
+        Some(Edges::Mirror) => NODES.end() / 2,
+        _ => *NODES.end(),
+    };
+    let nodes = surface.nodes();
+    if !(*NODES.start() as usize..=most as usize).contains(&nodes) {
+        let reason = format!(
+            "has {nodes} nodes per side, here it must be from {} to {most}",
+            NODES.start()
+        );
+        return refuse(reason, "this file");
+    }
+    let heights = surface.heights();
+    if heights.iter().all(|height| *height == heights[0]) {
+        return refuse("is flat: all heights are equal".to_owned(), "this file");
+    }
+    Some(content)
+}
+
+/// Two paths to one content would count one surface as two.
+fn check_distinct(
+    content: ContentHash,
+    path: &Written<String>,
+    seen: &mut BTreeMap<ContentHash, (String, Span)>,
+    checks: &mut Checks,
+) -> Option<()> {
+    let here = (path.value.clone(), path.span.clone());
+    let Some((other, span)) = seen.insert(content, here) else {
+        return Some(());
+    };
+    if span == path.span {
+        return Some(());
+    }
+    let message = format!(
+        "{:?} and {other:?} are the same surface, byte for byte",
+        path.value
+    );
+    let problem = Problem::new(message, path.span.clone(), "this file").and(span, "and this one");
+    checks.problems.push(problem);
+    None
+}
