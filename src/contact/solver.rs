@@ -1,0 +1,253 @@
+//! Presses a rigid rough surface into an elastic half-space, load after load.
+//!
+//! The pressure p and the gap g between the bodies satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node of
+//! a periodic mesh, where g = u − h − level: displacement u of the half-space, height h of the
+//! rough surface, and the level that makes the mean pressure equal to the load. Friction and
+//! adhesion are absent, so the solution is unique and owes nothing to the loads before it: they
+//! serve as a guess.
+//!
+//! `search` holds the iteration, in the line of Polonsky & Keer (*Wear* 231, 1999, 206) with a
+//! preconditioner; `start` the guess. The search runs in single precision on increments, and
+//! every result is accepted by an evaluation in double precision, whose residual restarts the
+//! search where it fails: iterative refinement.
+
+use super::fft::{Scratch, Transform};
+use super::half_space;
+
+mod lanes;
+mod passes;
+mod search;
+mod start;
+mod survey;
+
+use search::{Evaluation, Search, Steps};
+
+/// How far an evaluation in single precision is trusted to have reduced the residual of the last
+/// one in double precision: far from its rounding, 1e-7.
+const SINGLE_REDUCTION: f64 = 1e-4;
+
+/// When a load counts as solved, and when to give up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest [`Outcome::residual`] of a solution.
+    pub tolerance: f64,
+    /// Transform pairs, forward and inverse, after which a load is given up; asked once an
+    /// iteration, so that a few more may be spent.
+    pub pair_limit: u32,
+}
+
+impl Default for Settings {
+    /// At this tolerance contact counts are within some 20 nodes of a million, 4 on average.
+    fn default() -> Self {
+        Self {
+            tolerance: 5e-4,
+            pair_limit: 2000,
+        }
+    }
+}
+
+/// How a load ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Within the tolerance.
+    Converged,
+    /// Every node is in contact, and the pressure follows from a formula.
+    FullContact,
+    /// Out of transform pairs; the pressure is the best known.
+    PairLimit,
+    /// Told to stop.
+    Interrupted,
+}
+
+/// What is known of a load besides its pressure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    pub stop: Stop,
+    /// Transform pairs spent, in both precisions.
+    pub pairs: u32,
+    /// The largest of |g| in contact and of the penetration −g elsewhere, in double precision, in
+    /// units of rms slope × mesh step. The gap is measured from its mean in contact.
+    pub residual: f64,
+    /// Nodes with pressure.
+    pub contact_nodes: usize,
+    /// Mean gap over the cell, in units of rms slope × cell side.
+    pub mean_gap: f64,
+    /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × cell side.
+    pub energy: f64,
+    /// In units of E* × rms slope.
+    pub peak_pressure: f64,
+}
+
+/// One rough surface, and its contact at the last load.
+///
+/// Holds about 53 bytes a node: heights and pressure in double precision, the previous pressure,
+/// gap, correction, direction and its displacement in single, a mask, a half spectrum of each
+/// precision, and three kernels of a quarter of the mesh.
+pub struct Solver {
+    nodes: usize,
+    heights: Vec<f64>,
+    full_contact_load: f64,
+
+    pressure: Vec<f64>,
+    load: f64,
+    earlier_pressure: Vec<f32>,
+    earlier_load: f64,
+    steps: Steps,
+
+    /// Gap less the datum.
+    gap: Vec<f32>,
+    datum: f64,
+    /// Nodes with pressure; inside an iteration, free nodes.
+    active: Vec<bool>,
+    correction: Vec<f32>,
+    /// The last move; inside an iteration, the direction of the next.
+    direction: Vec<f32>,
+    /// Displacement under the last move.
+    image: Vec<f32>,
+
+    double: Transform<f64>,
+    double_scratch: Scratch<f64>,
+    displacement: Vec<f64>,
+    single: Transform<f32>,
+    single_scratch: Scratch<f32>,
+    single_displacement: Vec<f32>,
+    single_stiffness: Vec<f32>,
+
+    /// Transform pairs spent on the present load.
+    pairs: u32,
+}
+
+impl Solver {
+    /// Prepares a surface of `nodes` × `nodes` heights, peaks towards the elastic body, in units of
+    /// rms slope × cell side: of unit rms slope on a unit cell. Their mean is of no consequence.
+    pub fn new(nodes: usize, heights: &[f64]) -> Self {
+        let cells = nodes * nodes;
+        assert_eq!(heights.len(), cells, "heights fill the mesh");
+        let mean = heights.iter().sum::<f64>() / cells as f64;
+        let heights: Vec<f64> = heights.iter().map(|height| height - mean).collect();
+        let (double, single) = (Transform::new(nodes), Transform::new(nodes));
+        let mut double_scratch = double.scratch();
+        let mut pressure = vec![0.0; cells];
+        half_space::full_contact_pressure(&double, &heights, &mut pressure, &mut double_scratch);
+        let full_contact_load = -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p));
+        Self {
+            nodes,
+            heights,
+            full_contact_load,
+            pressure,
+            load: 0.0,
+            earlier_pressure: vec![0.0; cells],
+            earlier_load: 0.0,
+            steps: Steps::default(),
+            gap: vec![0.0; cells],
+            datum: 0.0,
+            active: vec![false; cells],
+            correction: vec![0.0; cells],
+            direction: vec![0.0; cells],
+            image: vec![0.0; cells],
+            double,
+            double_scratch,
+            displacement: half_space::displacement(nodes),
+            single_scratch: single.scratch(),
+            single,
+            single_displacement: half_space::displacement(nodes),
+            single_stiffness: half_space::stiffness(nodes),
+            pairs: 0,
+        }
+    }
+
+    /// The least load, in units of E* × rms slope, that brings every node into contact.
+    pub fn full_contact_load(&self) -> f64 {
+        self.full_contact_load
+    }
+
+    /// The pressure under the last load, in units of E* × rms slope: exactly zero outside the
+    /// contact, and of the load's mean to rounding.
+    pub fn pressure(&self) -> &[f64] {
+        &self.pressure
+    }
+
+    /// Finds the contact under a mean pressure `load` > 0, in units of E* × rms slope.
+    ///
+    /// Loads may come in any order; those in ascending order are found fastest.
+    pub fn press(
+        &mut self,
+        load: f64,
+        settings: &Settings,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Outcome {
+        assert!(load.is_finite() && load > 0.0, "a load presses");
+        self.pairs = 0;
+        if load >= self.full_contact_load {
+            self.flatten(load);
+            let evaluation = self.evaluate();
+            return Outcome {
+                mean_gap: 0.0,
+                ..self.outcome(Stop::FullContact, evaluation)
+            };
+        }
+        self.guess(load);
+        let mut search = Search::default();
+        loop {
+            let evaluation = self.evaluate();
+            let residual = self.residual(evaluation.standing.error);
+            let stop = if residual <= settings.tolerance {
+                Stop::Converged
+            } else if self.pairs >= settings.pair_limit {
+                Stop::PairLimit
+            } else if interrupted() {
+                Stop::Interrupted
+            } else {
+                let goal = settings.tolerance.max(SINGLE_REDUCTION * residual);
+                self.refine(
+                    &mut search,
+                    evaluation,
+                    goal,
+                    settings.pair_limit,
+                    interrupted,
+                );
+                continue;
+            };
+            return self.outcome(stop, evaluation);
+        }
+    }
+
+    /// Iterates until single precision sees no more than `goal`, at least once.
+    fn refine(
+        &mut self,
+        search: &mut Search,
+        evaluation: Evaluation,
+        goal: f64,
+        pair_limit: u32,
+        interrupted: &dyn Fn() -> bool,
+    ) {
+        let mut standing = evaluation.standing;
+        loop {
+            standing = self.advance(search, standing);
+            let enough = self.residual(standing.error) <= goal;
+            if enough || search.is_stuck() || self.pairs >= pair_limit || interrupted() {
+                return;
+            }
+        }
+    }
+
+    /// An error of the gap in mesh steps of a surface of unit rms slope.
+    fn residual(&self, error: f64) -> f64 {
+        self.nodes as f64 * error
+    }
+
+    fn outcome(&self, stop: Stop, evaluation: Evaluation) -> Outcome {
+        Outcome {
+            stop,
+            pairs: self.pairs,
+            residual: self.residual(evaluation.standing.error),
+            contact_nodes: evaluation.standing.contact_nodes,
+            mean_gap: evaluation.mean_gap,
+            energy: evaluation.energy,
+            peak_pressure: self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,91 @@
+//! Where the search at a new load starts: the solutions before it, or the pressure of full contact.
+
+use super::Solver;
+use super::lanes::total;
+use crate::contact::half_space;
+
+/// How far beyond the last load, in units of the last two loads' distance, a straight line through
+/// both is a better guess than the last solution scaled.
+const LONGEST_REACH: f64 = 4.0;
+
+/// Halvings that find a shift of the full-contact pressure to the last bit.
+const BISECTIONS: u32 = 60;
+
+impl Solver {
+    /// Replaces the pressure by a guess at `load`: positive, and of that mean.
+    pub(super) fn guess(&mut self, load: f64) {
+        let reach = (load - self.load) / (self.load - self.earlier_load);
+        if self.load == 0.0 {
+            self.guess_from_full_contact(load);
+        } else if self.earlier_load > 0.0 && (-1.0..=LONGEST_REACH).contains(&reach) {
+            self.extrapolate(reach);
+        } else {
+            self.remember();
+        }
+        self.load = load;
+        let scale = load * self.pressure.len() as f64 / total(&self.pressure);
+        for p in &mut self.pressure {
+            *p *= scale;
+        }
+    }
+
+    /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
+    pub(super) fn flatten(&mut self, load: f64) {
+        self.remember();
+        self.fill_with_full_contact();
+        for p in &mut self.pressure {
+            *p += load;
+        }
+        self.load = load;
+    }
+
+    /// Along the straight line through the last two solutions. While the contact does not change,
+    /// the solution is linear in the load.
+    fn extrapolate(&mut self, reach: f64) {
+        for (p, earlier) in self.pressure.iter_mut().zip(&mut self.earlier_pressure) {
+            let last = *p;
+            *p = (last + reach * (last - f64::from(*earlier))).max(0.0);
+            *earlier = last as f32;
+        }
+        self.earlier_load = self.load;
+    }
+
+    fn remember(&mut self) {
+        for (earlier, p) in self.earlier_pressure.iter_mut().zip(&self.pressure) {
+            *earlier = *p as f32;
+        }
+        self.earlier_load = self.load;
+    }
+
+    /// The part of the full-contact pressure above a level that leaves the mean `load`.
+    fn guess_from_full_contact(&mut self, load: f64) {
+        self.fill_with_full_contact();
+        let cells = self.pressure.len() as f64;
+        let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
+        let (mut low, mut high) = (-peak, self.full_contact_load);
+        for _ in 0..BISECTIONS {
+            let shift = 0.5 * (low + high);
+            let sum: f64 = self.pressure.iter().map(|p| (p + shift).max(0.0)).sum();
+            *(if sum > load * cells {
+                &mut high
+            } else {
+                &mut low
+            }) = shift;
+        }
+        // The upper end, where the sum is positive for certain.
+        for p in &mut self.pressure {
+            *p = (*p + high).max(0.0);
+        }
+    }
+
+    /// Fills the pressure with the one of zero mean that flattens the heights: one pair.
+    fn fill_with_full_contact(&mut self) {
+        half_space::full_contact_pressure(
+            &self.double,
+            &self.heights,
+            &mut self.pressure,
+            &mut self.double_scratch,
+        );
+        self.pairs += 1;
+    }
+}

@@ -1,0 +1,218 @@
+//! What holds for any surface, and the surfaces that are hardest.
+
+use std::f64::consts::TAU;
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// White noise, and so a spectrum up to the Nyquist wave, of no particular slope.
+fn noise(nodes: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut draw = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let slope = 2.0 * nodes as f64;
+    (0..nodes * nodes)
+        .map(|_| (draw() + draw() + draw()) / slope)
+        .collect()
+}
+
+/// Noise smoothed by the half-space: a self-affine spectrum with a wavelength as long as the cell.
+fn rough(nodes: usize, seed: u64) -> Vec<f64> {
+    let transform = Transform::<f64>::new(nodes);
+    let mut heights = vec![0.0; nodes * nodes];
+    let kernel = half_space::displacement(nodes);
+    transform.convolve(
+        &kernel,
+        &noise(nodes, seed),
+        &mut heights,
+        &mut transform.scratch(),
+    );
+    heights.iter().map(|height| height * nodes as f64).collect()
+}
+
+/// Gap by its definition, from kernels alone, less its mean in contact.
+fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
+    let transform = Transform::<f64>::new(solver.nodes);
+    let mut gap = vec![0.0; heights.len()];
+    let kernel = half_space::displacement(solver.nodes);
+    transform.convolve(
+        &kernel,
+        solver.pressure(),
+        &mut gap,
+        &mut transform.scratch(),
+    );
+    gap.iter_mut()
+        .zip(heights)
+        .for_each(|(gap, height)| *gap -= height);
+    let contact: Vec<f64> = gap
+        .iter()
+        .zip(solver.pressure())
+        .filter(|(_, p)| **p > 0.0)
+        .map(|(gap, _)| *gap)
+        .collect();
+    let level = mean(&contact);
+    gap.iter().map(|gap| gap - level).collect()
+}
+
+fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
+    assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
+    let step = 1.0 / solver.nodes as f64;
+    for (p, gap) in solver.pressure().iter().zip(gap(solver, heights)) {
+        assert!(*p >= 0.0);
+        let allowed = if *p > 0.0 { gap.abs() } else { -gap };
+        assert!(allowed <= tolerance * step, "gap {gap} under pressure {p}");
+    }
+}
+
+#[test]
+fn hard_surfaces_are_solved_to_the_last_digits() {
+    let peak = map(33, |x, y| if x == 0.0 && y == 0.0 { 0.1 } else { 0.0 });
+    let ripple = map(32, |x, y| {
+        0.01 * (TAU * 16.0 * x).cos() + 0.01 * (TAU * (15.0 * y + x)).cos()
+    });
+    for (nodes, heights) in [
+        (64, noise(64, 1)),
+        (33, peak),
+        (32, ripple),
+        (47, rough(47, 2)),
+    ] {
+        let mut solver = Solver::new(nodes, &heights);
+        let full = solver.full_contact_load();
+        for load in [
+            1e-8,
+            1e-3,
+            0.01 * full,
+            0.3 * full,
+            0.9 * full,
+            (1.0 - 1e-6) * full,
+        ] {
+            solved(&mut solver, load);
+            assert_complementary(&solver, &heights, load, 2e-12);
+        }
+        assert_eq!(press(&mut solver, full, &TIGHT).stop, Stop::FullContact);
+        assert_complementary(&solver, &heights, full, 2e-12);
+    }
+}
+
+#[test]
+fn a_flat_surface_is_in_full_contact_under_any_load() {
+    for nodes in [1, 2, 9] {
+        let mut solver = Solver::new(nodes, &vec![0.7; nodes * nodes]);
+        let outcome = press(&mut solver, 1e-6, &TIGHT);
+        assert_eq!(
+            (outcome.stop, outcome.contact_nodes),
+            (Stop::FullContact, nodes * nodes)
+        );
+        assert!(outcome.energy.abs() < 1e-20);
+    }
+}
+
+#[test]
+fn a_solve_stops_where_it_is_told_to_and_can_be_taken_up_again() {
+    let heights = rough(32, 3);
+    let mut solver = Solver::new(32, &heights);
+    let load = 0.2 * solver.full_contact_load();
+    let limited = press(
+        &mut solver,
+        load,
+        &Settings {
+            pair_limit: 7,
+            ..TIGHT
+        },
+    );
+    assert_eq!(limited.stop, Stop::PairLimit);
+    assert!(limited.pairs >= 7 && limited.residual > TIGHT.tolerance);
+    assert_eq!(solver.press(load, &TIGHT, &|| true).stop, Stop::Interrupted);
+    solved(&mut solver, load);
+    assert_complementary(&solver, &heights, load, 2e-12);
+}
+
+#[test]
+fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
+    let mut solver = Solver::new(16, &rough(16, 4));
+    let outcome = press(
+        &mut solver,
+        0.1,
+        &Settings {
+            tolerance: 0.0,
+            pair_limit: 300,
+        },
+    );
+    assert_eq!(outcome.stop, Stop::PairLimit);
+    assert!(outcome.residual < 1e-12);
+    assert!(solved(&mut solver, 0.2).pairs < 150);
+}
+
+#[test]
+fn the_same_loads_give_the_same_bits() {
+    let heights = rough(48, 5);
+    let run = || {
+        let mut solver = Solver::new(48, &heights);
+        for load in [0.01, 0.02, 0.1] {
+            press(&mut solver, load, &Settings::default());
+        }
+        solver
+            .pressure()
+            .iter()
+            .map(|p| p.to_bits())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(), run());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn pressure_and_gap_exclude_each_other(
+        nodes in 2_usize..=40, seed: u64, part in 1e-4..1.0_f64, white: bool,
+    ) {
+        let heights = if white { noise(nodes, seed) } else { rough(nodes, seed) };
+        let mut solver = Solver::new(nodes, &heights);
+        let load = part * solver.full_contact_load();
+        let outcome = press(&mut solver, load, &Settings { tolerance: 1e-10, pair_limit: 4000 });
+        prop_assert_eq!(outcome.stop, Stop::Converged);
+        assert_complementary(&solver, &heights, load, 1.01e-10);
+        let touching = solver.pressure().iter().filter(|p| **p > 0.0).count();
+        prop_assert_eq!(outcome.contact_nodes, touching);
+        let gaps = gap(&solver, &heights);
+        prop_assert!((outcome.mean_gap - mean(&gaps)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn contact_grows_with_the_load(nodes in 8_usize..=32, seed: u64) {
+        let mut solver = Solver::new(nodes, &rough(nodes, seed));
+        let full = solver.full_contact_load();
+        let mut before = 0;
+        for part in [0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.8, 1.0] {
+            let outcome = press(&mut solver, part * full, &TIGHT);
+            prop_assert!(outcome.contact_nodes >= before);
+            before = outcome.contact_nodes;
+        }
+    }
+
+    #[test]
+    fn solution_owes_nothing_to_earlier_loads(
+        nodes in 8_usize..=32, seed: u64, parts in prop::collection::vec(0.001..1.2_f64, 1..5),
+    ) {
+        let heights = rough(nodes, seed);
+        let (mut fresh, mut worn) = (Solver::new(nodes, &heights), Solver::new(nodes, &heights));
+        let full = fresh.full_contact_load();
+        for part in parts {
+            press(&mut worn, part * full, &Settings::default());
+        }
+        let load = 0.15 * full;
+        let (fresh_outcome, worn_outcome) = (solved(&mut fresh, load), solved(&mut worn, load));
+        prop_assert_eq!(fresh_outcome.contact_nodes, worn_outcome.contact_nodes);
+        for (fresh, worn) in fresh.pressure().iter().zip(worn.pressure()) {
+            // Twice the tolerance on the gap, 1e-12/N, stiffened by |q|/2 ≤ πN/√2: 4.4e-12, and as
+            // much again for its rounding.
+            prop_assert!((fresh - worn).abs() < 1e-11);
+        }
+    }
+}
