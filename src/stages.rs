@@ -1,0 +1,214 @@
+//! The closed set of stages: what each may compute, and the only `match` on it.
+//!
+//! A stage has four things: a `VERSION` (raised whenever its numbers change), `Params` (what it
+//! reads of the manifest, defaults filled in), a `columns` list, and `run`, a function of its
+//! parameters and input tables and of nothing else: no clock, no environment, no thread number.
+
+pub mod aggregate;
+pub mod columns;
+pub mod correct;
+pub mod fit;
+pub mod generate;
+pub mod measure;
+pub mod solve;
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::contact::map::MapError;
+use crate::contact::measured::MeasuredError;
+use crate::contact::surface::SurfaceError;
+use crate::sources::{SourceError, Sources};
+use crate::store::table::{Table, TableError};
+
+/// What kind of work a stage does; the word after `kind =` in a manifest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Draws surfaces or reads measured ones.
+    Generate,
+    /// Presses surfaces, load after load.
+    Solve,
+    /// Counts contacts, or heights.
+    Measure,
+    /// Corrects the contact area for the mesh.
+    Correct,
+    /// Fits laws to the pooled surfaces of one parameter point.
+    Fit,
+    /// Reduces tables to statistics.
+    Aggregate,
+}
+
+impl Kind {
+    /// Every kind, in the order of a study.
+    pub const ALL: [Kind; 6] = [
+        Kind::Generate,
+        Kind::Solve,
+        Kind::Measure,
+        Kind::Correct,
+        Kind::Fit,
+        Kind::Aggregate,
+    ];
+
+    /// The word used in manifests, tables and recipes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Generate => "generate",
+            Kind::Solve => "solve",
+            Kind::Measure => "measure",
+            Kind::Correct => "correct",
+            Kind::Fit => "fit",
+            Kind::Aggregate => "aggregate",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
+
+/// Everything that a task reads of its manifest: enough to compute it again from its inputs.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum Recipe {
+    /// Draw or read one surface.
+    Generate(generate::Params),
+    /// Press one surface through one block of loads.
+    Solve(Arc<solve::Params>),
+    /// Measure one solved block, or one surface.
+    Measure(measure::Params),
+    /// Correct one measured block.
+    Correct(Arc<correct::Params>),
+    /// Fit one parameter point, or all points together.
+    Fit(Arc<fit::Params>),
+    /// Reduce whole tables.
+    Aggregate(Arc<aggregate::Params>),
+}
+
+/// One input of a task: its table and the recipe that made it.
+pub struct Input<'a> {
+    /// How the table was made; a surface whose heights were not kept is drawn again from it.
+    pub recipe: &'a Recipe,
+    /// What was computed.
+    pub table: Table,
+}
+
+/// What a running task may reach besides its inputs. Nothing in it decides a number.
+pub struct Context<'a> {
+    /// Where the files of measured surfaces lie, by the hash of their content.
+    pub sources: &'a Sources,
+    /// Whether the user asked to stop.
+    pub interrupted: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Recipe {
+    /// The kind of stage that this recipe belongs to.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Recipe::Generate(_) => Kind::Generate,
+            Recipe::Solve(_) => Kind::Solve,
+            Recipe::Measure(_) => Kind::Measure,
+            Recipe::Correct(_) => Kind::Correct,
+            Recipe::Fit(_) => Kind::Fit,
+            Recipe::Aggregate(_) => Kind::Aggregate,
+        }
+    }
+
+    /// The version of the stage's numbers.
+    pub fn version(&self) -> u32 {
+        match self {
+            Recipe::Generate(_) => generate::VERSION,
+            Recipe::Solve(_) => solve::VERSION,
+            Recipe::Measure(_) => measure::VERSION,
+            Recipe::Correct(_) => correct::VERSION,
+            Recipe::Fit(_) => fit::VERSION,
+            Recipe::Aggregate(_) => aggregate::VERSION,
+        }
+    }
+
+    /// The recipe without what only adds columns that no later stage reads: kept heights and
+    /// kept pressures. Later keys are built on it, so keeping more never recomputes them.
+    pub fn essence(&self) -> Recipe {
+        match self {
+            Recipe::Generate(params) => Recipe::Generate(params.without_heights()),
+            Recipe::Solve(params) => Recipe::Solve(Arc::new(params.without_pressures())),
+            other => other.clone(),
+        }
+    }
+
+    /// Computes the task's table.
+    ///
+    /// # Errors
+    /// When an input lacks a column, a file has changed, a query is wrong, or on interruption.
+    pub fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        match self {
+            Recipe::Generate(params) => generate::run(params, context),
+            Recipe::Solve(params) => solve::run(params, inputs, context),
+            Recipe::Measure(params) => measure::run(params, inputs, context),
+            Recipe::Correct(params) => correct::run(params, inputs),
+            Recipe::Fit(params) => fit::run(params, inputs),
+            Recipe::Aggregate(params) => aggregate::run(params, inputs),
+        }
+    }
+
+    /// The recipe's part in the name of a parameter point: nothing that differs between
+    /// surfaces of one spectrum, or between blocks of loads.
+    pub fn point(&self) -> String {
+        match self {
+            Recipe::Generate(params) => params.point(),
+            Recipe::Solve(params) => params.point(),
+            _ => String::new(),
+        }
+    }
+
+    /// Expected cost in floating-point operations; it only weighs progress. `nodes` a side of
+    /// the surface at hand.
+    pub fn weight(&self, nodes: f64) -> f64 {
+        match self {
+            Recipe::Generate(params) => params.weight(),
+            Recipe::Solve(params) => params.weight(nodes),
+            Recipe::Measure(_) => 1e5,
+            Recipe::Correct(_) => 1e4,
+            Recipe::Fit(params) => params.weight(),
+            Recipe::Aggregate(_) => 1e6,
+        }
+    }
+}
+
+/// Why a task has no table.
+#[derive(Debug, thiserror::Error)]
+pub enum StageError {
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+    /// An input table is not what the stage reads.
+    #[error("cannot use an input table")]
+    Table(#[from] TableError),
+    /// The file of a measured surface is gone or has changed.
+    #[error("cannot read a measured surface")]
+    Source(#[from] SourceError),
+    /// Heights, stored or scaled, are no surface.
+    #[error("these heights are no surface")]
+    Heights(#[source] SurfaceError),
+    /// A stored contact map does not fit its mesh.
+    #[error("a stored contact map does not fit its mesh")]
+    Map(#[source] MapError),
+    /// The file of a measured surface is no map of heights.
+    #[error("`{path}` is no usable surface")]
+    Measured {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: MeasuredError,
+    },
+    /// An aggregation cannot be carried out.
+    #[error("cannot aggregate: {reason}")]
+    Aggregate {
+        /// What polars, or a check before it, says.
+        reason: String,
+    },
+}

@@ -1,0 +1,99 @@
+//! Reduces whole tables to statistics.
+
+use serde::Serialize;
+
+use super::columns::*;
+use super::{Input, StageError};
+use crate::store::table::Table;
+
+mod frame;
+mod groups;
+mod sql;
+
+/// Raise it when the numbers change.
+pub const VERSION: u32 = 1;
+
+/// One reduction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Params {
+    /// Statistics of columns within groups.
+    Groups(Groups),
+    /// Any query over the input stages' tables.
+    Sql(Sql),
+}
+
+/// Statistics of columns within groups.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Groups {
+    /// Columns that name a group; `None` for every coordinate but realization and seed.
+    pub group_by: Option<Vec<String>>,
+    /// Columns to reduce.
+    pub over: Vec<String>,
+    /// What to compute of each.
+    pub statistics: Vec<Statistic>,
+}
+
+/// A statistic over the rows of a group.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Statistic {
+    /// Arithmetic mean.
+    Mean,
+    /// Sample standard deviation.
+    Sd,
+    /// Standard error of the mean.
+    Sem,
+    /// Smallest value.
+    Min,
+    /// Largest value.
+    Max,
+    /// Quantile, by linear interpolation.
+    Quantile(f64),
+    /// Slope of the mean against `load`, by differences.
+    Slope,
+    /// Mean over `load`.
+    Secant,
+}
+
+/// A query.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sql {
+    /// The query text.
+    pub query: String,
+    /// Names under which the query sees the inputs, and how many input tables each holds.
+    pub tables: Vec<(String, usize)>,
+}
+
+/// Columns that never name a group unless asked for: they tell surfaces of one spectrum apart.
+pub const ONE_SURFACE: [&str; 2] = [SURFACE.name, REALIZATION.name];
+
+/// Reduces the inputs' tables.
+///
+/// # Errors
+/// When a column is missing or holds no numbers, or a query is wrong.
+pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
+    let tables: Vec<Table> = inputs.iter().map(|input| input.table.light()).collect();
+    match params {
+        Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
+        Params::Sql(sql) => sql::query(&tables, sql),
+    }
+}
+
+impl Statistic {
+    /// What its columns' names end in.
+    pub fn suffix(self) -> String {
+        match self {
+            Statistic::Mean => "mean".to_owned(),
+            Statistic::Sd => "sd".to_owned(),
+            Statistic::Sem => "sem".to_owned(),
+            Statistic::Min => "min".to_owned(),
+            Statistic::Max => "max".to_owned(),
+            Statistic::Quantile(0.5) => "median".to_owned(),
+            // 0.05 is q05 and 0.975 is q975: the digits after the point.
+            Statistic::Quantile(share) => format!("q{share}").replace("q0.", "q"),
+            Statistic::Slope => "slope".to_owned(),
+            Statistic::Secant => "secant".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Statistics of columns within groups of rows.
+
+use std::collections::HashMap;
+
+use arrow::array::ArrayRef;
+use arrow::datatypes::{Field, Schema};
+use polars::prelude::{
+    DataFrame, Expr, IntoLazy, QuantileMethod, SortMultipleOptions, col, len, lit,
+};
+
+use super::super::StageError;
+use super::super::columns::{
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP,
+};
+use super::frame::{self, polars_error};
+use super::{Groups, ONE_SURFACE, Statistic};
+use crate::store::column::{Column, ColumnKind};
+use crate::store::table::Table;
+
+const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
+const UNCONVERGED: Column = Column::result(
+    "unconverged",
+    ColumnKind::Integer,
+    "1",
+    "rows in the group whose load did not converge; they count all the same",
+);
+const LOAD_MIDPOINT: Column = Column::result(
+    "load_midpoint",
+    ColumnKind::Real,
+    "E* × rms slope",
+    "load half way from the one before, where slopes belong",
+);
+
+/// Quantities that vanish at zero load, so that their first slope starts there.
+const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, ENERGY];
+
+/// One row per group, in ascending order of the columns that name it.
+///
+/// # Errors
+/// When a column is missing or holds no numbers.
+pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
+    let names = group_names(table, groups);
+    let frame = frame::of(table)?;
+    for name in names.iter().chain(&groups.over) {
+        require(&frame, name)?;
+    }
+    let keys: Vec<Expr> = names.iter().map(|name| col(name.as_str())).collect();
+    let mut reduced = frame
+        .lazy()
+        .group_by_stable(keys.clone())
+        .agg(aggregations(table, groups))
+        .sort_by_exprs(
+            keys,
+            SortMultipleOptions::default().with_maintain_order(true),
+        );
+    if groups
+        .statistics
+        .iter()
+        .any(|s| matches!(s, Statistic::Slope | Statistic::Secant))
+    {
+        reduced = reduced.with_columns(against_load(&names, groups)?);
+    }
+    let chosen: Vec<Expr> = output(table, &names, groups)
+        .iter()
+        .map(|name| col(name.as_str()))
+        .collect();
+    let reduced = reduced.select(chosen).collect().map_err(polars_error)?;
+    Ok(with_meanings(
+        table,
+        frame::columns(&reduced)?,
+        reduced.height(),
+    ))
+}
+
+/// The columns that name a group.
+fn group_names(table: &Table, groups: &Groups) -> Vec<String> {
+    let coordinates = table.coordinates();
+    let all = coordinates.names().into_iter().map(str::to_owned);
+    let default = || {
+        all.filter(|name| !ONE_SURFACE.contains(&name.as_str()))
+            .collect()
+    };
+    groups.group_by.clone().unwrap_or_else(default)
+}
+
+fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
+    frame
+        .column(name)
+        .map(drop)
+        .map_err(|_| StageError::Aggregate {
+            reason: format!("the input has no column `{name}`"),
+        })
+}
+
+fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
+    let mut expressions = vec![len().alias(COUNT.name)];
+    if table.has(STOP.name) {
+        let given_up = col(STOP.name).eq(lit("pair-limit"));
+        expressions.push(given_up.sum().alias(UNCONVERGED.name));
+    }
+    for name in &groups.over {
+        // Slopes and secants need the mean, whether or not it is asked for.
+        expressions.push(col(name.as_str()).mean().alias(mean_of(name)));
+        for &statistic in &groups.statistics {
+            if let Some(expression) = within_group(col(name.as_str()), statistic) {
+                expressions.push(expression.alias(named(name, statistic)));
+            }
+        }
+    }
+    expressions
+}
+
+/// The name under which the mean waits for slopes and secants; no user's column has it.
+fn mean_of(name: &str) -> String {
+    format!("{name} mean")
+}
+
+fn named(name: &str, statistic: Statistic) -> String {
+    format!("{name}_{}", statistic.suffix())
+}
+
+fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
+    Some(match statistic {
+        Statistic::Mean => values.mean(),
+        Statistic::Sd => values.std(1),
+        Statistic::Sem => values.clone().std(1) / values.count().sqrt(),
+        Statistic::Min => values.min(),
+        Statistic::Max => values.max(),
+        Statistic::Quantile(share) => values.quantile(lit(share), QuantileMethod::Linear),
+        Statistic::Slope | Statistic::Secant => return None,
+    })
+}
+
+/// Slopes by differences of the mean curve, and secants. Rows ascend in load within a curve.
+fn against_load(names: &[String], groups: &Groups) -> Result<Vec<Expr>, StageError> {
+    let is_load = |name: &&String| [LOAD.name, PRESSURE.name].contains(&name.as_str());
+    let curve: Vec<Expr> = names
+        .iter()
+        .filter(|n| !is_load(n))
+        .map(|n| col(n.as_str()))
+        .collect();
+    let before = |values: Expr| match curve.is_empty() {
+        true => Ok(values.shift(lit(1))),
+        false => values
+            .shift(lit(1))
+            .over(curve.clone())
+            .map_err(polars_error),
+    };
+    let load = || col(LOAD.name);
+    let load_before = before(load())?.fill_null(lit(0.0));
+    let midpoint = (load() + load_before.clone()) / lit(2.0);
+    let mut expressions = vec![midpoint.alias(LOAD_MIDPOINT.name)];
+    for name in &groups.over {
+        let mean = || col(mean_of(name));
+        let starts_at_zero = FROM_ZERO.iter().any(|column| column.name == name);
+        let mean_before = match starts_at_zero {
+            true => before(mean())?.fill_null(lit(0.0)),
+            false => before(mean())?,
+        };
+        for &statistic in &groups.statistics {
+            let expression = match statistic {
+                Statistic::Slope => (mean() - mean_before.clone()) / (load() - load_before.clone()),
+                Statistic::Secant => mean() / load(),
+                _ => continue,
+            };
+            expressions.push(expression.alias(named(name, statistic)));
+        }
+    }
+    Ok(expressions)
+}
+
+/// The columns of the reduced table, in order.
+fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
+    let mut output = names.to_vec();
+    output.push(COUNT.name.to_owned());
+    if table.has(STOP.name) {
+        output.push(UNCONVERGED.name.to_owned());
+    }
+    if groups.statistics.contains(&Statistic::Slope) {
+        output.push(LOAD_MIDPOINT.name.to_owned());
+    }
+    for name in &groups.over {
+        output.extend(
+            groups
+                .statistics
+                .iter()
+                .map(|&statistic| named(name, statistic)),
+        );
+    }
+    output
+}
+
+/// Gives each column the unit and meaning that it inherits.
+fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
+    let schema = table.batch().schema();
+    let own: HashMap<&str, Column> = [COUNT, UNCONVERGED, LOAD_MIDPOINT]
+        .map(|column| (column.name, column))
+        .into();
+    let field = |name: &str, array: &ArrayRef| {
+        if let Some(column) = own.get(name) {
+            return column.field();
+        }
+        if let Ok(field) = schema.field_with_name(name) {
+            return field.clone();
+        }
+        let source = schema
+            .fields()
+            .iter()
+            .filter(|f| name.starts_with(&format!("{}_", f.name())));
+        let source = source.max_by_key(|field| field.name().len());
+        let metadata = source
+            .map(|field| inherited(field, name))
+            .unwrap_or_default();
+        Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
+    };
+    let fields: Vec<Field> = columns
+        .iter()
+        .map(|(name, array)| field(name, array))
+        .collect();
+    let arrays = columns.into_iter().map(|(_, array)| array).collect();
+    Table::of(rows, Schema::new(fields), arrays)
+}
+
+fn inherited(source: &Field, name: &str) -> arrow::datatypes::Metadata {
+    let of = |entry: &str| source.metadata().get(entry).cloned().unwrap_or_default();
+    let statistic = &name[source.name().len() + 1..];
+    let unit = match statistic {
+        "slope" | "secant" => format!("{} per load", of("unit")),
+        _ => of("unit"),
+    };
+    arrow::datatypes::Metadata::new()
+        .with("role", "result")
+        .with("unit", unit)
+        .with("meaning", format!("{statistic} of: {}", of("meaning")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::column::{integers, reals, texts};
+
+    const HURST: Column = Column::coordinate("hurst", ColumnKind::Real, "1", "Hurst exponent");
+    const REALIZATION: Column =
+        Column::coordinate("realization", ColumnKind::Integer, "", "realization");
+
+    /// Two spectra × two surfaces × two loads; the area is easy to average.
+    fn table() -> Table {
+        Table::new(
+            8,
+            vec![
+                (HURST, reals([0.8, 0.8, 0.8, 0.8, 0.3, 0.3, 0.3, 0.3])),
+                (REALIZATION, integers([0, 0, 1, 1, 0, 0, 1, 1])),
+                (LOAD, reals([0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2])),
+                (
+                    AREA_FRACTION,
+                    reals([0.2, 0.3, 0.4, 0.7, 0.1, 0.2, 0.1, 0.2]),
+                ),
+                (
+                    STOP,
+                    texts(["converged"; 7].into_iter().chain(["pair-limit"])),
+                ),
+            ],
+        )
+    }
+
+    fn groups(statistics: &[Statistic]) -> Groups {
+        Groups {
+            group_by: None,
+            over: vec![AREA_FRACTION.name.to_owned()],
+            statistics: statistics.to_vec(),
+        }
+    }
+
+    fn column(reduced: &Table, name: &str) -> Vec<f64> {
+        reduced.reals(name).unwrap().values().to_vec()
+    }
+
+    #[test]
+    fn groups_are_the_points_of_the_study_in_ascending_order() {
+        let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
+        assert_eq!(column(&reduced, "hurst"), [0.3, 0.3, 0.8, 0.8]);
+        assert_eq!(column(&reduced, "load"), [0.1, 0.2, 0.1, 0.2]);
+        assert_eq!(reduced.integers("count").unwrap().values(), &[2, 2, 2, 2]);
+        assert!(!reduced.has("realization"));
+    }
+
+    #[test]
+    fn statistics_are_those_of_the_rows_of_a_group() {
+        let asked = [
+            Statistic::Mean,
+            Statistic::Sd,
+            Statistic::Sem,
+            Statistic::Min,
+            Statistic::Max,
+            Statistic::Quantile(0.25),
+        ];
+        let reduced = reduce(&table(), &groups(&asked)).unwrap();
+        let third = |name: &str| column(&reduced, &format!("area_fraction_{name}"))[2];
+        let expected = [
+            ("mean", 0.3),
+            ("sd", 0.02_f64.sqrt()),
+            ("sem", 0.1),
+            ("min", 0.2),
+            ("max", 0.4),
+            ("q25", 0.25),
+        ];
+        for (name, value) in expected {
+            assert!((third(name) - value).abs() < 1e-15, "{name}");
+        }
+    }
+
+    #[test]
+    fn slopes_are_differences_of_the_mean_curve_from_zero_on() {
+        let reduced = reduce(&table(), &groups(&[Statistic::Slope, Statistic::Secant])).unwrap();
+        let close = |name: &str, expected: [f64; 4]| {
+            let pairs = column(&reduced, name).into_iter().zip(expected);
+            assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12), "{name}");
+        };
+        close("load_midpoint", [0.05, 0.15, 0.05, 0.15]);
+        close("area_fraction_slope", [1.0, 1.0, 3.0, 2.0]);
+        close("area_fraction_secant", [1.0, 1.0, 3.0, 2.5]);
+    }
+
+    #[test]
+    fn rows_that_did_not_converge_are_counted() {
+        let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
+        let unconverged = reduced.integers("unconverged").unwrap();
+        assert_eq!(unconverged.values(), &[0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_missing_column_is_named() {
+        let mut asked = groups(&[Statistic::Mean]);
+        asked.over = vec!["arae".to_owned()];
+        let error = reduce(&table(), &asked).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "cannot aggregate: the input has no column `arae`"
+        );
+    }
+
+    #[test]
+    fn reduced_columns_say_what_they_mean() {
+        let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
+        let schema = reduced.batch().schema();
+        let field = schema.field_with_name("area_fraction_mean").unwrap();
+        assert_eq!(
+            field.metadata()["meaning"],
+            "mean of: share of the nodes in contact"
+        );
+    }
+}

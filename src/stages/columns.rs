@@ -1,0 +1,312 @@
+//! Every column of every stage: its name, unit and meaning, said once.
+
+use crate::store::column::Column;
+use crate::store::column::ColumnKind::{Bytes, Flag, Integer, Real, Reals, Text};
+
+const fn coordinate_text(name: &'static str, meaning: &'static str) -> Column {
+    Column::coordinate(name, Text, "", meaning)
+}
+
+const fn coordinate_integer(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Column {
+    Column::coordinate(name, Integer, unit, meaning)
+}
+
+const fn coordinate(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+    Column::coordinate(name, Real, unit, meaning)
+}
+
+const fn real(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+    Column::result(name, Real, unit, meaning)
+}
+
+const fn integer(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+    Column::result(name, Integer, unit, meaning)
+}
+
+const fn flag(name: &'static str, meaning: &'static str) -> Column {
+    Column::result(name, Flag, "", meaning)
+}
+
+const fn text(name: &'static str, meaning: &'static str) -> Column {
+    Column::result(name, Text, "", meaning)
+}
+
+// Where a row belongs.
+pub const SURFACE: Column = coordinate_text(
+    "surface",
+    "name of the surface, the same in every stage's table",
+);
+pub const METHOD: Column = coordinate_text("method", "how the surface was made");
+pub const NODES: Column = coordinate_integer("nodes", "1", "nodes per side of the mesh");
+pub const SIDE: Column = coordinate("side", "length", "side of the periodic cell");
+pub const RMS_SLOPE: Column = coordinate("rms_slope", "1", "root mean square of the gradient");
+pub const HURST: Column = coordinate("hurst", "1", "Hurst exponent");
+pub const K_LOWER: Column =
+    coordinate_integer("k_lower", "2π/side", "lower cutoff wavenumber, inclusive");
+pub const K_ROLLOFF: Column = coordinate_integer(
+    "k_rolloff",
+    "2π/side",
+    "wavenumber at which the plateau ends",
+);
+pub const K_UPPER: Column =
+    coordinate_integer("k_upper", "2π/side", "upper cutoff wavenumber, inclusive");
+pub const SEED: Column = coordinate_integer("seed", "", "seed of the draws");
+pub const REALIZATION: Column = coordinate_integer(
+    "realization",
+    "",
+    "number of the surface among those of one spectrum",
+);
+pub const CONTENT: Column = coordinate_text("content", "hash of the measured surface's file");
+pub const UNIT: Column = coordinate_text("unit", "unit of length of the measured surface");
+pub const EDGES: Column = coordinate_text("edges", "how the map's edges are made to meet");
+pub const HEIGHT_SCALE: Column = coordinate(
+    "height_scale",
+    "1",
+    "factor from the file's heights to lengths",
+);
+pub const TAPER_FRACTION: Column = coordinate(
+    "taper_fraction",
+    "1",
+    "share of the side over which heights fade at each edge",
+);
+pub const RADIUS: Column = coordinate("radius", "length", "radius of the shape");
+pub const AMPLITUDE: Column = coordinate("amplitude", "length", "amplitude of the wave");
+pub const WAVES: Column = coordinate_integer("waves", "1", "wavelengths per side");
+pub const DEPTH: Column = coordinate("depth", "length", "depth of the shape's foot");
+pub const YOUNGS_MODULUS: Column = coordinate("youngs_modulus", "pressure", "effective modulus E*");
+pub const TOLERANCE: Column = coordinate(
+    "tolerance",
+    "rms slope × mesh step",
+    "largest gap in contact and penetration outside it that is accepted",
+);
+pub const LOAD: Column = coordinate("load", "E* × rms slope", "mean pressure, reduced");
+pub const PRESSURE: Column = coordinate("pressure", "pressure", "mean pressure");
+
+/// What describes a surface.
+pub const DESCRIPTORS: [Column; 14] = [
+    real("m00", "length²", "spectral moment m₀₀: mean square height"),
+    real("m20", "1", "spectral moment m₂₀: mean square slope along x"),
+    real("m02", "1", "spectral moment m₀₂: mean square slope along y"),
+    real("m22", "1/length²", "spectral moment m₂₂"),
+    real(
+        "m40",
+        "1/length²",
+        "spectral moment m₄₀: mean square curvature along x",
+    ),
+    real(
+        "m04",
+        "1/length²",
+        "spectral moment m₀₄: mean square curvature along y",
+    ),
+    real("nayak", "1", "Nayak's parameter α = m₀ m₄/m₂²"),
+    real(
+        "summit_density",
+        "1/length²",
+        "Nayak's density of summits D = (√3/18π) m₄/m₂",
+    ),
+    real(
+        "summit_density_integer",
+        "(side/2π)⁻²",
+        "the same in integer wavenumbers, as the 2015 paper tabulates it",
+    ),
+    real("rms_height", "length", "root mean square height"),
+    real("skewness", "1", "third standardised moment of the heights"),
+    real(
+        "excess_kurtosis",
+        "1",
+        "fourth standardised moment of the heights, less 3",
+    ),
+    real(
+        "effective_modes",
+        "1",
+        "inverse participation ratio of the modes' powers",
+    ),
+    real(
+        "full_contact_load",
+        "E* × rms slope",
+        "smallest mean pressure at which every node touches",
+    ),
+];
+
+pub const HEIGHTS: Column = Column::heavy(
+    "heights",
+    Reals,
+    "length",
+    "heights of the nodes, row-major, towards the elastic body",
+);
+
+// What a load does.
+pub const CONTACT_NODES: Column = integer("contact_nodes", "1", "nodes with positive pressure");
+pub const MEAN_GAP: Column = real("mean_gap", "length", "mean distance of the surfaces");
+pub const ENERGY: Column = real(
+    "energy",
+    "pressure × length",
+    "elastic energy per unit of nominal area",
+);
+pub const PEAK_PRESSURE: Column = real("peak_pressure", "pressure", "largest pressure");
+pub const PAIRS: Column = integer(
+    "pairs",
+    "1",
+    "forward and inverse transforms that the load took",
+);
+pub const RESIDUAL: Column = real(
+    "residual",
+    "rms slope × mesh step",
+    "largest gap in contact or penetration outside it",
+);
+pub const STOP: Column = text(
+    "stop",
+    "how the load ended: converged, full-contact or pair-limit",
+);
+pub const CONTACT: Column = Column::heavy(
+    "contact",
+    Bytes,
+    "",
+    "contact map, one bit a node, row-major, least significant bit first",
+);
+pub const PRESSURES: Column = Column::heavy(
+    "pressures",
+    Reals,
+    "pressure",
+    "pressures of the nodes, row-major; null where there is no contact",
+);
+
+// What is counted in a contact map.
+pub const AREA_FRACTION: Column = real("area_fraction", "1", "share of the nodes in contact");
+pub const SWITCHES_ALONG_ROWS: Column = integer(
+    "switches_along_rows",
+    "1",
+    "changes between contact and gap along all rows, around the cell",
+);
+pub const SWITCHES_ALONG_COLUMNS: Column = integer(
+    "switches_along_columns",
+    "1",
+    "changes between contact and gap along all columns, around the cell",
+);
+pub const SWITCHES: Column = integer(
+    "switches",
+    "1",
+    "changes between contact and gap along all rows and columns",
+);
+pub const PERIMETER_MANHATTAN: Column =
+    real("perimeter_manhattan", "length", "S_d: switches × mesh step");
+pub const PERIMETER_EUCLIDEAN: Column = real(
+    "perimeter_euclidean",
+    "length",
+    "π/4 of the Manhattan perimeter",
+);
+pub const EDGE_NODES_4: Column = integer(
+    "edge_nodes_4",
+    "1",
+    "contact nodes with a gap among their 4 neighbours",
+);
+pub const EDGE_NODES_8: Column = integer(
+    "edge_nodes_8",
+    "1",
+    "contact nodes with a gap among their 8 neighbours",
+);
+pub const INTERIOR_NODES: Column = integer(
+    "interior_nodes",
+    "1",
+    "contact nodes whose 8 neighbours all touch",
+);
+pub const CLUSTERS: Column = integer(
+    "clusters",
+    "1",
+    "4-connected clusters of contact nodes, around the cell",
+);
+pub const LARGEST_CLUSTER: Column = integer("largest_cluster", "1", "nodes of the largest cluster");
+pub const PERCOLATES_X: Column = flag(
+    "percolates_x",
+    "some contact cluster winds around the cell along x",
+);
+pub const PERCOLATES_Y: Column = flag(
+    "percolates_y",
+    "some contact cluster winds around the cell along y",
+);
+pub const GAP_PERCOLATES_X: Column = flag(
+    "gap_percolates_x",
+    "some 4-connected channel of gap winds around the cell along x",
+);
+pub const GAP_PERCOLATES_Y: Column = flag(
+    "gap_percolates_y",
+    "some 4-connected channel of gap winds around the cell along y",
+);
+pub const MEAN_CONTACT_PRESSURE: Column = real(
+    "mean_contact_pressure",
+    "pressure",
+    "mean pressure over the contact nodes",
+);
+pub const SECANT: Column = real("secant", "1", "area fraction over load, κ of the secant");
+
+/// What is measured of a contact map.
+pub const CONTACT_MEASURES: [Column; 21] = [
+    AREA_FRACTION,
+    CONTACT_NODES,
+    SWITCHES_ALONG_ROWS,
+    SWITCHES_ALONG_COLUMNS,
+    SWITCHES,
+    PERIMETER_MANHATTAN,
+    PERIMETER_EUCLIDEAN,
+    EDGE_NODES_4,
+    EDGE_NODES_8,
+    INTERIOR_NODES,
+    CLUSTERS,
+    LARGEST_CLUSTER,
+    PERCOLATES_X,
+    PERCOLATES_Y,
+    GAP_PERCOLATES_X,
+    GAP_PERCOLATES_Y,
+    MEAN_CONTACT_PRESSURE,
+    SECANT,
+    MEAN_GAP,
+    ENERGY,
+    STOP,
+];
+
+// What is counted in heights.
+pub const BIN: Column = coordinate("bin", "rms height", "centre of the bin");
+pub const COUNT: Column = integer("nodes_in_bin", "1", "nodes whose height lies in the bin");
+pub const DENSITY: Column = real(
+    "density",
+    "1/rms height",
+    "probability density of the height in the bin",
+);
+
+// What a correction does.
+pub const CORRECTION: Column =
+    coordinate_text("correction", "name of the estimator of the true area");
+pub const COEFFICIENT: Column = coordinate(
+    "coefficient",
+    "1",
+    "share of the Manhattan perimeter × mesh step taken off",
+);
+pub const AREA_CORRECTED: Column = real(
+    "area_corrected",
+    "1",
+    "estimate of the true share of the area",
+);
+pub const AREA_LOWER: Column = real(
+    "area_lower",
+    "1",
+    "lower bound on the true share of the area, A − π/4 S_d Δx; for pi/8",
+);
+pub const AREA_UPPER: Column = real(
+    "area_upper",
+    "1",
+    "upper bound on the true share of the area, as counted; for pi/8",
+);
+pub const ERROR_ABSOLUTE: Column = real(
+    "error_absolute",
+    "1",
+    "half the distance of the bounds, a share of the cell; for pi/8",
+);
+pub const ERROR_RELATIVE: Column = real(
+    "error_relative",
+    "1",
+    "half the distance of the bounds over the counted area; for pi/8",
+);

@@ -1,0 +1,108 @@
+//! Corrects the contact area for the mesh.
+
+use serde::Serialize;
+
+use super::columns::*;
+use super::{Input, StageError};
+use crate::contact::correction::{CountedArea, PI_OVER_EIGHT};
+use crate::store::column::{optional_reals, reals, texts};
+use crate::store::table::Table;
+
+/// Raise it when the numbers change.
+pub const VERSION: u32 = 1;
+
+/// The estimators to apply, each giving its own rows; names are unique.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Params {
+    /// In the order of the manifest.
+    pub corrections: Vec<Correction>,
+}
+
+/// A named estimator: `A − coefficient × S_d Δx`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Correction {
+    /// What the `correction` column says.
+    pub name: String,
+    /// Share of the Manhattan perimeter × mesh step taken off the counted area.
+    pub coefficient: f64,
+}
+
+impl Correction {
+    /// Whether it is the one of the 2015 paper, which comes with bounds.
+    fn has_bounds(&self) -> bool {
+        self.coefficient == PI_OVER_EIGHT
+    }
+}
+
+/// Applies every estimator to every row: all rows by the first one, then all by the next.
+///
+/// # Errors
+/// When the input holds no measured contacts.
+pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
+    let [
+        Input {
+            table: measured, ..
+        },
+    ] = inputs
+    else {
+        unreachable!("the plan corrects one table at a time")
+    };
+    let areas = counted_areas(measured)?;
+    let tables: Vec<Table> = params
+        .corrections
+        .iter()
+        .map(|correction| corrected(measured, &areas, correction))
+        .collect();
+    Ok(Table::stack(&tables)?)
+}
+
+fn counted_areas(measured: &Table) -> Result<Vec<CountedArea>, StageError> {
+    let nodes = measured.integers(NODES.name)?;
+    let contact_nodes = measured.integers(CONTACT_NODES.name)?;
+    let switches = measured.integers(SWITCHES.name)?;
+    let counted = |row| CountedArea {
+        nodes: nodes.value(row).unsigned_abs() as usize,
+        contact_nodes: contact_nodes.value(row).unsigned_abs() as usize,
+        switches: switches.value(row).unsigned_abs() as usize,
+    };
+    Ok((0..measured.rows()).map(counted).collect())
+}
+
+fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -> Table {
+    let coefficient = correction.coefficient;
+    let bounded = |value: &dyn Fn(&CountedArea) -> Option<f64>| {
+        let known = |area: &CountedArea| value(area).filter(|_| correction.has_bounds());
+        optional_reals(areas.iter().map(known))
+    };
+    let own = vec![
+        (CORRECTION, texts(vec![&correction.name; areas.len()])),
+        (COEFFICIENT, reals(vec![coefficient; areas.len()])),
+    ];
+    let estimates = vec![
+        (
+            AREA_CORRECTED,
+            reals(areas.iter().map(|area| area.corrected(coefficient))),
+        ),
+        (AREA_LOWER, bounded(&|area| Some(area.bounds()[0]))),
+        (AREA_UPPER, bounded(&|area| Some(area.bounds()[1]))),
+        (
+            ERROR_ABSOLUTE,
+            bounded(&|area| Some(area.absolute_error(coefficient))),
+        ),
+        (
+            ERROR_RELATIVE,
+            bounded(&|area| area.relative_error(coefficient)),
+        ),
+    ];
+    let counted = measured.only(&[
+        AREA_FRACTION.name,
+        SWITCHES.name,
+        CONTACT_NODES.name,
+        STOP.name,
+    ]);
+    measured
+        .coordinates()
+        .with(own)
+        .with(estimates)
+        .beside(&counted)
+}

@@ -1,0 +1,270 @@
+//! Fits laws to the pooled surfaces of one parameter point.
+
+use serde::Serialize;
+
+use super::{Input, StageError};
+use crate::fitting::FitError;
+use crate::fitting::bootstrap::{Bootstrap, Interval, Intervals};
+use crate::fitting::convexity::CommonKappa;
+use crate::fitting::curves::{Curves, Window};
+use crate::fitting::evolution::{self, EvolutionFit, EvolutionProblem, Quantity};
+use crate::fitting::pressure_growth::PressureGrowthProblem;
+use crate::fitting::scaled_erf::ScaledErfProblem;
+use crate::store::table::Table;
+
+pub mod points;
+pub mod rows;
+
+use points::Point;
+use rows::Row;
+
+/// Raise it when the numbers change.
+pub const VERSION: u32 = 1;
+
+/// One fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Params {
+    /// Which law.
+    #[serde(flatten)]
+    pub law: Law,
+    /// Smallest and largest load that count, in units of E* × rms slope.
+    pub window: [f64; 2],
+    /// Resamplings of whole surfaces; 0 for no intervals.
+    pub bootstrap: u32,
+    /// Share of resamplings inside the interval.
+    pub level: f64,
+    /// Seed of the resampling.
+    pub seed: u64,
+}
+
+/// A law and what is free in it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "law", rename_all = "kebab-case")]
+pub enum Law {
+    /// The contact evolution law of Yastrebov, Anciaux & Molinari (2015).
+    ContactEvolution {
+        /// What the residuals are taken of.
+        to: Datum,
+        /// What is known of κ.
+        kappa: Kappa,
+    },
+    /// dp̄/dp₀ = β a^(μ − 1).
+    MeanPressure,
+    /// a = erf(β √2 y), near full contact.
+    ScaledErf,
+}
+
+/// What a fit compares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Datum {
+    /// The slope of the mean curve, by differences.
+    Slope,
+    /// The mean curve.
+    Area,
+}
+
+/// What is known of κ.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kappa {
+    /// Its value.
+    Given(f64),
+    /// Nothing: it is fitted too.
+    Free,
+    /// The smallest one for which the slopes of all curves of the stage are convex.
+    MinimalConvex,
+}
+
+impl Params {
+    /// Whether one task needs every parameter point at once.
+    pub fn pools_all_points(&self) -> bool {
+        matches!(
+            self.law,
+            Law::ContactEvolution {
+                kappa: Kappa::MinimalConvex,
+                ..
+            }
+        )
+    }
+
+    /// Expected cost, see [`super::Recipe::weight`].
+    pub fn weight(&self) -> f64 {
+        1e5 * f64::from(self.bootstrap + 1)
+    }
+
+    fn bootstrap(&self) -> Bootstrap {
+        Bootstrap {
+            replicates: self.bootstrap as usize,
+            seed: self.seed,
+            level: self.level,
+        }
+    }
+
+    fn window(&self) -> Window {
+        let [from, to] = self.window;
+        Window { from, to }
+    }
+}
+
+impl From<Datum> for Quantity {
+    fn from(datum: Datum) -> Quantity {
+        match datum {
+            Datum::Slope => Quantity::Slope,
+            Datum::Area => Quantity::Area,
+        }
+    }
+}
+
+/// Fits every parameter point among the inputs' rows; a fit that fails is a row that says why.
+///
+/// # Errors
+/// When the inputs hold no measured contacts.
+pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
+    let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
+    let table = Table::stack(&tables)?;
+    let points = Point::all(&table)?;
+    let rows = match params.law {
+        Law::ContactEvolution {
+            to,
+            kappa: Kappa::MinimalConvex,
+        } => with_common_kappa(&points, to, params),
+        _ => points.iter().map(|point| alone(point, params)).collect(),
+    };
+    Ok(rows::table(&table, &points, params, &rows))
+}
+
+/// The fit of one point by itself.
+fn alone(point: &Point, params: &Params) -> Row {
+    let fitted = point
+        .curves
+        .as_ref()
+        .map_err(Clone::clone)
+        .and_then(|curves| match params.law {
+            Law::ContactEvolution {
+                to,
+                kappa: Kappa::Given(kappa),
+            } => evolution(curves, to, evolution::Kappa::Given(kappa), params),
+            Law::ContactEvolution { to, .. } => {
+                evolution(curves, to, evolution::Kappa::Free, params)
+            }
+            Law::MeanPressure => pressure_growth(curves, params),
+            Law::ScaledErf => scaled_erf(curves, params),
+        });
+    fitted.unwrap_or_else(|error| Row::failed(&error))
+}
+
+fn evolution(
+    curves: &Curves,
+    to: Datum,
+    kappa: evolution::Kappa,
+    params: &Params,
+) -> Result<Row, FitError> {
+    let problem = EvolutionProblem::new(curves, to.into(), params.window())?;
+    let fit = problem.fit(kappa)?;
+    let intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
+    Ok(evolution_row(&fit, intervals))
+}
+
+fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
+    Row {
+        values: vec![fit.law.kappa, fit.law.beta, fit.law.mu],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        reduced_chi_square: fit.reduced_chi_square,
+        data: fit.data,
+        converged: fit.converged,
+        convex: Some(fit.convex),
+        ..Row::with(intervals)
+    }
+}
+
+fn pressure_growth(curves: &Curves, params: &Params) -> Result<Row, FitError> {
+    let problem = PressureGrowthProblem::new(curves, params.window());
+    let fit = problem.fit()?;
+    Ok(Row {
+        values: vec![fit.exponent, fit.prefactor],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        data: fit.data,
+        converged: true,
+        ..Row::with(problem.bootstrap(&params.bootstrap()))
+    })
+}
+
+fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
+    let problem = ScaledErfProblem::new(curves, params.window());
+    let fit = problem.fit()?;
+    Ok(Row {
+        values: vec![fit.beta],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        data: fit.data,
+        converged: fit.converged,
+        ..Row::with(problem.bootstrap(&params.bootstrap()))
+    })
+}
+
+/// All points at the smallest κ for which all their fitted slopes are convex.
+///
+/// κ itself is common to the points, but only curves under one correction are compared: the
+/// corrections are rival readings of the same data.
+fn with_common_kappa(points: &[Point], to: Datum, params: &Params) -> Vec<Row> {
+    let mut rows: Vec<Option<Row>> = points.iter().map(|_| None).collect();
+    for correction in points::corrections(points) {
+        let members: Vec<usize> = (0..points.len())
+            .filter(|&i| points[i].correction == correction)
+            .collect();
+        let fitted = common_kappa(points, &members, to, params);
+        for (slot, row) in members.iter().zip(fitted) {
+            rows[*slot] = Some(row);
+        }
+    }
+    rows.into_iter().flatten().collect()
+}
+
+fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params) -> Vec<Row> {
+    let problem = |&member: &usize| {
+        let curves = points[member].curves.as_ref().map_err(Clone::clone)?;
+        EvolutionProblem::new(curves, to.into(), params.window())
+    };
+    let all_failed = |error: FitError| members.iter().map(|_| Row::failed(&error)).collect();
+    let problems = match members.iter().map(problem).collect::<Result<Vec<_>, _>>() {
+        Ok(problems) => problems,
+        Err(error) => return all_failed(error),
+    };
+    let common = match CommonKappa::fit(&problems) {
+        Ok(common) => common,
+        Err(error) => return all_failed(error),
+    };
+    let of_kappa = common.bootstrap(&problems, &params.bootstrap());
+    let rows = problems
+        .iter()
+        .zip(&common.fits)
+        .zip(&common.own)
+        .map(|((problem, fit), own)| {
+            let fit = match fit {
+                Ok(fit) => fit,
+                Err(error) => return Row::failed(error),
+            };
+            let given = evolution::Kappa::Given(common.kappa);
+            let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
+            replace_first(&mut intervals, of_kappa.as_ref());
+            Row {
+                own_kappa: own.as_ref().ok().copied(),
+                ..evolution_row(fit, intervals)
+            }
+        });
+    rows.collect()
+}
+
+/// κ was given to the single fits; its own interval comes from resampling all points together.
+fn replace_first(intervals: &mut Intervals, of_kappa: Option<&Intervals>) {
+    let kappa: Option<Interval> = of_kappa
+        .and_then(|all| all.intervals.as_ref())
+        .and_then(|all| all.first().copied());
+    match (&mut intervals.intervals, kappa) {
+        (Some(own), Some(kappa)) if !own.is_empty() => own[0] = kappa,
+        (own, _) => *own = None,
+    }
+}

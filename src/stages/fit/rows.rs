@@ -1,0 +1,284 @@
+//! Fits as rows of a table.
+
+use arrow::array::ArrayRef;
+
+use super::points::Point;
+use super::{Datum, Kappa, Law, Params};
+use crate::fitting::FitError;
+use crate::fitting::bootstrap::{Interval, Intervals};
+use crate::stages::columns::{LOAD, PRESSURE, REALIZATION, SURFACE};
+use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
+use crate::store::column::{Column, flags, integers, optional_reals, reals, texts};
+use crate::store::table::Table;
+
+/// The outcome for one point.
+#[derive(Default)]
+pub struct Row {
+    /// The law's parameters, in its order; empty if the fit failed.
+    pub values: Vec<f64>,
+    /// Their intervals.
+    pub intervals: Option<Vec<Interval>>,
+    /// Replicates that could not be fitted.
+    pub failed_replicates: usize,
+    /// The smallest convex κ of this point alone.
+    pub own_kappa: Option<f64>,
+    pub rms_residual: Option<f64>,
+    pub r_squared: Option<f64>,
+    pub reduced_chi_square: Option<f64>,
+    /// Number of data.
+    pub data: usize,
+    pub converged: bool,
+    pub convex: Option<bool>,
+    /// Why there is no fit.
+    pub failure: Option<String>,
+}
+
+impl Row {
+    /// A row with intervals, to be filled in.
+    pub fn with(intervals: Intervals) -> Row {
+        Row {
+            failed_replicates: intervals.failed,
+            intervals: intervals.intervals,
+            ..Row::default()
+        }
+    }
+
+    /// A row that says why there is no fit.
+    pub fn failed(error: &FitError) -> Row {
+        Row {
+            failure: Some(error.to_string()),
+            ..Row::default()
+        }
+    }
+
+    fn status(&self) -> &str {
+        match &self.failure {
+            Some(reason) => reason,
+            None if self.converged => "fitted",
+            None => "not converged",
+        }
+    }
+}
+
+/// A parameter and its interval.
+struct Parameter {
+    value: Column,
+    lower: Column,
+    upper: Column,
+    error: Column,
+}
+
+const fn parameter(names: [&'static str; 4], meaning: &'static str) -> Parameter {
+    let [value, lower, upper, error] = names;
+    Parameter {
+        value: Column::result(value, Real, "1", meaning),
+        lower: Column::result(lower, Real, "1", "lower end of the bootstrap interval"),
+        upper: Column::result(upper, Real, "1", "upper end of the bootstrap interval"),
+        error: Column::result(error, Real, "1", "standard error by bootstrap"),
+    }
+}
+
+const KAPPA: Parameter = parameter(
+    [
+        "kappa",
+        "kappa_lower",
+        "kappa_upper",
+        "kappa_standard_error",
+    ],
+    "κ: slope of area against load at first touch",
+);
+const BETA: Parameter = parameter(
+    ["beta", "beta_lower", "beta_upper", "beta_standard_error"],
+    "β of the contact evolution law",
+);
+const MU: Parameter = parameter(
+    ["mu", "mu_lower", "mu_upper", "mu_standard_error"],
+    "μ of the contact evolution law; slopes are convex for μ ≤ 1",
+);
+const EXPONENT: Parameter = parameter(
+    [
+        "exponent",
+        "exponent_lower",
+        "exponent_upper",
+        "exponent_standard_error",
+    ],
+    "exponent of dp̄/dp₀ as a power of the area, μ − 1",
+);
+const PREFACTOR: Parameter = parameter(
+    [
+        "prefactor",
+        "prefactor_lower",
+        "prefactor_upper",
+        "prefactor_standard_error",
+    ],
+    "prefactor of dp̄/dp₀ as a power of the area, β",
+);
+const ERF_SCALE: Parameter = parameter(
+    [
+        "erf_scale",
+        "erf_scale_lower",
+        "erf_scale_upper",
+        "erf_scale_standard_error",
+    ],
+    "β of a = erf(β √2 y); 1 in Persson's theory",
+);
+
+const LAW: Column = Column::coordinate("law", Text, "", "the law that is fitted");
+const DATUM: Column = Column::coordinate("fitted_to", Text, "", "what the residuals are taken of");
+const KAPPA_IS: Column = Column::coordinate("kappa_is", Text, "", "given, free or minimal-convex");
+const WINDOW_LOWER: Column = Column::coordinate(
+    "window_lower",
+    Real,
+    "E* × rms slope",
+    "smallest load that counts",
+);
+const WINDOW_UPPER: Column = Column::coordinate(
+    "window_upper",
+    Real,
+    "E* × rms slope",
+    "largest load that counts",
+);
+const KAPPA_CONVEX: Column = Column::result(
+    "kappa_convex",
+    Real,
+    "1",
+    "smallest κ that makes this point's slopes convex",
+);
+const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
+const DATA: Column = Column::result("data", Integer, "1", "data fitted");
+const RMS_RESIDUAL: Column = Column::result("rms_residual", Real, "1", "root mean square residual");
+const R_SQUARED: Column = Column::result(
+    "r_squared",
+    Real,
+    "1",
+    "share of the data's variance that the fit explains",
+);
+const CHI_SQUARE: Column = Column::result(
+    "reduced_chi_square",
+    Real,
+    "1",
+    "χ² over degrees of freedom, from the scatter between surfaces",
+);
+const CONVEX: Column = Column::result(
+    "convex",
+    Flag,
+    "",
+    "whether the fitted slope is convex in the window",
+);
+const BOOTSTRAP: Column =
+    Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
+const BOOTSTRAP_FAILED: Column = Column::result(
+    "bootstrap_failed",
+    Integer,
+    "1",
+    "resamplings that could not be fitted",
+);
+const STATUS: Column = Column::result("status", Text, "", "fitted, or why not");
+
+/// What places a fit among others.
+const OF_ROWS: [&str; 4] = [SURFACE.name, REALIZATION.name, LOAD.name, PRESSURE.name];
+
+/// One row per point: where it belongs, what was fitted, how well.
+pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> Table {
+    let standing: Vec<usize> = points.iter().map(|point| point.row).collect();
+    let count = rows.len();
+    let law = texts(vec![law_name(&params.law); count]);
+    let mut columns = vec![(LAW, law)];
+    columns.extend(choices(&params.law, count));
+    let [from, to] = params.window;
+    columns.push((WINDOW_LOWER, reals(vec![from; count])));
+    columns.push((WINDOW_UPPER, reals(vec![to; count])));
+    for (index, parameter) in parameters(&params.law).into_iter().enumerate() {
+        columns.extend(estimate(parameter, index, rows));
+    }
+    columns.extend(quality(points, params, rows));
+    input
+        .coordinates()
+        .without(&OF_ROWS)
+        .pick(&standing)
+        .with(columns)
+}
+
+fn law_name(law: &Law) -> &'static str {
+    match law {
+        Law::ContactEvolution { .. } => "contact-evolution",
+        Law::MeanPressure => "mean-pressure",
+        Law::ScaledErf => "scaled-erf",
+    }
+}
+
+fn parameters(law: &Law) -> Vec<Parameter> {
+    match law {
+        Law::ContactEvolution { .. } => vec![KAPPA, BETA, MU],
+        Law::MeanPressure => vec![EXPONENT, PREFACTOR],
+        Law::ScaledErf => vec![ERF_SCALE],
+    }
+}
+
+fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
+    let Law::ContactEvolution { to, kappa } = law else {
+        return Vec::new();
+    };
+    let to = match to {
+        Datum::Slope => "slope",
+        Datum::Area => "area",
+    };
+    let kappa = match kappa {
+        Kappa::Given(_) => "given",
+        Kappa::Free => "free",
+        Kappa::MinimalConvex => "minimal-convex",
+    };
+    vec![
+        (DATUM, texts(vec![to; count])),
+        (KAPPA_IS, texts(vec![kappa; count])),
+    ]
+}
+
+fn estimate(parameter: Parameter, index: usize, rows: &[Row]) -> [(Column, ArrayRef); 4] {
+    let interval = |value: fn(&Interval) -> f64| {
+        let of = |row: &Row| row.intervals.as_ref()?.get(index).map(value);
+        optional_reals(rows.iter().map(of).collect::<Vec<_>>())
+    };
+    let values = rows.iter().map(|row| row.values.get(index).copied());
+    [
+        (parameter.value, optional_reals(values)),
+        (parameter.lower, interval(|interval| interval.lower)),
+        (parameter.upper, interval(|interval| interval.upper)),
+        (
+            parameter.error,
+            interval(|interval| interval.standard_error),
+        ),
+    ]
+}
+
+fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, ArrayRef)> {
+    let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(value));
+    let mut columns = Vec::new();
+    if let Law::ContactEvolution { kappa, .. } = params.law {
+        if kappa == Kappa::MinimalConvex {
+            columns.push((KAPPA_CONVEX, real(|row| row.own_kappa)));
+        }
+        columns.push((
+            CONVEX,
+            flags(rows.iter().map(|row| row.convex == Some(true))),
+        ));
+    }
+    let surfaces = points.iter().map(|point| point.surfaces as i64);
+    columns.extend([
+        (SURFACES, integers(surfaces)),
+        (DATA, integers(rows.iter().map(|row| row.data as i64))),
+        (RMS_RESIDUAL, real(|row| row.rms_residual)),
+        (R_SQUARED, real(|row| row.r_squared)),
+        (CHI_SQUARE, real(|row| row.reduced_chi_square)),
+        (
+            BOOTSTRAP,
+            integers(vec![i64::from(params.bootstrap); rows.len()]),
+        ),
+        (
+            BOOTSTRAP_FAILED,
+            integers(rows.iter().map(|row| row.failed_replicates as i64)),
+        ),
+        (STATUS, texts(rows.iter().map(Row::status))),
+    ]);
+    columns
+}

@@ -1,0 +1,151 @@
+//! Counts contacts, or heights.
+
+use serde::Serialize;
+
+use super::columns::*;
+use super::{Context, Input, Recipe, StageError};
+use crate::contact::area::ContactArea;
+use crate::contact::clusters::Clusters;
+use crate::contact::histogram::Histogram;
+use crate::contact::map::ContactMap;
+use crate::store::column::{flags, integers, reals};
+use crate::store::table::Table;
+
+/// Raise it when the numbers change.
+pub const VERSION: u32 = 1;
+
+/// What is measured; it follows from what the stage reads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "of", rename_all = "lowercase")]
+pub enum Params {
+    /// Contact maps, from a solve stage.
+    Contacts,
+    /// The distribution of heights, from a generate stage.
+    Heights {
+        /// Number of bins.
+        bins: u32,
+        /// Half width of the histogram, in rms heights.
+        range: f64,
+    },
+}
+
+/// Measures what one task computed.
+///
+/// # Errors
+/// When a contact map does not fit its mesh, or a surface cannot be drawn again.
+pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+    let [input] = inputs else {
+        unreachable!("the plan measures one table at a time")
+    };
+    match *params {
+        Params::Contacts => contacts(&input.table),
+        Params::Heights { bins, range } => heights(input, bins as usize, range, context),
+    }
+}
+
+fn contacts(solved: &Table) -> Result<Table, StageError> {
+    let nodes = solved.integers(NODES.name)?;
+    let maps = solved.bytes(CONTACT.name)?;
+    let measured = (0..solved.rows())
+        .map(|row| {
+            let nodes = nodes.value(row).unsigned_abs() as usize;
+            let map = ContactMap::from_bytes(nodes, maps.value(row)).map_err(StageError::Map)?;
+            Ok(Contact::of(&map))
+        })
+        .collect::<Result<Vec<_>, StageError>>()?;
+
+    let real = |value: &dyn Fn(usize, &Contact) -> f64| {
+        reals(
+            measured
+                .iter()
+                .enumerate()
+                .map(|(row, contact)| value(row, contact)),
+        )
+    };
+    let area = |value: fn(&ContactArea) -> usize| {
+        integers(measured.iter().map(|contact| value(&contact.area) as i64))
+    };
+    let contact = |value: fn(&Clusters) -> usize| {
+        integers(
+            measured
+                .iter()
+                .map(|contact| value(&contact.contact) as i64),
+        )
+    };
+    let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
+    let side = solved.reals(SIDE.name)?;
+    let load = solved.reals(LOAD.name)?;
+    let pressure = solved.reals(PRESSURE.name)?;
+    let columns = vec![
+        (AREA_FRACTION, real(&|_, contact| contact.area.fraction())),
+        (CONTACT_NODES, area(|area| area.contact_nodes)),
+        (SWITCHES_ALONG_ROWS, area(|area| area.switches_along_rows)),
+        (
+            SWITCHES_ALONG_COLUMNS,
+            area(|area| area.switches_along_columns),
+        ),
+        (SWITCHES, area(ContactArea::switches)),
+        (
+            PERIMETER_MANHATTAN,
+            real(&|row, contact| contact.area.manhattan_perimeter(side.value(row))),
+        ),
+        (
+            PERIMETER_EUCLIDEAN,
+            real(&|row, contact| contact.area.euclidean_perimeter(side.value(row))),
+        ),
+        (EDGE_NODES_4, area(|area| area.edge_nodes_4)),
+        (EDGE_NODES_8, area(|area| area.edge_nodes_8)),
+        (INTERIOR_NODES, area(|area| area.interior_nodes)),
+        (CLUSTERS, contact(|clusters| clusters.count)),
+        (LARGEST_CLUSTER, contact(|clusters| clusters.largest)),
+        (PERCOLATES_X, flag(|contact| contact.contact.around_x)),
+        (PERCOLATES_Y, flag(|contact| contact.contact.around_y)),
+        (GAP_PERCOLATES_X, flag(|contact| contact.gap.around_x)),
+        (GAP_PERCOLATES_Y, flag(|contact| contact.gap.around_y)),
+        (
+            MEAN_CONTACT_PRESSURE,
+            real(&|row, contact| pressure.value(row) / contact.area.fraction()),
+        ),
+        (
+            SECANT,
+            real(&|row, contact| contact.area.fraction() / load.value(row)),
+        ),
+    ];
+    let carried = solved.only(&[MEAN_GAP.name, ENERGY.name, STOP.name]);
+    Ok(solved.coordinates().with(columns).beside(&carried))
+}
+
+fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
+    let Recipe::Generate(drawn) = input.recipe else {
+        unreachable!("the study lets heights be measured of surfaces alone")
+    };
+    let surface = drawn.surface(&input.table, context.sources)?;
+    let histogram = Histogram::of(&surface, bins, range);
+    let columns = vec![
+        (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
+        (
+            COUNT,
+            integers(histogram.bins.iter().map(|bin| bin.count as i64)),
+        ),
+        (DENSITY, reals(histogram.bins.iter().map(|bin| bin.density))),
+    ];
+    let rows = vec![0; histogram.bins.len()];
+    Ok(input.table.coordinates().pick(&rows).with(columns))
+}
+
+/// One contact map, measured.
+struct Contact {
+    area: ContactArea,
+    contact: Clusters,
+    gap: Clusters,
+}
+
+impl Contact {
+    fn of(map: &ContactMap) -> Contact {
+        Contact {
+            area: ContactArea::of(map),
+            contact: Clusters::of_contact(map),
+            gap: Clusters::of_gap(map),
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Presses a surface through a block of loads.
+
+use arrow::array::Float64Builder;
+use serde::Serialize;
+
+use super::columns::*;
+use super::{Context, Input, Recipe, StageError};
+use crate::contact::map::ContactMap;
+use crate::contact::solver::{Outcome, Settings, Solver, Stop};
+use crate::contact::surface::Surface;
+use crate::store::column::{bytes, integers, lists, reals, texts};
+use crate::store::table::Table;
+
+/// Raise it when the numbers change.
+pub const VERSION: u32 = 1;
+
+/// One block of loads; warm starts go on inside it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Params {
+    /// Effective modulus E*: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
+    pub youngs_modulus: f64,
+    /// What `loads` and `pressures` are measured in.
+    pub load_unit: LoadUnit,
+    /// Ascending, positive, not empty.
+    pub loads: Vec<f64>,
+    /// Largest gap in contact and penetration outside it, over rms slope × mesh step.
+    pub tolerance: f64,
+    /// Pairs of transforms after which one load is given up.
+    pub max_pairs: u32,
+    /// Which pressure fields are stored.
+    pub pressures: Pressures,
+}
+
+impl Params {
+    /// The same block with no pressures kept: what later stages' keys are built on.
+    pub fn without_pressures(&self) -> Params {
+        Params {
+            pressures: Pressures::None,
+            ..self.clone()
+        }
+    }
+
+    /// What all blocks of one parameter point share, spelled out.
+    pub fn point(&self) -> String {
+        let common = (
+            self.youngs_modulus,
+            self.load_unit,
+            self.tolerance,
+            self.max_pairs,
+        );
+        serde_json::to_string(&common).expect("parameters are plain data")
+    }
+
+    /// Expected cost, see [`Recipe::weight`].
+    pub fn weight(&self, nodes: f64) -> f64 {
+        let pairs = 30.0 * self.loads.len() as f64;
+        pairs * 10.0 * nodes.powi(2) * nodes.log2()
+    }
+
+    fn settings(&self) -> Settings {
+        Settings {
+            tolerance: self.tolerance,
+            pair_limit: self.max_pairs,
+        }
+    }
+
+    fn keeps_pressures_at(&self, load: f64) -> bool {
+        match &self.pressures {
+            Pressures::None => false,
+            Pressures::All => true,
+            Pressures::At(loads) => loads.contains(&load),
+        }
+    }
+}
+
+/// What a load is measured in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadUnit {
+    /// In units of E* × rms slope.
+    Relative,
+    /// A mean pressure, in the unit of `youngs_modulus`.
+    Absolute,
+}
+
+/// Which pressure fields are stored.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Pressures {
+    /// None.
+    None,
+    /// One per load.
+    All,
+    /// Those at these loads, each one of `loads`.
+    At(Vec<f64>),
+}
+
+/// Presses one surface, load after load, up to the first at which every node touches.
+///
+/// The problem is linear and homogeneous, so the solver knows neither lengths nor moduli: heights
+/// go in in units of side × rms slope, pressures come out in units of E* × rms slope.
+///
+/// # Errors
+/// When the surface cannot be drawn again, or on interruption.
+pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+    let [
+        Input {
+            recipe: Recipe::Generate(drawn),
+            table,
+        },
+    ] = inputs
+    else {
+        unreachable!("the plan gives one surface to each block of loads")
+    };
+    let surface = drawn.surface(table, context.sources)?;
+    let scales = Scales::of(&surface, table, params)?;
+    let mut solver = Solver::new(surface.nodes(), &scales.reduced(surface));
+    let mut rows = Rows::default();
+    for &given in &params.loads {
+        let load = match params.load_unit {
+            LoadUnit::Relative => given,
+            LoadUnit::Absolute => given / scales.pressure,
+        };
+        let outcome = solver.press(load, &params.settings(), context.interrupted);
+        if outcome.stop == Stop::Interrupted {
+            return Err(StageError::Interrupted);
+        }
+        let keep = params.keeps_pressures_at(given);
+        rows.push(load, outcome, solver.pressure(), keep, &scales);
+        if outcome.stop == Stop::FullContact {
+            break;
+        }
+    }
+    Ok(rows.table(params, table, &scales))
+}
+
+/// From the solver's units to the user's.
+struct Scales {
+    nodes: usize,
+    side: f64,
+    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
+    slope: f64,
+    /// E* × rms slope.
+    pressure: f64,
+}
+
+impl Scales {
+    fn of(surface: &Surface, table: &Table, params: &Params) -> Result<Scales, StageError> {
+        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
+        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
+        Ok(Scales {
+            nodes: surface.nodes(),
+            side: surface.side(),
+            slope,
+            pressure: params.youngs_modulus * slope,
+        })
+    }
+
+    fn reduced(&self, surface: Surface) -> Vec<f64> {
+        let unit = self.side * self.slope;
+        let mut heights = surface.into_heights();
+        heights.iter_mut().for_each(|height| *height /= unit);
+        heights
+    }
+
+    fn length(&self) -> f64 {
+        self.side * self.slope
+    }
+}
+
+/// What has been computed so far.
+#[derive(Default)]
+struct Rows {
+    loads: Vec<f64>,
+    outcomes: Vec<Outcome>,
+    maps: Vec<Vec<u8>>,
+    pressures: Float64Builder,
+    kept: Vec<usize>,
+}
+
+impl Rows {
+    fn push(
+        &mut self,
+        load: f64,
+        outcome: Outcome,
+        pressures: &[f64],
+        keep: bool,
+        scales: &Scales,
+    ) {
+        self.loads.push(load);
+        self.outcomes.push(outcome);
+        self.maps
+            .push(ContactMap::of_pressures(scales.nodes, pressures).to_bytes());
+        self.kept.push(if keep { pressures.len() } else { 0 });
+        if keep {
+            for &pressure in pressures {
+                let touches = pressure > 0.0;
+                self.pressures
+                    .append_option(touches.then_some(pressure * scales.pressure));
+            }
+        }
+    }
+
+    fn table(mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
+        let count = self.loads.len();
+        let column = |value: fn(&Outcome) -> f64, unit: f64| {
+            reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
+        };
+        let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
+        let mut columns = vec![
+            (YOUNGS_MODULUS, reals(vec![params.youngs_modulus; count])),
+            (TOLERANCE, reals(vec![params.tolerance; count])),
+            (LOAD, reals(self.loads.iter().copied())),
+            (
+                PRESSURE,
+                reals(self.loads.iter().map(|load| load * scales.pressure)),
+            ),
+            (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
+            (
+                MEAN_GAP,
+                column(|outcome| outcome.mean_gap, scales.length()),
+            ),
+            (
+                ENERGY,
+                column(|outcome| outcome.energy, scales.pressure * scales.length()),
+            ),
+            (
+                PEAK_PRESSURE,
+                column(|outcome| outcome.peak_pressure, scales.pressure),
+            ),
+            (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
+            (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
+            (
+                STOP,
+                texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
+            ),
+            (CONTACT, bytes(&self.maps)),
+        ];
+        if params.pressures != Pressures::None {
+            let values = self.pressures.finish();
+            columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
+        }
+        surface.coordinates().pick(&vec![0; count]).with(columns)
+    }
+}
+
+/// The word in the `stop` column.
+fn stop_name(stop: Stop) -> &'static str {
+    match stop {
+        Stop::Converged => "converged",
+        Stop::FullContact => "full-contact",
+        Stop::PairLimit => "pair-limit",
+        Stop::Interrupted => "interrupted",
+    }
+}
