@@ -1,0 +1,143 @@
+//! The command line: one file per subcommand.
+//!
+//! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
+//! 130 stopped by the user.
+
+mod check;
+mod completions;
+mod plan;
+mod progress;
+mod run;
+mod schema;
+mod show;
+mod summary;
+
+use std::error::Error;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::diagnostics::ManifestErrors;
+use crate::store::{Store, StoreError};
+use crate::study::Study;
+
+/// Statistical studies of rough contact.
+///
+/// A manifest says which surfaces to generate, how to press them, and what to measure, correct,
+/// fit and aggregate. Every stage becomes one Parquet table; what is computed once is kept, and
+/// editing the manifest computes only what is new.
+#[derive(Parser)]
+#[command(version, about, long_about, propagate_version = true)]
+struct Arguments {
+    /// Folder of finished work: `store/` and `results/STUDY/STAGE.parquet`.
+    #[arg(
+        long,
+        global = true,
+        value_name = "DIR",
+        env = "ASPERITY_DATA",
+        default_value = "data"
+    )]
+    data: PathBuf,
+
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Say whether a manifest makes sense, and what it amounts to.
+    Check(check::Arguments),
+    /// List what a study has and what it would compute.
+    Plan(plan::Arguments),
+    /// Compute what is missing and write the tables.
+    Run(run::Arguments),
+    /// Show how a table was made, and its first rows.
+    Show(show::Arguments),
+    /// Print the JSON Schema of manifests, for editors.
+    Schema(schema::Arguments),
+    /// Print completions for a shell.
+    Completions(completions::Arguments),
+}
+
+/// Runs the command that the process was started with.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let data = Data(arguments.data);
+    let result = match arguments.command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments, &data),
+        Command::Run(arguments) => run::run(&arguments, &data),
+        Command::Show(arguments) => show::run(&arguments, &data),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
+    };
+    result.unwrap_or_else(|failure| report(failure.as_ref()))
+}
+
+/// Anything that ends a command early.
+type Failure = Box<dyn Error + Send + Sync>;
+
+/// Prints an error and its causes, once, and says how the process ends.
+fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
+    if let Some(errors) = failure.downcast_ref::<ManifestErrors>() {
+        let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        eprint!("{}", errors.render(colours));
+        return ExitCode::from(2);
+    }
+    if is_closed_pipe(failure) {
+        return ExitCode::SUCCESS;
+    }
+    eprintln!("error: {}", chain(failure));
+    ExitCode::from(1)
+}
+
+/// An error and its causes on one line.
+fn chain(error: &(dyn Error + 'static)) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}
+
+/// Whether output went to a reader that has seen enough, such as `head`.
+fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
+    failure
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// The folder of finished work.
+struct Data(PathBuf);
+
+impl Data {
+    fn store(&self) -> PathBuf {
+        self.0.join("store")
+    }
+
+    fn results(&self) -> PathBuf {
+        self.0.join("results")
+    }
+
+    fn open(&self) -> Result<Store, StoreError> {
+        Store::open(&self.store())
+    }
+
+    fn look(&self) -> Store {
+        Store::look(&self.store())
+    }
+}
+
+fn study(manifest: &Path) -> Result<Study, Failure> {
+    Ok(Study::read(manifest)?)
+}
+
+/// `3 surfaces`, `1 surface`.
+fn counted(number: usize, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{plural}")
+}

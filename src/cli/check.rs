@@ -1,0 +1,29 @@
+//! `asperity check`: whether a manifest makes sense, and what it amounts to.
+
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::{Failure, counted};
+use crate::plan::Plan;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The manifest.
+    manifest: PathBuf,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let study = super::study(&arguments.manifest)?;
+    let plan = Plan::of(&study);
+    let mut out = stdout().lock();
+    writeln!(
+        out,
+        "`{}` is sound: study `{}`, {}, {}",
+        arguments.manifest.display(),
+        plan.study,
+        counted(plan.stages.len(), "stage"),
+        counted(plan.tasks.len(), "task"),
+    )?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,25 @@
+//! `asperity completions`: completions for a shell.
+
+use std::io::stdout;
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use super::Failure;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The shell.
+    shell: Shell,
+}
+
+pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    clap_complete::generate(
+        arguments.shell,
+        &mut C::command(),
+        "asperity",
+        &mut stdout(),
+    );
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,145 @@
+//! How far a run has come, and how long it will go on.
+
+use std::io::{IsTerminal, stderr};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::counted;
+use crate::plan::Plan;
+use crate::runner::Observer;
+
+/// Seconds between lines where there is no terminal to redraw.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// A bar on a terminal, plain lines elsewhere; both on standard error.
+pub struct Progress<'a> {
+    plan: &'a Plan,
+    total: usize,
+    total_weight: f64,
+    bar: Option<ProgressBar>,
+    state: Mutex<State>,
+}
+
+struct State {
+    begun: Instant,
+    finished: usize,
+    weight: f64,
+    last_line: Instant,
+}
+
+impl<'a> Progress<'a> {
+    /// Begins to count.
+    pub fn new(plan: &'a Plan, missing: &[usize]) -> Progress<'a> {
+        let total = missing.len();
+        let weight = |&task: &usize| plan.tasks[task].weight();
+        let bar = stderr().is_terminal().then(|| bar(total));
+        if bar.is_none() {
+            let cached = plan.tasks.len() - total;
+            eprintln!(
+                "{}: {} to run, {cached} cached",
+                plan.study,
+                counted(total, "task")
+            );
+        }
+        let now = Instant::now();
+        Progress {
+            plan,
+            total,
+            total_weight: missing.iter().map(weight).sum(),
+            bar,
+            state: Mutex::new(State {
+                begun: now,
+                finished: 0,
+                weight: 0.0,
+                last_line: now,
+            }),
+        }
+    }
+
+    /// Clears the bar.
+    pub fn end(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Observer for Progress<'_> {
+    fn started(&self, task: usize) {
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(self.plan.tasks[task].recipe.kind().name());
+        }
+    }
+
+    fn finished(&self, task: usize) {
+        let mut state = self
+            .state
+            .lock()
+            .expect("no panic happens while it is held");
+        state.finished += 1;
+        state.weight += self.plan.tasks[task].weight();
+        let left = time_left(state.begun.elapsed(), state.weight / self.total_weight);
+        let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
+        if let Some(bar) = &self.bar {
+            bar.set_position(state.finished as u64);
+            bar.set_message(left);
+        } else if state.last_line.elapsed() >= LINE_EVERY {
+            state.last_line = Instant::now();
+            eprintln!(
+                "{} of {}, {left}",
+                state.finished,
+                counted(self.total, "task")
+            );
+        }
+    }
+}
+
+fn bar(total: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}")
+        .expect("the template is valid");
+    let bar = ProgressBar::new(total as u64).with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(250));
+    bar
+}
+
+/// Time that the rest takes at the pace so far, once there is a pace.
+fn time_left(elapsed: Duration, share_done: f64) -> Option<Duration> {
+    let seconds = elapsed.as_secs_f64() * (1.0 - share_done) / share_done;
+    (share_done > 0.01).then(|| Duration::from_secs_f64(seconds.max(0.0)))
+}
+
+/// A duration in the two units that matter.
+fn duration(duration: Duration) -> String {
+    let seconds = duration.as_secs();
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, seconds) => format!("{seconds} s"),
+        (0, minutes, seconds) => format!("{minutes} min {seconds} s"),
+        (hours, minutes, _) => format!("{hours} h {minutes} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_done_in_a_minute_leaves_nine() {
+        let left = time_left(Duration::from_secs(60), 0.1);
+        assert_eq!(left.map(|left| left.as_secs()), Some(540));
+    }
+
+    #[test]
+    fn nothing_done_promises_nothing() {
+        assert_eq!(time_left(Duration::from_secs(60), 0.0), None);
+    }
+
+    #[test]
+    fn durations_are_told_in_the_two_units_that_matter() {
+        let told = |seconds| duration(Duration::from_secs(seconds));
+        assert_eq!(told(59), "59 s");
+        assert_eq!(told(61), "1 min 1 s");
+        assert_eq!(told(3 * 3600 + 62), "3 h 1 min");
+    }
+}

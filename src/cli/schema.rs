@@ -1,0 +1,15 @@
+//! `asperity schema`: the JSON Schema of manifests.
+
+use std::io::{Write, stdout};
+use std::process::ExitCode;
+
+use super::Failure;
+
+#[derive(clap::Args)]
+pub struct Arguments {}
+
+pub fn run(_: &Arguments) -> Result<ExitCode, Failure> {
+    let schema = serde_json::to_string_pretty(&crate::manifest::schema())?;
+    writeln!(stdout().lock(), "{schema}")?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,42 @@
+//! Statistical studies of rough contact.
+//!
+//! A researcher writes a **manifest**: surfaces to generate, loads to press them with, what to
+//! measure, correct, fit and aggregate. This crate computes what it asks for, keeps every
+//! intermediate table, and computes nothing twice. The story, in the order in which data flows:
+//!
+//! 1. [`manifest`] – what the user wrote, key by key, list by list.
+//! 2. [`study`] – what makes sense: past it nobody checks again.
+//! 3. [`plan`] – the tasks, each named by a key that holds everything that decides its table.
+//! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
+//! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB.
+//!
+//! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
+//! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
+//! introduces them to each other.
+//!
+//! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
+//! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
+
+pub mod manifest;
+
+pub mod study;
+
+pub mod plan;
+
+pub mod runner;
+
+pub mod results;
+
+pub mod stages;
+
+pub mod contact;
+
+pub mod fitting;
+
+pub mod store;
+
+pub mod sources;
+
+pub mod diagnostics;
+
+pub mod cli;

@@ -1,0 +1,7 @@
+//! The `asperity` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    asperity::cli::main()
+}

@@ -1,0 +1,227 @@
+//! What must be computed, said without touching a file.
+//!
+//! A task is one surface, one block of loads, one map of counts …, named by a key that holds
+//! everything that decides its table. More surfaces, one more block or one more cutoff add tasks
+//! and rename none.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use crate::stages::{Kind, Recipe, aggregate};
+use crate::store::key::{Digest, TaskKey};
+use crate::study::{Reduction, Stage, Study, Work};
+
+/// The tasks of a study, inputs before the tasks that read them.
+#[derive(Debug)]
+pub struct Plan {
+    /// The study's name.
+    pub study: String,
+    /// Every task once, even where stages share it.
+    pub tasks: Vec<Task>,
+    /// The stages, in an order in which each comes after what it reads.
+    pub stages: Vec<PlannedStage>,
+}
+
+/// One table to be computed, once.
+#[derive(Debug)]
+pub struct Task {
+    /// Its name in the store.
+    pub key: TaskKey,
+    /// How to compute it.
+    pub recipe: Recipe,
+    /// The tasks whose tables it reads, in order.
+    pub inputs: Vec<usize>,
+    /// What later keys are built on: the key of the recipe's essence.
+    essence: TaskKey,
+    /// Nodes per side of the surface at hand; it weighs the task.
+    nodes: f64,
+}
+
+impl Task {
+    /// Expected cost, see [`Recipe::weight`].
+    pub fn weight(&self) -> f64 {
+        self.recipe.weight(self.nodes)
+    }
+}
+
+/// A stage and the tasks whose tables make up its own.
+#[derive(Debug)]
+pub struct PlannedStage {
+    /// Its name in the manifest.
+    pub name: String,
+    /// What it does.
+    pub kind: Kind,
+    /// Its tasks, in the order of its table's rows.
+    pub tasks: Vec<usize>,
+}
+
+impl Plan {
+    /// Lists the tasks of a study.
+    pub fn of(study: &Study) -> Plan {
+        let mut builder = Builder::default();
+        for stage in &study.stages {
+            let tasks = builder.tasks_of(stage, &study.stages);
+            builder.stages.push(PlannedStage {
+                name: stage.name.clone(),
+                kind: stage.work.kind(),
+                tasks,
+            });
+        }
+        Plan {
+            study: study.name.clone(),
+            tasks: builder.tasks,
+            stages: builder.stages,
+        }
+    }
+
+    /// For every task, the tasks that read its table.
+    pub fn dependents(&self) -> Vec<Vec<usize>> {
+        let mut dependents = vec![Vec::new(); self.tasks.len()];
+        for (task, reads) in self.tasks.iter().enumerate() {
+            for &input in &reads.inputs {
+                dependents[input].push(task);
+            }
+        }
+        dependents
+    }
+}
+
+#[derive(Default)]
+struct Builder {
+    tasks: Vec<Task>,
+    stages: Vec<PlannedStage>,
+    known: HashMap<TaskKey, usize>,
+}
+
+impl Builder {
+    fn tasks_of(&mut self, stage: &Stage, all: &[Stage]) -> Vec<usize> {
+        let feeding = stage.inputs.iter().map(|&input| &self.stages[input]);
+        let inputs: Vec<usize> = feeding.flat_map(|stage| stage.tasks.clone()).collect();
+        match &stage.work {
+            Work::Generate(ensembles) => {
+                let surfaces = ensembles.iter().flat_map(|ensemble| {
+                    (0..ensemble.realizations).map(|number| ensemble.params.realization(number))
+                });
+                surfaces
+                    .map(|params| self.add(Recipe::Generate(params), vec![]))
+                    .collect()
+            }
+            Work::Solve(blocks) => blocks
+                .iter()
+                .flat_map(|block| self.each(&Recipe::Solve(block.clone()), &inputs))
+                .collect(),
+            Work::Measure(params) => self.each(&Recipe::Measure(*params), &inputs),
+            Work::Correct(params) => self.each(&Recipe::Correct(params.clone()), &inputs),
+            Work::Fit(fits) => fits
+                .iter()
+                .flat_map(|fit| {
+                    let groups = if fit.pools_all_points() {
+                        vec![inputs.clone()]
+                    } else {
+                        self.by_point(&inputs)
+                    };
+                    let recipe = Recipe::Fit(fit.clone());
+                    groups.into_iter().map(move |group| (recipe.clone(), group))
+                })
+                .collect::<Vec<_>>()
+                .into_iter()
+                .map(|(recipe, group)| self.add(recipe, group))
+                .collect(),
+            Work::Aggregate(reduction) => {
+                let params = self.reduction(reduction, stage, all);
+                vec![self.add(Recipe::Aggregate(Arc::new(params)), inputs)]
+            }
+        }
+    }
+
+    /// The same work on every input by itself.
+    fn each(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
+        let digests = Digests::of(recipe);
+        inputs
+            .iter()
+            .map(|&input| self.add_known(recipe.clone(), digests, vec![input]))
+            .collect()
+    }
+
+    fn add(&mut self, recipe: Recipe, inputs: Vec<usize>) -> usize {
+        let digests = Digests::of(&recipe);
+        self.add_known(recipe, digests, inputs)
+    }
+
+    fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
+        let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].essence).collect();
+        let (stage, version) = (recipe.kind().name(), recipe.version());
+        let key = TaskKey::of(stage, version, digests.whole, &read);
+        if let Some(&task) = self.known.get(&key) {
+            return task;
+        }
+        let task = self.tasks.len();
+        let nodes = match &recipe {
+            Recipe::Generate(params) => params.nodes(),
+            _ => inputs.first().map_or(0.0, |&input| self.tasks[input].nodes),
+        };
+        self.tasks.push(Task {
+            key,
+            nodes,
+            essence: TaskKey::of(stage, version, digests.essence, &read),
+            recipe,
+            inputs,
+        });
+        self.known.insert(key, task);
+        task
+    }
+
+    /// Tasks that differ only by realization and block of loads, together; in the order in
+    /// which each group first appears.
+    fn by_point(&self, tasks: &[usize]) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        let mut known = BTreeMap::new();
+        for &task in tasks {
+            let group = *known.entry(self.point(task)).or_insert(groups.len());
+            if group == groups.len() {
+                groups.push(Vec::new());
+            }
+            groups[group].push(task);
+        }
+        groups
+    }
+
+    /// The parameter point of a task, spelled out.
+    fn point(&self, task: usize) -> String {
+        let task = &self.tasks[task];
+        let upstream = task.inputs.first().map(|&input| self.point(input));
+        upstream.unwrap_or_default() + &task.recipe.point()
+    }
+
+    fn reduction(&self, reduction: &Reduction, stage: &Stage, all: &[Stage]) -> aggregate::Params {
+        match reduction {
+            Reduction::Groups(groups) => aggregate::Params::Groups(groups.clone()),
+            Reduction::Sql { query } => {
+                let table =
+                    |&input: &usize| (all[input].name.clone(), self.stages[input].tasks.len());
+                aggregate::Params::Sql(aggregate::Sql {
+                    query: query.clone(),
+                    tables: stage.inputs.iter().map(table).collect(),
+                })
+            }
+        }
+    }
+}
+
+/// The hashes of a recipe's parameters, with and without what no later stage reads.
+#[derive(Clone, Copy)]
+struct Digests {
+    whole: Digest,
+    essence: Digest,
+}
+
+impl Digests {
+    fn of(recipe: &Recipe) -> Digests {
+        let whole = Digest::of(recipe);
+        let essence = match recipe {
+            Recipe::Generate(_) | Recipe::Solve(_) => Digest::of(&recipe.essence()),
+            _ => whole,
+        };
+        Digests { whole, essence }
+    }
+}

@@ -1,0 +1,160 @@
+//! One tidy table per stage, made of its tasks' tables, for polars, pandas or DuckDB to open.
+//!
+//! Heavy columns stay in the store, where the `task` column finds them. The tables are rewritten
+//! after each run, and only if their tasks have changed.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use crate::plan::{Plan, PlannedStage};
+use crate::sources::Sources;
+use crate::store::column::{Column, ColumnKind, texts};
+use crate::store::key::Digest;
+use crate::store::parquet::{self, Columns, Metadata};
+use crate::store::table::{Table, TableError};
+use crate::store::{Existing, Store, StoreError, write_whole};
+
+const TASK: Column = Column::result(
+    "task",
+    ColumnKind::Text,
+    "",
+    "key of the task that computed the row",
+);
+const PATH: Column = Column::result(
+    "path",
+    ColumnKind::Text,
+    "",
+    "file of the measured surface, as the manifest names it",
+);
+
+/// A study's tables cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// The store, or the folder of results, failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Two tasks' tables contradict each other.
+    #[error("cannot put the tables of stage `{stage}` together")]
+    Table {
+        /// The stage.
+        stage: String,
+        /// Why.
+        source: TableError,
+    },
+}
+
+/// A stage's table and how much of it is there.
+#[derive(Debug)]
+pub struct StageTable {
+    /// The stage's name.
+    pub stage: String,
+    /// Where its table is.
+    pub path: PathBuf,
+    /// How many of its tasks are finished.
+    pub finished: usize,
+}
+
+/// Where a stage's table is, or would be.
+pub fn path(folder: &Path, study: &str, stage: &str) -> PathBuf {
+    folder.join(study).join(format!("{stage}.parquet"))
+}
+
+/// Writes the table of every stage that has a finished task, unless it is there already.
+///
+/// # Errors
+/// When a table cannot be read, or the folder not be written.
+pub fn publish(
+    plan: &Plan,
+    store: &Store,
+    sources: &Sources,
+    folder: &Path,
+) -> Result<Vec<StageTable>, ResultsError> {
+    plan.stages
+        .iter()
+        .map(|stage| {
+            let is_finished = |&task: &usize| store.has(plan.tasks[task].key);
+            let tasks: Vec<usize> = stage.tasks.iter().copied().filter(is_finished).collect();
+            let path = path(folder, &plan.study, &stage.name);
+            let digest = digest(plan, &tasks, sources);
+            if !tasks.is_empty() && written_for(&path).as_ref() != Some(&digest) {
+                let table = assemble(plan, stage, &tasks, store, sources)?;
+                let metadata = metadata(plan, stage, &tasks, digest);
+                write_whole(
+                    &path,
+                    &parquet::encode(&table, &metadata),
+                    Existing::Replace,
+                )?;
+            }
+            Ok(StageTable {
+                stage: stage.name.clone(),
+                path,
+                finished: tasks.len(),
+            })
+        })
+        .collect()
+}
+
+/// A stage's rows, in the plan's order, each with the task that it came from.
+fn assemble(
+    plan: &Plan,
+    stage: &PlannedStage,
+    tasks: &[usize],
+    store: &Store,
+    sources: &Sources,
+) -> Result<Table, ResultsError> {
+    let tables = tasks.iter().map(|&task| {
+        let key = plan.tasks[task].key;
+        let table = store.read(key, Columns::Light)?;
+        let keys = std::iter::repeat_n(key.to_string(), table.rows());
+        let table = with_paths(table, sources);
+        Ok(table.with(vec![(TASK, texts(keys))]))
+    });
+    let tables = tables.collect::<Result<Vec<_>, StoreError>>()?;
+    Table::stack(&tables).map_err(|source| ResultsError::Table {
+        stage: stage.name.clone(),
+        source,
+    })
+}
+
+/// Names the file of measured surfaces, which no key knows.
+fn with_paths(table: Table, sources: &Sources) -> Table {
+    let Ok(contents) = table.texts("content") else {
+        return table;
+    };
+    let paths = contents
+        .iter()
+        .map(|content| content.and_then(|hash| sources.path_of_hex(hash)))
+        .map(|path| {
+            path.map(|path| path.display().to_string())
+                .unwrap_or_default()
+        });
+    let paths = texts(paths.collect::<Vec<_>>());
+    table.with(vec![(PATH, paths)])
+}
+
+fn metadata(plan: &Plan, stage: &PlannedStage, tasks: &[usize], digest: String) -> Metadata {
+    let entry = |name: &str, value: String| (name.to_owned(), value);
+    Metadata {
+        key: None,
+        entries: vec![
+            entry("study", plan.study.clone()),
+            entry("stage", stage.name.clone()),
+            entry("kind", stage.kind.name().to_owned()),
+            entry("tasks", stage.tasks.len().to_string()),
+            entry("finished", tasks.len().to_string()),
+            entry("digest", digest),
+            entry("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ],
+    }
+}
+
+/// What decides a stage's table: its tasks, and the names of its files.
+fn digest(plan: &Plan, tasks: &[usize], sources: &Sources) -> String {
+    let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
+    Digest::of(&(keys, sources.paths())).to_string()
+}
+
+fn written_for(path: &Path) -> Option<String> {
+    let metadata = parquet::metadata(File::open(path).ok()?).ok()?;
+    metadata.get("digest").map(str::to_owned)
+}

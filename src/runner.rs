@@ -1,0 +1,260 @@
+//! Runs what the store lacks, one task to a core.
+//!
+//! A finished task starts those that waited for it; a failed one drops them and lets the others
+//! go on. The order in which tasks run decides nothing, so it is left to the thread pool.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use rayon::Scope;
+
+use crate::plan::{Plan, Task};
+use crate::sources::Sources;
+use crate::stages::{Context, Input, Kind, Recipe, StageError};
+use crate::store::parquet::{Columns, Metadata};
+use crate::store::{Store, StoreError};
+
+/// What became of a plan.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// Tasks computed now.
+    pub computed: Vec<usize>,
+    /// Tasks that could not be computed, and why.
+    pub failed: Vec<(usize, TaskError)>,
+    /// Whether the user stopped the run.
+    pub interrupted: bool,
+}
+
+/// Why a task has no table.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    /// The work itself failed.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The store failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// It reads a task that failed.
+    #[error("not started, because a task that it reads failed")]
+    Upstream,
+    /// The work panicked: a bug of ours.
+    #[error("panicked: {0}; this is a bug, please report it")]
+    Panic(String),
+}
+
+/// Hears of every finished task.
+pub trait Observer: Sync {
+    /// A task began.
+    fn started(&self, task: usize);
+    /// A task is done, or has failed.
+    fn finished(&self, task: usize);
+}
+
+/// The tasks whose tables the store lacks.
+pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
+    let lacks = |&task: &usize| !store.has(plan.tasks[task].key);
+    (0..plan.tasks.len()).filter(lacks).collect()
+}
+
+/// Computes the missing tasks with `jobs` threads.
+///
+/// # Panics
+/// When the operating system refuses to start threads.
+pub fn run(
+    plan: &Plan,
+    missing: &[usize],
+    store: &Store,
+    sources: &Sources,
+    jobs: usize,
+    observer: &dyn Observer,
+    interrupted: &AtomicBool,
+) -> Outcome {
+    let run = Run::new(plan, missing, store, sources, observer, interrupted);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .thread_name(|number| format!("worker-{number}"))
+        .build()
+        .expect("the system starts a few threads");
+    pool.scope(|scope| {
+        // The pool takes the latest task first: the first one of the plan goes in last.
+        for &task in missing.iter().rev() {
+            if run.waits_for[task].load(Ordering::Relaxed) == 0 {
+                let run = &run;
+                scope.spawn(move |scope| run.task(task, scope));
+            }
+        }
+    });
+    run.outcome()
+}
+
+struct Run<'a> {
+    plan: &'a Plan,
+    store: &'a Store,
+    sources: &'a Sources,
+    observer: &'a dyn Observer,
+    interrupted: &'a AtomicBool,
+    dependents: Vec<Vec<usize>>,
+    /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
+    waits_for: Vec<AtomicUsize>,
+    done: Mutex<Outcome>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        plan: &'a Plan,
+        missing: &[usize],
+        store: &'a Store,
+        sources: &'a Sources,
+        observer: &'a dyn Observer,
+        interrupted: &'a AtomicBool,
+    ) -> Run<'a> {
+        let mut is_missing = vec![false; plan.tasks.len()];
+        for &task in missing {
+            is_missing[task] = true;
+        }
+        let waits_for = plan
+            .tasks
+            .iter()
+            .enumerate()
+            .map(|(task, Task { inputs, .. })| {
+                let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
+                AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
+            });
+        Run {
+            plan,
+            store,
+            sources,
+            observer,
+            interrupted,
+            dependents: plan.dependents(),
+            waits_for: waits_for.collect(),
+            done: Mutex::default(),
+        }
+    }
+
+    fn task<'s>(&'s self, task: usize, scope: &Scope<'s>) {
+        if self.interrupted.load(Ordering::Relaxed) {
+            return;
+        }
+        self.observer.started(task);
+        let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.compute(task)))
+            .unwrap_or_else(|payload| Err(TaskError::Panic(panic_text(payload.as_ref()))));
+        match result {
+            Ok(()) => {
+                self.outcome_mut(|outcome| outcome.computed.push(task));
+                for &next in self.dependents[task].iter().rev() {
+                    if self.is_to_run(next)
+                        && self.waits_for[next].fetch_sub(1, Ordering::AcqRel) == 1
+                    {
+                        scope.spawn(move |scope| self.task(next, scope));
+                    }
+                }
+            }
+            Err(TaskError::Stage(StageError::Interrupted)) => return,
+            Err(error) => self.fail(task, error),
+        }
+        self.observer.finished(task);
+    }
+
+    fn compute(&self, task: usize) -> Result<(), TaskError> {
+        let Task {
+            key,
+            recipe,
+            inputs,
+            ..
+        } = &self.plan.tasks[task];
+        let inputs = inputs
+            .iter()
+            .map(|&input| self.read(input, columns_read_by(recipe)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let context = Context {
+            sources: self.sources,
+            interrupted: &|| self.interrupted.load(Ordering::Relaxed),
+        };
+        let table = recipe.run(&inputs, &context)?;
+        Ok(self.store.publish(*key, &table, &self.metadata(task))?)
+    }
+
+    fn read(&self, task: usize, columns: Columns) -> Result<Input<'_>, StoreError> {
+        let task = &self.plan.tasks[task];
+        let table = self.store.read(task.key, columns)?;
+        Ok(Input {
+            recipe: &task.recipe,
+            table,
+        })
+    }
+
+    fn metadata(&self, task: usize) -> Metadata {
+        let Task {
+            key,
+            recipe,
+            inputs,
+            ..
+        } = &self.plan.tasks[task];
+        let inputs: Vec<String> = inputs
+            .iter()
+            .map(|&input| self.plan.tasks[input].key.to_string())
+            .collect();
+        let json = serde_json::to_string(recipe).expect("parameters are plain data");
+        let entry = |name: &str, value: String| (name.to_owned(), value);
+        Metadata {
+            key: Some(*key),
+            entries: vec![
+                entry("stage", recipe.kind().name().to_owned()),
+                entry("stage_version", recipe.version().to_string()),
+                entry("recipe", json),
+                entry("inputs", inputs.join(" ")),
+                entry("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ],
+        }
+    }
+
+    fn is_to_run(&self, task: usize) -> bool {
+        self.waits_for[task].load(Ordering::Relaxed) != usize::MAX
+    }
+
+    /// Records a failure and drops every task that waits for it.
+    fn fail(&self, task: usize, error: TaskError) {
+        self.outcome_mut(|outcome| {
+            outcome.failed.push((task, error));
+            let mut dropped = self.dependents[task].clone();
+            while let Some(next) = dropped.pop() {
+                if outcome.failed.iter().all(|(failed, _)| *failed != next) {
+                    outcome.failed.push((next, TaskError::Upstream));
+                    dropped.extend(&self.dependents[next]);
+                }
+            }
+        });
+    }
+
+    fn outcome_mut(&self, change: impl FnOnce(&mut Outcome)) {
+        change(&mut self.done.lock().expect("no panic happens while it is held"));
+    }
+
+    fn outcome(self) -> Outcome {
+        let mut outcome = self
+            .done
+            .into_inner()
+            .expect("no panic happens while it is held");
+        outcome.computed.sort_unstable();
+        outcome.failed.sort_by_key(|(task, _)| *task);
+        outcome.interrupted = self.interrupted.load(Ordering::Relaxed);
+        outcome
+    }
+}
+
+/// Only solving and measuring look at heights and contact maps.
+fn columns_read_by(recipe: &Recipe) -> Columns {
+    match recipe.kind() {
+        Kind::Generate | Kind::Solve | Kind::Measure => Columns::All,
+        Kind::Correct | Kind::Fit | Kind::Aggregate => Columns::Light,
+    }
+}
+
+fn panic_text(payload: &(dyn std::any::Any + Send)) -> String {
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
+}
