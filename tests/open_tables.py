@@ -1,0 +1,26 @@
+"""Opens every table of results with polars, pandas and DuckDB; all three must agree."""
+
+import sys
+from pathlib import Path
+
+import duckdb
+import pandas as pd
+import polars as pl
+
+tables = sorted(Path(sys.argv[1], "results").glob("*/*.parquet"))
+assert len(tables) >= 6, tables
+for path in tables:
+    by_polars = pl.read_parquet(path)
+    by_pandas = pd.read_parquet(path)
+    by_duckdb = duckdb.sql(f"select * from '{path}'")
+    assert by_polars.columns == list(by_pandas.columns) == by_duckdb.columns, path
+    rows = len(by_polars)
+    assert rows == len(by_pandas) == len(by_duckdb) > 0, path
+    assert "task" in by_polars.columns, path
+    assert not {"heights", "contact", "pressures"} & set(by_polars.columns), path
+    for name, kind in by_polars.schema.items():
+        assert kind in (pl.Float64, pl.Int64, pl.Boolean, pl.String), (path, name, kind)
+        if kind == pl.Float64:
+            mean = duckdb.sql(f'select avg("{name}") from \'{path}\'').fetchone()[0]
+            assert mean is None or abs(mean - by_pandas[name].mean()) <= 1e-9 * abs(mean) + 1e-300, (path, name)
+    print(f"{path}: {rows} rows × {by_polars.width} columns")

@@ -1,0 +1,188 @@
+//! A folder to run studies in, and what it takes to look at them.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use asperity::store::parquet::{self, Columns};
+use asperity::store::table::Table;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Two spectra × two surfaces × four loads: small enough to be run dozens of times.
+pub const STUDY: &str = r#"
+[study]
+name = "small"
+seed = 7
+
+[stage.surfaces]
+kind = "generate"
+nodes = 32
+hurst = 0.8
+k_lower = 2
+k_upper = [4, 8]
+realizations = 2
+
+[stage.light]
+kind = "solve"
+from = "surfaces"
+loads = { to = 0.1, steps = 4 }
+
+[stage.area]
+kind = "measure"
+from = "light"
+
+[stage.corrected]
+kind = "correct"
+from = "area"
+correction = ["none", "2017"]
+
+[stage.law]
+kind = "fit"
+from = "corrected"
+window = [0, 0.1]
+to = "area"
+bootstrap = 20
+
+[stage.curves]
+kind = "aggregate"
+from = "corrected"
+over = ["area_corrected"]
+statistics = ["mean", "sd"]
+"#;
+
+/// A folder with a manifest and its data.
+pub struct Bench {
+    folder: TempDir,
+}
+
+impl Bench {
+    pub fn new() -> Bench {
+        let folder = tempfile::tempdir().expect("there is room for a folder");
+        Bench { folder }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn data(&self) -> PathBuf {
+        self.path("data")
+    }
+
+    pub fn write(&self, manifest: &str) -> PathBuf {
+        let path = self.path("study.toml");
+        fs::write(&path, manifest).expect("the folder can be written");
+        path
+    }
+
+    /// The command, on this bench's data.
+    pub fn asperity(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_asperity"));
+        command
+            .args(arguments)
+            .env("ASPERITY_DATA", self.data())
+            .env("NO_COLOR", "1");
+        command
+    }
+
+    pub fn output(&self, arguments: &[&str]) -> Output {
+        self.asperity(arguments)
+            .output()
+            .expect("the command starts")
+    }
+
+    /// Runs a manifest that must succeed; how much of each stage was computed.
+    pub fn run(&self, manifest: &str) -> BTreeMap<String, Count> {
+        self.run_with(manifest, &[])
+    }
+
+    pub fn run_with(&self, manifest: &str, options: &[&str]) -> BTreeMap<String, Count> {
+        let path = self.write(manifest);
+        let mut arguments = vec!["run", path.to_str().expect("plain path"), "--json"];
+        arguments.extend(options);
+        let output = self.output(&arguments);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        counts(&output.stdout)
+    }
+
+    pub fn plan(&self, manifest: &str) -> BTreeMap<String, Count> {
+        let path = self.write(manifest);
+        let output = self.output(&["plan", path.to_str().expect("plain path"), "--json"]);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        counts(&output.stdout)
+    }
+
+    /// A stage's table of results.
+    pub fn table(&self, study: &str, stage: &str) -> Table {
+        let name = format!("data/results/{study}/{stage}.parquet");
+        let file = File::open(self.path(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        parquet::decode(file, Columns::All)
+            .expect("a table of results")
+            .0
+    }
+
+    /// Every file of the data, by its path within it.
+    pub fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let mut files = BTreeMap::new();
+        collect(&self.data(), &self.data(), &mut files);
+        files
+    }
+}
+
+/// How much of a stage there was and was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Count {
+    pub cached: u64,
+    pub to_run: u64,
+    pub computed: u64,
+    pub failed: u64,
+}
+
+/// All there and nothing done.
+pub fn is_idle(count: &Count) -> bool {
+    count.to_run == 0 && count.computed == 0 && count.cached > 0
+}
+
+pub fn counts(json: &[u8]) -> BTreeMap<String, Count> {
+    let json: Value = serde_json::from_slice(json).expect("the command prints JSON");
+    let stages = json["stages"].as_array().expect("a list of stages");
+    let number = |stage: &Value, name: &str| stage[name].as_u64().unwrap_or(0);
+    stages
+        .iter()
+        .map(|stage| {
+            let name = stage["name"].as_str().expect("a name").to_owned();
+            let count = Count {
+                cached: number(stage, "cached"),
+                to_run: number(stage, "to_run"),
+                computed: number(stage, "computed"),
+                failed: number(stage, "failed"),
+            };
+            (name, count)
+        })
+        .collect()
+}
+
+fn collect(root: &Path, folder: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries {
+        let path = entry.expect("the folder can be listed").path();
+        if path.is_dir() {
+            collect(root, &path, files);
+        } else {
+            let name = path.strip_prefix(root).expect("below the root").to_owned();
+            files.insert(name, fs::read(&path).expect("the file can be read"));
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! What the commands print, and how they end.
+
+use std::fs;
+
+use crate::bench::{Bench, STUDY};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_wrong_manifest_ends_with_two_and_nothing_is_run() {
+    let bench = Bench::new();
+    let path = bench.write(&STUDY.replace("k_upper = [4, 8]", "k_uper = [4, 8]"));
+    for command in ["check", "plan", "run"] {
+        let output = bench.output(&[command, path.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(2), "{command}");
+        let told = text(&output.stderr);
+        for part in ["k_uper", "k_upper", "study.toml", "^"] {
+            assert!(told.contains(part), "{command}: {part} in\n{told}");
+        }
+    }
+    assert!(!bench.data().exists());
+}
+
+#[test]
+fn all_mistakes_of_a_manifest_are_told_at_once() {
+    let bench = Bench::new();
+    let wrong = STUDY
+        .replace("hurst = 0.8", "hurst = 1.8")
+        .replace("from = \"light\"", "from = \"lihgt\"")
+        .replace("bootstrap = 20", "bootstrap = -20");
+    let path = bench.write(&wrong);
+    let told = text(&bench.output(&["check", path.to_str().unwrap()]).stderr);
+    for part in ["1.8", "lihgt", "-20"] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+}
+
+#[test]
+fn a_missing_manifest_is_named() {
+    let bench = Bench::new();
+    let output = bench.output(&["check", "nowhere.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("nowhere.toml"));
+}
+
+#[test]
+fn plan_touches_nothing() {
+    let bench = Bench::new();
+    let counts = bench.plan(STUDY);
+    assert_eq!((counts["light"].cached, counts["light"].to_run), (0, 4));
+    assert!(!bench.data().exists());
+}
+
+#[test]
+fn run_ends_with_a_line_per_stage_and_the_place_of_the_tables() {
+    let bench = Bench::new();
+    let path = bench.write(STUDY);
+    let output = bench.output(&["run", path.to_str().unwrap()]);
+    let told = text(&output.stdout);
+    for part in [
+        "surfaces",
+        "Nayak α",
+        "all converged",
+        "none, 2017",
+        "κ",
+        "*.parquet",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+}
+
+#[test]
+fn show_tells_how_a_table_was_made() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let table = bench.table("small", "light");
+    let key = table.texts("task").unwrap().value(0).to_owned();
+    let by_key = text(&bench.output(&["show", &key]).stdout);
+    for part in [key.as_str(), "solve", "\"loads\"", "area", "converged"] {
+        assert!(
+            by_key.contains(part) || part == "area",
+            "{part} in\n{by_key}"
+        );
+    }
+    let file = bench.data().join("results/small/curves.parquet");
+    let by_file = text(&bench.output(&["show", file.to_str().unwrap()]).stdout);
+    assert!(by_file.contains("area_corrected_mean"), "{by_file}");
+}
+
+#[test]
+fn show_says_what_it_wants_when_it_gets_something_else() {
+    let bench = Bench::new();
+    let unknown = bench.output(&["show", &"0".repeat(32)]);
+    assert_eq!(unknown.status.code(), Some(1));
+    assert!(text(&unknown.stderr).contains("no task 0000"));
+    let nonsense = bench.output(&["show", "nonsense"]);
+    assert!(text(&nonsense.stderr).contains("32 hexadecimal digits"));
+    let foreign = bench.write("[study]");
+    let foreign = bench.output(&["show", foreign.to_str().unwrap()]);
+    assert_eq!(foreign.status.code(), Some(1));
+}
+
+#[test]
+fn schema_is_json_that_knows_every_kind() {
+    let bench = Bench::new();
+    let output = bench.output(&["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let printed = schema.to_string();
+    for word in [
+        "generate",
+        "solve",
+        "measure",
+        "correct",
+        "fit",
+        "aggregate",
+        "k_rolloff",
+    ] {
+        assert!(printed.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn completions_are_printed_for_every_shell() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let output = bench.output(&["completions", shell]);
+        assert!(text(&output.stdout).contains("asperity"), "{shell}");
+    }
+}
+
+#[test]
+fn data_can_be_put_anywhere() {
+    let bench = Bench::new();
+    let path = bench.write(STUDY.split("[stage.light]").next().unwrap());
+    let elsewhere = bench.path("elsewhere");
+    let arguments = [
+        "--data",
+        elsewhere.to_str().unwrap(),
+        "run",
+        path.to_str().unwrap(),
+    ];
+    assert!(bench.output(&arguments).status.success());
+    assert!(elsewhere.join("results/small/surfaces.parquet").is_file());
+    assert!(!bench.data().exists());
+}
+
+#[test]
+fn a_data_folder_that_cannot_be_made_is_named() {
+    let bench = Bench::new();
+    let path = bench.write(STUDY);
+    fs::write(bench.path("data"), "a file").unwrap();
+    let output = bench.output(&["run", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        text(&output.stderr).contains("data"),
+        "{}",
+        text(&output.stderr)
+    );
+}

@@ -1,0 +1,8 @@
+//! Studies from end to end, through the command that users run.
+
+mod bench;
+mod caching;
+mod commands;
+mod disturbance;
+mod reference;
+mod shipped;

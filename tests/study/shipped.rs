@@ -1,0 +1,140 @@
+//! The manifests that come with the program.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity::store::table::Table;
+
+use crate::bench::Bench;
+
+fn manifests() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests")
+}
+
+fn run(bench: &Bench, name: &str) {
+    let path = manifests().join(name);
+    let output = bench.output(&["run", path.to_str().unwrap()]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+fn column(table: &Table, name: &str) -> Vec<f64> {
+    table
+        .reals(name)
+        .unwrap()
+        .iter()
+        .map(|value| value.unwrap())
+        .collect()
+}
+
+#[test]
+fn every_shipped_manifest_makes_sense() {
+    let bench = Bench::new();
+    for entry in fs::read_dir(manifests()).unwrap() {
+        let path = entry.unwrap().path();
+        let output = bench.output(&["check", path.to_str().unwrap()]);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn validation_finds_the_closed_forms() {
+    let bench = Bench::new();
+    run(&bench, "validation.toml");
+    let table = |stage: &str| bench.table("validation", stage);
+
+    // The contact is a strip of whole columns: its width is right to one node on each edge,
+    // of the 512 across the cell.
+    let wave = table("westergaard");
+    let pairs = column(&wave, "area_fraction")
+        .into_iter()
+        .zip(column(&wave, "area_exact"));
+    for (found, exact) in pairs {
+        assert!((found - exact).abs() <= 1.0 / 512.0, "{found} {exact}");
+    }
+
+    // Discs of 9 to 36 nodes across: the area wavers by the nodes that come and go on the edge, a
+    // few per cent at first; pressures at the centre hardly notice. Image forces are O((a/L)³).
+    let hertz = table("hertz");
+    assert!(
+        column(&hertz, "area_error")
+            .iter()
+            .all(|error| error.abs() < 0.04)
+    );
+    assert!(column(&hertz, "area_error").last().unwrap().abs() < 0.01);
+    assert!(
+        column(&hertz, "peak_pressure_error")
+            .iter()
+            .all(|error| error.abs() < 5e-3)
+    );
+
+    // Both asymptotes hold to their own next order: at p̄/p* of 0.002 to 0.01 and above 0.95.
+    let waves = table("waves");
+    let share = column(&waves, "pressure_over_full");
+    let area = column(&waves, "area_corrected");
+    let light = column(&waves, "light_limit");
+    let full = column(&waves, "full_limit");
+    let mut seen = [0, 0];
+    for row in 0..waves.rows() {
+        if share[row] < 0.01 {
+            seen[0] += 1;
+            assert!(
+                (area[row] / light[row] - 1.0).abs() < 0.03,
+                "{}",
+                share[row]
+            );
+        }
+        if share[row] > 0.95 {
+            seen[1] += 1;
+            let (found, limit) = (1.0 - area[row], 1.0 - full[row]);
+            assert!(
+                (found / limit - 1.0).abs() < 0.06,
+                "{}: {found} {limit}",
+                share[row]
+            );
+        }
+    }
+    assert!(seen.iter().all(|&count| count >= 3), "{seen:?}");
+
+    // The face is drawn node by node: its area is that of a disc to a node in 16 000 per edge node.
+    let punch = table("punch");
+    assert!(
+        column(&punch, "error")
+            .iter()
+            .all(|error| error.abs() < 2e-3)
+    );
+}
+
+#[test]
+fn a_measured_surface_is_pressed_in_pascals_up_to_full_contact() {
+    let bench = Bench::new();
+    run(&bench, "measured.toml");
+    let contact = bench.table("measured", "contact");
+    let modulus = contact.reals("youngs_modulus").unwrap().value(0);
+    // 1/E* = (1 − 0.3²)/210 GPa + (1 − 0.17²)/72 GPa.
+    assert!((modulus / 56.1e9 - 1.0).abs() < 1e-2, "{modulus}");
+    let stops = contact.texts("stop").unwrap();
+    assert_eq!(stops.value(contact.rows() - 1), "full-contact");
+
+    let area = bench.table("measured", "area");
+    let fractions = column(&area, "area_fraction");
+    assert!(fractions.is_sorted());
+    assert_eq!(fractions.last(), Some(&1.0));
+    let pressures = column(&area, "pressure");
+    let surface = bench.table("measured", "surface");
+    let slope = surface.reals("rms_slope").unwrap().value(0);
+    let full = surface.reals("full_contact_load").unwrap().value(0) * modulus * slope;
+    let last = pressures.len() - 1;
+    assert!(pressures[last - 1] < full && full <= pressures[last]);
+    let gaps = column(&contact, "mean_gap");
+    assert!(gaps.is_sorted_by(|a, b| a >= b));
+    // Nanometres of gap, under a map with 35 nm of roughness.
+    assert!(gaps[0] < 5.0 * 35e-9 && gaps[0] > 35e-9, "{}", gaps[0]);
+}
