@@ -50,14 +50,14 @@ fn validation_finds_the_closed_forms() {
     run(&bench, "validation.toml");
     let table = |stage: &str| bench.table("validation", stage);
 
-    // The contact is a strip of whole columns: its width is right to one node on each edge,
+    // The contact is a strip of whole rows: its width is right to one node on each edge,
     // of the 512 across the cell.
     let wave = table("westergaard");
     let pairs = column(&wave, "area_fraction")
         .into_iter()
         .zip(column(&wave, "area_exact"));
     for (found, exact) in pairs {
-        assert!((found - exact).abs() <= 1.0 / 512.0, "{found} {exact}");
+        assert!((found - exact).abs() <= 2.0 / 512.0, "{found} {exact}");
     }
 
     // Discs of 9 to 36 nodes across: the area wavers by the nodes that come and go on the edge, a

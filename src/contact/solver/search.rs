@@ -37,6 +37,9 @@ const LARGEST_SHARE: f64 = 2.0;
 /// half it would have raised the energy.
 const SMALLEST_PART: f64 = 0.5;
 
+/// Where less than this part would have been best, the next steps are shortened.
+const RECKLESS_PART: f64 = 0.25;
+
 /// The steps that each iteration of a load learnt from earlier loads.
 pub struct Steps([f64; STEPS]);
 
@@ -60,10 +63,22 @@ impl Steps {
 }
 
 /// What an iteration leaves to the next one of the same load.
-#[derive(Default)]
 pub struct Search {
     iteration: usize,
+    /// Shortens steps after one that went much too far. Without it, a step that clips too many
+    /// nodes to go downhill would be taken back and tried again for ever.
+    caution: f64,
     last: Option<LastMove>,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            iteration: 0,
+            caution: 1.0,
+            last: None,
+        }
+    }
 }
 
 struct LastMove {
@@ -133,7 +148,7 @@ impl Solver {
 
     /// One iteration, from where the search stands to where it stands next.
     pub(super) fn advance(&mut self, search: &mut Search, standing: Standing) -> Standing {
-        let step = self.steps.of(search.iteration);
+        let step = search.caution * self.steps.of(search.iteration);
         let level = self.datum + standing.level;
         let sums = self.correct(standing.level);
         let share = search.last.as_ref().map_or(0.0, |last| {
@@ -153,10 +168,17 @@ impl Solver {
         } else {
             0.0
         };
-        self.steps.learn(search.iteration, best);
+        if search.caution == 1.0 {
+            self.steps.learn(search.iteration, best);
+        }
         let short = best < SMALLEST_PART;
         if short {
             next = self.retreat(1.0 - best);
+        }
+        if best < RECKLESS_PART {
+            search.caution *= 0.5;
+        } else if !short {
+            search.caution = (2.0 * search.caution).min(1.0);
         }
         search.iteration += 1;
         search.last = (best > 0.0).then_some(LastMove {
