@@ -16,6 +16,7 @@ pub mod histogram;
 pub mod law;
 pub mod map;
 pub mod measured;
+pub mod models;
 pub mod moments;
 pub mod nayak;
 pub mod periodic;
