@@ -151,7 +151,9 @@ pub fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), 
         match existing {
             Existing::Replace => drop(file.persist(path)?),
             Existing::Keep => match file.persist_noclobber(path) {
-                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
+                    is_file(path)?;
+                }
                 other => drop(other?),
             },
         }
@@ -161,6 +163,16 @@ pub fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), 
         path: path.to_owned(),
         source,
     })
+}
+
+/// What is there already must be a file, or else nothing has been stored.
+fn is_file(path: &Path) -> io::Result<()> {
+    match path.is_file() {
+        true => Ok(()),
+        false => Err(io::Error::other(
+            "something that is no file is in its place",
+        )),
+    }
 }
 
 fn make_folder(path: &Path) -> Result<(), StoreError> {
@@ -240,6 +252,27 @@ mod tests {
             store.read(other, Columns::All),
             Err(StoreError::Damaged { .. })
         ));
+    }
+
+    #[test]
+    fn every_flipped_bit_is_found() {
+        let (_folder, store, key, table, metadata) = fixture();
+        store.publish(key, &table, &metadata).unwrap();
+        let path = store.path(key);
+        let whole = fs::read(&path).unwrap();
+        for position in 0..whole.len() {
+            let mut flipped = whole.clone();
+            flipped[position] ^= 1 << (position % 8);
+            fs::write(&path, &flipped).unwrap();
+            assert!(store.read(key, Columns::All).is_err(), "byte {position}");
+        }
+    }
+
+    #[test]
+    fn a_folder_in_place_of_a_table_is_an_error() {
+        let (_folder, store, key, table, metadata) = fixture();
+        fs::create_dir_all(store.path(key)).unwrap();
+        assert!(store.publish(key, &table, &metadata).is_err());
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Tables as Parquet, byte for byte the same every time.
 
 use std::fs::File;
+use std::io::{self, Read};
 
 use arrow::datatypes::DataType;
+use bytes::Bytes;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -53,6 +55,12 @@ pub enum ParquetError {
     /// Its columns cannot be decoded.
     #[error(transparent)]
     Arrow(#[from] arrow::error::ArrowError),
+    /// It cannot be read to its end.
+    #[error(transparent)]
+    Read(#[from] io::Error),
+    /// Its bytes are not those that were written.
+    #[error("its content does not match its digest")]
+    Digest,
     /// It is another task's table.
     #[error("it does not hold the table of task {key}")]
     Foreign {
@@ -64,7 +72,8 @@ pub enum ParquetError {
 /// A table as the bytes of a Parquet file.
 ///
 /// Nothing in it depends on time or machine: `created_by` is fixed because its default names the
-/// version of the writing crate.
+/// version of the writing crate. A digest of all other bytes lies between the pages and the
+/// footer, where readers of Parquet never look: a single flipped bit is found on reading.
 pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     let batch = table.batch();
     let properties = properties(table, metadata);
@@ -73,7 +82,37 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
         .expect("our column types have Parquet equivalents");
     writer.write(batch).expect("writing to memory cannot fail");
     writer.close().expect("writing to memory cannot fail");
+    let footer = footer_start(&bytes).expect("a finished file has a footer");
+    let digest = blake3::hash(&bytes);
+    bytes.splice(footer..footer, *digest.as_bytes());
     bytes
+}
+
+/// Bytes of the digest before the footer.
+const DIGEST: usize = blake3::OUT_LEN;
+/// Bytes of the footer's length and the closing mark.
+const TAIL: usize = 8;
+
+/// Where the footer begins; its length stands before the closing mark.
+fn footer_start(bytes: &[u8]) -> Option<usize> {
+    let tail = bytes.len().checked_sub(TAIL)?;
+    let length = bytes[tail..].first_chunk::<4>()?;
+    let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+    tail.checked_sub(length)
+}
+
+/// The bytes of a file, if they are those that were written.
+fn verified(mut file: File) -> Result<Bytes, ParquetError> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)?;
+    let footer = footer_start(&bytes).ok_or(ParquetError::Digest)?;
+    let start = footer.checked_sub(DIGEST).ok_or(ParquetError::Digest)?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&bytes[..start]).update(&bytes[footer..]);
+    match hasher.finalize().as_bytes() == &bytes[start..footer] {
+        true => Ok(bytes.into()),
+        false => Err(ParquetError::Digest),
+    }
 }
 
 fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
@@ -118,7 +157,7 @@ fn encoding(
 /// # Errors
 /// When the file is no Parquet, is damaged, or holds types that are not ours.
 pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file)?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(verified(file)?)?;
     let metadata = read_metadata(builder.metadata().file_metadata().key_value_metadata());
     let schema = builder.schema().clone();
     let chosen = (0..schema.fields().len()).filter(|&index| {
@@ -170,7 +209,7 @@ fn read_metadata(entries: Option<&Vec<KeyValue>>) -> Metadata {
 /// # Errors
 /// When the file is no Parquet, or a damaged one.
 pub fn metadata(file: File) -> Result<Metadata, ParquetError> {
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file)?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(verified(file)?)?;
     let entries = builder.metadata().file_metadata().key_value_metadata();
     Ok(read_metadata(entries))
 }
