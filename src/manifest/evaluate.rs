@@ -100,7 +100,7 @@ pub enum Datum {
 pub struct AggregateTable {
     /// A query over the stages named in `from`; it replaces the other keys.
     pub sql: Key<String>,
-    /// Columns that name a group; every coordinate but realization and seed when left out.
+    /// Columns that name a group; every coordinate but surface, seed and realization when left out.
     pub group_by: Key<Vec<Written<String>>>,
     /// Columns to reduce.
     pub over: Key<Vec<Written<String>>>,

@@ -8,7 +8,7 @@ use crate::store::table::Table;
 
 mod frame;
 mod groups;
-mod sql;
+pub mod sql;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 1;
@@ -26,7 +26,7 @@ pub enum Params {
 /// Statistics of columns within groups.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Groups {
-    /// Columns that name a group; `None` for every coordinate but realization and seed.
+    /// Columns that name a group; `None` for every coordinate but surface, seed and realization.
     pub group_by: Option<Vec<String>>,
     /// Columns to reduce.
     pub over: Vec<String>,
@@ -66,7 +66,7 @@ pub struct Sql {
 }
 
 /// Columns that never name a group unless asked for: they tell surfaces of one spectrum apart.
-pub const ONE_SURFACE: [&str; 2] = [SURFACE.name, REALIZATION.name];
+pub const ONE_SURFACE: [&str; 3] = [SURFACE.name, SEED.name, REALIZATION.name];
 
 /// Reduces the inputs' tables.
 ///

@@ -8,8 +8,9 @@ use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
 use crate::manifest::Section;
 use crate::manifest::evaluate::AggregateTable;
 use crate::manifest::written::{Key, Written};
-use crate::stages::aggregate::{Groups, Statistic};
+use crate::stages::aggregate::{Groups, Sql, Statistic, sql};
 use crate::store::column::{Column, ColumnKind};
+use crate::store::table::Table;
 
 /// Columns that every reduction adds.
 const COUNTS: [&str; 2] = ["count", "unconverged"];
@@ -34,7 +35,8 @@ pub fn reduction(
         let over = named_columns("over", written, columns, checks)?;
         check_numbers(written, columns, checks).map(|()| over)
     });
-    let statistics = statistics(&table.statistics, columns, checks);
+    let named = group_by.as_ref().and_then(|names| names.as_deref());
+    let statistics = statistics(&table.statistics, named, columns, checks);
     let groups = Groups {
         group_by: group_by?,
         over: over?,
@@ -60,6 +62,39 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
     group_by.and(over).and(statistics).map(|()| Reduction::Sql {
         query: sql.value.clone(),
     })
+}
+
+/// Asks a stage's query of empty tables: what is wrong with it shows before anything is computed.
+pub fn try_query(
+    section: &Section<AggregateTable>,
+    tables: &[(&str, &[Column])],
+    problems: &mut Problems,
+) {
+    let query = section
+        .points
+        .first()
+        .and_then(|point| point.table.sql.written());
+    let Some(written) = query.filter(|query| !query.value.trim().is_empty()) else {
+        return;
+    };
+    let empty: Vec<Table> = tables
+        .iter()
+        .map(|(_, columns)| Table::empty(columns))
+        .collect();
+    let sql = Sql {
+        query: written.value.clone(),
+        tables: tables
+            .iter()
+            .map(|(name, _)| ((*name).to_owned(), 1))
+            .collect(),
+    };
+    if let Err(error) = sql::query(&empty, &sql) {
+        let names = listed(tables.iter().map(|(name, _)| *name), "and");
+        let problem = Problem::new(error.to_string(), written.span.clone(), "this query");
+        problems.push(problem.help(format!(
+            "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
+        )));
+    }
 }
 
 /// Columns of the input, each once.
@@ -131,8 +166,14 @@ fn check_numbers(
     clear
 }
 
+/// Whether groups are told apart by their load, as they are unless others are named.
+fn has_load(group_by: Option<&[String]>) -> bool {
+    group_by.is_none_or(|names| names.iter().any(|name| name == "load"))
+}
+
 fn statistics(
     key: &Key<Vec<Written<String>>>,
+    group_by: Option<&[String]>,
     columns: Option<&[Column]>,
     checks: &mut Checks,
 ) -> Option<Vec<Statistic>> {
@@ -154,7 +195,14 @@ fn statistics(
             continue;
         };
         let is_against_load = matches!(statistic, Statistic::Slope | Statistic::Secant);
-        if is_against_load
+        if is_against_load && !has_load(group_by) {
+            let message = format!("{value:?} is taken against `load`, which names no group");
+            let label = "needs `load` in `group_by`";
+            checks
+                .problems
+                .push(Problem::new(message, span.clone(), label));
+            complete = false;
+        } else if is_against_load
             && columns.is_some_and(|columns| !columns.iter().any(|column| column.name == "load"))
         {
             let message = format!("{value:?} is taken against `load`, which the input has not");

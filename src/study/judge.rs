@@ -105,6 +105,11 @@ impl Judge<'_> {
             let label = "its grid and those that it reads multiply";
             problems.push(Problem::new(message, table.name.span.clone(), label));
         }
+        if let (Some(Points::Aggregate(section)), Some(columns)) = (&table.points, &read_columns) {
+            let names = flowing.iter().map(|(name, _)| *name);
+            let tables: Vec<_> = names.zip(columns.iter().map(Vec::as_slice)).collect();
+            aggregate::try_query(section, &tables, problems);
+        }
         let columns = work
             .as_ref()
             .and_then(|work| columns::columns_of(work, read_columns.as_deref()?));

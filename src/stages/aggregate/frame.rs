@@ -91,9 +91,11 @@ fn array(column: &Column) -> Result<ArrayRef, StageError> {
     Ok(array)
 }
 
-/// What polars says, on one line.
+/// What polars says, without the plan that it prints behind.
 pub fn polars_error(error: PolarsError) -> StageError {
+    let text = error.to_string();
+    let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
     StageError::Aggregate {
-        reason: error.to_string().replace('\n', "; "),
+        reason: reason.unwrap_or("polars gives no reason").to_owned(),
     }
 }

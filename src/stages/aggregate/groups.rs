@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Schema};
 use polars::prelude::{
-    DataFrame, Expr, IntoLazy, QuantileMethod, SortMultipleOptions, col, len, lit,
+    DataFrame, Expr, IntoLazy, LazyFrame, QuantileMethod, SortMultipleOptions, UniqueKeepStrategy,
+    col, len, lit,
 };
 
 use super::super::StageError;
 use super::super::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP,
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
 };
 use super::frame::{self, polars_error};
 use super::{Groups, ONE_SURFACE, Statistic};
@@ -45,14 +46,16 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         require(&frame, name)?;
     }
     let keys: Vec<Expr> = names.iter().map(|name| col(name.as_str())).collect();
-    let mut reduced = frame
-        .lazy()
+    let mut reduced = each_row_once(frame, table)
         .group_by_stable(keys.clone())
         .agg(aggregations(table, groups))
         .sort_by_exprs(
             keys,
             SortMultipleOptions::default().with_maintain_order(true),
         );
+    if names.iter().any(|name| name == LOAD.name) {
+        reduced = reduced.filter(is_complete(&names)?);
+    }
     if groups
         .statistics
         .iter()
@@ -70,6 +73,45 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         frame::columns(&reduced)?,
         reduced.height(),
     ))
+}
+
+/// Rows with the coordinates of an earlier one are left out: two blocks of loads that share a load
+/// would count each surface twice. Both solve it to the same tolerance.
+fn each_row_once(frame: DataFrame, table: &Table) -> LazyFrame {
+    if !(table.has(SURFACE.name) && table.has(LOAD.name)) {
+        return frame.lazy();
+    }
+    let coordinates = table.coordinates();
+    // The mean pressure of a load is the same in all blocks, but for rounding.
+    let names = coordinates
+        .names()
+        .into_iter()
+        .filter(|&name| name != PRESSURE.name);
+    let place: Vec<Expr> = names.map(col).collect();
+    frame
+        .lazy()
+        .unique_stable_generic(Some(place), UniqueKeepStrategy::First)
+}
+
+/// Whether as many rows are in a group as in the fullest of its curve.
+///
+/// A surface has no rows beyond its first load in full contact. Averages over those that are left
+/// would fall with the load, so a curve ends where its first surface does.
+fn is_complete(names: &[String]) -> Result<Expr, StageError> {
+    let count = || col(COUNT.name);
+    let curve = of_a_curve(names);
+    let fullest = match curve.is_empty() {
+        true => count().max(),
+        false => count().max().over(curve).map_err(polars_error)?,
+    };
+    Ok(count().eq(fullest))
+}
+
+/// The columns that tell curves apart, and not the points of one.
+fn of_a_curve(names: &[String]) -> Vec<Expr> {
+    let is_load = |name: &&String| [LOAD.name, PRESSURE.name].contains(&name.as_str());
+    let names = names.iter().filter(|name| !is_load(name));
+    names.map(|name| col(name.as_str())).collect()
 }
 
 /// The columns that name a group.
@@ -133,12 +175,7 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
 
 /// Slopes by differences of the mean curve, and secants. Rows ascend in load within a curve.
 fn against_load(names: &[String], groups: &Groups) -> Result<Vec<Expr>, StageError> {
-    let is_load = |name: &&String| [LOAD.name, PRESSURE.name].contains(&name.as_str());
-    let curve: Vec<Expr> = names
-        .iter()
-        .filter(|n| !is_load(n))
-        .map(|n| col(n.as_str()))
-        .collect();
+    let curve = of_a_curve(names);
     let before = |values: Expr| match curve.is_empty() {
         true => Ok(values.shift(lit(1))),
         false => values
@@ -319,6 +356,27 @@ mod tests {
         close("load_midpoint", [0.05, 0.15, 0.05, 0.15]);
         close("area_fraction_slope", [1.0, 1.0, 3.0, 2.0]);
         close("area_fraction_secant", [1.0, 1.0, 3.0, 2.5]);
+    }
+
+    #[test]
+    fn a_row_that_two_blocks_share_counts_once() {
+        let named = table().with(vec![(
+            SURFACE,
+            texts(["a", "a", "b", "b", "c", "c", "d", "d"]),
+        )]);
+        let twice = Table::stack(&[named.clone(), named.clone()]).unwrap();
+        let asked = groups(&[Statistic::Mean, Statistic::Sd]);
+        let reduced = |table: &Table| reduce(table, &asked).unwrap();
+        assert_eq!(reduced(&twice), reduced(&named));
+    }
+
+    #[test]
+    fn a_curve_ends_where_its_first_surface_is_in_full_contact() {
+        // The second surface of the first spectrum has no second load.
+        let shorter = table().pick(&[0, 1, 2, 4, 5, 6, 7]);
+        let reduced = reduce(&shorter, &groups(&[Statistic::Mean])).unwrap();
+        assert_eq!(column(&reduced, "hurst"), [0.3, 0.3, 0.8]);
+        assert_eq!(column(&reduced, "load"), [0.1, 0.2, 0.1]);
     }
 
     #[test]

@@ -17,6 +17,19 @@ use crate::store::table::Table;
 /// When the query does not parse, names what does not exist, or answers with other than numbers,
 /// truth values and text.
 pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
+    let first = sql
+        .query
+        .split_whitespace()
+        .next()
+        .unwrap_or_default()
+        .to_lowercase();
+    if !["select", "with", "("]
+        .iter()
+        .any(|word| first.starts_with(word))
+    {
+        let reason = format!("a query starts with `select` or `with`, not with `{first}`");
+        return Err(StageError::Aggregate { reason });
+    }
     let mut context = SQLContext::new();
     let mut rest = tables;
     for (name, count) in &sql.tables {
@@ -203,6 +216,13 @@ mod tests {
     fn a_query_cannot_reach_files() {
         assert!(ask("select * from read_parquet('/etc/passwd')").is_err());
         assert!(ask("select * from read_csv('/etc/passwd')").is_err());
+    }
+
+    #[test]
+    fn only_queries_are_carried_out() {
+        for text in ["drop table light", "selec 1", "", "truncate table light"] {
+            assert!(ask(text).is_err(), "{text}");
+        }
     }
 
     #[test]
