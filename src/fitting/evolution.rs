@@ -20,7 +20,7 @@ use residuals::{FreeKappa, GivenKappa, Model};
 /// Starts (β, μ) of the search, tried until one converges.
 const STARTS: [(f64, f64); 4] = [(1.0, 0.7), (0.2, 0.25), (3.0, 1.4), (1.0, 2.5)];
 /// Exponents outside these describe a kink or a logarithm, not data.
-const EXPONENTS: std::ops::RangeInclusive<f64> = 1e-3..=1e2;
+const EXPONENTS: std::ops::RangeInclusive<f64> = 1e-3..=1e1;
 /// A law that loses less than this share of the area's growth at the heaviest load is a
 /// straight line, whatever its β and μ.
 const LEAST_BEND: f64 = 1e-6;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Input, StageError};
+use super::{Effort, Input, StageError};
 use crate::fitting::FitError;
 use crate::fitting::bootstrap::{Bootstrap, Interval, Intervals};
 use crate::fitting::convexity::CommonKappa;
@@ -88,9 +88,9 @@ impl Params {
         )
     }
 
-    /// Expected cost, see [`super::Recipe::weight`].
-    pub fn weight(&self) -> f64 {
-        1e5 * f64::from(self.bootstrap + 1)
+    /// See [`super::Recipe::effort`]: an iteration of least squares takes microseconds.
+    pub fn effort(&self) -> Effort {
+        Effort::seconds(1e-3 + 1e-4 * f64::from(self.bootstrap))
     }
 
     fn bootstrap(&self) -> Bootstrap {
@@ -162,7 +162,10 @@ fn evolution(
 ) -> Result<Row, FitError> {
     let problem = EvolutionProblem::new(curves, to.into(), params.window())?;
     let fit = problem.fit(kappa)?;
-    let intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
+    let mut intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
+    if matches!(kappa, evolution::Kappa::Given(_)) {
+        forget_first(&mut intervals);
+    }
     Ok(evolution_row(&fit, intervals))
 }
 
@@ -187,9 +190,11 @@ fn pressure_growth(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         rms_residual: Some(fit.rms_residual),
         r_squared: Some(fit.r_squared),
         data: fit.data,
+        masked: Some(fit.masked),
         converged: true,
         ..Row::with(problem.bootstrap(&params.bootstrap()))
-    })
+    }
+    .unless_masked())
 }
 
 fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
@@ -200,9 +205,11 @@ fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         rms_residual: Some(fit.rms_residual),
         r_squared: Some(fit.r_squared),
         data: fit.data,
+        masked: Some(fit.masked),
         converged: fit.converged,
         ..Row::with(problem.bootstrap(&params.bootstrap()))
-    })
+    }
+    .unless_masked())
 }
 
 /// All points at the smallest κ for which all their fitted slopes are convex.
@@ -256,6 +263,17 @@ fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params)
             }
         });
     rows.collect()
+}
+
+/// A given κ has no interval, only rounding.
+fn forget_first(intervals: &mut Intervals) {
+    if let Some(kappa) = intervals.intervals.as_mut().and_then(|all| all.first_mut()) {
+        *kappa = Interval {
+            lower: f64::NAN,
+            upper: f64::NAN,
+            standard_error: f64::NAN,
+        };
+    }
 }
 
 /// κ was given to the single fits; its own interval comes from resampling all points together.

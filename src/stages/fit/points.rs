@@ -7,12 +7,18 @@ use arrow::util::display::array_value_to_string;
 use crate::fitting::FitError;
 use crate::fitting::curves::Curves;
 use crate::stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CORRECTION, LOAD, PRESSURE, REALIZATION, SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, CORRECTION, LOAD, PRESSURE, REALIZATION, SEED, STOP, SURFACE,
 };
 use crate::store::table::{Table, TableError};
 
 /// What tells rows of one parameter point apart.
-const WITHIN_A_POINT: [&str; 4] = [SURFACE.name, REALIZATION.name, LOAD.name, PRESSURE.name];
+pub const WITHIN_A_POINT: [&str; 5] = [
+    SURFACE.name,
+    SEED.name,
+    REALIZATION.name,
+    LOAD.name,
+    PRESSURE.name,
+];
 
 /// The curves of all surfaces of one parameter point, under one correction.
 pub struct Point {
@@ -22,6 +28,8 @@ pub struct Point {
     pub correction: Option<String>,
     /// How many surfaces it pools.
     pub surfaces: usize,
+    /// Rows whose load did not converge.
+    pub unconverged: usize,
     /// Areas at the loads that all surfaces reached; an error if there are none.
     pub curves: Result<Curves, FitError>,
 }
@@ -43,6 +51,7 @@ impl Point {
         };
         let (areas, loads) = (table.reals(area.name)?, table.reals(LOAD.name)?);
         let surfaces = table.texts(SURFACE.name)?;
+        let stops = table.texts(STOP.name)?;
         let points = rows_of_points(table).into_iter().map(|rows| {
             let mut of_surface: BTreeMap<&str, BTreeMap<u64, f64>> = BTreeMap::new();
             for &row in &rows {
@@ -57,6 +66,10 @@ impl Point {
                 row: rows[0],
                 correction: corrections.map(|names| names.value(rows[0]).to_owned()),
                 surfaces: of_surface.len(),
+                unconverged: rows
+                    .iter()
+                    .filter(|&&row| stops.value(row) == "pair-limit")
+                    .count(),
                 curves: common_loads(of_surface.into_values().collect()),
             }
         });

@@ -2,14 +2,16 @@
 
 use arrow::array::ArrayRef;
 
-use super::points::Point;
+use super::points::{Point, WITHIN_A_POINT};
 use super::{Datum, Kappa, Law, Params};
 use crate::fitting::FitError;
 use crate::fitting::bootstrap::{Interval, Intervals};
-use crate::stages::columns::{LOAD, PRESSURE, REALIZATION, SURFACE};
 use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
-use crate::store::column::{Column, flags, integers, optional_reals, reals, texts};
+use crate::store::column::{Column, integers, optional_flags, optional_reals, reals, texts};
 use crate::store::table::Table;
+
+/// Share of the data that may be left out.
+const MOST_MASKED: f64 = 0.2;
 
 /// The outcome for one point.
 #[derive(Default)]
@@ -27,6 +29,8 @@ pub struct Row {
     pub reduced_chi_square: Option<f64>,
     /// Number of data.
     pub data: usize,
+    /// Data left out, because their logarithm does not exist.
+    pub masked: Option<usize>,
     pub converged: bool,
     pub convex: Option<bool>,
     /// Why there is no fit.
@@ -47,6 +51,26 @@ impl Row {
     pub fn failed(error: &FitError) -> Row {
         Row {
             failure: Some(error.to_string()),
+            ..Row::default()
+        }
+    }
+
+    /// The same row, or a failure if so many data are left out that the rest speaks for itself
+    /// alone.
+    pub fn unless_masked(self) -> Row {
+        let masked = self.masked.unwrap_or(0);
+        let all = self.data + masked;
+        if masked as f64 <= MOST_MASKED * all as f64 {
+            return self;
+        }
+        Row {
+            failure: Some(format!(
+                "{masked} of {all} data have no logarithm, {:.0} % is the most: the mean contact \
+                 pressure does not grow, or contact is full; try another window or correction",
+                100.0 * MOST_MASKED
+            )),
+            masked: self.masked,
+            data: self.data,
             ..Row::default()
         }
     }
@@ -145,6 +169,18 @@ const KAPPA_CONVEX: Column = Column::result(
     "smallest κ that makes this point's slopes convex",
 );
 const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
+const UNCONVERGED: Column = Column::result(
+    "unconverged",
+    Integer,
+    "1",
+    "rows whose load did not converge; they are fitted all the same",
+);
+const MASKED: Column = Column::result(
+    "masked",
+    Integer,
+    "1",
+    "data that the law cannot have: no increase of the mean pressure, or full contact",
+);
 const DATA: Column = Column::result("data", Integer, "1", "data fitted");
 const RMS_RESIDUAL: Column = Column::result("rms_residual", Real, "1", "root mean square residual");
 const R_SQUARED: Column = Column::result(
@@ -175,9 +211,6 @@ const BOOTSTRAP_FAILED: Column = Column::result(
 );
 const STATUS: Column = Column::result("status", Text, "", "fitted, or why not");
 
-/// What places a fit among others.
-const OF_ROWS: [&str; 4] = [SURFACE.name, REALIZATION.name, LOAD.name, PRESSURE.name];
-
 /// One row per point: where it belongs, what was fitted, how well.
 pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> Table {
     let standing: Vec<usize> = points.iter().map(|point| point.row).collect();
@@ -194,7 +227,7 @@ pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> 
     columns.extend(quality(points, params, rows));
     input
         .coordinates()
-        .without(&OF_ROWS)
+        .without(&WITHIN_A_POINT)
         .pick(&standing)
         .with(columns)
 }
@@ -236,7 +269,10 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
 
 fn estimate(parameter: Parameter, index: usize, rows: &[Row]) -> [(Column, ArrayRef); 4] {
     let interval = |value: fn(&Interval) -> f64| {
-        let of = |row: &Row| row.intervals.as_ref()?.get(index).map(value);
+        let of = |row: &Row| {
+            let end = row.intervals.as_ref()?.get(index).map(value)?;
+            end.is_finite().then_some(end)
+        };
         optional_reals(rows.iter().map(of).collect::<Vec<_>>())
     };
     let values = rows.iter().map(|row| row.values.get(index).copied());
@@ -258,14 +294,19 @@ fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, Arra
         if kappa == Kappa::MinimalConvex {
             columns.push((KAPPA_CONVEX, real(|row| row.own_kappa)));
         }
-        columns.push((
-            CONVEX,
-            flags(rows.iter().map(|row| row.convex == Some(true))),
-        ));
+        columns.push((CONVEX, optional_flags(rows.iter().map(|row| row.convex))));
     }
     let surfaces = points.iter().map(|point| point.surfaces as i64);
+    if !matches!(params.law, Law::ContactEvolution { .. }) {
+        let masked = rows.iter().map(|row| row.masked.unwrap_or(0) as i64);
+        columns.push((MASKED, integers(masked)));
+    }
     columns.extend([
         (SURFACES, integers(surfaces)),
+        (
+            UNCONVERGED,
+            integers(points.iter().map(|point| point.unconverged as i64)),
+        ),
         (DATA, integers(rows.iter().map(|row| row.data as i64))),
         (RMS_RESIDUAL, real(|row| row.rms_residual)),
         (R_SQUARED, real(|row| row.r_squared)),
