@@ -39,4 +39,6 @@ pub mod sources;
 
 pub mod diagnostics;
 
+pub mod pace;
+
 pub mod cli;

@@ -33,15 +33,8 @@ pub struct Task {
     pub inputs: Vec<usize>,
     /// What later keys are built on: the key of the recipe's essence.
     essence: TaskKey,
-    /// Nodes per side of the surface at hand; it weighs the task.
-    nodes: f64,
-}
-
-impl Task {
-    /// Expected cost, see [`Recipe::weight`].
-    pub fn weight(&self) -> f64 {
-        self.recipe.weight(self.nodes)
-    }
+    /// Nodes per side of the surface at hand.
+    pub nodes: usize,
 }
 
 /// A stage and the tasks whose tables make up its own.
@@ -158,7 +151,7 @@ impl Builder {
         let task = self.tasks.len();
         let nodes = match &recipe {
             Recipe::Generate(params) => params.nodes(),
-            _ => inputs.first().map_or(0.0, |&input| self.tasks[input].nodes),
+            _ => inputs.first().map_or(0, |&input| self.tasks[input].nodes),
         };
         self.tasks.push(Task {
             key,

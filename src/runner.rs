@@ -46,6 +46,8 @@ pub enum TaskError {
 pub trait Observer: Sync {
     /// A task began.
     fn started(&self, task: usize);
+    /// A share of a task is done, from 0 to 1.
+    fn advanced(&self, task: usize, share: f64);
     /// A task is done, or has failed.
     fn finished(&self, task: usize);
 }
@@ -170,6 +172,7 @@ impl<'a> Run<'a> {
         let context = Context {
             sources: self.sources,
             interrupted: &|| self.interrupted.load(Ordering::Relaxed),
+            advance: &|share| self.observer.advanced(task, share),
         };
         let table = recipe.run(&inputs, &context)?;
         Ok(self.store.publish(*key, &table, &self.metadata(task))?)

@@ -103,6 +103,8 @@ pub struct Context<'a> {
     pub sources: &'a Sources,
     /// Whether the user asked to stop.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
+    /// Hears which share of the task is done, from 0 to 1.
+    pub advance: &'a (dyn Fn(f64) + Sync),
 }
 
 impl Recipe {
@@ -165,16 +167,43 @@ impl Recipe {
         }
     }
 
-    /// Expected cost in floating-point operations; it only weighs progress. `nodes` a side of
-    /// the surface at hand.
-    pub fn weight(&self, nodes: f64) -> f64 {
+    /// What the task is expected to cost on a surface of `nodes` a side. Nothing but forecasts
+    /// depends on it.
+    pub fn effort(&self, nodes: usize) -> Effort {
         match self {
-            Recipe::Generate(params) => params.weight(),
-            Recipe::Solve(params) => params.weight(nodes),
-            Recipe::Measure(_) => 1e5,
-            Recipe::Correct(_) => 1e4,
-            Recipe::Fit(params) => params.weight(),
-            Recipe::Aggregate(_) => 1e6,
+            Recipe::Generate(params) => params.effort(),
+            Recipe::Solve(params) => params.effort(nodes),
+            Recipe::Measure(_) => Effort::pairs(2.0),
+            Recipe::Correct(_) => Effort::seconds(1e-3),
+            Recipe::Fit(params) => params.effort(),
+            Recipe::Aggregate(_) => Effort::seconds(0.1),
+        }
+    }
+}
+
+/// What a task is expected to cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Pairs of transforms on the task's mesh.
+    pub pairs: f64,
+    /// Seconds of anything else.
+    pub seconds: f64,
+}
+
+impl Effort {
+    /// A number of pairs, and the handling of a task.
+    pub fn pairs(pairs: f64) -> Effort {
+        Effort {
+            pairs,
+            seconds: 1e-3,
+        }
+    }
+
+    /// No transforms.
+    pub fn seconds(seconds: f64) -> Effort {
+        Effort {
+            pairs: 0.0,
+            seconds,
         }
     }
 }

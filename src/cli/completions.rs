@@ -1,6 +1,6 @@
 //! `asperity completions`: completions for a shell.
 
-use std::io::stdout;
+use std::io::{Write, stdout};
 use std::process::ExitCode;
 
 use clap::CommandFactory;
@@ -15,11 +15,8 @@ pub struct Arguments {
 }
 
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure> {
-    clap_complete::generate(
-        arguments.shell,
-        &mut C::command(),
-        "asperity",
-        &mut stdout(),
-    );
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut C::command(), "asperity", &mut script);
+    stdout().lock().write_all(&script)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -3,10 +3,14 @@
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::thread::available_parallelism;
+use std::time::Duration;
 
 use serde_json::json;
 
-use super::{Data, Failure};
+use super::progress::duration;
+use super::{Data, Failure, counted};
+use crate::pace::Pace;
 use crate::plan::{Plan, PlannedStage};
 use crate::runner;
 
@@ -25,17 +29,36 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let plan = Plan::of(&study);
     let missing = runner::missing(&plan, &data.look());
     let counts = Counts::of(&plan, &missing);
+    let seconds = Pace::default().seconds_of(&plan, &missing);
     let mut out = stdout().lock();
     if arguments.json {
         let stages: Vec<_> = counts.0.iter().map(Count::json).collect();
-        writeln!(out, "{:#}", json!({ "stages": stages }))?;
+        let core_hours = seconds / 3600.0;
+        writeln!(
+            out,
+            "{:#}",
+            json!({ "stages": stages, "core_hours": core_hours })
+        )?;
     } else {
-        writeln!(out, "{}", table(&counts))?;
-        if missing.is_empty() {
-            writeln!(out, "nothing to do")?;
-        }
+        writeln!(out, "{}\n{}", table(&counts), forecast(&missing, seconds))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is to come, in time of this machine.
+fn forecast(missing: &[usize], seconds: f64) -> String {
+    if missing.is_empty() {
+        return "nothing to do".to_owned();
+    }
+    let cores = available_parallelism()
+        .map_or(1, usize::from)
+        .min(missing.len());
+    let wall = duration(Duration::from_secs_f64((seconds / cores as f64).ceil()));
+    format!(
+        "{:.2} core-hours expected: {wall} on {}",
+        seconds / 3600.0,
+        counted(cores, "core")
+    )
 }
 
 /// How much of each stage is finished.

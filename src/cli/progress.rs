@@ -1,5 +1,6 @@
 //! How far a run has come, and how long it will go on.
 
+use std::collections::BTreeMap;
 use std::io::{IsTerminal, stderr};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -7,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::counted;
+use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::runner::Observer;
 
@@ -17,7 +19,8 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 pub struct Progress<'a> {
     plan: &'a Plan,
     total: usize,
-    total_weight: f64,
+    /// Seconds of one core that each task is expected to take.
+    expected: BTreeMap<usize, f64>,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
@@ -25,15 +28,18 @@ pub struct Progress<'a> {
 struct State {
     begun: Instant,
     finished: usize,
-    weight: f64,
+    /// Expected seconds of finished tasks.
+    done: f64,
+    /// Expected seconds done of tasks under way.
+    under_way: BTreeMap<usize, f64>,
     last_line: Instant,
 }
 
 impl<'a> Progress<'a> {
     /// Begins to count.
-    pub fn new(plan: &'a Plan, missing: &[usize]) -> Progress<'a> {
+    pub fn new(plan: &'a Plan, missing: &[usize], pace: &Pace) -> Progress<'a> {
         let total = missing.len();
-        let weight = |&task: &usize| plan.tasks[task].weight();
+        let expected = |&task: &usize| (task, pace.seconds(&plan.tasks[task]));
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
             let cached = plan.tasks.len() - total;
@@ -47,12 +53,13 @@ impl<'a> Progress<'a> {
         Progress {
             plan,
             total,
-            total_weight: missing.iter().map(weight).sum(),
+            expected: missing.iter().map(expected).collect(),
             bar,
             state: Mutex::new(State {
                 begun: now,
                 finished: 0,
-                weight: 0.0,
+                done: 0.0,
+                under_way: BTreeMap::new(),
                 last_line: now,
             }),
         }
@@ -64,23 +71,20 @@ impl<'a> Progress<'a> {
             bar.finish_and_clear();
         }
     }
-}
 
-impl Observer for Progress<'_> {
-    fn started(&self, task: usize) {
-        if let Some(bar) = &self.bar {
-            bar.set_prefix(self.plan.tasks[task].recipe.kind().name());
-        }
+    fn expected(&self, task: usize) -> f64 {
+        self.expected.get(&task).copied().unwrap_or(0.0)
     }
 
-    fn finished(&self, task: usize) {
+    fn tell(&self, change: impl FnOnce(&mut State)) {
         let mut state = self
             .state
             .lock()
             .expect("no panic happens while it is held");
-        state.finished += 1;
-        state.weight += self.plan.tasks[task].weight();
-        let left = time_left(state.begun.elapsed(), state.weight / self.total_weight);
+        change(&mut state);
+        let done = state.done + state.under_way.values().sum::<f64>();
+        let share = done / self.expected.values().sum::<f64>();
+        let left = time_left(state.begun.elapsed(), share);
         let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
         if let Some(bar) = &self.bar {
             bar.set_position(state.finished as u64);
@@ -93,6 +97,28 @@ impl Observer for Progress<'_> {
                 counted(self.total, "task")
             );
         }
+    }
+}
+
+impl Observer for Progress<'_> {
+    fn started(&self, task: usize) {
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(self.plan.tasks[task].recipe.kind().name());
+        }
+    }
+
+    fn advanced(&self, task: usize, share: f64) {
+        self.tell(|state| {
+            state.under_way.insert(task, share * self.expected(task));
+        });
+    }
+
+    fn finished(&self, task: usize) {
+        self.tell(|state| {
+            state.finished += 1;
+            state.done += self.expected(task);
+            state.under_way.remove(&task);
+        });
     }
 }
 
@@ -111,7 +137,7 @@ fn time_left(elapsed: Duration, share_done: f64) -> Option<Duration> {
 }
 
 /// A duration in the two units that matter.
-fn duration(duration: Duration) -> String {
+pub fn duration(duration: Duration) -> String {
     let seconds = duration.as_secs();
     match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
         (0, 0, seconds) => format!("{seconds} s"),

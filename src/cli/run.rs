@@ -11,6 +11,7 @@ use serde_json::json;
 use super::plan::Counts;
 use super::progress::Progress;
 use super::{Data, Failure, chain, counted, summary};
+use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::runner::{self, Outcome, TaskError};
 use crate::{results, store::StoreError};
@@ -24,7 +25,7 @@ pub struct Arguments {
     manifest: PathBuf,
 
     /// Surfaces to work on at once; one core and a few maps of memory each.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
     /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage.
@@ -40,8 +41,8 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let outcome = if missing.is_empty() {
         Outcome::default()
     } else {
-        let progress = Progress::new(&plan, &missing);
-        let jobs = jobs(arguments);
+        let progress = Progress::new(&plan, &missing, &Pace::default());
+        let jobs = jobs(arguments).min(missing.len());
         let stopped = stop_on_signal()?;
         let outcome = runner::run(
             &plan,

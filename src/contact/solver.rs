@@ -15,6 +15,7 @@ use super::fft::{Scratch, Transform};
 use super::half_space;
 
 mod lanes;
+pub mod pace;
 mod passes;
 mod search;
 mod start;

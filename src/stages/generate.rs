@@ -5,7 +5,7 @@ use arrow::datatypes::Float64Type;
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Context, Kind, Recipe, StageError};
+use super::{Context, Effort, Kind, Recipe, StageError};
 use crate::contact::descriptors::Descriptors;
 use crate::contact::measured;
 use crate::contact::periodic::Edges;
@@ -98,9 +98,12 @@ impl Params {
         }
     }
 
-    /// What all realizations share, spelled out.
+    /// What all realizations share, of whatever seed, spelled out.
     pub fn point(&self) -> String {
-        let common = self.without_heights().realization(0);
+        let mut common = self.without_heights().realization(0);
+        if let Form::Random { surface, .. } = &mut common.form {
+            surface.seed = 0;
+        }
         serde_json::to_string(&common).expect("parameters are plain data")
     }
 
@@ -110,16 +113,16 @@ impl Params {
         TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
     }
 
-    /// Expected cost, see [`Recipe::weight`].
-    pub fn weight(&self) -> f64 {
-        20.0 * self.nodes().powi(2)
+    /// See [`Recipe::effort`]: drawing and describing take a few transforms.
+    pub fn effort(&self) -> Effort {
+        Effort::pairs(6.0)
     }
 
     /// Nodes per side, where that is known before a file is read.
-    pub fn nodes(&self) -> f64 {
+    pub fn nodes(&self) -> usize {
         match &self.form {
-            Form::Random { nodes, .. } | Form::Shape { nodes, .. } => f64::from(*nodes),
-            Form::File(_) => 512.0,
+            Form::Random { nodes, .. } | Form::Shape { nodes, .. } => *nodes as usize,
+            Form::File(_) => 512,
         }
     }
 

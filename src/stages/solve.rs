@@ -4,9 +4,9 @@ use arrow::array::Float64Builder;
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Context, Input, Recipe, StageError};
+use super::{Context, Effort, Input, Recipe, StageError};
 use crate::contact::map::ContactMap;
-use crate::contact::solver::{Outcome, Settings, Solver, Stop};
+use crate::contact::solver::{Outcome, Settings, Solver, Stop, pace};
 use crate::contact::surface::Surface;
 use crate::store::column::{bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
@@ -51,10 +51,9 @@ impl Params {
         serde_json::to_string(&common).expect("parameters are plain data")
     }
 
-    /// Expected cost, see [`Recipe::weight`].
-    pub fn weight(&self, nodes: f64) -> f64 {
-        let pairs = 30.0 * self.loads.len() as f64;
-        pairs * 10.0 * nodes.powi(2) * nodes.log2()
+    /// See [`Recipe::effort`].
+    pub fn effort(&self, nodes: usize) -> Effort {
+        Effort::pairs(pace::expected_pairs(nodes, &self.loads))
     }
 
     fn settings(&self) -> Settings {
@@ -116,7 +115,9 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
     let scales = Scales::of(&surface, table, params)?;
     let mut solver = Solver::new(surface.nodes(), &scales.reduced(surface));
     let mut rows = Rows::default();
-    for &given in &params.loads {
+    let surface_nodes = scales.nodes;
+    let expected = |loads: &[f64]| pace::expected_pairs(surface_nodes, loads);
+    for (index, &given) in params.loads.iter().enumerate() {
         let load = match params.load_unit {
             LoadUnit::Relative => given,
             LoadUnit::Absolute => given / scales.pressure,
@@ -127,6 +128,7 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
         }
         let keep = params.keeps_pressures_at(given);
         rows.push(load, outcome, solver.pressure(), keep, &scales);
+        (context.advance)(expected(&params.loads[..=index]) / expected(&params.loads));
         if outcome.stop == Stop::FullContact {
             break;
         }

@@ -1,0 +1,78 @@
+//! What a sweep of loads will cost, before it is begun.
+
+use std::time::Instant;
+
+use super::super::fft::Transform;
+use super::super::half_space;
+
+/// Cost of a whole iteration over that of its transforms, in pairs: measured from 512² to 1024².
+const OVERHEAD: f64 = 1.35;
+
+/// Transform pairs that ascending loads, in units of E* × rms slope, are expected to take.
+///
+/// A rough fit to counts on self-affine surfaces at the default tolerance, good to a quarter:
+/// loads between a tenth of the area and nearly all of it are the hardest, the first one has no
+/// guess to start from, coarser steps guess worse, and each doubling of the mesh adds a quarter.
+pub fn expected_pairs(nodes: usize, loads: &[f64]) -> f64 {
+    let growth = (nodes as f64 / 512.0).powf(0.31);
+    let mut before = None;
+    let at_512 = loads.iter().map(|&load| {
+        let hardness = match load {
+            _ if load < 0.06 => 15.0,
+            _ if load < 1.0 => 28.0,
+            _ => 18.0,
+        };
+        let step: f64 = before
+            .replace(load)
+            .map_or(8.0, |before: f64| load / before);
+        hardness * (1.0 + 0.5 * step.log2().clamp(0.0, 3.0))
+    });
+    growth * at_512.sum::<f64>()
+}
+
+/// Seconds of one core that a pair takes on this machine, everything included; measured here and
+/// now, in a few transforms.
+pub fn seconds_per_pair(nodes: usize) -> f64 {
+    let transform = Transform::<f32>::new(nodes);
+    let kernel = half_space::stiffness::<f32>(nodes);
+    let mut scratch = transform.scratch();
+    let field = vec![1.0; nodes * nodes];
+    let mut out = vec![0.0; nodes * nodes];
+    let mut pair = || {
+        let begun = Instant::now();
+        transform.convolve(&kernel, &field, &mut out, &mut scratch);
+        begun.elapsed().as_secs_f64()
+    };
+    // The first one finds nothing in the caches.
+    pair();
+    let fastest = (0..3).map(|_| pair()).fold(f64::INFINITY, f64::min);
+    OVERHEAD * fastest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The loads of the 2015 campaign.
+    fn campaign() -> Vec<f64> {
+        let light = (1..=50).map(|i| 0.06 * f64::from(i) / 50.0);
+        let heavy = (1..=40).map(|i| 0.06 * (1.7_f64 / 0.06).powf(f64::from(i) / 40.0));
+        light.chain(heavy).collect()
+    }
+
+    #[test]
+    fn the_campaign_costs_what_was_counted() {
+        // Means over three spectra: 1527 pairs at 256², 1920 at 512², 2460 at 1024².
+        for (nodes, counted) in [(256, 1527.0), (512, 1920.0), (1024, 2460.0)] {
+            let ratio = expected_pairs(nodes, &campaign()) / counted;
+            assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn more_loads_and_finer_meshes_cost_more() {
+        let loads = campaign();
+        assert!(expected_pairs(512, &loads[..10]) < expected_pairs(512, &loads));
+        assert!(expected_pairs(256, &loads) < expected_pairs(512, &loads));
+    }
+}
