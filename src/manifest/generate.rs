@@ -107,7 +107,7 @@ table!(ParaboloidTable, swept: ["nodes", "side", "radius"], lists: []);
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WaveTable {
-    /// Nodes per side of the square mesh, at least twice `waves`.
+    /// Nodes per side of the square mesh, more than twice `waves`.
     #[schemars(required, range(min = 4, max = 16384))]
     pub nodes: Key<i64>,
     /// Side of the periodic cell, in any unit of length.

@@ -9,6 +9,7 @@ use super::checks::{Checks, POSITIVE};
 use super::surfaces::{NODES, ensembles, single};
 use crate::contact::measured::read_npy;
 use crate::contact::periodic::Edges;
+use crate::contact::surface::Surface;
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::Section;
 use crate::manifest::generate::{self, FileTable};
@@ -108,11 +109,22 @@ fn read_map(
         );
         return refuse(reason, "this file");
     }
-    let heights = surface.heights();
-    if heights.iter().all(|height| *height == heights[0]) {
-        return refuse("is flat: all heights are equal".to_owned(), "this file");
+    if is_flat(surface, edges) {
+        let reason = "is flat: no roughness is left once its edges meet";
+        return refuse(reason.to_owned(), "this file");
     }
     Some(content)
+}
+
+/// Whether a map has no roughness once its edges meet: an inclined plane has none.
+fn is_flat(map: Surface, edges: Option<&Edges>) -> bool {
+    let spread = |heights: &[f64]| {
+        let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+        heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
+    };
+    let before = spread(map.heights());
+    let closed = edges.map_or(map.clone(), |edges| edges.close(map));
+    spread(closed.heights()) <= 1e-12 * before
 }
 
 /// Two paths to one content would count one surface as two.

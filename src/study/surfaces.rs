@@ -68,7 +68,13 @@ pub fn random(
             k_upper: k_upper?,
         };
         check_cutoffs(table, &spectrum, checks)?;
-        check_mesh(("k_upper", &table.k_upper), &table.nodes, nodes?, checks)?;
+        check_mesh(
+            ("k_upper", &table.k_upper),
+            &table.nodes,
+            nodes?,
+            false,
+            checks,
+        )?;
         let surface = RandomSurface {
             spectrum,
             amplitude,
@@ -109,17 +115,19 @@ fn check_cutoffs(table: &RandomTable, spectrum: &Spectrum, checks: &mut Checks) 
     Some(())
 }
 
-/// A mesh shows waves of two nodes or more.
+/// A mesh shows waves of two nodes or more. Where phases matter, one of two nodes is not enough:
+/// its other half falls between them.
 fn check_mesh(
     (name, waves): (&str, &Key<i64>),
     key: &Key<i64>,
     nodes: u32,
+    phases_matter: bool,
     checks: &mut Checks,
 ) -> Option<()> {
     let (Some(waves), Some(key)) = (waves.written(), key.written()) else {
         return Some(());
     };
-    let needed = 2 * waves.value;
+    let needed = 2 * waves.value + i64::from(phases_matter);
     if needed <= i64::from(nodes) {
         return Some(());
     }
@@ -129,7 +137,10 @@ fn check_mesh(
     );
     let problem = Problem::new(message, waves.span.clone(), "too fine for the mesh").and(
         key.span.clone(),
-        format!("carries wavenumbers up to {}", nodes / 2),
+        format!(
+            "carries wavenumbers up to {}",
+            (nodes - u32::from(phases_matter)) / 2
+        ),
     );
     checks.problems.push(problem);
     None
@@ -168,7 +179,7 @@ pub fn wave(
         let amplitude = checks.number("amplitude", &table.amplitude, POSITIVE);
         let waves = checks.whole_or("waves", &table.waves, WAVENUMBERS, 1);
         let (nodes, amplitude, waves) = (nodes?, amplitude?, waves?);
-        check_mesh(("waves", &table.waves), &table.nodes, nodes, checks)?;
+        check_mesh(("waves", &table.waves), &table.nodes, nodes, true, checks)?;
         let shape = match form {
             Form::WaveProduct => Shape::WaveProduct { amplitude, waves },
             Form::WaveSum => Shape::WaveSum { amplitude, waves },

@@ -52,7 +52,7 @@ heights = "redraw"
 [stage.map]
 kind = "generate"
 method = "file"
-path = "maps/slope.npy"
+path = "maps/rough.npy"
 side = 2
 periodic = false
 edges = "taper"

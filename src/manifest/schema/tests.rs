@@ -167,7 +167,7 @@ fn every_key_is_explained() {
 fn smallest(form: Form) -> &'static str {
     match form {
         Form::Filter | Form::RandomPhase => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
-        Form::File => "path = \"maps/slope.npy\"\nside = 1\nperiodic = false\nedges = \"taper\"",
+        Form::File => "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\"",
         Form::Paraboloid => "nodes = 64\nradius = 0.4",
         Form::Wave | Form::WaveProduct | Form::WaveSum => "nodes = 64\namplitude = 0.1",
         Form::FlatPunch => "nodes = 64\nradius = 0.4\ndepth = 0.1",
