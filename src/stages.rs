@@ -134,7 +134,7 @@ impl Recipe {
     /// kept pressures. Later keys are built on it, so keeping more never recomputes them.
     pub fn essence(&self) -> Recipe {
         match self {
-            Recipe::Generate(params) => Recipe::Generate(params.without_heights()),
+            Recipe::Generate(params) => Recipe::Generate(params.essence()),
             Recipe::Solve(params) => Recipe::Solve(Arc::new(params.without_pressures())),
             other => other.clone(),
         }
@@ -163,6 +163,11 @@ impl Recipe {
             Recipe::Solve(params) => params.point(),
             _ => String::new(),
         }
+    }
+
+    /// Whether one task reads all surfaces of a parameter point.
+    pub fn pools_surfaces(&self) -> bool {
+        matches!(self, Recipe::Measure(params) if params.pools_surfaces())
     }
 
     /// Expected cost in floating-point operations; it only weighs progress. `nodes` a side of
