@@ -92,6 +92,10 @@ fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
         .set_compression(Compression::ZSTD(level))
         .set_key_value_metadata(Some(key.into_iter().chain(others).collect()));
     let batch = table.batch();
+    if batch.columns().iter().all(is_small) {
+        // Where the pages of a column begin, of which there is one.
+        builder = builder.set_offset_index_disabled(true);
+    }
     for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
         builder = if is_small(array) {
             plain(builder, column_path(field))

@@ -1,5 +1,8 @@
 //! Surfaces without heights, and the distribution of heights over many surfaces.
 
+use std::fs;
+use std::path::Path;
+
 use arrow::array::Array;
 use asperity::store::table::Table;
 
@@ -99,7 +102,7 @@ fn statistics_of_surfaces_with_and_without_heights_are_different_work() {
 }
 
 #[test]
-fn the_mean_of_many_surfaces_lies_between_lattice_and_scatter() {
+fn summit_density_of_many_surfaces_is_that_of_the_lattice() {
     let bench = Bench::new();
     let many = SPECTRA.replace("redraw", "none").replace(
         "over = [\"nayak\", \"skewness\"]",
@@ -115,8 +118,8 @@ fn the_mean_of_many_surfaces_lies_between_lattice_and_scatter() {
         .into_iter()
         .enumerate()
     {
-        // D is nearly linear in the powers: its mean over realizations is that of the lattice, but
-        // for a bias of the order of the variance, 0.1 here in the worst case.
+        // A mean of ratios: it is the ratio of means but for a bias of second order in the scatter,
+        // at most some per cent of a spectrum with so few modes.
         assert!((mean[row] - lattice).abs() < 4.0 * sem[row] + 0.02 * lattice);
         assert!(sem[row] < 0.05 * lattice);
     }
@@ -146,6 +149,34 @@ fn pooled_densities_are_mean_and_deviation_of_those_of_each_surface() {
         let squares: f64 = of.iter().map(|density| (density - expected).powi(2)).sum();
         assert!((deviations[row] - (squares / 2.0).sqrt()).abs() < 1e-14);
     }
+}
+
+#[test]
+fn the_lower_cutoff_decides_how_normal_heights_are() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/heights.toml");
+    let manifest = fs::read_to_string(path).unwrap();
+    // The same study on a coarser mesh, of shorter spectra, with fewer surfaces.
+    let small = manifest
+        .replace("nodes = 512", "nodes = 256")
+        .replace("k_upper = [32, 128]", "k_upper = [16, 64]")
+        .replace("k_lower = [1, 4, 16]", "k_lower = [1, 4]")
+        .replace("realizations = 1000", "realizations = 60");
+    let bench = Bench::new();
+    let counts = bench.run(&small);
+    assert_eq!(counts["density"].computed, 4);
+    assert_eq!(bench.table("heights", "single-density").rows(), 12_000);
+
+    let kurtosis = bench.table("heights", "kurtosis");
+    let mean = values(&kurtosis, "kurtosis_mean");
+    let of_modes = values(&kurtosis, "kurtosis_of_modes");
+    let sem = values(&kurtosis, "difference_sem");
+    for row in 0..4 {
+        assert!((mean[row] - of_modes[row]).abs() < 3.5 * sem[row], "{row}");
+    }
+    // By k_lower, k_upper: (1, 16), (1, 64), (4, 16), (4, 64).
+    let spread = values(&bench.table("heights", "spread"), "integral_of_sd");
+    assert!(spread[0].min(spread[1]) > 2.0 * spread[2].max(spread[3]));
+    assert!((spread[0] / spread[1] - 1.0).abs() < 0.15);
 }
 
 #[test]

@@ -6,6 +6,8 @@ use std::path::Path;
 use asperity::contact::spectrum::Spectrum;
 use asperity::contact::surface::{Amplitude, RandomSurface};
 
+use crate::bench::Bench;
+
 /// A cell of one of the paper's tables: a spectrum, the mean over 200 surfaces, and the value of
 /// the closed form.
 struct Cell {
@@ -88,6 +90,30 @@ fn z(ours: &[f64], theirs: f64) -> f64 {
     let squares = ours.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
     let variance = squares / (count - 1.0);
     (mean - theirs) / (variance / 200.0 + variance / count + 0.01_f64.powi(2) / 12.0).sqrt()
+}
+
+#[test]
+fn the_shipped_study_has_a_row_for_each_cell_of_the_tables() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/nayak.toml");
+    let manifest = fs::read_to_string(path).unwrap();
+    let bench = Bench::new();
+    let two = manifest.replace("realizations = 200", "realizations = 2");
+    assert_eq!(bench.run(&two)["surfaces"].computed, 132);
+    let found = bench.table("nayak", "table");
+    let (nayak, density) = (table("nayak"), table("summit-density"));
+    assert_eq!(found.rows(), 66);
+    let value = |name: &str, row: usize| found.reals(name).unwrap().value(row);
+    let whole = |name: &str, row: usize| found.integers(name).unwrap().value(row) as u32;
+    for (row, (nayak, density)) in nayak.iter().zip(&density).enumerate() {
+        assert_eq!(value("hurst", row), nayak.spectrum.hurst);
+        assert_eq!(whole("k_lower", row), nayak.spectrum.k_lower);
+        assert_eq!(whole("k_upper", row), nayak.spectrum.k_upper);
+        assert_as_printed(value("nayak_continuum", row), nayak.analytic);
+        assert_as_printed(value("summit_density_continuum", row), density.analytic);
+        let mean = realizations(nayak.spectrum, 2);
+        let mean = (mean[0][0] + mean[1][0]) / 2.0;
+        assert!((value("nayak_mean", row) / mean - 1.0).abs() < 1e-14);
+    }
 }
 
 #[test]
