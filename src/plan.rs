@@ -103,6 +103,12 @@ impl Builder {
                 .iter()
                 .flat_map(|block| self.each(&Recipe::Solve(block.clone()), &inputs))
                 .collect(),
+            Work::Measure(params) if params.pools_surfaces() => {
+                let points = self.by_point(&inputs).into_iter();
+                points
+                    .map(|surfaces| self.add(Recipe::Measure(*params), surfaces))
+                    .collect()
+            }
             Work::Measure(params) => self.each(&Recipe::Measure(*params), &inputs),
             Work::Correct(params) => self.each(&Recipe::Correct(params.clone()), &inputs),
             Work::Fit(fits) => fits

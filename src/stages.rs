@@ -136,7 +136,7 @@ impl Recipe {
     /// kept pressures. Later keys are built on it, so keeping more never recomputes them.
     pub fn essence(&self) -> Recipe {
         match self {
-            Recipe::Generate(params) => Recipe::Generate(params.without_heights()),
+            Recipe::Generate(params) => Recipe::Generate(params.essence()),
             Recipe::Solve(params) => Recipe::Solve(Arc::new(params.without_pressures())),
             other => other.clone(),
         }
@@ -165,6 +165,11 @@ impl Recipe {
             Recipe::Solve(params) => params.point(),
             _ => String::new(),
         }
+    }
+
+    /// Whether one task reads all surfaces of a parameter point.
+    pub fn pools_surfaces(&self) -> bool {
+        matches!(self, Recipe::Measure(params) if params.pools_surfaces())
     }
 
     /// What the task is expected to cost on a surface of `nodes` a side. Nothing but forecasts

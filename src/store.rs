@@ -134,7 +134,9 @@ pub enum Existing {
     Replace,
 }
 
-/// Writes a file that appears whole or not at all, and survives a power cut.
+/// Writes a file that appears whole or not at all, even if the power is cut: its bytes are on the
+/// disk before it gets its name. The name itself may take the seconds that the system leaves it
+/// in memory, and is waited for by nobody: a file that is lost is written again.
 ///
 /// # Errors
 /// When the folder cannot be made, or the file not be written, flushed or moved into place.
@@ -157,7 +159,7 @@ pub fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), 
                 other => drop(other?),
             },
         }
-        File::open(folder)?.sync_all()
+        Ok(())
     })();
     result.map_err(|source| StoreError::Write {
         path: path.to_owned(),

@@ -3,10 +3,16 @@
 use super::descriptors::from_first_node;
 use super::surface::Surface;
 
+mod pool;
+
+pub use pool::{Pool, PooledBin};
+
 /// Density of the heights about their mean, scaled by the rms height of the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
     pub bins: Vec<Bin>,
+    /// Width of a bin, in rms heights.
+    pub width: f64,
     /// Nodes beyond the range.
     pub outside: usize,
 }
@@ -55,7 +61,11 @@ impl Histogram {
             density: count as f64 / (nodes * width),
         };
         let bins = counts.into_iter().enumerate().map(bin).collect();
-        Self { bins, outside }
+        Self {
+            bins,
+            width,
+            outside,
+        }
     }
 }
 

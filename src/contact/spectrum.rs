@@ -24,6 +24,31 @@ pub struct Spectrum {
     pub k_upper: u32,
 }
 
+/// Densities of a spectrum, each computed once: the modes of a mesh are many times more than their
+/// lengths, and a power costs more than drawing a mode.
+#[derive(Debug, Clone)]
+pub struct Densities {
+    spectrum: Spectrum,
+    /// By |k|²; not a number where nobody has asked.
+    known: Vec<f64>,
+}
+
+/// Squared lengths above it are not remembered: they would fill memory.
+const MOST_KNOWN: u64 = 1 << 20;
+
+impl Densities {
+    /// [`Spectrum::density`], to the last bit.
+    pub fn at(&mut self, k_squared: u64) -> f64 {
+        let Some(known) = self.known.get_mut(k_squared as usize) else {
+            return self.spectrum.density(k_squared);
+        };
+        if known.is_nan() {
+            *known = self.spectrum.density(k_squared);
+        }
+        *known
+    }
+}
+
 /// The modes of a spectrum that share one `k_x`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
@@ -42,6 +67,15 @@ impl Spectrum {
         }
         let ratio = k_squared as f64 / rolloff_squared as f64;
         libm::pow(ratio, -(1.0 + self.hurst))
+    }
+
+    /// Densities of many modes.
+    pub fn densities(&self) -> Densities {
+        let lengths = square(self.k_upper).min(MOST_KNOWN) as usize + 1;
+        Densities {
+            spectrum: *self,
+            known: vec![f64::NAN; lengths],
+        }
     }
 
     /// One of each pair of modes ±k: all with k_y > 0, and of those with k_y = 0 the ones with
@@ -112,6 +146,17 @@ mod tests {
                 })
                 .collect();
             assert_eq!(modes(&spectrum(k_lower, k_lower, k_upper)), expected);
+        }
+    }
+
+    #[test]
+    fn densities_that_are_remembered_are_those_that_are_computed() {
+        let spectrum = spectrum(2, 4, 8192);
+        let mut densities = spectrum.densities();
+        for _ in 0..2 {
+            for k_squared in [4, 15, 16, 17, MOST_KNOWN, MOST_KNOWN + 1, 1 << 26] {
+                assert_eq!(densities.at(k_squared), spectrum.density(k_squared));
+            }
         }
     }
 

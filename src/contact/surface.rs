@@ -144,7 +144,8 @@ impl RandomSurface {
         let columns = transform.spectrum_columns();
         let mut half = vec![Complex::default(); transform.spectrum_len()];
         let mut sum = MomentSum::default();
-        self.for_each_mode(|k_x, k_y, power, draw| {
+        self.for_each_pair(|k_x, k_y, density, draw| {
+            let power = self.power(density, &draw);
             sum.add_pair(k_x.into(), k_y.into(), 2.0 * power);
             let coefficient = power.sqrt() * draw.phase();
             half[row_of(k_x, nodes) * columns + k_y as usize] += coefficient;
@@ -163,27 +164,41 @@ impl RandomSurface {
 
     /// Moments of the surface from its modes alone, without a mesh.
     pub fn moments(&self, side: f64) -> Moments {
-        let mut sum = MomentSum::default();
-        self.for_each_mode(|k_x, k_y, power, _| {
-            sum.add_pair(k_x.into(), k_y.into(), 2.0 * power);
-        });
-        sum.finish(side, self.scale(&sum, side))
+        self.moments_beside_mean(side).0
     }
 
-    /// Visits one of each pair of modes ±k with its power |c|², before scaling, and its draw.
-    fn for_each_mode(&self, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
+    /// Moments of the surface, and of one of the same slope whose modes all have their mean power:
+    /// the sums over the lattice of modes, from which realizations scatter.
+    pub fn moments_beside_mean(&self, side: f64) -> (Moments, Moments) {
+        let [mut drawn, mut mean] = [MomentSum::default(); 2];
+        self.for_each_pair(|k_x, k_y, density, draw| {
+            let power = self.power(density, &draw);
+            drawn.add_pair(k_x.into(), k_y.into(), 2.0 * power);
+            mean.add_pair(k_x.into(), k_y.into(), 2.0 * density);
+        });
+        let moments = |sum: MomentSum| sum.finish(side, self.scale(&sum, side));
+        (moments(drawn), moments(mean))
+    }
+
+    /// Visits one of each pair of modes ±k with its mean power, before scaling, and its draw.
+    fn for_each_pair(&self, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
+        let mut densities = self.spectrum.densities();
         let draws = Draws::new(self.seed, self.realization);
         for row in self.spectrum.rows() {
             let across = u64::from(row.k_x.unsigned_abs()).pow(2);
             let draws = draws.row(row.k_x, *row.k_y.start());
             for (k_y, draw) in row.k_y.zip(draws) {
-                let density = self.spectrum.density(across + u64::from(k_y).pow(2));
-                let power = match self.amplitude {
-                    Amplitude::Gaussian => density * draw.power(),
-                    Amplitude::Deterministic => density,
-                };
-                visit(row.k_x, k_y, power, draw);
+                let density = densities.at(across + u64::from(k_y).pow(2));
+                visit(row.k_x, k_y, density, draw);
             }
+        }
+    }
+
+    /// |c|² of a mode, before scaling.
+    fn power(&self, density: f64, draw: &ModeDraw) -> f64 {
+        match self.amplitude {
+            Amplitude::Gaussian => density * draw.power(),
+            Amplitude::Deterministic => density,
         }
     }
 
@@ -318,10 +333,13 @@ mod tests {
             ),
         ];
         for (k_lower, k_upper, nayak, density, effective) in sums {
-            let moments = random(Amplitude::Deterministic, k_lower, k_upper).moments(3.0);
-            assert_close(moments.nayak().unwrap(), nayak, 1e-12);
-            assert_close(moments.summit_density_integer(3.0), density, 1e-12);
-            assert_close(moments.effective_modes(), effective, 1e-12);
+            let [scattering, fixed] = [Amplitude::Gaussian, Amplitude::Deterministic]
+                .map(|amplitude| random(amplitude, k_lower, k_upper).moments_beside_mean(3.0));
+            assert_eq!(fixed.0, fixed.1);
+            assert_eq!(scattering.1, fixed.1);
+            assert_close(fixed.1.nayak().unwrap(), nayak, 1e-12);
+            assert_close(fixed.1.summit_density_integer(3.0), density, 1e-12);
+            assert_close(fixed.1.effective_modes(), effective, 1e-12);
         }
     }
 

@@ -22,6 +22,10 @@ pub struct MeasureTable {
     /// Half width of the histogram of heights, in rms heights; for surfaces only.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 5.0))]
     pub range: Key<f64>,
+    /// Whether all surfaces of a parameter point share one histogram, with mean and standard
+    /// deviation between them, instead of having one each; for surfaces only.
+    #[schemars(extend("default" = false))]
+    pub pool: Key<bool>,
 }
 
 table!(MeasureTable, swept: [], lists: []);

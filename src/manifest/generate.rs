@@ -41,9 +41,10 @@ pub struct RandomTable {
     /// Number of surfaces drawn for each point of the grid. More of them change none before.
     #[schemars(range(min = 1, max = 1_000_000), extend("default" = 1))]
     pub realizations: Key<i64>,
-    /// Whether heights are stored or drawn again when needed.
+    /// Whether heights are stored, drawn again when needed, or left out: `"none"` describes
+    /// surfaces by their modes alone, many times faster, for statistics and not for contact.
     #[schemars(extend("default" = "keep"))]
-    pub heights: Key<Heights>,
+    pub heights: Key<RandomHeights>,
 }
 
 table!(
@@ -148,6 +149,18 @@ pub struct PunchTable {
 }
 
 table!(PunchTable, swept: ["nodes", "side", "radius", "depth"], lists: []);
+
+/// What becomes of the heights of a random surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RandomHeights {
+    /// They are stored.
+    Keep,
+    /// They are drawn again when needed.
+    Redraw,
+    /// There are none, and nothing can press the surface or count its heights.
+    None,
+}
 
 /// What becomes of the heights of a surface.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]

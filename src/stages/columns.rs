@@ -132,6 +132,35 @@ pub const DESCRIPTORS: [Column; 14] = [
     ),
 ];
 
+/// What the spectrum alone says of a random surface.
+pub const REFERENCES: [Column; 5] = [
+    real(
+        "nayak_continuum",
+        "1",
+        "Nayak's parameter of the spectrum, integrated over continuous wavenumbers",
+    ),
+    real(
+        "summit_density_continuum",
+        "(side/2π)⁻²",
+        "density of summits of the spectrum, integrated over continuous wavenumbers",
+    ),
+    real(
+        "nayak_lattice",
+        "1",
+        "Nayak's parameter of the spectrum, summed over the modes of the cell",
+    ),
+    real(
+        "summit_density_lattice",
+        "(side/2π)⁻²",
+        "density of summits of the spectrum, summed over the modes of the cell",
+    ),
+    real(
+        "effective_modes_lattice",
+        "1",
+        "inverse participation ratio of the spectrum, summed over the modes of the cell",
+    ),
+];
+
 pub const HEIGHTS: Column = Column::heavy(
     "heights",
     Reals,
@@ -275,6 +304,22 @@ pub const DENSITY: Column = real(
     "density",
     "1/rms height",
     "probability density of the height in the bin",
+);
+pub const SURFACES: Column = integer("surfaces", "1", "surfaces of the parameter point");
+pub const DENSITY_MEAN: Column = real(
+    "density_mean",
+    "1/rms height",
+    "mean over the surfaces of the probability density of the height in the bin",
+);
+pub const DENSITY_SD: Column = real(
+    "density_sd",
+    "1/rms height",
+    "standard deviation of that density between surfaces",
+);
+pub const DENSITY_NORMAL: Column = real(
+    "density_normal",
+    "1/rms height",
+    "probability density of a normal height, averaged over the bin",
 );
 
 // What a correction does.

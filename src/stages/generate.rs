@@ -1,28 +1,30 @@
 //! Draws a surface, or reads one, and describes it.
 
-use arrow::array::{ArrayRef, AsArray, Float64Array};
+use arrow::array::{AsArray, Float64Array};
 use arrow::datatypes::Float64Type;
 use serde::Serialize;
 
-use super::columns::*;
+use self::description::Description;
+use super::columns::{HEIGHTS, NODES, SIDE};
 use super::{Context, Effort, Kind, Recipe, StageError};
-use crate::contact::descriptors::Descriptors;
 use crate::contact::measured;
 use crate::contact::periodic::Edges;
 use crate::contact::shapes::Shape;
-use crate::contact::surface::{Amplitude, RandomSurface, Surface};
+use crate::contact::surface::{RandomSurface, Surface};
 use crate::sources::{ContentHash, Sources};
-use crate::store::column::{Column, integers, lists, optional_reals, reals, texts};
+use crate::store::column::lists;
 use crate::store::key::{Digest, TaskKey};
 use crate::store::table::Table;
 
+mod description;
+
 /// Raise it when the numbers change.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// One surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
-    /// Whether the heights are stored, or drawn again when needed.
+    /// Whether the heights are stored, drawn again when needed, or never looked at.
     pub heights: Heights,
     /// Side of the periodic cell, in the user's unit of length.
     pub side: f64,
@@ -39,6 +41,8 @@ pub enum Heights {
     Keep,
     /// They are drawn again by whoever needs them.
     Redraw,
+    /// There are none: a random surface is described by its modes, which need no mesh.
+    None,
 }
 
 /// Where a surface comes from.
@@ -90,32 +94,46 @@ impl Params {
         params
     }
 
-    /// The same surface with its heights not kept: what later stages' keys are built on.
-    pub fn without_heights(&self) -> Params {
-        Params {
-            heights: Heights::Redraw,
-            ..self.clone()
+    /// The same row with its heights not kept: what later stages' keys are built on. A surface
+    /// without heights stays one, for its row holds less.
+    pub fn essence(&self) -> Params {
+        match self.heights {
+            Heights::Keep | Heights::Redraw => self.with(Heights::Redraw),
+            Heights::None => self.clone(),
         }
     }
 
     /// What all realizations share, of whatever seed, spelled out.
     pub fn point(&self) -> String {
-        let mut common = self.without_heights().realization(0);
+        let mut common = self.essence().realization(0);
         if let Form::Random { surface, .. } = &mut common.form {
             surface.seed = 0;
         }
         serde_json::to_string(&common).expect("parameters are plain data")
     }
 
-    /// The surface's name, the same whether its heights are kept or not.
+    fn with(&self, heights: Heights) -> Params {
+        Params {
+            heights,
+            ..self.clone()
+        }
+    }
+
+    /// The surface's name, the same whatever becomes of its heights.
     fn surface_key(&self) -> TaskKey {
-        let recipe = Recipe::Generate(self.without_heights());
+        let recipe = Recipe::Generate(self.with(Heights::Redraw));
         TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
     }
 
-    /// See [`Recipe::effort`]: drawing and describing take a few transforms.
+    /// See [`Recipe::effort`]: drawing and describing take a few transforms, moments of modes none.
     pub fn effort(&self) -> Effort {
-        Effort::pairs(6.0)
+        match (&self.form, self.heights) {
+            (Form::Random { surface, .. }, Heights::None) => {
+                let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
+                Effort::seconds(1e-3 + 5e-8 * modes)
+            }
+            _ => Effort::pairs(6.0),
+        }
     }
 
     /// Nodes per side, where that is known before a file is read.
@@ -173,122 +191,18 @@ impl Params {
 /// # Errors
 /// When the file of a measured surface is gone, has changed, or is no map of heights.
 pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
+    if let (Form::Random { nodes, surface }, Heights::None) = (&params.form, params.heights) {
+        let description = Description::of_modes(surface, params.side);
+        let columns = description.row(params, *nodes as usize, params.side);
+        return Ok(Table::new(1, columns));
+    }
     let surface = params.draw(context.sources)?;
-    let descriptors = Descriptors::of(&surface);
-    let rms_slope = match &params.form {
-        // The scale is set so that this holds to rounding; rows of one spectrum must agree.
-        Form::Random { surface, .. } => surface.rms_slope,
-        _ => descriptors.rms_slope,
-    };
-    let mut columns = vec![
-        (SURFACE, texts([params.surface_key().to_string()])),
-        (METHOD, texts([params.method()])),
-        (NODES, integers([surface.nodes() as i64])),
-        (SIDE, reals([surface.side()])),
-        (RMS_SLOPE, reals([rms_slope])),
-    ];
-    columns.extend(own_coordinates(&params.form));
-    columns.extend(description(params, &surface, &descriptors, rms_slope));
+    let description = Description::of_surface(&params.form, &surface);
+    let mut columns = description.row(params, surface.nodes(), surface.side());
     if params.heights == Heights::Keep {
         let heights = Float64Array::from(surface.into_heights());
         let length = heights.len();
         columns.push((HEIGHTS, lists(heights, [length])));
     }
     Ok(Table::new(1, columns))
-}
-
-impl Params {
-    fn method(&self) -> &'static str {
-        match &self.form {
-            Form::Random { surface, .. } => match surface.amplitude {
-                Amplitude::Gaussian => "filter",
-                Amplitude::Deterministic => "random-phase",
-            },
-            Form::File(_) => "file",
-            Form::Shape { shape, .. } => match shape {
-                Shape::Paraboloid { .. } => "paraboloid",
-                Shape::Wave { .. } => "wave",
-                Shape::WaveProduct { .. } => "wave-product",
-                Shape::WaveSum { .. } => "wave-sum",
-                Shape::Punch { .. } => "flat-punch",
-            },
-        }
-    }
-}
-
-/// What places a surface among others of its method.
-fn own_coordinates(form: &Form) -> Vec<(Column, ArrayRef)> {
-    let whole = |column: Column, value: u32| (column, integers([i64::from(value)]));
-    let real = |column: Column, value: f64| (column, reals([value]));
-    match form {
-        Form::Random { surface, .. } => vec![
-            real(HURST, surface.spectrum.hurst),
-            whole(K_LOWER, surface.spectrum.k_lower),
-            whole(K_ROLLOFF, surface.spectrum.k_rolloff),
-            whole(K_UPPER, surface.spectrum.k_upper),
-            (SEED, integers([surface.seed.cast_signed()])),
-            whole(REALIZATION, surface.realization),
-        ],
-        Form::File(file) => {
-            let mut columns = vec![
-                (CONTENT, texts([file.content.to_string()])),
-                (UNIT, texts([&file.unit])),
-                real(HEIGHT_SCALE, file.height_scale),
-                (EDGES, texts([file.edges.name()])),
-            ];
-            if let Edges::Taper { taper_fraction } = file.edges {
-                columns.push(real(TAPER_FRACTION, taper_fraction));
-            }
-            columns
-        }
-        Form::Shape { shape, .. } => match *shape {
-            Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
-            Shape::Wave { amplitude, waves }
-            | Shape::WaveProduct { amplitude, waves }
-            | Shape::WaveSum { amplitude, waves } => {
-                vec![real(AMPLITUDE, amplitude), whole(WAVES, waves)]
-            }
-            Shape::Punch { radius, depth } => vec![real(RADIUS, radius), real(DEPTH, depth)],
-        },
-    }
-}
-
-fn description(
-    params: &Params,
-    surface: &Surface,
-    of: &Descriptors,
-    rms_slope: f64,
-) -> impl Iterator<Item = (Column, ArrayRef)> {
-    let side = surface.side();
-    // A random surface knows its modes, on any mesh; of others there is but the mesh.
-    let moments = match &params.form {
-        Form::Random { surface, .. } => surface.moments(side),
-        _ => of.moments,
-    };
-    // The descriptors' unit of load is the slope that the mesh sees.
-    let unit = if rms_slope > 0.0 {
-        of.rms_slope / rms_slope
-    } else {
-        1.0
-    };
-    let values = [
-        Some(moments.m00),
-        Some(moments.m20),
-        Some(moments.m02),
-        Some(moments.m22),
-        Some(moments.m40),
-        Some(moments.m04),
-        moments.nayak(),
-        Some(moments.summit_density()),
-        Some(moments.summit_density_integer(side)),
-        Some(moments.rms_height()),
-        of.skewness,
-        of.excess_kurtosis,
-        Some(moments.effective_modes()),
-        Some(of.full_contact_load * unit),
-    ];
-    DESCRIPTORS
-        .into_iter()
-        .zip(values)
-        .map(|(column, value)| (column, optional_reals([value])))
 }

@@ -1,14 +1,21 @@
 //! Counts contacts, or heights.
+//!
+//! How a density of heights varies between surfaces needs the histograms of a thousand of them,
+//! and nobody looks at those one by one: `pool` counts all surfaces of a parameter point in one
+//! task that keeps sums alone. Stored, a thousand histograms would take longer to read back
+//! than surfaces take to be drawn again.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
+use super::aggregate::ONE_SURFACE;
 use super::columns::*;
-use super::{Context, Input, Recipe, StageError};
+use super::{Context, Input, Recipe, StageError, generate};
 use crate::contact::area::ContactArea;
 use crate::contact::clusters::Clusters;
-use crate::contact::histogram::Histogram;
+use crate::contact::histogram::{Histogram, Pool};
 use crate::contact::map::ContactMap;
-use crate::store::column::{flags, integers, reals};
+use crate::store::column::{flags, integers, optional_reals, reals};
 use crate::store::table::Table;
 
 /// Raise it when the numbers change.
@@ -27,6 +34,20 @@ pub enum Params {
         /// Half width of the histogram, in rms heights.
         range: f64,
     },
+    /// How that distribution varies between the surfaces of a parameter point.
+    Pool {
+        /// Number of bins.
+        bins: u32,
+        /// Half width of the histograms, in rms heights.
+        range: f64,
+    },
+}
+
+impl Params {
+    /// Whether one task reads all surfaces of a parameter point.
+    pub fn pools_surfaces(&self) -> bool {
+        matches!(self, Params::Pool { .. })
+    }
 }
 
 /// Measures what one task computed.
@@ -34,12 +55,15 @@ pub enum Params {
 /// # Errors
 /// When a contact map does not fit its mesh, or a surface cannot be drawn again.
 pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+    if let Params::Pool { bins, range } = *params {
+        return pool(inputs, bins as usize, range, context);
+    }
     let [input] = inputs else {
         unreachable!("the plan measures one table at a time")
     };
     match *params {
-        Params::Contacts => contacts(&input.table),
         Params::Heights { bins, range } => heights(input, bins as usize, range, context),
+        Params::Contacts | Params::Pool { .. } => contacts(&input.table),
     }
 }
 
@@ -116,10 +140,7 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
 }
 
 fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
-    let Recipe::Generate(drawn) = input.recipe else {
-        unreachable!("the study lets heights be measured of surfaces alone")
-    };
-    let surface = drawn.surface(&input.table, context.sources)?;
+    let surface = drawn(input).surface(&input.table, context.sources)?;
     let histogram = Histogram::of(&surface, bins, range);
     let columns = vec![
         (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
@@ -131,6 +152,36 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
     ];
     let rows = vec![0; histogram.bins.len()];
     Ok(input.table.coordinates().pick(&rows).with(columns))
+}
+
+fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
+    let histogram = |input: &Input| {
+        if (context.interrupted)() {
+            return Err(StageError::Interrupted);
+        }
+        let surface = drawn(input).draw(context.sources)?;
+        Ok(Pool::of(&Histogram::of(&surface, bins, range)))
+    };
+    let pools = inputs.par_iter().map(histogram);
+    let pooled = pools.try_reduce(Pool::default, |left, right| Ok(left.and(right)))?;
+    let bins = pooled.bins();
+    let surfaces = i64::from(pooled.surfaces());
+    let columns = vec![
+        (BIN, reals(bins.iter().map(|bin| bin.center))),
+        (SURFACES, integers(bins.iter().map(|_| surfaces))),
+        (DENSITY_MEAN, reals(bins.iter().map(|bin| bin.mean))),
+        (DENSITY_SD, optional_reals(bins.iter().map(|bin| bin.sd))),
+        (DENSITY_NORMAL, reals(bins.iter().map(|bin| bin.normal))),
+    ];
+    let point = inputs[0].table.coordinates().without(&ONE_SURFACE);
+    Ok(point.pick(&vec![0; bins.len()]).with(columns))
+}
+
+fn drawn<'a>(input: &Input<'a>) -> &'a generate::Params {
+    let Recipe::Generate(drawn) = input.recipe else {
+        unreachable!("the study lets heights be measured of surfaces alone")
+    };
+    drawn
 }
 
 /// One contact map, measured.

@@ -3,14 +3,15 @@
 use std::fs::File;
 use std::io::{self, Read};
 
-use arrow::datatypes::DataType;
+use arrow::array::{Array, ArrayRef};
+use arrow::datatypes::{DataType, Field};
 use bytes::Bytes;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
+use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 
 use crate::store::column::Role;
@@ -19,6 +20,8 @@ use crate::store::table::Table;
 
 /// Prefix of our entries in a file's metadata.
 const PREFIX: &str = "asperity.";
+/// Bytes of a block of most disks.
+const SMALL: usize = 4096;
 
 /// What a file says of itself.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -127,27 +130,55 @@ fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
         .set_created_by("asperity".to_owned())
         .set_compression(Compression::ZSTD(level))
         .set_key_value_metadata(Some(key.into_iter().chain(others).collect()));
-    for field in table.batch().schema_ref().fields() {
-        builder = encoding(builder, field.name(), field.data_type());
+    let batch = table.batch();
+    if batch.columns().iter().all(is_small) {
+        // Where the pages of a column begin, of which there is one.
+        builder = builder.set_offset_index_disabled(true);
+    }
+    for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
+        builder = if is_small(array) {
+            plain(builder, column_path(field))
+        } else {
+            encoding(builder, column_path(field), field.data_type())
+        };
     }
     builder.build()
+}
+
+/// Whether a column fits a block of the disk anyhow. A study has tens of thousands of tables with
+/// one row: setting up compression, dictionaries and statistics would cost more than the rest.
+fn is_small(array: &ArrayRef) -> bool {
+    let size = array.to_data().get_slice_memory_size();
+    size.is_ok_and(|bytes| bytes <= SMALL)
+}
+
+fn plain(builder: WriterPropertiesBuilder, path: ColumnPath) -> WriterPropertiesBuilder {
+    builder
+        .set_column_compression(path.clone(), Compression::UNCOMPRESSED)
+        .set_column_dictionary_enabled(path.clone(), false)
+        .set_column_statistics_enabled(path, EnabledStatistics::None)
+}
+
+/// Where the values of a column are; those of a list have a name of their own.
+fn column_path(field: &Field) -> ColumnPath {
+    let mut parts = vec![field.name().clone()];
+    if let DataType::LargeList(_) = field.data_type() {
+        parts.extend(["list".to_owned(), "element".to_owned()]);
+    }
+    ColumnPath::new(parts)
 }
 
 /// Floating-point fields compress best with their bytes regrouped and no dictionary.
 fn encoding(
     builder: WriterPropertiesBuilder,
-    name: &str,
+    path: ColumnPath,
     data_type: &DataType,
 ) -> WriterPropertiesBuilder {
-    let path = |parts: &[&str]| ColumnPath::new(parts.iter().map(|&p| p.to_owned()).collect());
     match data_type {
-        DataType::LargeList(_) => {
-            let path = path(&[name, "list", "element"]);
-            builder
-                .set_column_dictionary_enabled(path.clone(), false)
-                .set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT)
-        }
-        DataType::LargeBinary => builder.set_column_dictionary_enabled(path(&[name]), false),
+        DataType::LargeList(_) => builder
+            .set_column_dictionary_enabled(path.clone(), false)
+            .set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT),
+        DataType::LargeBinary => builder.set_column_dictionary_enabled(path, false),
         _ => builder,
     }
 }

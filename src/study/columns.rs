@@ -1,6 +1,7 @@
 //! Columns that a stage's table will have, for checks of what aggregates ask for.
 
 use super::Work;
+use crate::stages::aggregate::ONE_SURFACE;
 use crate::stages::columns::*;
 use crate::stages::generate::Form;
 use crate::stages::measure;
@@ -22,11 +23,22 @@ pub fn columns_of(work: &Work, inputs: &[Vec<Column>]) -> Option<Vec<Column>> {
                 extend(&mut columns, own(&ensemble.params.form));
             }
             extend(&mut columns, &DESCRIPTORS);
+            let is_random = |form: &Form| matches!(form, Form::Random { .. });
+            if ensembles
+                .iter()
+                .any(|ensemble| is_random(&ensemble.params.form))
+            {
+                extend(&mut columns, &REFERENCES);
+            }
         }
         Work::Solve(_) => extend(&mut columns, &SOLVED),
         Work::Measure(measure::Params::Contacts) => extend(&mut columns, &CONTACT_MEASURES),
         Work::Measure(measure::Params::Heights { .. }) => {
             extend(&mut columns, &[BIN, COUNT, DENSITY]);
+        }
+        Work::Measure(measure::Params::Pool { .. }) => {
+            columns.retain(|column| !ONE_SURFACE.contains(&column.name));
+            extend(&mut columns, &POOLED);
         }
         Work::Correct(_) => extend(&mut columns, &CORRECTED),
         Work::Fit(_) | Work::Aggregate(_) => return None,
@@ -63,6 +75,8 @@ const SOLVED: [Column; 11] = [
     RESIDUAL,
     STOP,
 ];
+
+const POOLED: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
 
 const CORRECTED: [Column; 11] = [
     CORRECTION,

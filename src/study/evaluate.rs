@@ -30,11 +30,16 @@ pub fn measurement(
     let range = checks.number_or("range", &point.table.range, POSITIVE, 5.0);
     if read? == Rows::Surfaces {
         let (bins, range) = (bins?, range?);
-        return Some(measure::Params::Heights { bins, range });
+        let pool = point.table.pool.written().is_some_and(|pool| pool.value);
+        return Some(match pool {
+            true => measure::Params::Pool { bins, range },
+            false => measure::Params::Heights { bins, range },
+        });
     }
     let why = "for the heights of surfaces; this stage reads contacts";
     let bins = checks.forbidden("bins", &point.table.bins, why);
     checks.forbidden("range", &point.table.range, why)?;
+    checks.forbidden("pool", &point.table.pool, why)?;
     bins.map(|()| measure::Params::Contacts)
 }
 

@@ -1,13 +1,15 @@
 //! What flows between stages, and who can read it.
 
 use crate::diagnostics::{Problem, Problems};
-use crate::manifest::{StageTable, a_stage};
+use crate::manifest::generate::RandomHeights;
+use crate::manifest::{Points, StageTable, a_stage};
 use crate::stages::Kind;
 
 /// What the rows of a stage's table are about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
     Surfaces,
+    Spectra,
     Loads,
     Contacts,
     Heights,
@@ -20,6 +22,7 @@ impl Rows {
     fn name(self) -> &'static str {
         match self {
             Rows::Surfaces => "surfaces",
+            Rows::Spectra => "surfaces without heights",
             Rows::Loads => "solved loads",
             Rows::Contacts => "measured contacts",
             Rows::Heights => "measured heights",
@@ -47,6 +50,7 @@ fn readable(kind: Kind) -> (&'static [Rows], &'static str) {
         Kind::Aggregate => (
             &[
                 Rows::Surfaces,
+                Rows::Spectra,
                 Rows::Loads,
                 Rows::Contacts,
                 Rows::Heights,
@@ -60,8 +64,9 @@ fn readable(kind: Kind) -> (&'static [Rows], &'static str) {
 }
 
 /// What a stage makes of what it reads.
-fn made(kind: Kind, read: Option<Rows>) -> Option<Rows> {
+fn made(stage: &StageTable, kind: Kind, read: Option<Rows>) -> Option<Rows> {
     match kind {
+        Kind::Generate if has_no_heights(stage) => Some(Rows::Spectra),
         Kind::Generate => Some(Rows::Surfaces),
         Kind::Solve => Some(Rows::Loads),
         Kind::Measure if read? == Rows::Surfaces => Some(Rows::Heights),
@@ -70,6 +75,15 @@ fn made(kind: Kind, read: Option<Rows>) -> Option<Rows> {
         Kind::Fit => Some(Rows::Fits),
         Kind::Aggregate => Some(Rows::Statistics),
     }
+}
+
+/// Whether a stage draws surfaces that cannot be pressed.
+fn has_no_heights(stage: &StageTable) -> bool {
+    let Some(Points::Random(_, section)) = &stage.points else {
+        return false;
+    };
+    let mut heights = section.points.iter().map(|point| &point.table.heights);
+    heights.any(|key| key.written().map(|heights| heights.value) == Some(RandomHeights::None))
 }
 
 /// Checks what a stage reads, and says what it reads and makes, as far as that can be told.
@@ -91,7 +105,10 @@ pub fn check(
         };
         let problem = |message| {
             let label = format!("this stage gives {}", rows.name());
-            let help = format!("{} reads {help}", a_stage(kind));
+            let help = match rows {
+                Rows::Spectra => "with `heights = \"redraw\"` it gives surfaces".to_owned(),
+                _ => format!("{} reads {help}", a_stage(kind)),
+            };
             Problem::new(message, from.span.clone(), label).help(help)
         };
         match read {
@@ -113,5 +130,5 @@ pub fn check(
         }
     }
     let read = read.map(|(_, rows)| rows);
-    (read, made(kind, read))
+    (read, made(stage, kind, read))
 }

@@ -8,7 +8,9 @@ use crate::contact::shapes::Shape;
 use crate::contact::spectrum::Spectrum;
 use crate::contact::surface::{Amplitude, RandomSurface};
 use crate::diagnostics::{Problem, Problems};
-use crate::manifest::generate::{self, ParaboloidTable, PunchTable, RandomTable, WaveTable};
+use crate::manifest::generate::{
+    self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable,
+};
 use crate::manifest::written::Key;
 use crate::manifest::{Form, Point, Section, Table};
 use crate::stages::generate::{Form as Surface, Heights, Params};
@@ -84,10 +86,22 @@ pub fn random(
         };
         let nodes = nodes?;
         Some(Ensemble {
-            params: params(&table.heights, side?, Surface::Random { nodes, surface }),
+            params: Params {
+                heights: random_heights(&table.heights),
+                side: side?,
+                form: Surface::Random { nodes, surface },
+            },
             realizations: realizations?,
         })
     })
+}
+
+fn random_heights(key: &Key<RandomHeights>) -> Heights {
+    match key.written().map(|heights| heights.value) {
+        Some(RandomHeights::None) => Heights::None,
+        Some(RandomHeights::Redraw) => Heights::Redraw,
+        Some(RandomHeights::Keep) | None => Heights::Keep,
+    }
 }
 
 /// `k_lower ≤ k_rolloff ≤ k_upper`.
@@ -217,19 +231,14 @@ pub fn punch(section: &Section<PunchTable>, problems: &mut Problems) -> Option<V
 /// A surface of which there is one.
 pub fn single(heights: &Key<generate::Heights>, side: f64, form: Surface) -> Ensemble {
     Ensemble {
-        params: params(heights, side, form),
+        params: Params {
+            heights: match heights.written().map(|heights| heights.value) {
+                Some(generate::Heights::Redraw) => Heights::Redraw,
+                Some(generate::Heights::Keep) | None => Heights::Keep,
+            },
+            side,
+            form,
+        },
         realizations: 1,
-    }
-}
-
-fn params(heights: &Key<generate::Heights>, side: f64, form: Surface) -> Params {
-    let heights = match heights.written().map(|heights| heights.value) {
-        Some(generate::Heights::Redraw) => Heights::Redraw,
-        Some(generate::Heights::Keep) | None => Heights::Keep,
-    };
-    Params {
-        heights,
-        side,
-        form,
     }
 }

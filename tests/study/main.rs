@@ -4,5 +4,7 @@ mod bench;
 mod caching;
 mod commands;
 mod disturbance;
+mod heights;
+mod nayak;
 mod reference;
 mod shipped;

@@ -1,0 +1,187 @@
+//! One row that describes a surface: where it belongs, and what is worth knowing of it.
+
+use arrow::array::ArrayRef;
+
+use super::{Form, Params};
+use crate::contact::descriptors::Descriptors;
+use crate::contact::moments::Moments;
+use crate::contact::nayak::Continuum;
+use crate::contact::periodic::Edges;
+use crate::contact::shapes::Shape;
+use crate::contact::surface::{Amplitude, RandomSurface, Surface};
+use crate::stages::columns::*;
+use crate::store::column::{Column, integers, optional_reals, reals, texts};
+
+/// What is known of a surface.
+pub struct Description {
+    moments: Moments,
+    rms_slope: f64,
+    /// What the spectrum of a random surface says.
+    expected: Option<Expected>,
+    /// What only heights on a mesh can tell.
+    seen: Option<Descriptors>,
+}
+
+/// Reference values of a spectrum.
+struct Expected {
+    continuum: Continuum,
+    k_rolloff: f64,
+    /// Of modes that have their mean power.
+    lattice: Moments,
+}
+
+impl Description {
+    /// Describes a random surface by its modes, on any mesh.
+    pub fn of_modes(surface: &RandomSurface, side: f64) -> Description {
+        let (moments, lattice) = surface.moments_beside_mean(side);
+        Description {
+            moments,
+            // The scale is set so that this holds to rounding; rows of one spectrum must agree.
+            rms_slope: surface.rms_slope,
+            expected: Some(Expected {
+                continuum: surface.spectrum.continuum(),
+                k_rolloff: f64::from(surface.spectrum.k_rolloff),
+                lattice,
+            }),
+            seen: None,
+        }
+    }
+
+    /// Describes a surface by its heights, and a random one by its modes too.
+    pub fn of_surface(form: &Form, surface: &Surface) -> Description {
+        let seen = Descriptors::of(surface);
+        let known = match form {
+            Form::Random { surface: drawn, .. } => Description::of_modes(drawn, surface.side()),
+            Form::File(_) | Form::Shape { .. } => Description {
+                moments: seen.moments,
+                rms_slope: seen.rms_slope,
+                expected: None,
+                seen: None,
+            },
+        };
+        Description {
+            seen: Some(seen),
+            ..known
+        }
+    }
+
+    /// The surface's row.
+    pub fn row(&self, params: &Params, nodes: usize, side: f64) -> Vec<(Column, ArrayRef)> {
+        let mut columns = vec![
+            (SURFACE, texts([params.surface_key().to_string()])),
+            (METHOD, texts([method(&params.form)])),
+            (NODES, integers([nodes as i64])),
+            (SIDE, reals([side])),
+            (RMS_SLOPE, reals([self.rms_slope])),
+        ];
+        columns.extend(own_coordinates(&params.form));
+        let described = self.descriptors(side);
+        columns.extend(
+            DESCRIPTORS
+                .into_iter()
+                .zip(described.map(|value| optional_reals([value]))),
+        );
+        if let Some(expected) = &self.expected {
+            let values = expected.values(side).map(|value| optional_reals([value]));
+            columns.extend(REFERENCES.into_iter().zip(values));
+        }
+        columns
+    }
+
+    fn descriptors(&self, side: f64) -> [Option<f64>; 14] {
+        let moments = &self.moments;
+        let seen = self.seen.as_ref();
+        [
+            Some(moments.m00),
+            Some(moments.m20),
+            Some(moments.m02),
+            Some(moments.m22),
+            Some(moments.m40),
+            Some(moments.m04),
+            moments.nayak(),
+            Some(moments.summit_density()),
+            Some(moments.summit_density_integer(side)),
+            Some(moments.rms_height()),
+            seen.and_then(|seen| seen.skewness),
+            seen.and_then(|seen| seen.excess_kurtosis),
+            Some(moments.effective_modes()),
+            seen.map(|seen| self.full_contact_load(seen)),
+        ]
+    }
+
+    /// In units of the slope that the row states; the mesh may see a slightly different one.
+    fn full_contact_load(&self, seen: &Descriptors) -> f64 {
+        let unit = if self.rms_slope > 0.0 {
+            seen.rms_slope / self.rms_slope
+        } else {
+            1.0
+        };
+        seen.full_contact_load * unit
+    }
+}
+
+impl Expected {
+    fn values(&self, side: f64) -> [Option<f64>; 5] {
+        [
+            Some(self.continuum.nayak()),
+            Some(self.continuum.summit_density(self.k_rolloff)),
+            self.lattice.nayak(),
+            Some(self.lattice.summit_density_integer(side)),
+            Some(self.lattice.effective_modes()),
+        ]
+    }
+}
+
+fn method(form: &Form) -> &'static str {
+    match form {
+        Form::Random { surface, .. } => match surface.amplitude {
+            Amplitude::Gaussian => "filter",
+            Amplitude::Deterministic => "random-phase",
+        },
+        Form::File(_) => "file",
+        Form::Shape { shape, .. } => match shape {
+            Shape::Paraboloid { .. } => "paraboloid",
+            Shape::Wave { .. } => "wave",
+            Shape::WaveProduct { .. } => "wave-product",
+            Shape::WaveSum { .. } => "wave-sum",
+            Shape::Punch { .. } => "flat-punch",
+        },
+    }
+}
+
+/// What places a surface among others of its method.
+fn own_coordinates(form: &Form) -> Vec<(Column, ArrayRef)> {
+    let whole = |column: Column, value: u32| (column, integers([i64::from(value)]));
+    let real = |column: Column, value: f64| (column, reals([value]));
+    match form {
+        Form::Random { surface, .. } => vec![
+            real(HURST, surface.spectrum.hurst),
+            whole(K_LOWER, surface.spectrum.k_lower),
+            whole(K_ROLLOFF, surface.spectrum.k_rolloff),
+            whole(K_UPPER, surface.spectrum.k_upper),
+            (SEED, integers([surface.seed.cast_signed()])),
+            whole(REALIZATION, surface.realization),
+        ],
+        Form::File(file) => {
+            let mut columns = vec![
+                (CONTENT, texts([file.content.to_string()])),
+                (UNIT, texts([&file.unit])),
+                real(HEIGHT_SCALE, file.height_scale),
+                (EDGES, texts([file.edges.name()])),
+            ];
+            if let Edges::Taper { taper_fraction } = file.edges {
+                columns.push(real(TAPER_FRACTION, taper_fraction));
+            }
+            columns
+        }
+        Form::Shape { shape, .. } => match *shape {
+            Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
+            Shape::Wave { amplitude, waves }
+            | Shape::WaveProduct { amplitude, waves }
+            | Shape::WaveSum { amplitude, waves } => {
+                vec![real(AMPLITUDE, amplitude), whole(WAVES, waves)]
+            }
+            Shape::Punch { radius, depth } => vec![real(RADIUS, radius), real(DEPTH, depth)],
+        },
+    }
+}
