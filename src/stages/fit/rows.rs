@@ -123,6 +123,16 @@ const ERF_SCALE: Parameter = parameter(
     "β of a = erf(β √2 y); 1 in Persson's theory",
 );
 
+const MESH_COEFFICIENT: Parameter = parameter(
+    [
+        "mesh_coefficient",
+        "mesh_coefficient_lower",
+        "mesh_coefficient_upper",
+        "mesh_coefficient_standard_error",
+    ],
+    "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
+);
+
 const LAW: Column = Column::coordinate("law", Text, "", "the law that is fitted");
 const DATUM: Column = Column::coordinate("fitted_to", Text, "", "what the residuals are taken of");
 const KAPPA_IS: Column = Column::coordinate("kappa_is", Text, "", "given, free or minimal-convex");
@@ -182,16 +192,11 @@ const OF_ROWS: [&str; 4] = [SURFACE.name, REALIZATION.name, LOAD.name, PRESSURE.
 pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> Table {
     let standing: Vec<usize> = points.iter().map(|point| point.row).collect();
     let count = rows.len();
-    let law = texts(vec![law_name(&params.law); count]);
-    let mut columns = vec![(LAW, law)];
-    columns.extend(choices(&params.law, count));
-    let [from, to] = params.window;
-    columns.push((WINDOW_LOWER, reals(vec![from; count])));
-    columns.push((WINDOW_UPPER, reals(vec![to; count])));
-    for (index, parameter) in parameters(&params.law).into_iter().enumerate() {
-        columns.extend(estimate(parameter, index, rows));
-    }
-    columns.extend(quality(points, params, rows));
+    let mut columns = placed(params, count);
+    let rows: Vec<&Row> = rows.iter().collect();
+    columns.extend(estimates(params, &rows));
+    let surfaces: Vec<usize> = points.iter().map(|point| point.surfaces).collect();
+    columns.extend(quality(&surfaces, params, &rows));
     input
         .coordinates()
         .without(&OF_ROWS)
@@ -199,11 +204,29 @@ pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> 
         .with(columns)
 }
 
+/// What places a fit among others of its points.
+pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
+    let mut columns = vec![(LAW, texts(vec![law_name(&params.law); count]))];
+    columns.extend(choices(&params.law, count));
+    let [from, to] = params.window;
+    columns.push((WINDOW_LOWER, reals(vec![from; count])));
+    columns.push((WINDOW_UPPER, reals(vec![to; count])));
+    columns
+}
+
+/// The law's parameters and their intervals.
+pub fn estimates(params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
+    let parameters = parameters(&params.law).into_iter().enumerate();
+    let columns = parameters.flat_map(|(index, parameter)| estimate(parameter, index, rows));
+    columns.collect()
+}
+
 fn law_name(law: &Law) -> &'static str {
     match law {
         Law::ContactEvolution { .. } => "contact-evolution",
         Law::MeanPressure => "mean-pressure",
         Law::ScaledErf => "scaled-erf",
+        Law::MeshConvergence => "mesh-convergence",
     }
 }
 
@@ -212,6 +235,7 @@ fn parameters(law: &Law) -> Vec<Parameter> {
         Law::ContactEvolution { .. } => vec![KAPPA, BETA, MU],
         Law::MeanPressure => vec![EXPONENT, PREFACTOR],
         Law::ScaledErf => vec![ERF_SCALE],
+        Law::MeshConvergence => vec![MESH_COEFFICIENT],
     }
 }
 
@@ -234,9 +258,9 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
     ]
 }
 
-fn estimate(parameter: Parameter, index: usize, rows: &[Row]) -> [(Column, ArrayRef); 4] {
+fn estimate(parameter: Parameter, index: usize, rows: &[&Row]) -> [(Column, ArrayRef); 4] {
     let interval = |value: fn(&Interval) -> f64| {
-        let of = |row: &Row| row.intervals.as_ref()?.get(index).map(value);
+        let of = |row: &&Row| row.intervals.as_ref()?.get(index).map(value);
         optional_reals(rows.iter().map(of).collect::<Vec<_>>())
     };
     let values = rows.iter().map(|row| row.values.get(index).copied());
@@ -251,8 +275,9 @@ fn estimate(parameter: Parameter, index: usize, rows: &[Row]) -> [(Column, Array
     ]
 }
 
-fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, ArrayRef)> {
-    let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(value));
+/// How much was fitted, how well, and how it went.
+pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
+    let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(|row| value(row)));
     let mut columns = Vec::new();
     if let Law::ContactEvolution { kappa, .. } = params.law {
         if kappa == Kappa::MinimalConvex {
@@ -263,7 +288,7 @@ fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, Arra
             flags(rows.iter().map(|row| row.convex == Some(true))),
         ));
     }
-    let surfaces = points.iter().map(|point| point.surfaces as i64);
+    let surfaces = surfaces.iter().map(|&surfaces| surfaces as i64);
     columns.extend([
         (SURFACES, integers(surfaces)),
         (DATA, integers(rows.iter().map(|row| row.data as i64))),
@@ -278,7 +303,7 @@ fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, Arra
             BOOTSTRAP_FAILED,
             integers(rows.iter().map(|row| row.failed_replicates as i64)),
         ),
-        (STATUS, texts(rows.iter().map(Row::status))),
+        (STATUS, texts(rows.iter().map(|row| row.status()))),
     ]);
     columns
 }
