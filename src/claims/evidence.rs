@@ -52,13 +52,24 @@ pub struct PerSurface {
     pub values: Vec<f64>,
 }
 
+/// What a stage has finished.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// What the stage does.
+    pub kind: Kind,
+    /// The level of its intervals, of a fit.
+    pub level: Option<f64>,
+    /// Its table.
+    pub table: Table,
+}
+
 /// Everything that a study has computed, as far as claims ask for it.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Area curves.
     pub ensembles: Vec<Ensemble>,
-    /// Tables of fits.
-    pub fits: Vec<Table>,
+    /// Fits.
+    pub fits: Vec<Finished>,
     /// Tables of surfaces.
     surfaces: Vec<Table>,
     /// Tables of measured contacts.
@@ -70,10 +81,10 @@ impl Evidence {
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
-    pub fn of(tables: &[(Kind, Table)]) -> Result<Evidence, TableError> {
+    pub fn of(stages: &[Finished]) -> Result<Evidence, TableError> {
         let of_kind = |kind: Kind| {
-            let own = tables.iter().filter(move |(found, _)| *found == kind);
-            own.map(|(_, table)| table.clone()).collect::<Vec<_>>()
+            let own = stages.iter().filter(move |stage| stage.kind == kind);
+            own.map(|stage| stage.table.clone()).collect::<Vec<_>>()
         };
         let contacts: Vec<Table> = of_kind(Kind::Measure)
             .into_iter()
@@ -94,7 +105,11 @@ impl Evidence {
         }
         Ok(Evidence {
             ensembles,
-            fits: of_kind(Kind::Fit),
+            fits: stages
+                .iter()
+                .filter(|stage| stage.kind == Kind::Fit)
+                .cloned()
+                .collect(),
             surfaces: of_kind(Kind::Generate),
             contacts,
         })

@@ -5,15 +5,12 @@ use std::f64::consts::PI;
 use arrow::array::{Array, AsArray};
 
 use super::evidence::{COUNTED, Evidence, OF_2017};
-use super::intervals::{Bound, widened};
+use super::intervals::{Bound, RESAMPLING, widened};
 use super::quantities::{data, judged};
 use super::{Claim, Expectation, Outcome};
 use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::contact::law::KAPPA_BGT;
 use crate::store::table::Table;
-
-/// Level of the intervals of fits whose manifests say nothing; the tables do not keep it.
-const USUAL_LEVEL: f64 = 0.95;
 
 /// The claims, in the order of the paper.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
@@ -34,7 +31,7 @@ fn least_convex_kappa(evidence: &Evidence, correction: &str) -> Claim {
     let mut bounds = estimates(evidence, "kappa", 1.0 / KAPPA_BGT, &asked);
     // One κ is common to all curves; the first row has it.
     bounds.truncate(1);
-    for bound in &mut bounds {
+    for (bound, _) in &mut bounds {
         bound.label = "κ/√(2π)".to_owned();
     }
     Claim {
@@ -103,22 +100,23 @@ fn mesh_coefficient(evidence: &Evidence) -> [Claim; 3] {
     ]
 }
 
-fn outcome(bounds: Vec<Bound>, expected: Expectation, needs: &str) -> Outcome {
+fn outcome(bounds: Vec<(Bound, f64)>, expected: Expectation, needs: &str) -> Outcome {
     if bounds.is_empty() {
         return Outcome::NotComputed(format!("{needs}, with intervals"));
     }
-    judged(expected, Some(&widened(bounds, USUAL_LEVEL)))
+    judged(expected, Some(&widened(bounds)))
 }
 
-/// A fitted parameter with its interval, of the rows that are asked for; failed fits have none.
+/// A fitted parameter with its interval and the interval's level, of the rows that are asked for; failed fits have none.
 fn estimates(
     evidence: &Evidence,
     name: &str,
     scale: f64,
     asked: &impl Fn(&Table, usize) -> bool,
-) -> Vec<Bound> {
+) -> Vec<(Bound, f64)> {
     let mut bounds = Vec::new();
-    for table in evidence.fits.iter().filter(|table| table.has(name)) {
+    for stage in evidence.fits.iter().filter(|stage| stage.table.has(name)) {
+        let (table, level) = (&stage.table, stage.level.unwrap_or(RESAMPLING.level));
         let real = |name: &str, row: usize| {
             let column = table.reals(name).ok()?;
             column.is_valid(row).then(|| scale * column.value(row))
@@ -128,12 +126,14 @@ fn estimates(
                 .zip(real(&format!("{name}_lower"), row))
                 .zip(real(&format!("{name}_upper"), row));
             if let Some(((value, lower), upper)) = found {
-                bounds.push(Bound {
-                    label: cutoffs(table, row),
+                let label = cutoffs(table, row);
+                let bound = Bound {
+                    label,
                     value,
                     lower,
                     upper,
-                });
+                };
+                bounds.push((bound, level));
             }
         }
     }

@@ -125,15 +125,17 @@ pub fn simultaneous(
     Some(bounds.collect())
 }
 
-/// Widens intervals that each cover at `level` until all cover together at that of
-/// [`RESAMPLING`], as if they were normal and unrelated (Bonferroni).
-pub fn widened(bounds: Vec<Bound>, level: f64) -> Vec<Bound> {
+/// Widens intervals that each cover at a level of its own until all cover together at that of
+/// [`RESAMPLING`], as if they were normal (Bonferroni).
+pub fn widened(bounds: Vec<(Bound, f64)>) -> Vec<Bound> {
     let together = 1.0 - (1.0 - RESAMPLING.level) / bounds.len().max(1) as f64;
-    let factor = normal_quantile(together) / normal_quantile(level);
-    let widen = |bound: Bound| Bound {
-        lower: bound.value + factor * (bound.lower - bound.value),
-        upper: bound.value + factor * (bound.upper - bound.value),
-        ..bound
+    let widen = |(bound, level): (Bound, f64)| {
+        let factor = normal_quantile(together) / normal_quantile(level);
+        Bound {
+            lower: bound.value + factor * (bound.lower - bound.value),
+            upper: bound.value + factor * (bound.upper - bound.value),
+            ..bound
+        }
     };
     bounds.into_iter().map(widen).collect()
 }

@@ -8,11 +8,12 @@ use std::process::ExitCode;
 use serde_json::{Value, json};
 
 use super::{Data, Failure, counted};
+use crate::claims::evidence::Finished;
 use crate::claims::intervals::RESAMPLING;
 use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Verdict};
-use crate::plan::Plan;
+use crate::plan::{Plan, PlannedStage};
 use crate::results;
-use crate::stages::Kind;
+use crate::stages::Recipe;
 use crate::store::StoreError;
 use crate::store::parquet::{self, Columns};
 use crate::store::table::Table;
@@ -32,13 +33,17 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let plan = Plan::of(&study);
     // The tables are brought up to the manifest first: a claim rests on what it says now.
     let published = results::publish(&plan, &data.look(), &study.sources, &data.results())?;
-    let mut tables: Vec<(Kind, Table)> = Vec::new();
+    let mut finished: Vec<Finished> = Vec::new();
     for (stage, table) in plan.stages.iter().zip(&published) {
         if table.finished > 0 {
-            tables.push((stage.kind, read(&table.path)?));
+            finished.push(Finished {
+                kind: stage.kind,
+                level: level(&plan, stage),
+                table: read(&table.path)?,
+            });
         }
     }
-    let claims = claims::all(&Evidence::of(&tables)?);
+    let claims = claims::all(&Evidence::of(&finished)?);
     let missing = published
         .iter()
         .zip(&plan.stages)
@@ -57,6 +62,14 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         writeln!(out, "{}", closing(&claims, missing))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The level of the intervals of a fit: a stage has one for all its points.
+fn level(plan: &Plan, stage: &PlannedStage) -> Option<f64> {
+    match &plan.tasks[*stage.tasks.first()?].recipe {
+        Recipe::Fit(params) => Some(params.level),
+        _ => None,
+    }
 }
 
 fn read(path: &PathBuf) -> Result<Table, StoreError> {
@@ -87,14 +100,32 @@ fn text(claim: &Claim) -> String {
         Outcome::NotComputed(needs) => format!("needs {needs}"),
     };
     format!(
-        "{:14} {} ({})\n{:14} {}\n{:14} {found}\n\n",
+        "{:14}{} · {}\n{}{}\n",
         verdict(claim),
         claim.name,
         claim.data,
-        "",
-        claim.says,
-        "",
+        wrapped(claim.says),
+        wrapped(&found),
     )
+}
+
+/// Lines of a width that is read easily, under the claim's name.
+fn wrapped(text: &str) -> String {
+    const INDENT: usize = 14;
+    const WIDTH: usize = 100;
+    let mut lines = String::new();
+    let mut column = WIDTH;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if column + 1 + length > WIDTH {
+            lines += &format!("\n{:INDENT$}{word}", "");
+            column = INDENT + length;
+        } else {
+            lines += &format!(" {word}");
+            column += 1 + length;
+        }
+    }
+    lines.trim_start_matches('\n').to_owned() + "\n"
 }
 
 fn found(judgement: &Judgement) -> String {

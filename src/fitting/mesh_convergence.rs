@@ -158,7 +158,7 @@ fn mean(values: &[f64]) -> f64 {
 mod tests {
     use super::super::examples::normal;
     use super::*;
-    use crate::contact::correction::YASTREBOV_2017;
+    use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 
     const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];
 
@@ -197,7 +197,7 @@ mod tests {
         let surfaces = [refinement(0.135, 0.104, &[])];
         let problem = pooled(&surfaces);
         let mean_square = EDGES.iter().map(|edge| edge * edge).sum::<f64>() / 4.0;
-        for correction in [0.0, YASTREBOV_2017, 0.3927] {
+        for correction in [0.0, YASTREBOV_2017, PI_OVER_EIGHT] {
             let exact = (correction - 0.104).abs() * mean_square.sqrt() / 0.135;
             assert!((problem.rms_error(correction) - exact).abs() < 1e-13);
         }

@@ -249,25 +249,28 @@ fn models(
             Some(_) => &OF_THE_SPECTRUM,
             None => &[],
         };
-        for name in wanted.iter().chain(&["load"]) {
-            let is_read = columns.is_none_or(|columns| columns.iter().any(|c| c.name == *name));
-            let grouping = table.group_by.written();
-            let is_group = |list: &Written<Vec<Written<String>>>| {
-                list.value.iter().any(|column| column.value == *name)
-            };
-            if !is_read {
-                let message = format!("a model needs `{name}`, which the input has not");
-                report(
-                    message,
-                    "only for surfaces drawn from a spectrum, under loads",
-                );
-            } else if !grouping.is_none_or(is_group) {
-                let message = format!("a model needs `{name}`, which `group_by` leaves out");
-                report(
-                    message,
-                    "has one value per row only if the column names the group",
-                );
-            }
+        let is_read = |name: &str| {
+            columns.is_none_or(|columns| columns.iter().any(|column| column.name == name))
+        };
+        let is_grouped = |name: &str| {
+            let written = table.group_by.written();
+            written.is_none_or(|list| list.value.iter().any(|column| column.value == name))
+        };
+        let wanted = || wanted.iter().copied().chain(["load"]);
+        if !wanted().all(is_read) {
+            let missing = listed(wanted().filter(|name| !is_read(name)), "and");
+            let message = format!("a model needs {missing}, which the input has not");
+            report(
+                message,
+                "only for surfaces drawn from a spectrum, under loads",
+            );
+        } else if !wanted().all(is_grouped) {
+            let missing = listed(wanted().filter(|name| !is_grouped(name)), "and");
+            let message = format!("a model needs {missing}, which `group_by` leaves out");
+            report(
+                message,
+                "has one value per row only if these name the group",
+            );
         }
         models.push(model);
     }
