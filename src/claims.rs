@@ -95,6 +95,8 @@ impl fmt::Display for Expectation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Expectation::Positive => write!(formatter, "above 0"),
+            Expectation::Within(low, f64::INFINITY) => write!(formatter, "at least {low}"),
+            Expectation::Within(f64::NEG_INFINITY, high) => write!(formatter, "at most {high}"),
             Expectation::Within(low, high) => write!(formatter, "{low} to {high}"),
         }
     }

@@ -41,7 +41,7 @@ fn least_convex_kappa(evidence: &Evidence, correction: &str) -> Claim {
         data: data(correction).to_owned(),
         outcome: outcome(
             bounds,
-            Expectation::Within(1.055 * 0.98, 1.055 * 1.02),
+            Expectation::Within(1.034, 1.076),
             "a `fit` stage with `kappa = \"minimal-convex\"` and `to = \"slope\"`",
         ),
     }

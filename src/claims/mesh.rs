@@ -123,7 +123,7 @@ fn edge_nodes(evidence: &Evidence, column: &'static str) -> Claim {
         "Contact nodes with a gap beside them number π/4 of the switches between contact and gap, \
          to two per cent.",
         "measured contacts near a load of 0.06",
-        Expectation::Within(0.785 * 0.98, 0.785 * 1.02),
+        Expectation::Within(0.77, 0.80),
         "a `measure` stage over contacts",
     )
 }
