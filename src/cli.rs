@@ -4,6 +4,7 @@
 //! 130 stopped by the user.
 
 mod check;
+mod claims;
 mod completions;
 mod plan;
 mod progress;
@@ -53,6 +54,8 @@ enum Command {
     Plan(plan::Arguments),
     /// Compute what is missing and write the tables.
     Run(run::Arguments),
+    /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
+    Claims(claims::Arguments),
     /// Show how a table was made, and its first rows.
     Show(show::Arguments),
     /// Print the JSON Schema of manifests, for editors.
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
+        Command::Claims(arguments) => claims::run(&arguments, &data),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),

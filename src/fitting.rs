@@ -6,6 +6,7 @@
 //! - [`evolution`]: the contact evolution law by weighted least squares;
 //! - [`convexity`]: the least κ for which the fitted slopes are convex, of one curve and of several;
 //! - [`pressure_growth`]: the power law of dp̄/dp₀ against the area;
+//! - [`mesh_convergence`]: what the mesh adds to the area, from several meshes of one surface;
 //! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
 //! - [`bootstrap`]: intervals of any of these, resampling whole surfaces.
 //!
@@ -16,8 +17,9 @@ pub mod convexity;
 pub mod curves;
 pub mod evolution;
 #[cfg(test)]
-mod examples;
+pub(crate) mod examples;
 mod least_squares;
+pub mod mesh_convergence;
 pub mod pressure_growth;
 pub mod scaled_erf;
 
@@ -112,6 +114,20 @@ pub enum FitError {
         /// Where the data lie.
         window: Window,
     },
+    /// A line needs more meshes.
+    #[error(
+        "areas on {found} meshes, a line with something to judge it by needs {needed}: \
+             sweep `nodes` over more"
+    )]
+    TooFewMeshes {
+        /// Meshes given.
+        found: usize,
+        /// Meshes needed.
+        needed: usize,
+    },
+    /// Contacts without an edge tell nothing of what the mesh does to it.
+    #[error("on some mesh nothing touches, or the edge is equal on all: nothing to extrapolate")]
+    NoEdges,
     /// Several curves were to share one κ, but none has one.
     #[error("no curve of the {curves} has a least convex kappa: see the error of each")]
     NoCommonKappa {

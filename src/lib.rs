@@ -9,6 +9,7 @@
 //! 3. [`plan`] – the tasks, each named by a key that holds everything that decides its table.
 //! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
 //! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB.
+//! 6. [`claims`] – what the 2015 paper says, put to those tables.
 //!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
@@ -26,6 +27,8 @@ pub mod plan;
 pub mod runner;
 
 pub mod results;
+
+pub mod claims;
 
 pub mod stages;
 

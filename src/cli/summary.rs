@@ -120,6 +120,7 @@ fn fitted(table: &Table) -> Result<Vec<Option<String>>, TableError> {
         ("mu", "μ"),
         ("exponent", "exponent"),
         ("erf_scale", "scale"),
+        ("mesh_coefficient", "c"),
     ] {
         parts.push(range(table, name, label)?);
     }

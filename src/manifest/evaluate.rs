@@ -72,7 +72,7 @@ table!(EvolutionTable, swept: ["to", "kappa"], lists: []);
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
     /// Smallest and largest load that count, in units of E* × rms slope: 0 to 0.06 when left out,
-    /// for `"scaled-erf"` 0.3 to 2.
+    /// for `"scaled-erf"` 0.3 to 2, for `"mesh-convergence"` all.
     #[schemars(length(equal = 2), inner(range(min = 0)))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.
@@ -109,12 +109,43 @@ pub struct AggregateTable {
     /// Columns to reduce.
     pub over: Key<Vec<Written<String>>>,
     /// What to compute of each: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`, quantiles
-    /// such as `"q05"`, and against `load` the `"slope"` of the mean and the `"secant"`.
+    /// such as `"q05"`, and against `load` the `"slope"` of the mean, the `"secant"`, and the
+    /// `"approach"` of an area a to full contact, −ln[(1 − a) y √(2π)].
     #[schemars(extend("default" = ["mean", "sd", "sem"]))]
     pub statistics: Key<Vec<Written<String>>>,
+    /// Theories whose area stands beside, under each row's load, as `area_MODEL`; with the slope,
+    /// secant or approach to full contact where `statistics` ask for it. Asperity models take α
+    /// from the spectrum in closed form.
+    pub models: Key<Vec<Written<ModelWord>>>,
 }
 
-table!(AggregateTable, swept: [], lists: ["group_by", "over", "statistics"]);
+table!(AggregateTable, swept: [], lists: ["group_by", "over", "statistics", "models"]);
+
+/// A theory of the contact area.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+pub enum ModelWord {
+    /// Persson 2001.
+    #[serde(rename = "persson")]
+    Persson,
+    /// Bush, Gibson & Thomas 1975.
+    #[serde(rename = "bush-gibson-thomas")]
+    BushGibsonThomas,
+    /// The simplified elliptic model of Greenwood 2006.
+    #[serde(rename = "greenwood-2006")]
+    Greenwood2006,
+    /// Spheres of the mean curvature of each summit, after Nayak and Thomas.
+    #[serde(rename = "mean-curvature")]
+    MeanCurvature,
+    /// Greenwood & Williamson 1966 with the parameters of McCool 1986.
+    #[serde(rename = "greenwood-mccool")]
+    GreenwoodMccool,
+    /// √(2π) times the load, what asperity models tend to at light load.
+    #[serde(rename = "bgt-asymptote")]
+    BgtAsymptote,
+    /// Isolated cracks near full contact: 1 − (3/4) erfc(√2 y).
+    #[serde(rename = "penny-crack")]
+    PennyCrack,
+}
 
 /// What is known of κ.
 #[derive(Debug, Clone, Copy, JsonSchema)]

@@ -29,6 +29,7 @@ pub enum Form {
     ContactEvolution,
     MeanPressure,
     ScaledErf,
+    MeshConvergence,
     Aggregate,
 }
 
@@ -56,7 +57,7 @@ pub fn a_stage(kind: Kind) -> String {
 
 impl Form {
     /// Every form; of one kind, the first is the one meant when nothing is said.
-    pub const ALL: [Form; 15] = [
+    pub const ALL: [Form; 16] = [
         Form::Filter,
         Form::RandomPhase,
         Form::File,
@@ -71,6 +72,7 @@ impl Form {
         Form::ContactEvolution,
         Form::MeanPressure,
         Form::ScaledErf,
+        Form::MeshConvergence,
         Form::Aggregate,
     ];
 
@@ -83,7 +85,8 @@ impl Form {
             Form::Solve => Kind::Solve,
             Form::Measure => Kind::Measure,
             Form::Correct => Kind::Correct,
-            Form::ContactEvolution | Form::MeanPressure | Form::ScaledErf => Kind::Fit,
+            Form::ContactEvolution | Form::MeanPressure => Kind::Fit,
+            Form::ScaledErf | Form::MeshConvergence => Kind::Fit,
             Form::Aggregate => Kind::Aggregate,
         }
     }
@@ -102,6 +105,7 @@ impl Form {
             Form::ContactEvolution => Some("contact-evolution"),
             Form::MeanPressure => Some("mean-pressure"),
             Form::ScaledErf => Some("scaled-erf"),
+            Form::MeshConvergence => Some("mesh-convergence"),
             Form::Solve | Form::Measure | Form::Correct | Form::Aggregate => None,
         }
     }
@@ -143,7 +147,7 @@ impl Form {
             Form::Measure => MeasureTable::layout(),
             Form::Correct => CorrectTable::layout(),
             Form::ContactEvolution => EvolutionTable::layout(),
-            Form::MeanPressure | Form::ScaledErf => LawTable::layout(),
+            Form::MeanPressure | Form::ScaledErf | Form::MeshConvergence => LawTable::layout(),
             Form::Aggregate => AggregateTable::layout(),
         }
     }
@@ -185,7 +189,7 @@ impl Form {
             Form::ContactEvolution => {
                 Points::Evolution(reader::read(table, place, &wanted, problems))
             }
-            Form::MeanPressure | Form::ScaledErf => {
+            Form::MeanPressure | Form::ScaledErf | Form::MeshConvergence => {
                 Points::Law(self, reader::read(table, place, &wanted, problems))
             }
             Form::Aggregate => Points::Aggregate(reader::read(table, place, &wanted, problems)),

@@ -9,6 +9,9 @@ use crate::store::table::Table;
 mod frame;
 mod groups;
 pub mod sql;
+mod theory;
+
+pub use theory::{Model, OF_THE_SPECTRUM};
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 1;
@@ -32,6 +35,9 @@ pub struct Groups {
     pub over: Vec<String>,
     /// What to compute of each.
     pub statistics: Vec<Statistic>,
+    /// Theories whose areas stand beside.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<Model>,
 }
 
 /// A statistic over the rows of a group.
@@ -54,6 +60,8 @@ pub enum Statistic {
     Slope,
     /// Mean over `load`.
     Secant,
+    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y, near full contact.
+    Approach,
 }
 
 /// A query.
@@ -94,6 +102,7 @@ impl Statistic {
             Statistic::Quantile(share) => format!("q{share}").replace("q0.", "q"),
             Statistic::Slope => "slope".to_owned(),
             Statistic::Secant => "secant".to_owned(),
+            Statistic::Approach => "approach".to_owned(),
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::fitting::pressure_growth::PressureGrowthProblem;
 use crate::fitting::scaled_erf::ScaledErfProblem;
 use crate::store::table::Table;
 
+mod meshes;
 pub mod points;
 pub mod rows;
 
@@ -52,6 +53,8 @@ pub enum Law {
     MeanPressure,
     /// a = erf(β √2 y), near full contact.
     ScaledErf,
+    /// A_N = A* + c S_d Δx, over meshes of the same surfaces.
+    MeshConvergence,
 }
 
 /// What a fit compares.
@@ -81,10 +84,11 @@ impl Params {
     pub fn pools_all_points(&self) -> bool {
         matches!(
             self.law,
-            Law::ContactEvolution {
-                kappa: Kappa::MinimalConvex,
-                ..
-            }
+            Law::MeshConvergence
+                | Law::ContactEvolution {
+                    kappa: Kappa::MinimalConvex,
+                    ..
+                }
         )
     }
 
@@ -123,14 +127,20 @@ impl From<Datum> for Quantity {
 pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
     let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
     let table = Table::stack(&tables)?;
+    if params.law == Law::MeshConvergence {
+        return Ok(meshes::run(&table, params)?);
+    }
     let points = Point::all(&table)?;
-    let rows = match params.law {
+    let mut rows = match params.law {
         Law::ContactEvolution {
             to,
             kappa: Kappa::MinimalConvex,
         } => with_common_kappa(&points, to, params),
         _ => points.iter().map(|point| alone(point, params)).collect(),
     };
+    for (row, point) in rows.iter_mut().zip(&points) {
+        row.unconverged = point.unconverged;
+    }
     Ok(rows::table(&table, &points, params, &rows))
 }
 
@@ -150,6 +160,7 @@ fn alone(point: &Point, params: &Params) -> Row {
             }
             Law::MeanPressure => pressure_growth(curves, params),
             Law::ScaledErf => scaled_erf(curves, params),
+            Law::MeshConvergence => unreachable!("regressed over meshes, not point by point"),
         });
     fitted.unwrap_or_else(|error| Row::failed(&error))
 }

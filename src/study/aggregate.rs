@@ -7,8 +7,9 @@ use super::checks::Checks;
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
 use crate::manifest::Section;
 use crate::manifest::evaluate::AggregateTable;
+use crate::manifest::evaluate::ModelWord;
 use crate::manifest::written::{Key, Written};
-use crate::stages::aggregate::{Groups, Sql, Statistic, sql};
+use crate::stages::aggregate::{Groups, Model, OF_THE_SPECTRUM, Sql, Statistic, sql};
 use crate::store::column::{Column, ColumnKind};
 use crate::store::table::Table;
 
@@ -37,10 +38,12 @@ pub fn reduction(
     });
     let named = group_by.as_ref().and_then(|names| names.as_deref());
     let statistics = statistics(&table.statistics, named, columns, checks);
+    let models = models(table, columns, checks);
     let groups = Groups {
         group_by: group_by?,
         over: over?,
         statistics: statistics?,
+        models: models?,
     };
     check_outputs(table, &groups, checks)?;
     Some(Reduction::Groups(groups))
@@ -51,6 +54,7 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
     let group_by = checks.forbidden("group_by", &table.group_by, why);
     let over = checks.forbidden("over", &table.over, why);
     let statistics = checks.forbidden("statistics", &table.statistics, why);
+    let models = checks.forbidden("models", &table.models, why);
     if sql.value.trim().is_empty() {
         let label = "must be a query";
         checks.report(
@@ -59,7 +63,8 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
         );
         return None;
     }
-    group_by.and(over).and(statistics).map(|()| Reduction::Sql {
+    let clear = group_by.and(over).and(statistics).and(models);
+    clear.map(|()| Reduction::Sql {
         query: sql.value.clone(),
     })
 }
@@ -194,7 +199,10 @@ fn statistics(
             complete = false;
             continue;
         };
-        let is_against_load = matches!(statistic, Statistic::Slope | Statistic::Secant);
+        let is_against_load = matches!(
+            statistic,
+            Statistic::Slope | Statistic::Secant | Statistic::Approach
+        );
         if is_against_load && !has_load(group_by) {
             let message = format!("{value:?} is taken against `load`, which names no group");
             let label = "needs `load` in `group_by`";
@@ -224,7 +232,7 @@ fn statistics(
     complete.then_some(statistics)
 }
 
-const WORDS: [(&str, Statistic); 8] = [
+const WORDS: [(&str, Statistic); 9] = [
     ("mean", Statistic::Mean),
     ("sd", Statistic::Sd),
     ("sem", Statistic::Sem),
@@ -233,6 +241,7 @@ const WORDS: [(&str, Statistic); 8] = [
     ("median", Statistic::Quantile(0.5)),
     ("slope", Statistic::Slope),
     ("secant", Statistic::Secant),
+    ("approach", Statistic::Approach),
 ];
 
 /// A statistic by its name. `q05` is the quantile of 5 %, `q975` that of 97.5 %: the digits are
@@ -261,6 +270,71 @@ fn unknown_statistic(name: &str, span: crate::diagnostics::Span) -> Problem {
         listed(words(), "and")
     );
     Problem::new(format!("there is no statistic {name:?}"), span, label).help(help)
+}
+
+/// The theories beside the means; each needs rows with a load, and asperity models a spectrum.
+fn models(
+    table: &AggregateTable,
+    columns: Option<&[Column]>,
+    checks: &mut Checks,
+) -> Option<Vec<Model>> {
+    let Some(written) = table.models.written() else {
+        return Some(Vec::new());
+    };
+    let mut models = Vec::new();
+    let mut clear = Some(());
+    for Written { value, span } in &written.value {
+        let model = model(*value);
+        let mut report = |message: String, label: &str| {
+            let problem = Problem::new(message, span.clone(), label);
+            checks.problems.push(problem);
+            clear = None;
+        };
+        if models.contains(&model) {
+            report("`models` names one twice".to_owned(), "here again");
+        }
+        let wanted: &[&str] = match model.asperities() {
+            Some(_) => &OF_THE_SPECTRUM,
+            None => &[],
+        };
+        let is_read = |name: &str| {
+            columns.is_none_or(|columns| columns.iter().any(|column| column.name == name))
+        };
+        let is_grouped = |name: &str| {
+            let written = table.group_by.written();
+            written.is_none_or(|list| list.value.iter().any(|column| column.value == name))
+        };
+        let wanted = || wanted.iter().copied().chain(["load"]);
+        if !wanted().all(is_read) {
+            let missing = listed(wanted().filter(|name| !is_read(name)), "and");
+            let message = format!("a model needs {missing}, which the input has not");
+            report(
+                message,
+                "only for surfaces drawn from a spectrum, under loads",
+            );
+        } else if !wanted().all(is_grouped) {
+            let missing = listed(wanted().filter(|name| !is_grouped(name)), "and");
+            let message = format!("a model needs {missing}, which `group_by` leaves out");
+            report(
+                message,
+                "has one value per row only if these name the group",
+            );
+        }
+        models.push(model);
+    }
+    clear.map(|()| models)
+}
+
+fn model(word: ModelWord) -> Model {
+    match word {
+        ModelWord::Persson => Model::Persson,
+        ModelWord::BushGibsonThomas => Model::BushGibsonThomas,
+        ModelWord::Greenwood2006 => Model::Greenwood2006,
+        ModelWord::MeanCurvature => Model::MeanCurvature,
+        ModelWord::GreenwoodMccool => Model::GreenwoodMccool,
+        ModelWord::BgtAsymptote => Model::BgtAsymptote,
+        ModelWord::PennyCrack => Model::PennyCrack,
+    }
 }
 
 /// What comes out must not be called like a group's column.

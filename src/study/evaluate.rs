@@ -198,6 +198,7 @@ pub fn laws(
     };
     let (law, window) = match form {
         Form::ScaledErf => (Law::ScaledErf, NEAR_FULL_CONTACT),
+        Form::MeshConvergence => (Law::MeshConvergence, ALL_LOADS),
         _ => (Law::MeanPressure, SMALL_LOADS),
     };
     let checks = &mut Checks::of(section, point, problems);
@@ -206,6 +207,8 @@ pub fn laws(
 
 const SMALL_LOADS: [f64; 2] = [0.0, 0.06];
 const NEAR_FULL_CONTACT: [f64; 2] = [0.3, 2.0];
+/// No surface is out of full contact under ten times its rms slope × E*.
+const ALL_LOADS: [f64; 2] = [0.0, 10.0];
 
 /// Keys that every law has.
 struct CommonKeys<'a> {

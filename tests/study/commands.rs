@@ -103,6 +103,38 @@ fn show_says_what_it_wants_when_it_gets_something_else() {
 }
 
 #[test]
+fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
+    let bench = Bench::new();
+    let path = bench.write(STUDY);
+    let claims = |more: &[&str]| {
+        let arguments = [&["claims", path.to_str().unwrap()], more].concat();
+        let output = bench.output(&arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let before = claims(&[]);
+    assert!(before.contains("not computed"), "{before}");
+    assert!(before.contains("of the study not run yet"), "{before}");
+    bench.run(STUDY);
+    let after = claims(&[]);
+    for part in [
+        "area-above-persson",
+        "alpha-in-bgt",
+        "does not hold",
+        "needs a `fit` stage",
+    ] {
+        assert!(after.contains(part), "{part} in\n{after}");
+    }
+    assert_eq!(after, claims(&[]));
+    let json: serde_json::Value = serde_json::from_str(&claims(&["--json"])).unwrap();
+    for claim in json["claims"].as_array().unwrap() {
+        let judged = claim["found"]["lower"].is_number() && claim["found"]["upper"].is_number();
+        let verdict = claim["verdict"].as_str().unwrap();
+        assert_eq!(judged, verdict != "not computed", "{claim}");
+    }
+}
+
+#[test]
 fn schema_is_json_that_knows_every_kind() {
     let bench = Bench::new();
     let output = bench.output(&["schema"]);

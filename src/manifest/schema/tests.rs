@@ -173,7 +173,8 @@ fn smallest(form: Form) -> &'static str {
         Form::FlatPunch => "nodes = 64\nradius = 0.4\ndepth = 0.1",
         Form::Solve => "loads = [0.1]",
         Form::Measure | Form::Correct => "",
-        Form::ContactEvolution | Form::MeanPressure | Form::ScaledErf => "",
+        Form::ContactEvolution | Form::MeanPressure => "",
+        Form::ScaledErf | Form::MeshConvergence => "",
         Form::Aggregate => "over = \"load\"",
     }
 }

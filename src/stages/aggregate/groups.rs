@@ -14,18 +14,18 @@ use super::super::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
 };
 use super::frame::{self, polars_error};
-use super::{Groups, ONE_SURFACE, Statistic};
+use super::{Groups, ONE_SURFACE, Statistic, theory};
 use crate::store::column::{Column, ColumnKind};
 use crate::store::table::Table;
 
-const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
+pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
 const UNCONVERGED: Column = Column::result(
     "unconverged",
     ColumnKind::Integer,
     "1",
     "rows in the group whose load did not converge; they count all the same",
 );
-const LOAD_MIDPOINT: Column = Column::result(
+pub const LOAD_MIDPOINT: Column = Column::result(
     "load_midpoint",
     ColumnKind::Real,
     "E* × rms slope",
@@ -63,16 +63,13 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     {
         reduced = reduced.with_columns(against_load(&names, groups)?);
     }
-    let chosen: Vec<Expr> = output(table, &names, groups)
-        .iter()
-        .map(|name| col(name.as_str()))
-        .collect();
+    let mut chosen = output(table, &names, groups);
+    chosen.extend(groups.over.iter().map(|name| mean_of(name)));
+    let chosen: Vec<Expr> = chosen.iter().map(|name| col(name.as_str())).collect();
     let reduced = reduced.select(chosen).collect().map_err(polars_error)?;
-    Ok(with_meanings(
-        table,
-        frame::columns(&reduced)?,
-        reduced.height(),
-    ))
+    let columns = frame::columns(&reduced)?;
+    let reduced = with_meanings(table, columns, reduced.height());
+    theory::complete(&reduced, &names, groups)
 }
 
 /// Rows with the coordinates of an earlier one are left out: two blocks of loads that share a load
@@ -153,11 +150,11 @@ fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
 }
 
 /// The name under which the mean waits for slopes and secants; no user's column has it.
-fn mean_of(name: &str) -> String {
+pub fn mean_of(name: &str) -> String {
     format!("{name} mean")
 }
 
-fn named(name: &str, statistic: Statistic) -> String {
+pub fn named(name: &str, statistic: Statistic) -> String {
     format!("{name}_{}", statistic.suffix())
 }
 
@@ -169,7 +166,7 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
         Statistic::Min => values.min(),
         Statistic::Max => values.max(),
         Statistic::Quantile(share) => values.quantile(lit(share), QuantileMethod::Linear),
-        Statistic::Slope | Statistic::Secant => return None,
+        Statistic::Slope | Statistic::Secant | Statistic::Approach => return None,
     })
 }
 
@@ -217,12 +214,9 @@ fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
         output.push(LOAD_MIDPOINT.name.to_owned());
     }
     for name in &groups.over {
-        output.extend(
-            groups
-                .statistics
-                .iter()
-                .map(|&statistic| named(name, statistic)),
-        );
+        let within = groups.statistics.iter();
+        let within = within.filter(|&&statistic| statistic != Statistic::Approach);
+        output.extend(within.map(|&statistic| named(name, statistic)));
     }
     output
 }
@@ -305,6 +299,7 @@ mod tests {
             group_by: None,
             over: vec![AREA_FRACTION.name.to_owned()],
             statistics: statistics.to_vec(),
+            models: vec![],
         }
     }
 

@@ -52,7 +52,7 @@ impl Point {
         let (areas, loads) = (table.reals(area.name)?, table.reals(LOAD.name)?);
         let surfaces = table.texts(SURFACE.name)?;
         let stops = table.texts(STOP.name)?;
-        let points = rows_of_points(table).into_iter().map(|rows| {
+        let points = groups(table, &WITHIN_A_POINT).into_iter().map(|rows| {
             let mut of_surface: BTreeMap<&str, BTreeMap<u64, f64>> = BTreeMap::new();
             for &row in &rows {
                 let curve = of_surface.entry(surfaces.value(row)).or_default();
@@ -88,8 +88,9 @@ pub fn corrections(points: &[Point]) -> Vec<Option<String>> {
     found
 }
 
-fn rows_of_points(table: &Table) -> Vec<Vec<usize>> {
-    let coordinates = table.coordinates().without(&WITHIN_A_POINT);
+/// Rows that differ in these coordinates only, together; in the order of their first rows.
+pub fn groups(table: &Table, within: &[&str]) -> Vec<Vec<usize>> {
+    let coordinates = table.coordinates().without(within);
     let mut known = BTreeMap::new();
     let mut points: Vec<Vec<usize>> = Vec::new();
     for row in 0..table.rows() {

@@ -29,6 +29,8 @@ pub struct Row {
     pub reduced_chi_square: Option<f64>,
     /// Number of data.
     pub data: usize,
+    /// Rows whose load did not converge.
+    pub unconverged: usize,
     /// Data left out, because their logarithm does not exist.
     pub masked: Option<usize>,
     pub converged: bool,
@@ -147,6 +149,16 @@ const ERF_SCALE: Parameter = parameter(
     "β of a = erf(β √2 y); 1 in Persson's theory",
 );
 
+const MESH_COEFFICIENT: Parameter = parameter(
+    [
+        "mesh_coefficient",
+        "mesh_coefficient_lower",
+        "mesh_coefficient_upper",
+        "mesh_coefficient_standard_error",
+    ],
+    "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
+);
+
 const LAW: Column = Column::coordinate("law", Text, "", "the law that is fitted");
 const DATUM: Column = Column::coordinate("fitted_to", Text, "", "what the residuals are taken of");
 const KAPPA_IS: Column = Column::coordinate("kappa_is", Text, "", "given, free or minimal-convex");
@@ -215,16 +227,11 @@ const STATUS: Column = Column::result("status", Text, "", "fitted, or why not");
 pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> Table {
     let standing: Vec<usize> = points.iter().map(|point| point.row).collect();
     let count = rows.len();
-    let law = texts(vec![law_name(&params.law); count]);
-    let mut columns = vec![(LAW, law)];
-    columns.extend(choices(&params.law, count));
-    let [from, to] = params.window;
-    columns.push((WINDOW_LOWER, reals(vec![from; count])));
-    columns.push((WINDOW_UPPER, reals(vec![to; count])));
-    for (index, parameter) in parameters(&params.law).into_iter().enumerate() {
-        columns.extend(estimate(parameter, index, rows));
-    }
-    columns.extend(quality(points, params, rows));
+    let mut columns = placed(params, count);
+    let rows: Vec<&Row> = rows.iter().collect();
+    columns.extend(estimates(params, &rows));
+    let surfaces: Vec<usize> = points.iter().map(|point| point.surfaces).collect();
+    columns.extend(quality(&surfaces, params, &rows));
     input
         .coordinates()
         .without(&WITHIN_A_POINT)
@@ -232,11 +239,29 @@ pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> 
         .with(columns)
 }
 
+/// What places a fit among others of its points.
+pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
+    let mut columns = vec![(LAW, texts(vec![law_name(&params.law); count]))];
+    columns.extend(choices(&params.law, count));
+    let [from, to] = params.window;
+    columns.push((WINDOW_LOWER, reals(vec![from; count])));
+    columns.push((WINDOW_UPPER, reals(vec![to; count])));
+    columns
+}
+
+/// The law's parameters and their intervals.
+pub fn estimates(params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
+    let parameters = parameters(&params.law).into_iter().enumerate();
+    let columns = parameters.flat_map(|(index, parameter)| estimate(parameter, index, rows));
+    columns.collect()
+}
+
 fn law_name(law: &Law) -> &'static str {
     match law {
         Law::ContactEvolution { .. } => "contact-evolution",
         Law::MeanPressure => "mean-pressure",
         Law::ScaledErf => "scaled-erf",
+        Law::MeshConvergence => "mesh-convergence",
     }
 }
 
@@ -245,6 +270,7 @@ fn parameters(law: &Law) -> Vec<Parameter> {
         Law::ContactEvolution { .. } => vec![KAPPA, BETA, MU],
         Law::MeanPressure => vec![EXPONENT, PREFACTOR],
         Law::ScaledErf => vec![ERF_SCALE],
+        Law::MeshConvergence => vec![MESH_COEFFICIENT],
     }
 }
 
@@ -267,9 +293,9 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
     ]
 }
 
-fn estimate(parameter: Parameter, index: usize, rows: &[Row]) -> [(Column, ArrayRef); 4] {
+fn estimate(parameter: Parameter, index: usize, rows: &[&Row]) -> [(Column, ArrayRef); 4] {
     let interval = |value: fn(&Interval) -> f64| {
-        let of = |row: &Row| {
+        let of = |row: &&Row| {
             let end = row.intervals.as_ref()?.get(index).map(value)?;
             end.is_finite().then_some(end)
         };
@@ -287,8 +313,9 @@ fn estimate(parameter: Parameter, index: usize, rows: &[Row]) -> [(Column, Array
     ]
 }
 
-fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, ArrayRef)> {
-    let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(value));
+/// How much was fitted, how well, and how it went.
+pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
+    let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(|row| value(row)));
     let mut columns = Vec::new();
     if let Law::ContactEvolution { kappa, .. } = params.law {
         if kappa == Kappa::MinimalConvex {
@@ -296,7 +323,7 @@ fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, Arra
         }
         columns.push((CONVEX, optional_flags(rows.iter().map(|row| row.convex))));
     }
-    let surfaces = points.iter().map(|point| point.surfaces as i64);
+    let surfaces = surfaces.iter().map(|&surfaces| surfaces as i64);
     if !matches!(params.law, Law::ContactEvolution { .. }) {
         let masked = rows.iter().map(|row| row.masked.unwrap_or(0) as i64);
         columns.push((MASKED, integers(masked)));
@@ -305,7 +332,7 @@ fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, Arra
         (SURFACES, integers(surfaces)),
         (
             UNCONVERGED,
-            integers(points.iter().map(|point| point.unconverged as i64)),
+            integers(rows.iter().map(|row| row.unconverged as i64)),
         ),
         (DATA, integers(rows.iter().map(|row| row.data as i64))),
         (RMS_RESIDUAL, real(|row| row.rms_residual)),
@@ -319,7 +346,7 @@ fn quality(points: &[Point], params: &Params, rows: &[Row]) -> Vec<(Column, Arra
             BOOTSTRAP_FAILED,
             integers(rows.iter().map(|row| row.failed_replicates as i64)),
         ),
-        (STATUS, texts(rows.iter().map(Row::status))),
+        (STATUS, texts(rows.iter().map(|row| row.status()))),
     ]);
     columns
 }

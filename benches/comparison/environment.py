@@ -1,0 +1,67 @@
+"""A virtual environment with the peers in pinned versions, made once."""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+BUILD = ["scikit-build-core==1.1.2", "pybind11==3.1.0"]
+WHEELS = ["numpy==2.4.6", "scipy==1.17.1", "pyarrow==26.0.1", "rfgen==0.2.3", "tamaas==2.9.0"]
+ASPHER = "aspher==0.1.3.post1"
+
+# aspher comes as source and is compiled for no processor in particular unless told otherwise.
+ASPHER_BUILD = {"CMAKE_ARGS": "-DASPHER_NATIVE=ON"}
+
+# A peer that uses more than one thread would not be compared fairly.
+ONE_THREAD = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+}
+
+
+def prepare(folder: Path) -> Path:
+    """The environment's interpreter; builds the environment if its packages are not those above."""
+    python = folder / "bin" / "python"
+    stamp = folder / "packages.txt"
+    wanted = "\n".join([sys.version, *BUILD, *WHEELS, ASPHER, str(ASPHER_BUILD)])
+    if stamp.exists() and stamp.read_text() == wanted:
+        return python
+    require_tools()
+    print(f"environment  {folder} (a few minutes, once)", file=sys.stderr, flush=True)
+    venv.create(folder, clear=True, with_pip=True)
+    install(python, BUILD + WHEELS, {})
+    install(python, ["--no-build-isolation", "--no-deps", ASPHER], ASPHER_BUILD)
+    stamp.write_text(wanted)
+    return python
+
+
+def install(python: Path, packages: list[str], variables: dict[str, str]) -> None:
+    command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    done = subprocess.run(command + packages, env=os.environ | variables)
+    if done.returncode != 0:
+        sys.exit(f"error: pip could not install {' '.join(packages)}; its reason is above")
+
+
+def require_tools() -> None:
+    """Says what is missing before minutes of pip and a page of CMake do."""
+    if sys.version_info < (3, 11):
+        sys.exit(f"error: Python {sys.version.split()[0]} is too old, 3.11 or later is needed")
+    includes = [Path("/usr/include"), Path("/usr/local/include")]
+    there = {
+        "python3-venv": importlib.util.find_spec("ensurepip"),
+        "python3-dev": Path(sysconfig.get_path("include"), "Python.h").exists(),
+        "cmake": shutil.which("cmake"),
+        "g++": shutil.which(os.environ.get("CXX", "c++")),
+        "libeigen3-dev": any((path / "eigen3/Eigen/Core").exists() for path in includes),
+    }
+    missing = " ".join(name for name, found in there.items() if not found)
+    if missing:
+        sys.exit(
+            f"error: the peers cannot be installed, aspher is compiled from its source; "
+            f"missing, by their names in Debian: {missing}"
+        )

@@ -1,0 +1,324 @@
+//! What the mesh adds to the area, regressed over meshes of the same surfaces.
+//!
+//! Three kinds of rows: one surface under one load; all surfaces of a parameter point under one
+//! load; all surfaces under all loads. A point is everything but the mesh.
+
+use std::collections::BTreeMap;
+
+use arrow::array::{ArrayRef, Int64Array};
+
+use super::rows::{self, Row};
+use super::{Params, points};
+use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::fitting::FitError;
+use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
+use crate::stages::columns::{
+    AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, PRESSURE, REALIZATION, SURFACE, SWITCHES,
+};
+use crate::store::column::{Column, ColumnKind, optional_reals, texts};
+use crate::store::table::{Table, TableError};
+
+/// What tells rows of one parameter point apart.
+const WITHIN_A_POINT: [&str; 7] = [
+    SURFACE.name,
+    REALIZATION.name,
+    LOAD.name,
+    PRESSURE.name,
+    NODES.name,
+    CORRECTION.name,
+    COEFFICIENT.name,
+];
+
+const POOLED: Column = Column::coordinate(
+    "pooled",
+    ColumnKind::Text,
+    "",
+    "what shares the coefficient: nothing, surfaces, or surfaces and loads",
+);
+const AREA_LIMIT: Column = Column::result(
+    "area_limit",
+    ColumnKind::Real,
+    "1",
+    "A*: share of the area on an infinitely fine mesh; its mean where pooled",
+);
+const ERROR_NONE: Column = error(
+    "error_none",
+    "rms error of the counted area, relative to A*",
+);
+const ERROR_PI_8: Column = error("error_pi_8", "the same after the correction by π/8");
+const ERROR_2017: Column = error("error_2017", "the same after the correction of 2017");
+const ERROR_FITTED: Column = error("error_fitted", "the same after the fitted correction");
+
+const fn error(name: &'static str, meaning: &'static str) -> Column {
+    Column::result(name, ColumnKind::Real, "1", meaning)
+}
+
+/// Areas and edges of one surface under one load, by nodes per side.
+type Meshes = BTreeMap<i64, (f64, f64)>;
+
+/// The refinements of one parameter point, by realization and load.
+struct Point {
+    row: usize,
+    refinements: BTreeMap<(i64, u64), Result<Refinement, FitError>>,
+}
+
+/// A line of the table.
+struct Line {
+    point: usize,
+    realization: Option<i64>,
+    load: Option<f64>,
+    pooled: &'static str,
+    limit: Option<f64>,
+    errors: [Option<f64>; 4],
+    surfaces: usize,
+    fit: Row,
+}
+
+/// Regresses every point, surface and load.
+///
+/// # Errors
+/// When the input holds no measured contacts.
+pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
+    let mut lines = Vec::new();
+    for point in points(table, params)? {
+        let keys = || point.refinements.keys();
+        for &(realization, load) in keys() {
+            let line = point.line(|key| key == (realization, load), "nothing", params);
+            lines.push(Line {
+                realization: table.has(REALIZATION.name).then_some(realization),
+                load: Some(f64::from_bits(load)),
+                ..line
+            });
+        }
+        let mut loads: Vec<u64> = keys().map(|&(_, load)| load).collect();
+        loads.sort_unstable();
+        loads.dedup();
+        for load in loads {
+            lines.push(Line {
+                load: Some(f64::from_bits(load)),
+                ..point.line(|key| key.1 == load, "surfaces", params)
+            });
+        }
+        lines.push(point.line(|_| true, "surfaces and loads", params));
+    }
+    Ok(as_table(table, params, &lines))
+}
+
+fn points(table: &Table, params: &Params) -> Result<Vec<Point>, TableError> {
+    let (areas, loads) = (table.reals(AREA_FRACTION.name)?, table.reals(LOAD.name)?);
+    let (nodes, switches) = (table.integers(NODES.name)?, table.integers(SWITCHES.name)?);
+    let realizations = table.has(REALIZATION.name);
+    let realizations = realizations.then(|| table.integers(REALIZATION.name));
+    let realizations = realizations.transpose()?;
+    let window = params.window();
+    let points = points::groups(table, &WITHIN_A_POINT)
+        .into_iter()
+        .map(|rows| {
+            let mut meshes: BTreeMap<(i64, u64), Meshes> = BTreeMap::new();
+            for &row in rows
+                .iter()
+                .filter(|&&row| window.contains(loads.value(row)))
+            {
+                let realization = realizations.map_or(0, |numbers| numbers.value(row));
+                let cell = (nodes.value(row) as f64).powi(2);
+                // Rows of several corrections, or of blocks that share a load, tell the same.
+                meshes
+                    .entry((realization, loads.value(row).to_bits()))
+                    .or_default()
+                    .entry(nodes.value(row))
+                    .or_insert((areas.value(row), switches.value(row) as f64 / cell));
+            }
+            let refined = meshes.into_iter().map(|(key, meshes)| {
+                let (areas, edges) = meshes.into_values().unzip();
+                (key, Refinement::new(edges, areas))
+            });
+            Point {
+                row: rows[0],
+                refinements: refined.collect(),
+            }
+        });
+    Ok(points.collect())
+}
+
+impl Point {
+    /// The common fit of the refinements that belong to it; those that are none are left out.
+    fn line(
+        &self,
+        belongs: impl Fn((i64, u64)) -> bool,
+        pooled: &'static str,
+        params: &Params,
+    ) -> Line {
+        let mut surfaces: BTreeMap<i64, Vec<&Refinement>> = BTreeMap::new();
+        let mut failure = None;
+        for (&key, refinement) in self.refinements.iter().filter(|&(&key, _)| belongs(key)) {
+            match refinement {
+                Ok(refinement) => surfaces.entry(key.0).or_default().push(refinement),
+                Err(error) => failure = Some(error),
+            }
+        }
+        let empty = Line {
+            point: self.row,
+            realization: None,
+            load: None,
+            pooled,
+            limit: None,
+            errors: [None; 4],
+            surfaces: surfaces.len(),
+            fit: Row::default(),
+        };
+        if surfaces.is_empty() {
+            let failed = failure.map_or_else(Row::default, Row::failed);
+            return Line {
+                fit: failed,
+                ..empty
+            };
+        }
+        let problem = MeshProblem::new(surfaces.into_values().collect());
+        let coefficient = problem.coefficient();
+        let corrections = [0.0, PI_OVER_EIGHT, YASTREBOV_2017, coefficient];
+        Line {
+            limit: Some(problem.mean_limit(coefficient)),
+            errors: corrections.map(|correction| Some(problem.rms_error(correction))),
+            fit: Row {
+                values: vec![coefficient],
+                data: problem.data(),
+                converged: true,
+                ..Row::with(problem.bootstrap(&params.bootstrap()))
+            },
+            ..empty
+        }
+    }
+}
+
+fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
+    let standing: Vec<usize> = lines.iter().map(|line| line.point).collect();
+    let real = |column: Column, value: &dyn Fn(&Line) -> Option<f64>| {
+        (column, optional_reals(lines.iter().map(value)))
+    };
+    let numbers: Int64Array = lines.iter().map(|line| line.realization).collect();
+    let numbers: ArrayRef = std::sync::Arc::new(numbers);
+    let pooled = texts(lines.iter().map(|line| line.pooled));
+    let fits: Vec<&Row> = lines.iter().map(|line| &line.fit).collect();
+    let surfaces: Vec<usize> = lines.iter().map(|line| line.surfaces).collect();
+    let mut columns = rows::placed(params, lines.len());
+    columns.push((POOLED, pooled));
+    if input.has(REALIZATION.name) {
+        columns.push((REALIZATION, numbers));
+    }
+    columns.push(real(LOAD, &|line| line.load));
+    columns.extend(rows::estimates(params, &fits));
+    columns.push(real(AREA_LIMIT, &|line| line.limit));
+    let errors = [ERROR_NONE, ERROR_PI_8, ERROR_2017, ERROR_FITTED];
+    for (index, column) in errors.into_iter().enumerate() {
+        columns.push(real(column, &|line| line.errors[index]));
+    }
+    // The errors above say how well; a share of the variance between meshes says nothing.
+    columns.extend(rows::quality(&surfaces, params, &fits));
+    let place = input.coordinates().without(&WITHIN_A_POINT);
+    let table = place.pick(&standing).with(columns);
+    table.without(&["rms_residual", "r_squared", "reduced_chi_square"])
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow::array::Array;
+
+    use super::super::Law;
+    use super::*;
+    use crate::store::column::{integers, reals};
+
+    const HURST: Column = Column::coordinate("hurst", ColumnKind::Real, "1", "Hurst exponent");
+
+    /// Two surfaces under two loads on three meshes: A_N = A* + 0.1 S_d Δx, A* = load × (2 + r).
+    /// Ten edges a side, whatever the mesh: S_d Δx = 10/nodes.
+    fn table() -> Table {
+        let rows: Vec<(i64, i64, f64)> = [64, 128, 256]
+            .into_iter()
+            .flat_map(|nodes| {
+                [(0, 0.1), (0, 0.2), (1, 0.1), (1, 0.2)].map(|(r, load)| (nodes, r, load))
+            })
+            .collect();
+        let area =
+            |&(nodes, r, load): &(i64, i64, f64)| load * (2 + r) as f64 + 0.1 * 10.0 / nodes as f64;
+        Table::new(
+            rows.len(),
+            vec![
+                (NODES, integers(rows.iter().map(|row| row.0))),
+                (HURST, reals(vec![0.8; rows.len()])),
+                (REALIZATION, integers(rows.iter().map(|row| row.1))),
+                (LOAD, reals(rows.iter().map(|row| row.2))),
+                (AREA_FRACTION, reals(rows.iter().map(area))),
+                (SWITCHES, integers(rows.iter().map(|row| 10 * row.0))),
+            ],
+        )
+    }
+
+    fn params() -> Params {
+        Params {
+            law: Law::MeshConvergence,
+            window: [0.0, 10.0],
+            bootstrap: 20,
+            level: 0.9,
+            seed: 1,
+        }
+    }
+
+    #[test]
+    fn every_surface_and_load_is_regressed_and_then_all_together() {
+        let fitted = run(&table(), &params()).unwrap();
+        let pooled: Vec<_> = fitted.texts("pooled").unwrap().iter().flatten().collect();
+        let expected = [
+            ["nothing"; 4].as_slice(),
+            &["surfaces"; 2],
+            &["surfaces and loads"],
+        ];
+        assert_eq!(pooled, expected.concat());
+        let coefficients = fitted.reals("mesh_coefficient").unwrap();
+        for coefficient in coefficients.iter().flatten() {
+            assert!((coefficient - 0.1).abs() < 1e-13, "{coefficient}");
+        }
+        let limits: Vec<f64> = fitted
+            .reals("area_limit")
+            .unwrap()
+            .iter()
+            .flatten()
+            .collect();
+        for (found, exact) in limits.iter().zip([0.2, 0.4, 0.3, 0.6, 0.25, 0.5, 0.375]) {
+            assert!((found - exact).abs() < 1e-14, "{found} {exact}");
+        }
+        assert!(!fitted.has("nodes"));
+    }
+
+    #[test]
+    fn the_mesh_is_no_part_of_a_point_and_what_is_pooled_has_no_number() {
+        let fitted = run(&table(), &params()).unwrap();
+        assert_eq!(fitted.rows(), 7);
+        let numbers = fitted.integers("realization").unwrap();
+        let numbers: Vec<_> = numbers.iter().collect();
+        assert_eq!(numbers[..4], [Some(0), Some(0), Some(1), Some(1)]);
+        assert_eq!(numbers[4..], [None; 3]);
+        assert_eq!(fitted.reals("load").unwrap().null_count(), 1);
+    }
+
+    #[test]
+    fn corrections_are_judged_by_what_they_leave() {
+        let fitted = run(&table(), &params()).unwrap();
+        let last = |name: &str| fitted.reals(name).unwrap().value(6);
+        assert!(last("error_fitted") < 1e-13);
+        assert!(last("error_2017") < last("error_none") && last("error_none") < last("error_pi_8"));
+    }
+
+    #[test]
+    fn one_mesh_alone_is_no_fit_but_a_row_that_says_so() {
+        let one = table().pick(&[0, 1, 2, 3]);
+        let fitted = run(&one, &params()).unwrap();
+        let status = fitted.texts("status").unwrap();
+        assert!(
+            status
+                .iter()
+                .flatten()
+                .all(|text| text.contains("1 meshes"))
+        );
+        assert_eq!(fitted.reals("mesh_coefficient").unwrap().null_count(), 7);
+    }
+}
