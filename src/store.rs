@@ -159,7 +159,7 @@ pub fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), 
                 other => drop(other?),
             },
         }
-        Ok(())
+        File::open(folder)?.sync_all()
     })();
     result.map_err(|source| StoreError::Write {
         path: path.to_owned(),

@@ -137,27 +137,27 @@ pub const REFERENCES: [Column; 5] = [
     real(
         "nayak_continuum",
         "1",
-        "Nayak's parameter of the spectrum, integrated over continuous wavenumbers",
+        "α of the spectrum over continuous wavenumbers",
     ),
     real(
         "summit_density_continuum",
         "(side/2π)⁻²",
-        "density of summits of the spectrum, integrated over continuous wavenumbers",
+        "D of the spectrum over continuous wavenumbers",
     ),
     real(
         "nayak_lattice",
         "1",
-        "Nayak's parameter of the spectrum, summed over the modes of the cell",
+        "α of the spectrum over the modes of the cell",
     ),
     real(
         "summit_density_lattice",
         "(side/2π)⁻²",
-        "density of summits of the spectrum, summed over the modes of the cell",
+        "D of the spectrum over the modes of the cell",
     ),
     real(
         "effective_modes_lattice",
         "1",
-        "inverse participation ratio of the spectrum, summed over the modes of the cell",
+        "effective modes of the spectrum in the cell",
     ),
 ];
 

@@ -1,9 +1,9 @@
 //! Counts contacts, or heights.
 //!
-//! How a density of heights varies between surfaces needs the histograms of a thousand of them,
-//! and nobody looks at those one by one: `pool` counts all surfaces of a parameter point in one
-//! task that keeps sums alone. Stored, a thousand histograms would take longer to read back
-//! than surfaces take to be drawn again.
+//! How a density of heights varies between surfaces takes the histograms of a thousand of them, and
+//! nobody looks at those one by one: as rows they would be millions. `pool` counts all surfaces of a
+//! parameter point in one task that keeps sums alone. More surfaces count the old ones again, which
+//! takes seconds, for they are drawn and not solved.
 
 use rayon::prelude::*;
 use serde::Serialize;
