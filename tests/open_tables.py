@@ -21,6 +21,6 @@ for path in tables:
     for name, kind in by_polars.schema.items():
         assert kind in (pl.Float64, pl.Int64, pl.Boolean, pl.String), (path, name, kind)
         if kind == pl.Float64:
-            mean = duckdb.sql(f'select avg("{name}") from \'{path}\'').fetchone()[0]
+            mean = duckdb.sql(f'select avg("{name}") from \'{path}\'').fetchall()[0][0]
             assert mean is None or abs(mean - by_pandas[name].mean()) <= 1e-9 * abs(mean) + 1e-300, (path, name)
     print(f"{path}: {rows} rows × {by_polars.width} columns")
