@@ -9,6 +9,7 @@ use super::{Stage, Study, Work, aggregate, columns, evaluate, loads, maps, surfa
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
 use crate::sources::Sources;
+use crate::stages::Kind;
 use crate::store::column::Column;
 
 /// Tasks of one stage.
@@ -90,7 +91,9 @@ impl Judge<'_> {
             })
             .collect();
         let (read, rows) = flow::check(table, &flowing, is_query(table), problems);
-        let read_columns = self.columns_of(inputs);
+        // A stage whose inputs are not known has columns that are not known either.
+        let is_fed = !inputs.is_empty() || table.kind == Some(Kind::Generate);
+        let read_columns = self.columns_of(inputs).filter(|_| is_fed);
         let columns = read_columns.as_deref().map(columns::all);
         let columns = columns.filter(|columns| !columns.is_empty());
         let work = table
