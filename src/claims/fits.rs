@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use arrow::array::{Array, AsArray};
 
 use super::evidence::{COUNTED, Evidence, OF_2017};
-use super::intervals::{Bound, RESAMPLING, widened};
+use super::intervals::{Bound, FEWEST_SURFACES, RESAMPLING, widened};
 use super::quantities::{data, judged};
 use super::{Claim, Expectation, Outcome};
 use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
@@ -102,12 +102,14 @@ fn mesh_coefficient(evidence: &Evidence) -> [Claim; 3] {
 
 fn outcome(bounds: Vec<(Bound, f64)>, expected: Expectation, needs: &str) -> Outcome {
     if bounds.is_empty() {
-        return Outcome::NotComputed(format!("{needs}, with intervals"));
+        let enough = format!("with intervals from {FEWEST_SURFACES} surfaces or more");
+        return Outcome::NotComputed(format!("{needs}, {enough}"));
     }
     judged(expected, Some(&widened(bounds)))
 }
 
-/// A fitted parameter with its interval and the interval's level, of the rows that are asked for; failed fits have none.
+/// A fitted parameter with its interval and the interval's level, of the rows that are asked for;
+/// failed fits have none.
 fn estimates(
     evidence: &Evidence,
     name: &str,
@@ -121,7 +123,10 @@ fn estimates(
             let column = table.reals(name).ok()?;
             column.is_valid(row).then(|| scale * column.value(row))
         };
-        for row in (0..table.rows()).filter(|&row| asked(table, row)) {
+        let surfaces = table.integers("surfaces").ok();
+        let is_enough =
+            |row: usize| surfaces.is_none_or(|counts| counts.value(row) >= FEWEST_SURFACES as i64);
+        for row in (0..table.rows()).filter(|&row| asked(table, row) && is_enough(row)) {
             let found = real(name, row)
                 .zip(real(&format!("{name}_lower"), row))
                 .zip(real(&format!("{name}_upper"), row));

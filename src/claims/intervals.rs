@@ -13,6 +13,10 @@ pub const RESAMPLING: Bootstrap = Bootstrap {
     level: 0.95,
 };
 
+/// Surfaces below which resampling says little: two of them have but three resamplings, whose
+/// spread is far below that of other surfaces.
+pub const FEWEST_SURFACES: usize = 5;
+
 /// Share of the replicates that must have a value.
 const LEAST_SUCCESS: f64 = 0.9;
 
@@ -84,7 +88,8 @@ impl Weights {
 }
 
 /// Quantities of ensembles with these numbers of surfaces, and intervals that cover all of them
-/// together at the level of [`RESAMPLING`]; `None` for single surfaces, or without values.
+/// together at the level of [`RESAMPLING`]; `None` for fewer than [`FEWEST_SURFACES`], or without
+/// values.
 ///
 /// The half widths are one multiple of the bootstrap's standard errors: the quantile of the largest
 /// deviation among the quantities (the max-t band of Romano & Wolf 2005).
@@ -93,7 +98,8 @@ pub fn simultaneous(
     surfaces: &[usize],
     quantities: impl Fn(&Weights) -> Option<Vec<f64>>,
 ) -> Option<Vec<Bound>> {
-    if labels.is_empty() || surfaces.is_empty() || surfaces.iter().any(|&count| count < 2) {
+    let too_few = surfaces.iter().any(|&count| count < FEWEST_SURFACES);
+    if labels.is_empty() || surfaces.is_empty() || too_few {
         return None;
     }
     let values = quantities(&Weights::once(surfaces))?;

@@ -1,7 +1,7 @@
 //! The quantities of a claim, gathered one by one.
 
 use super::evidence::{COUNTED, Ensemble, OF_2015, OF_2017, Spectrum};
-use super::intervals::{Bound, Weights, simultaneous};
+use super::intervals::{Bound, FEWEST_SURFACES, Weights, simultaneous};
 use super::{Claim, Expectation, Judgement, Outcome};
 
 /// What a quantity is under given weights of the surfaces.
@@ -58,9 +58,9 @@ pub fn judged(expected: Expectation, bounds: Option<&[Bound]>) -> Outcome {
     let judgement = bounds.and_then(|bounds| Judgement::of(expected, bounds));
     judgement.map_or_else(
         || {
-            Outcome::NotComputed(
-                "two surfaces or more of each spectrum: one has no interval".into(),
-            )
+            Outcome::NotComputed(format!(
+                "{FEWEST_SURFACES} surfaces or more of each spectrum: fewer have no interval"
+            ))
         },
         Outcome::Judged,
     )
