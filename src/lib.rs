@@ -30,6 +30,8 @@ pub mod results;
 
 pub mod claims;
 
+pub mod figures;
+
 pub mod stages;
 
 pub mod contact;
