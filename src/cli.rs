@@ -6,15 +6,17 @@
 mod check;
 mod claims;
 mod completions;
+mod grid;
 mod plan;
 mod progress;
 mod run;
 mod schema;
 mod show;
 mod summary;
+mod table;
 
 use std::error::Error;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -56,6 +58,8 @@ enum Command {
     Run(run::Arguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
     Claims(claims::Arguments),
+    /// Print a stage's table, or ask all tables of a study in SQL.
+    Table(table::Arguments),
     /// Show how a table was made, and its first rows.
     Show(show::Arguments),
     /// Print the JSON Schema of manifests, for editors.
@@ -73,6 +77,7 @@ pub fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
         Command::Claims(arguments) => claims::run(&arguments, &data),
+        Command::Table(arguments) => table::run(&arguments, &data),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
@@ -83,18 +88,27 @@ pub fn main() -> ExitCode {
 /// Anything that ends a command early.
 type Failure = Box<dyn Error + Send + Sync>;
 
+/// The command line asks for what is not there, or not possible.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Misused(String);
+
 /// Prints an error and its causes, once, and says how the process ends.
 fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
     if let Some(errors) = failure.downcast_ref::<ManifestErrors>() {
         let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-        eprint!("{}", errors.render(colours));
+        let _ = write!(stderr(), "{}", errors.render(colours));
         return ExitCode::from(2);
     }
     if is_closed_pipe(failure) {
         return ExitCode::SUCCESS;
     }
-    eprintln!("error: {}", chain(failure));
-    ExitCode::from(1)
+    // Nobody is left to tell if standard error is closed.
+    let _ = writeln!(stderr(), "error: {}", chain(failure));
+    match failure.is::<Misused>() {
+        true => ExitCode::from(2),
+        false => ExitCode::from(1),
+    }
 }
 
 /// An error and its causes on one line.

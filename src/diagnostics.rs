@@ -8,8 +8,8 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, Na
 use thiserror::Error;
 
 mod words;
-pub use words::{did_you_mean, listed};
-use words::{harmless, wrapped};
+use words::harmless;
+pub use words::{did_you_mean, listed, wrapped};
 
 /// Where something is written: bytes of the manifest's text.
 pub type Span = Range<usize>;

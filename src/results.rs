@@ -59,6 +59,27 @@ pub fn path(folder: &Path, study: &str, stage: &str) -> PathBuf {
     folder.join(study).join(format!("{stage}.parquet"))
 }
 
+impl StageTable {
+    /// Its rows.
+    ///
+    /// # Errors
+    /// When the file is missing or damaged.
+    pub fn read(&self) -> Result<Table, StoreError> {
+        let path = || self.path.clone();
+        let file = File::open(&self.path).map_err(|source| StoreError::Read {
+            path: path(),
+            source,
+        })?;
+        let decoded = parquet::decode(file, Columns::Light);
+        decoded
+            .map(|(table, _)| table)
+            .map_err(|source| StoreError::Damaged {
+                path: path(),
+                source,
+            })
+    }
+}
+
 /// Writes the table of every stage that has a finished task, unless it is there already.
 ///
 /// # Errors
@@ -69,29 +90,41 @@ pub fn publish(
     sources: &Sources,
     folder: &Path,
 ) -> Result<Vec<StageTable>, ResultsError> {
-    plan.stages
-        .iter()
-        .map(|stage| {
-            let is_finished = |&task: &usize| store.has(plan.tasks[task].key);
-            let tasks: Vec<usize> = stage.tasks.iter().copied().filter(is_finished).collect();
-            let path = path(folder, &plan.study, &stage.name);
-            let digest = digest(plan, &tasks, sources);
-            if !tasks.is_empty() && written_for(&path).as_ref() != Some(&digest) {
-                let table = assemble(plan, stage, &tasks, store, sources)?;
-                let metadata = metadata(plan, stage, &tasks, digest);
-                write_whole(
-                    &path,
-                    &parquet::encode(&table, &metadata),
-                    Existing::Replace,
-                )?;
-            }
-            Ok(StageTable {
-                stage: stage.name.clone(),
-                path,
-                finished: tasks.len(),
-            })
-        })
+    let stages = plan.stages.iter();
+    stages
+        .map(|stage| publish_stage(plan, stage, store, sources, folder))
         .collect()
+}
+
+/// Writes the table of one stage if it has a finished task, unless it is there already.
+///
+/// # Errors
+/// As [`publish`].
+pub fn publish_stage(
+    plan: &Plan,
+    stage: &PlannedStage,
+    store: &Store,
+    sources: &Sources,
+    folder: &Path,
+) -> Result<StageTable, ResultsError> {
+    let is_finished = |&task: &usize| store.has(plan.tasks[task].key);
+    let tasks: Vec<usize> = stage.tasks.iter().copied().filter(is_finished).collect();
+    let path = path(folder, &plan.study, &stage.name);
+    let digest = digest(plan, &tasks, sources);
+    if !tasks.is_empty() && written_for(&path).as_ref() != Some(&digest) {
+        let table = assemble(plan, stage, &tasks, store, sources)?;
+        let metadata = metadata(plan, stage, &tasks, digest);
+        write_whole(
+            &path,
+            &parquet::encode(&table, &metadata),
+            Existing::Replace,
+        )?;
+    }
+    Ok(StageTable {
+        stage: stage.name.clone(),
+        path,
+        finished: tasks.len(),
+    })
 }
 
 /// A stage's rows, in the plan's order, each with the task that it came from.

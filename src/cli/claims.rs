@@ -1,6 +1,5 @@
 //! `asperity claims`: what the paper says, what a study found, and whether it holds.
 
-use std::fs::File;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,9 +13,6 @@ use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Verdict};
 use crate::plan::{Plan, PlannedStage};
 use crate::results;
 use crate::stages::Recipe;
-use crate::store::StoreError;
-use crate::store::parquet::{self, Columns};
-use crate::store::table::Table;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -39,7 +35,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
             finished.push(Finished {
                 kind: stage.kind,
                 level: level(&plan, stage),
-                table: read(&table.path)?,
+                table: table.read()?,
             });
         }
     }
@@ -70,20 +66,6 @@ fn level(plan: &Plan, stage: &PlannedStage) -> Option<f64> {
         Recipe::Fit(params) => Some(params.level),
         _ => None,
     }
-}
-
-fn read(path: &PathBuf) -> Result<Table, StoreError> {
-    let file = File::open(path).map_err(|source| StoreError::Read {
-        path: path.clone(),
-        source,
-    })?;
-    let decoded = parquet::decode(file, Columns::Light);
-    decoded
-        .map(|(table, _)| table)
-        .map_err(|source| StoreError::Damaged {
-            path: path.clone(),
-            source,
-        })
 }
 
 fn verdict(claim: &Claim) -> &'static str {

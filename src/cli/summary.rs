@@ -1,16 +1,11 @@
 //! What a study has found, a line per stage.
 
-use std::fs::File;
-use std::path::Path;
-
 use arrow::array::Array;
 
 use super::{Failure, counted};
 use crate::plan::{Plan, PlannedStage};
 use crate::results::StageTable;
 use crate::stages::Kind;
-use crate::store::StoreError;
-use crate::store::parquet::{self, Columns};
 use crate::store::table::{Table, TableError};
 
 /// One line per stage, and where the tables are.
@@ -25,7 +20,7 @@ pub fn text(plan: &Plan, tables: &[StageTable]) -> Result<String, Failure> {
     for (stage, table) in plan.stages.iter().zip(tables) {
         let line = match table.finished {
             0 => "nothing finished".to_owned(),
-            _ => line(stage, &read(&table.path)?)?,
+            _ => line(stage, &table.read()?)?,
         };
         let missing = stage.tasks.len() - table.finished;
         let missing = match missing {
@@ -38,20 +33,6 @@ pub fn text(plan: &Plan, tables: &[StageTable]) -> Result<String, Failure> {
         text += &format!("tables: {}\n", folder.join("*.parquet").display());
     }
     Ok(text)
-}
-
-fn read(path: &Path) -> Result<Table, StoreError> {
-    let file = File::open(path).map_err(|source| StoreError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
-    let decoded = parquet::decode(file, Columns::Light);
-    decoded
-        .map(|(table, _)| table)
-        .map_err(|source| StoreError::Damaged {
-            path: path.to_owned(),
-            source,
-        })
 }
 
 fn line(stage: &PlannedStage, table: &Table) -> Result<String, TableError> {

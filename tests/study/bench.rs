@@ -172,6 +172,11 @@ pub fn counts(json: &[u8]) -> BTreeMap<String, Count> {
         .collect()
 }
 
+/// What a command printed.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
 fn collect(root: &Path, folder: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;

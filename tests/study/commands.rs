@@ -2,11 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, STUDY};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use crate::bench::{Bench, STUDY, text};
 
 #[test]
 fn a_wrong_manifest_ends_with_two_and_nothing_is_run() {

@@ -8,3 +8,4 @@ mod heights;
 mod nayak;
 mod reference;
 mod shipped;
+mod tables;

@@ -1,0 +1,270 @@
+//! A table as people read it: numbers in line, what is the same in all rows said once, and no
+//! wider than the terminal.
+
+use std::io::{self, Write};
+
+use arrow::array::{Array, AsArray};
+use arrow::datatypes::{DataType, Float64Type};
+use arrow::util::display::array_value_to_string;
+use comfy_table::{CellAlignment, Table as Grid, presets};
+
+use super::counted;
+use crate::diagnostics::wrapped;
+use crate::store::table::Table;
+
+/// Columns of text where the output is no terminal.
+const WIDTH: usize = 120;
+/// Letters of a text; more are cut off.
+const LONGEST: usize = 40;
+/// Digits of a key that tell it from others, and that `show` and `view` take for it.
+const KEY_DIGITS: usize = 8;
+/// Spaces between columns.
+const GAP: usize = 2;
+
+/// Which columns are printed side by side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Those that differ between rows, as far as they fit; the others are said once.
+    Summary,
+    /// All that fit.
+    Fitting,
+    /// All.
+    Everything,
+}
+
+/// Prints the first rows, and says what was left out; 0 for all rows.
+///
+/// # Errors
+/// When the output is closed.
+pub fn write(out: &mut impl Write, table: &Table, rows: usize, layout: Layout) -> io::Result<()> {
+    let width = Grid::new().width().map_or(WIDTH, usize::from);
+    let shown = match rows {
+        0 => table.rows(),
+        rows => rows.min(table.rows()),
+    };
+    let (columns, constant) = columns(table, shown, layout);
+    let fitting = match layout {
+        Layout::Everything => columns.len(),
+        Layout::Summary | Layout::Fitting => fitting(&columns, width),
+    };
+    let (printed, hidden) = columns.split_at(fitting);
+    if !constant.is_empty() {
+        let text = format!("in every row: {}", constant.join(" · "));
+        writeln!(out, "{}", wrapped(&text))?;
+    }
+    if !printed.is_empty() {
+        writeln!(out, "{}", grid(printed, shown))?;
+    }
+    if table.rows() > shown {
+        let more = counted(table.rows() - shown, "more row");
+        writeln!(out, "… {more}, `--rows 0` for all")?;
+    }
+    if !hidden.is_empty() {
+        let names: Vec<&str> = hidden.iter().map(|column| column.name.as_str()).collect();
+        let more = counted(hidden.len(), "more column");
+        let text = format!("… {more}, `--columns` for these: {}", names.join(", "));
+        writeln!(out, "{}", wrapped(&text))?;
+    }
+    Ok(())
+}
+
+/// A column as it is printed.
+struct Printed {
+    name: String,
+    cells: Vec<String>,
+    alignment: CellAlignment,
+}
+
+impl Printed {
+    fn width(&self) -> usize {
+        let cells = self.cells.iter().map(|cell| cell.chars().count());
+        cells.fold(self.name.chars().count(), usize::max)
+    }
+}
+
+/// The columns to print, and what those hold that are said once.
+fn columns(table: &Table, shown: usize, layout: Layout) -> (Vec<Printed>, Vec<String>) {
+    let (mut printed, mut constant) = (Vec::new(), Vec::new());
+    for (name, array) in table.names().into_iter().zip(table.batch().columns()) {
+        if layout == Layout::Summary && array.len() > 1 && is_constant(array.as_ref()) {
+            if array.is_valid(0) {
+                constant.push(format!("{name} {}", cells(array.as_ref(), 1).remove(0)));
+            }
+            continue;
+        }
+        printed.push(Printed {
+            name: name.to_owned(),
+            cells: cells(array.as_ref(), shown),
+            alignment: match array.data_type() {
+                DataType::Utf8 => CellAlignment::Left,
+                _ => CellAlignment::Right,
+            },
+        });
+    }
+    (printed, constant)
+}
+
+fn is_constant(array: &dyn Array) -> bool {
+    let first = array.slice(0, 1).to_data();
+    (1..array.len()).all(|row| array.slice(row, 1).to_data() == first)
+}
+
+/// How many columns fit side by side; one is printed however wide it is.
+fn fitting(columns: &[Printed], width: usize) -> usize {
+    let ends = columns.iter().scan(0, |end, column| {
+        *end += column.width() + GAP;
+        Some(*end)
+    });
+    let fitting = ends.take_while(|end| end - GAP <= width).count();
+    fitting.clamp(1.min(columns.len()), columns.len())
+}
+
+fn grid(columns: &[Printed], rows: usize) -> String {
+    let mut grid = Grid::new();
+    grid.load_preset(presets::NOTHING);
+    grid.set_header(columns.iter().map(|column| &column.name));
+    for row in 0..rows {
+        grid.add_row(columns.iter().map(|column| &column.cells[row]));
+    }
+    for (column, printed) in grid.column_iter_mut().zip(columns) {
+        column.set_cell_alignment(printed.alignment);
+        column.set_padding((0, GAP as u16));
+    }
+    grid.trim_fmt()
+}
+
+/// The first cells of a column.
+fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
+    let text = |row| match array.is_valid(row) {
+        true => array_value_to_string(array, row).unwrap_or_default(),
+        false => "–".to_owned(),
+    };
+    match array.data_type() {
+        DataType::Float64 => reals(
+            &(array.as_primitive::<Float64Type>().iter())
+                .take(rows)
+                .collect::<Vec<_>>(),
+        ),
+        DataType::Utf8 => (0..rows).map(|row| shortened(&text(row))).collect(),
+        _ => (0..rows).map(text).collect(),
+    }
+}
+
+fn shortened(text: &str) -> String {
+    let is_key = text.len() == 32 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    if is_key {
+        return text[..KEY_DIGITS].to_owned();
+    }
+    match text.chars().count() > LONGEST {
+        true => text.chars().take(LONGEST - 1).chain(['…']).collect(),
+        false => text.to_owned(),
+    }
+}
+
+/// Numbers with as many decimals as their column needs: three significant digits of the smallest,
+/// five of the largest, and none that all of them can do without.
+fn reals(values: &[Option<f64>]) -> Vec<String> {
+    /// More decimals are not read.
+    const MOST: i32 = 8;
+    let finite = || values.iter().flatten().filter(|value| value.is_finite());
+    let exponents = finite().filter(|value| **value != 0.0);
+    let exponents = exponents.map(|value| value.abs().log10().floor() as i32);
+    let (smallest, largest) = exponents.fold((i32::MAX, i32::MIN), |(small, large), next| {
+        (small.min(next), large.max(next))
+    });
+    let wanted = (4i32.saturating_sub(largest)).max(2i32.saturating_sub(smallest));
+    let is_plain = smallest == i32::MAX || (wanted <= MOST && largest < 9);
+    let decimals = match smallest {
+        i32::MAX => 0,
+        _ => finite()
+            .map(|value| needed(*value, wanted.clamp(0, MOST) as usize))
+            .max()
+            .unwrap_or(0),
+    };
+    let text = |value: &Option<f64>| match value {
+        None => "–".to_owned(),
+        Some(value) if is_plain || !value.is_finite() => format!("{value:.decimals$}"),
+        Some(value) => format!("{value:.4e}"),
+    };
+    values.iter().map(text).collect()
+}
+
+/// Decimals of a number once trailing zeros are left out.
+fn needed(value: f64, most: usize) -> usize {
+    let text = format!("{value:.most$}");
+    match text.split_once('.') {
+        Some((_, decimals)) => decimals.trim_end_matches('0').len(),
+        None => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::column::{Column, ColumnKind, integers, reals as real_column, texts};
+
+    const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
+    const NODES: Column = Column::coordinate("nodes", ColumnKind::Integer, "1", "nodes");
+    const LOAD: Column = Column::coordinate("load", ColumnKind::Real, "1", "load");
+
+    fn printed(table: &Table, rows: usize) -> String {
+        let mut out = Vec::new();
+        write(&mut out, table, rows, Layout::Summary).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    fn table() -> Table {
+        let key = |digit: char| digit.to_string().repeat(32);
+        Table::new(
+            3,
+            vec![
+                (NODES, integers([128; 3])),
+                (LOAD, real_column([0.004, 0.02, 1.7])),
+                (TASK, texts([key('a'), key('b'), key('c')])),
+            ],
+        )
+    }
+
+    #[test]
+    fn points_are_in_line_and_constants_said_once() {
+        let expected = "in every row: nodes 128\n \
+                        load  task\n\
+                        0.004  aaaaaaaa\n\
+                        0.020  bbbbbbbb\n\
+                        1.700  cccccccc\n";
+        assert_eq!(printed(&table(), 0), expected);
+    }
+
+    #[test]
+    fn rows_left_out_are_counted() {
+        assert!(printed(&table(), 2).ends_with("… 1 more row, `--rows 0` for all\n"));
+    }
+
+    #[test]
+    fn small_numbers_keep_three_digits_beside_large_ones() {
+        let told = |values: &[f64]| reals(&values.iter().copied().map(Some).collect::<Vec<_>>());
+        assert_eq!(told(&[0.001234567, 1.5]), ["0.00123", "1.50000"]);
+        assert_eq!(told(&[2.0, 4.0]), ["2", "4"]);
+        assert_eq!(told(&[0.0, 0.0]), ["0", "0"]);
+        assert_eq!(told(&[1e-12, 1.0]), ["1.0000e-12", "1.0000e0"]);
+        assert_eq!(
+            reals(&[None, Some(0.25), Some(f64::NAN)]),
+            ["–", "0.25", "NaN"]
+        );
+    }
+
+    #[test]
+    fn columns_that_do_not_fit_are_left_out() {
+        let columns: Vec<Printed> = (0..3)
+            .map(|_| Printed {
+                name: "x".repeat(10),
+                cells: vec![],
+                alignment: CellAlignment::Left,
+            })
+            .collect();
+        assert_eq!(fitting(&columns, 22), 2);
+        assert_eq!(fitting(&columns, 21), 1);
+        assert_eq!(fitting(&columns, 5), 1);
+        assert_eq!(fitting(&[], 5), 0);
+    }
+}

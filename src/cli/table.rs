@@ -1,0 +1,252 @@
+//! `asperity table`: a stage's table, or the answer to a query over all of them.
+
+use std::io::{Write, stderr, stdout};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use arrow::csv;
+use arrow::json::writer::LineDelimited;
+use arrow::record_batch::RecordBatch;
+
+use super::grid::{self, Layout};
+use super::{Data, Failure, Misused, counted};
+use crate::diagnostics::{did_you_mean, listed, wrapped};
+use crate::plan::{Plan, PlannedStage};
+use crate::results;
+use crate::sources::Sources;
+use crate::stages::StageError;
+use crate::stages::aggregate::{Sql, sql};
+use crate::store::Store;
+use crate::store::table::Table;
+
+/// Rows that are turned into text at once.
+const CHUNK: usize = 1024;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The manifest of a study that has been run.
+    manifest: PathBuf,
+
+    /// The stage whose table to print.
+    #[arg(required_unless_present = "sql")]
+    stage: Option<String>,
+
+    /// Ask all tables of the study instead: a query in the SQL of polars, in which every stage is
+    /// a table. A name with `-` needs double quotes.
+    #[arg(long, value_name = "QUERY", conflicts_with = "stage")]
+    sql: Option<String>,
+
+    /// Columns to print, in this order; those that differ between rows and fit when left out.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    columns: Vec<String>,
+
+    /// Rows to print for reading; 0 for all.
+    #[arg(long, value_name = "N", default_value_t = 20, conflicts_with_all = ["csv", "json"])]
+    rows: usize,
+
+    /// Print all rows as comma-separated values, to the last digit.
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
+
+    /// Print all rows as JSON, one object a line, to the last digit.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+    let study = super::study(&arguments.manifest)?;
+    let tables = Tables {
+        manifest: &arguments.manifest,
+        plan: &Plan::of(&study),
+        store: &data.look(),
+        sources: &study.sources,
+        folder: &data.results(),
+    };
+    let table = match (&arguments.sql, &arguments.stage) {
+        (Some(query), _) => tables.ask(query)?,
+        (None, stage) => tables.of(stage.as_deref().unwrap_or_default())?,
+    };
+    let table = chosen(&table, &arguments.columns)?;
+    let mut out = stdout().lock();
+    if arguments.csv {
+        write_csv(&mut out, table.batch())?;
+    } else if arguments.json {
+        write_json(&mut out, table.batch())?;
+    } else {
+        let layout = match (&arguments.sql, arguments.columns.is_empty()) {
+            (_, false) => Layout::Everything,
+            (Some(_), true) => Layout::Fitting,
+            (None, true) => Layout::Summary,
+        };
+        grid::write(&mut out, &table, arguments.rows, layout)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The tables of a study, brought up to its manifest before they are read.
+struct Tables<'a> {
+    manifest: &'a Path,
+    plan: &'a Plan,
+    store: &'a Store,
+    sources: &'a Sources,
+    folder: &'a Path,
+}
+
+impl Tables<'_> {
+    /// A stage's table, by the stage's name.
+    fn of(&self, name: &str) -> Result<Table, Failure> {
+        let stage = self.plan.stages.iter().find(|stage| stage.name == name);
+        let stage = stage.ok_or_else(|| {
+            let message = format!("the study has no stage `{name}`");
+            unknown(&message, name, &self.names())
+        })?;
+        self.read(stage)?.ok_or_else(|| self.not_computed(name))
+    }
+
+    /// A stage's table; `None` if nothing of it is computed. What is missing is told.
+    fn read(&self, stage: &PlannedStage) -> Result<Option<Table>, Failure> {
+        let published =
+            results::publish_stage(self.plan, stage, self.store, self.sources, self.folder)?;
+        if published.finished == 0 {
+            return Ok(None);
+        }
+        if published.finished < stage.tasks.len() {
+            // Nobody is left to tell if standard error is closed.
+            let _ = writeln!(
+                stderr(),
+                "note: `{}` is not complete, {} of {} computed; `asperity run {}` goes on",
+                stage.name,
+                published.finished,
+                counted(stage.tasks.len(), "task"),
+                self.manifest.display(),
+            );
+        }
+        Ok(Some(published.read()?))
+    }
+
+    /// The answer to a query. Only tables that it names are read.
+    fn ask(&self, query: &str) -> Result<Table, Failure> {
+        let mut tables = Vec::new();
+        let mut registered = Vec::new();
+        for stage in &self.plan.stages {
+            if query.contains(&stage.name)
+                && let Some(table) = self.read(stage)?
+            {
+                tables.push(table);
+                registered.push((stage.name.clone(), 1));
+            }
+        }
+        let sql = Sql {
+            query: query.to_owned(),
+            tables: registered,
+        };
+        sql::query(&tables, &sql).map_err(|error| {
+            let reason = match error {
+                StageError::Aggregate { reason } => reason,
+                other => other.to_string(),
+            };
+            self.explained(&reason, &sql, &tables)
+        })
+    }
+
+    /// What is wrong with a query, and what it may name.
+    fn explained(&self, reason: &str, sql: &Sql, tables: &[Table]) -> Failure {
+        // polars lists the columns of one table, and not always.
+        let reason = reason.split("; valid columns").next().unwrap_or(reason);
+        let name = quoted(reason).unwrap_or_default();
+        let has = |stage: &str| sql.tables.iter().any(|(table, _)| table == stage);
+        if self.names().contains(&name) && !has(name) {
+            return self.not_computed(name);
+        }
+        if reason.contains("relation") {
+            return unknown(reason, name, &self.names());
+        }
+        if !["unable to find column", "no column named"]
+            .iter()
+            .any(|words| reason.contains(words))
+        {
+            return Misused(reason.to_owned()).into();
+        }
+        let mut columns = Vec::new();
+        for column in tables.iter().flat_map(|table| table.names()) {
+            if !columns.contains(&column) {
+                columns.push(column);
+            }
+        }
+        unknown(reason, name, &columns)
+    }
+
+    fn names(&self) -> Vec<&str> {
+        let stages = self.plan.stages.iter();
+        stages.map(|stage| stage.name.as_str()).collect()
+    }
+
+    fn not_computed(&self, stage: &str) -> Failure {
+        let manifest = self.manifest.display();
+        format!("nothing of `{stage}` is computed yet; `asperity run {manifest}` does it").into()
+    }
+}
+
+/// A name that is not there, what was meant, and what there is.
+fn unknown(message: &str, name: &str, known: &[&str]) -> Failure {
+    let meant = did_you_mean(name, known.iter().copied());
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+    let known = wrapped(&listed(known.iter().copied(), "and"));
+    Misused(format!("{message}{meant}\nthere is {known}")).into()
+}
+
+/// The first name in quotes.
+fn quoted(text: &str) -> Option<&str> {
+    let start = text.find(['\'', '"', '`'])?;
+    let quote = text[start..].chars().next()?;
+    let rest = &text[start + 1..];
+    rest.find(quote).map(|end| &rest[..end])
+}
+
+/// These columns in this order; all if none is named.
+fn chosen(table: &Table, names: &[String]) -> Result<Table, Failure> {
+    if names.is_empty() {
+        return Ok(table.clone());
+    }
+    let known = table.names();
+    let index = |name: &String| {
+        let found = known.iter().position(|known| known == name);
+        found.ok_or_else(|| {
+            let message = format!("the table has no column `{name}`");
+            unknown(&message, name, &known)
+        })
+    };
+    let indices = names.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+    Ok(Table::from(table.batch().project(&indices)?))
+}
+
+/// The rows in chunks: text for the whole table would fill memory many times over.
+fn chunks(batch: &RecordBatch) -> impl Iterator<Item = RecordBatch> {
+    let starts = (0..batch.num_rows()).step_by(CHUNK);
+    starts.map(|start| batch.slice(start, CHUNK.min(batch.num_rows() - start)))
+}
+
+/// Each chunk goes through memory, because the writer would hide that its reader has left.
+fn write_csv(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
+    let header = batch.slice(0, 0);
+    for (index, chunk) in std::iter::once(header).chain(chunks(batch)).enumerate() {
+        let mut text = Vec::new();
+        let builder = csv::WriterBuilder::new().with_header(index == 0);
+        builder.build(&mut text).write(&chunk)?;
+        out.write_all(&text)?;
+    }
+    Ok(())
+}
+
+fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
+    for chunk in chunks(batch) {
+        let mut text = Vec::new();
+        let builder = arrow::json::WriterBuilder::new().with_explicit_nulls(true);
+        let mut writer = builder.build::<_, LineDelimited>(&mut text);
+        writer.write(&chunk)?;
+        writer.finish()?;
+        drop(writer);
+        out.write_all(&text)?;
+    }
+    Ok(())
+}

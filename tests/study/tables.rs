@@ -1,0 +1,147 @@
+//! What `table` prints of a study.
+
+use std::io::Read;
+use std::process::Stdio;
+
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY, text};
+
+/// What `table` prints on standard output.
+fn table(bench: &Bench, arguments: &[&str]) -> String {
+    let path = bench.path("study.toml");
+    let all = [&["table", path.to_str().unwrap()], arguments].concat();
+    let output = bench.output(&all);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// What `table` says on standard error when it ends with `code`.
+fn refusal(bench: &Bench, arguments: &[&str], code: i32) -> String {
+    let path = bench.path("study.toml");
+    let all = [&["table", path.to_str().unwrap()], arguments].concat();
+    let output = bench.output(&all);
+    assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
+    text(&output.stderr)
+}
+
+#[test]
+fn json_and_csv_give_every_row_to_the_last_digit() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let stored = bench.table("small", "area");
+    let loads = stored.reals("load").unwrap();
+    let json = table(&bench, &["area", "--json"]);
+    let csv = table(&bench, &["area", "--csv", "--columns", "stop,load"]);
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("stop,load"));
+    assert_eq!(json.lines().count(), stored.rows());
+    for ((row, line), stored) in json.lines().zip(lines).zip(loads.values()) {
+        let row: Value = serde_json::from_str(row).unwrap();
+        assert_eq!(row["load"].as_f64(), Some(*stored));
+        let (stop, load) = line.split_once(',').unwrap();
+        assert_eq!(stop, row["stop"]);
+        assert_eq!(load.parse(), Ok(*stored));
+    }
+}
+
+#[test]
+fn a_table_for_reading_says_what_it_leaves_out() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let printed = table(&bench, &["area", "--rows", "3"]);
+    for part in [
+        "in every row: method filter",
+        "k_upper",
+        "… 13 more rows",
+        "more columns",
+    ] {
+        assert!(printed.contains(part), "{part} in\n{printed}");
+    }
+    let asked = table(&bench, &["area", "--columns", "nodes,load", "--rows", "0"]);
+    assert_eq!(asked.lines().count(), 1 + 16, "{asked}");
+}
+
+#[test]
+fn a_query_joins_the_tables_of_all_stages() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let query = "select a.load, a.area_fraction * a.nodes * a.nodes - c.contact_nodes as difference \
+                 from area a join light c using (surface, load)";
+    let answer = table(&bench, &["--sql", query, "--json"]);
+    assert_eq!(answer.lines().count(), 16);
+    for row in answer.lines() {
+        let row: Value = serde_json::from_str(row).unwrap();
+        assert_eq!(row["difference"], 0.0);
+    }
+}
+
+#[test]
+fn what_is_not_there_is_named_with_what_is() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let stage = refusal(&bench, &["aera"], 2);
+    assert!(stage.contains("did you mean `area`?"), "{stage}");
+    assert!(stage.contains("`corrected`"), "{stage}");
+    let table = refusal(&bench, &["--sql", "select * from aera"], 2);
+    assert!(table.contains("did you mean `area`?"), "{table}");
+    let column = refusal(&bench, &["--sql", "select area_fractoin from area"], 2);
+    assert!(column.contains("did you mean `area_fraction`?"), "{column}");
+    assert!(column.contains("`switches`"), "{column}");
+    let chosen = refusal(&bench, &["area", "--columns", "laod"], 2);
+    assert!(chosen.contains("did you mean `load`?"), "{chosen}");
+    let verb = refusal(&bench, &["--sql", "drop table area"], 2);
+    assert!(verb.contains("starts with `select`"), "{verb}");
+}
+
+#[test]
+fn what_is_not_computed_names_the_command_that_computes_it() {
+    let bench = Bench::new();
+    bench.write(STUDY);
+    for arguments in [&["area"] as &[&str], &["--sql", "select * from area"]] {
+        let told = refusal(&bench, arguments, 1);
+        assert!(told.contains("nothing of `area` is computed"), "{told}");
+        assert!(told.contains("asperity run "), "{told}");
+    }
+    assert!(!bench.data().exists());
+}
+
+#[test]
+fn a_table_follows_its_manifest_and_says_what_is_missing() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    // Two surfaces of each spectrum are there, a third is asked for.
+    let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
+    let output = bench.output(&["table", path.to_str().unwrap(), "area", "--json"]);
+    assert_eq!(text(&output.stdout).lines().count(), 16);
+    let told = text(&output.stderr);
+    assert!(told.contains("4 of 6 tasks"), "{told}");
+    // One surface is too many now: the table on disk holds rows that the manifest does not.
+    bench.write(&STUDY.replace("realizations = 2", "realizations = 1"));
+    assert_eq!(table(&bench, &["area", "--json"]).lines().count(), 8);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_failure() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let path = bench.path("study.toml");
+    for format in ["--csv", "--json", "--rows=0"] {
+        let mut child = bench
+            .asperity(&["table", path.to_str().unwrap(), "area", format])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let mut told = String::new();
+        child
+            .stderr
+            .take()
+            .unwrap()
+            .read_to_string(&mut told)
+            .unwrap();
+        assert!(child.wait().unwrap().success(), "{format}: {told}");
+        assert_eq!(told, "", "{format}");
+    }
+}
