@@ -145,7 +145,7 @@ impl Data {
         Store::open(&self.store())
     }
 
-    fn look(&self) -> Store {
+    fn look(&self) -> Result<Store, StoreError> {
         Store::look(&self.store())
     }
 }

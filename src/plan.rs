@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::stages::{Kind, Recipe, aggregate};
 use crate::store::key::{Digest, TaskKey};
+use crate::store::provenance::Provenance;
 use crate::study::{Reduction, Stage, Study, Work};
 
 /// The tasks of a study, inputs before the tasks that read them.
@@ -64,6 +65,19 @@ impl Plan {
             study: study.name.clone(),
             tasks: builder.tasks,
             stages: builder.stages,
+        }
+    }
+
+    /// How a task's table comes about.
+    pub fn provenance(&self, task: usize) -> Provenance {
+        let Task { recipe, inputs, .. } = &self.tasks[task];
+        let inputs = || inputs.iter().map(|&input| &self.tasks[input]);
+        Provenance {
+            stage: recipe.kind().name().to_owned(),
+            version: recipe.version(),
+            recipe: serde_json::to_string(recipe).expect("parameters are plain data"),
+            inputs: inputs().map(|input| input.key).collect(),
+            read_as: inputs().map(|input| input.essence).collect(),
         }
     }
 

@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 use crate::plan::{Plan, PlannedStage};
 use crate::sources::Sources;
 use crate::store::column::{Column, ColumnKind, texts};
+use crate::store::files::{Existing, read_whole, write_whole};
 use crate::store::key::Digest;
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::{Table, TableError};
-use crate::store::{Existing, Store, StoreError, write_whole};
+use crate::store::{Store, StoreError};
 
 const TASK: Column = Column::result(
     "task",
@@ -33,6 +34,12 @@ pub enum ResultsError {
     /// The store, or the folder of results, failed.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// Tables of finished tasks are damaged, or have gone.
+    #[error("{}; `asperity run` computes it again", damaged(tables))]
+    Damaged {
+        /// The tasks, and what is wrong with their tables.
+        tables: Vec<(usize, StoreError)>,
+    },
     /// Two tasks' tables contradict each other.
     #[error("cannot put the tables of stage `{stage}` together")]
     Table {
@@ -65,35 +72,41 @@ impl StageTable {
     /// # Errors
     /// When the file is missing or damaged.
     pub fn read(&self) -> Result<Table, StoreError> {
-        let path = || self.path.clone();
-        let file = File::open(&self.path).map_err(|source| StoreError::Read {
-            path: path(),
-            source,
-        })?;
-        let decoded = parquet::decode(file, Columns::Light);
-        decoded
-            .map(|(table, _)| table)
-            .map_err(|source| StoreError::Damaged {
-                path: path(),
-                source,
-            })
+        Ok(read_whole(&self.path, Columns::Light)?.0)
+    }
+}
+
+fn damaged(tables: &[(usize, StoreError)]) -> String {
+    match tables {
+        [] => "no table is damaged".to_owned(),
+        [(_, only)] => only.to_string(),
+        [(_, first), others @ ..] => format!("{first}, as are {} more", others.len()),
     }
 }
 
 /// Writes the table of every stage that has a finished task, unless it is there already.
 ///
 /// # Errors
-/// When a table cannot be read, or the folder not be written.
+/// When tables cannot be read, or the folder not be written.
 pub fn publish(
     plan: &Plan,
     store: &Store,
     sources: &Sources,
     folder: &Path,
 ) -> Result<Vec<StageTable>, ResultsError> {
-    let stages = plan.stages.iter();
-    stages
-        .map(|stage| publish_stage(plan, stage, store, sources, folder))
-        .collect()
+    let mut damaged = Vec::new();
+    let mut published = Vec::new();
+    for stage in &plan.stages {
+        match publish_stage(plan, stage, store, sources, folder) {
+            Ok(table) => published.push(table),
+            Err(ResultsError::Damaged { tables }) => damaged.extend(tables),
+            Err(error) => return Err(error),
+        }
+    }
+    match damaged.is_empty() {
+        true => Ok(published),
+        false => Err(ResultsError::Damaged { tables: damaged }),
+    }
 }
 
 /// Writes the table of one stage if it has a finished task, unless it is there already.
@@ -113,12 +126,9 @@ pub fn publish_stage(
     let digest = digest(plan, &tasks, sources);
     if !tasks.is_empty() && written_for(&path).as_ref() != Some(&digest) {
         let table = assemble(plan, stage, &tasks, store, sources)?;
-        let metadata = metadata(plan, stage, &tasks, digest);
-        write_whole(
-            &path,
-            &parquet::encode(&table, &metadata),
-            Existing::Replace,
-        )?;
+        let bytes = parquet::encode(&table, &metadata(plan, stage, &tasks, digest));
+        let beside = path.parent().unwrap_or(folder);
+        write_whole(&path, &bytes, Existing::Replace, beside)?;
     }
     Ok(StageTable {
         stage: stage.name.clone(),
@@ -135,15 +145,24 @@ fn assemble(
     store: &Store,
     sources: &Sources,
 ) -> Result<Table, ResultsError> {
-    let tables = tasks.iter().map(|&task| {
+    let mut stored = Vec::new();
+    let mut damaged = Vec::new();
+    for &task in tasks {
         let key = plan.tasks[task].key;
-        let table = store.read(key, Columns::Light)?;
-        let keys = std::iter::repeat_n(key.to_string(), table.rows());
-        let table = with_paths(table, sources);
-        Ok(table.with(vec![(TASK, texts(keys))]))
-    });
-    let tables = tables.collect::<Result<Vec<_>, StoreError>>()?;
-    Table::stack(&tables).map_err(|source| ResultsError::Table {
+        match store.read(key, Columns::Light) {
+            Ok(table) => {
+                let keys = std::iter::repeat_n(key.to_string(), table.rows());
+                let table = with_paths(table, sources);
+                stored.push(table.with(vec![(TASK, texts(keys))]));
+            }
+            Err(error) if error.is_mendable() => damaged.push((task, error)),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    if !damaged.is_empty() {
+        return Err(ResultsError::Damaged { tables: damaged });
+    }
+    Table::stack(&stored).map_err(|source| ResultsError::Table {
         stage: stage.name.clone(),
         source,
     })

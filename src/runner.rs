@@ -1,8 +1,10 @@
 //! Runs what the store lacks, one task to a core.
 //!
 //! A finished task starts those that waited for it; a failed one drops them and lets the others
-//! go on. The order in which tasks run decides nothing, so it is left to the thread pool.
+//! go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
+//! table that turns out to be damaged is set aside and computed again before it is read.
 
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -11,7 +13,7 @@ use rayon::Scope;
 use crate::plan::{Plan, Task};
 use crate::sources::Sources;
 use crate::stages::{Context, Input, Kind, Recipe, StageError};
-use crate::store::parquet::{Columns, Metadata};
+use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
 
 /// What became of a plan.
@@ -21,8 +23,51 @@ pub struct Outcome {
     pub computed: Vec<usize>,
     /// Tasks that could not be computed, and why.
     pub failed: Vec<(usize, TaskError)>,
+    /// Tables that were damaged, and set aside.
+    pub damaged: Vec<Damage>,
     /// Whether the user stopped the run.
     pub interrupted: bool,
+    /// Whether the run stopped because its tables cannot be stored.
+    pub halted: bool,
+}
+
+impl Outcome {
+    /// Adds what became of the same plan later.
+    pub fn append(&mut self, later: Outcome) {
+        self.computed.extend(later.computed);
+        self.computed.sort_unstable();
+        self.failed.extend(later.failed);
+        self.damaged.extend(later.damaged);
+        self.interrupted |= later.interrupted;
+        self.halted |= later.halted;
+    }
+}
+
+/// A table that was damaged, and is computed again.
+#[derive(Debug)]
+pub struct Damage {
+    /// Whose table it was.
+    pub task: usize,
+    /// What is wrong with its file.
+    pub cause: StoreError,
+    /// Where the file is now.
+    pub aside: PathBuf,
+}
+
+impl Damage {
+    /// Sets a task's damaged file aside; nothing if another process has already mended it.
+    ///
+    /// # Errors
+    /// When the store cannot be written.
+    pub fn set_aside(
+        plan: &Plan,
+        task: usize,
+        store: &Store,
+        cause: StoreError,
+    ) -> Result<Option<Damage>, StoreError> {
+        let aside = store.set_aside(plan.tasks[task].key)?;
+        Ok(aside.map(|aside| Damage { task, cause, aside }))
+    }
 }
 
 /// Why a task has no table.
@@ -98,6 +143,9 @@ struct Run<'a> {
     dependents: Vec<Vec<usize>>,
     /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
     waits_for: Vec<AtomicUsize>,
+    has_failed: Vec<AtomicBool>,
+    /// Whether nothing more can be stored, so that computing would be in vain.
+    halted: AtomicBool,
     done: Mutex<Outcome>,
 }
 
@@ -130,12 +178,14 @@ impl<'a> Run<'a> {
             interrupted,
             dependents: plan.dependents(),
             waits_for: waits_for.collect(),
+            has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
+            halted: AtomicBool::new(false),
             done: Mutex::default(),
         }
     }
 
     fn task<'s>(&'s self, task: usize, scope: &Scope<'s>) {
-        if self.interrupted.load(Ordering::Relaxed) {
+        if self.is_stopped() {
             return;
         }
         self.observer.started(task);
@@ -159,57 +209,53 @@ impl<'a> Run<'a> {
     }
 
     fn compute(&self, task: usize) -> Result<(), TaskError> {
-        let Task {
-            key,
-            recipe,
-            inputs,
-            ..
-        } = &self.plan.tasks[task];
+        let Task { recipe, inputs, .. } = &self.plan.tasks[task];
         let inputs = inputs
             .iter()
             .map(|&input| self.read(input, columns_read_by(recipe)))
             .collect::<Result<Vec<_>, _>>()?;
         let context = Context {
             sources: self.sources,
-            interrupted: &|| self.interrupted.load(Ordering::Relaxed),
+            interrupted: &|| self.is_stopped(),
             advance: &|share| self.observer.advanced(task, share),
         };
         let table = recipe.run(&inputs, &context)?;
-        Ok(self.store.publish(*key, &table, &self.metadata(task))?)
+        Ok(self.store.publish(&self.plan.provenance(task), &table)?)
     }
 
-    fn read(&self, task: usize, columns: Columns) -> Result<Input<'_>, StoreError> {
-        let task = &self.plan.tasks[task];
-        let table = self.store.read(task.key, columns)?;
-        Ok(Input {
-            recipe: &task.recipe,
-            table,
-        })
+    fn read(&self, task: usize, columns: Columns) -> Result<Input<'_>, TaskError> {
+        let Task { key, recipe, .. } = &self.plan.tasks[task];
+        let table = match self.store.read(*key, columns) {
+            Err(cause) if cause.is_mendable() => {
+                self.mend(task, cause)?;
+                self.store.read(*key, columns)?
+            }
+            read => read?,
+        };
+        Ok(Input { recipe, table })
     }
 
-    fn metadata(&self, task: usize) -> Metadata {
-        let Task {
-            key,
-            recipe,
-            inputs,
-            ..
-        } = &self.plan.tasks[task];
-        let inputs: Vec<String> = inputs
-            .iter()
-            .map(|&input| self.plan.tasks[input].key.to_string())
-            .collect();
-        let json = serde_json::to_string(recipe).expect("parameters are plain data");
-        let entry = |name: &str, value: String| (name.to_owned(), value);
-        Metadata {
-            key: Some(*key),
-            entries: vec![
-                entry("stage", recipe.kind().name().to_owned()),
-                entry("stage_version", recipe.version().to_string()),
-                entry("recipe", json),
-                entry("inputs", inputs.join(" ")),
-                entry("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ],
+    /// Computes a table again that was there when the run began. Two tasks that need it may both
+    /// do so: their tables are equal.
+    fn mend(&self, task: usize, cause: StoreError) -> Result<(), TaskError> {
+        if let Some(damage) = Damage::set_aside(self.plan, task, self.store, cause)? {
+            self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
+        match self.compute(task) {
+            Ok(()) => {
+                self.outcome_mut(|outcome| outcome.computed.push(task));
+                Ok(())
+            }
+            Err(TaskError::Stage(StageError::Interrupted)) => Err(StageError::Interrupted.into()),
+            Err(error) => {
+                self.fail(task, error);
+                Err(TaskError::Upstream)
+            }
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed) || self.halted.load(Ordering::Relaxed)
     }
 
     fn is_to_run(&self, task: usize) -> bool {
@@ -218,13 +264,17 @@ impl<'a> Run<'a> {
 
     /// Records a failure and drops every task that waits for it.
     fn fail(&self, task: usize, error: TaskError) {
+        if matches!(&error, TaskError::Store(error) if error.concerns_all()) {
+            self.halted.store(true, Ordering::Relaxed);
+        }
         self.outcome_mut(|outcome| {
-            outcome.failed.push((task, error));
-            let mut dropped = self.dependents[task].clone();
-            while let Some(next) = dropped.pop() {
-                if outcome.failed.iter().all(|(failed, _)| *failed != next) {
-                    outcome.failed.push((next, TaskError::Upstream));
-                    dropped.extend(&self.dependents[next]);
+            let mut failures = vec![(task, error)];
+            while let Some((task, error)) = failures.pop() {
+                if !self.has_failed[task].swap(true, Ordering::Relaxed) {
+                    outcome.failed.push((task, error));
+                    let waiting = self.dependents[task].iter().copied();
+                    let dropped = waiting.filter(|&next| self.is_to_run(next));
+                    failures.extend(dropped.map(|next| (next, TaskError::Upstream)));
                 }
             }
         });
@@ -240,8 +290,11 @@ impl<'a> Run<'a> {
             .into_inner()
             .expect("no panic happens while it is held");
         outcome.computed.sort_unstable();
+        outcome.computed.dedup();
         outcome.failed.sort_by_key(|(task, _)| *task);
+        outcome.damaged.sort_by_key(|damage| damage.task);
         outcome.interrupted = self.interrupted.load(Ordering::Relaxed);
+        outcome.halted = self.halted.load(Ordering::Relaxed);
         outcome
     }
 }

@@ -1,26 +1,35 @@
 //! Finished tables on disk, each written once.
 //!
-//! A table appears under its key whole or not at all: it is written beside its place, flushed,
-//! and linked into place only if nobody else was faster. Equal keys mean equal tables, so losing
-//! that race loses nothing, and two processes may share a store.
+//! A table appears under its key whole or not at all: it is written aside, flushed, and linked
+//! into place only if nobody else was faster. Equal keys mean equal tables, so losing that race
+//! loses nothing, and two processes may share a store. A table is read whole and as it was
+//! written, or not at all: its file holds a digest of its bytes and the recipe that its key
+//! follows from.
 
 pub mod column;
+pub mod files;
 pub mod key;
+pub mod lock;
 pub mod parquet;
+pub mod provenance;
 pub mod table;
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use crate::store::files::{Existing, make_folder, read_whole, write_whole};
 use crate::store::key::TaskKey;
-use crate::store::parquet::{Columns, Metadata, ParquetError};
+use crate::store::lock::Lock;
+use crate::store::parquet::{Columns, ParquetError};
+use crate::store::provenance::Provenance;
 use crate::store::table::Table;
 
-/// A folder of finished tables.
+/// A folder of finished tables, which stay there as long as somebody holds one of these.
 #[derive(Debug, Clone)]
 pub struct Store {
     root: PathBuf,
+    _lock: Arc<Lock>,
 }
 
 /// The store cannot do what it was asked.
@@ -43,32 +52,65 @@ pub enum StoreError {
         source: io::Error,
     },
     /// A file is no table, or a damaged one.
-    #[error("`{}` is damaged or no table of this program; move it away and run again", path.display())]
+    #[error("`{}` is damaged or no table of this program", path.display())]
     Damaged {
         /// Where.
         path: PathBuf,
         /// What the reader met.
         source: ParquetError,
     },
+    /// Nobody can tell whether others use the store.
+    #[error("cannot lock the store with `{}`", path.display())]
+    Lock {
+        /// The file to be locked.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl StoreError {
+    /// Whether no other table could be stored either.
+    pub fn concerns_all(&self) -> bool {
+        use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+        let everywhere = [
+            PermissionDenied,
+            QuotaExceeded,
+            ReadOnlyFilesystem,
+            StorageFull,
+        ];
+        matches!(self, StoreError::Write { source, .. } if everywhere.contains(&source.kind()))
+    }
+
+    /// Whether computing the table again would help: it is damaged, or not there at all.
+    pub fn is_mendable(&self) -> bool {
+        match self {
+            StoreError::Damaged { .. } => true,
+            StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
+            StoreError::Write { .. } | StoreError::Lock { .. } => false,
+        }
+    }
 }
 
 impl Store {
     /// The store in this folder, which is made if it does not exist.
     ///
     /// # Errors
-    /// When the folder cannot be made.
+    /// When the folder cannot be made, or nobody can tell whether it is pruned just now.
     pub fn open(root: &Path) -> Result<Store, StoreError> {
         make_folder(root)?;
-        Ok(Store {
-            root: root.to_owned(),
-        })
+        Store::look(root)
     }
 
     /// The store in this folder, which need not exist: a plan only looks.
-    pub fn look(root: &Path) -> Store {
-        Store {
+    ///
+    /// # Errors
+    /// When nobody can tell whether the store is pruned just now.
+    pub fn look(root: &Path) -> Result<Store, StoreError> {
+        Ok(Store {
             root: root.to_owned(),
-        }
+            _lock: Arc::new(Lock::share(root)?),
+        })
     }
 
     /// Where a task's table is, or would be. Folders by the key's first two digits keep
@@ -88,198 +130,192 @@ impl Store {
     /// A finished task's table.
     ///
     /// # Errors
-    /// When the file is missing, unreadable or damaged.
+    /// When the file is missing, unreadable or damaged, or its content does not belong to the key.
     pub fn read(&self, key: TaskKey, columns: Columns) -> Result<Table, StoreError> {
-        let path = self.path(key);
-        let file = File::open(&path).map_err(|source| StoreError::Read {
-            path: path.clone(),
-            source,
-        })?;
-        let (table, metadata) =
-            parquet::decode(file, columns).map_err(|source| StoreError::Damaged {
-                path: path.clone(),
-                source,
-            })?;
-        if metadata.key != Some(key) {
-            let source = ParquetError::Foreign {
-                key: key.to_string(),
-            };
-            return Err(StoreError::Damaged { path, source });
-        }
-        Ok(table)
+        read_as(&self.path(key), key, columns)
     }
 
-    /// Stores a finished task's table for good.
+    /// Stores a finished task's table for good, under the key that follows from its provenance.
     ///
     /// # Errors
     /// When the disk is full, or the folder cannot be written.
-    pub fn publish(
-        &self,
-        key: TaskKey,
-        table: &Table,
-        metadata: &Metadata,
-    ) -> Result<(), StoreError> {
+    pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
+        let path = self.path(provenance.key());
+        let bytes = parquet::encode(table, &provenance.metadata());
+        write_whole(&path, &bytes, Existing::Keep, &self.workshop())
+    }
+
+    /// Where tables lie while they are written: in the store, for they cannot change their names
+    /// from one disk to another.
+    fn workshop(&self) -> PathBuf {
+        self.root.join("unfinished")
+    }
+
+    /// Renames a task's damaged file, so that its table can be computed again; its new name, or
+    /// none if another process has already mended it.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn set_aside(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
         let path = self.path(key);
-        let bytes = parquet::encode(table, metadata);
-        write_whole(&path, &bytes, Existing::Keep)
-    }
-}
-
-/// What to do with a file that is already there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// Leave it: it is the same.
-    Keep,
-    /// Put the new one in its place.
-    Replace,
-}
-
-/// Writes a file that appears whole or not at all, even if the power is cut: its bytes are on the
-/// disk before it gets its name. The name itself may take the seconds that the system leaves it
-/// in memory, and is waited for by nobody: a file that is lost is written again.
-///
-/// # Errors
-/// When the folder cannot be made, or the file not be written, flushed or moved into place.
-pub fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), StoreError> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    make_folder(folder)?;
-    let result = (|| {
-        let mut file = tempfile::Builder::new()
-            .prefix(".unfinished-")
-            .permissions(readable())
-            .tempfile_in(folder)?;
-        file.write_all(bytes)?;
-        file.as_file().sync_all()?;
-        match existing {
-            Existing::Replace => drop(file.persist(path)?),
-            Existing::Keep => match file.persist_noclobber(path) {
-                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
-                    is_file(path)?;
-                }
-                other => drop(other?),
-            },
+        let Some(aside) = files::set_aside(&path)? else {
+            return Ok(None);
+        };
+        // Between looking and renaming, another process may have put a sound table there.
+        if read_as(&aside, key, Columns::Light).is_err() {
+            return Ok(Some(aside));
         }
-        File::open(folder)?.sync_all()
-    })();
-    result.map_err(|source| StoreError::Write {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// What is there already must be a file, or else nothing has been stored.
-fn is_file(path: &Path) -> io::Result<()> {
-    match path.is_file() {
-        true => Ok(()),
-        false => Err(io::Error::other(
-            "something that is no file is in its place",
-        )),
+        let back = std::fs::rename(&aside, &path);
+        back.map_err(|source| StoreError::Write { path, source })?;
+        Ok(None)
     }
 }
 
-fn make_folder(path: &Path) -> Result<(), StoreError> {
-    fs::create_dir_all(path).map_err(|source| StoreError::Write {
+/// The table in a file, if it is that of the task.
+fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<Table, StoreError> {
+    let (table, metadata) = read_whole(path, columns)?;
+    let follows = Provenance::of(&metadata).is_some_and(|told| told.key() == key);
+    if metadata.key == Some(key) && follows {
+        return Ok(table);
+    }
+    Err(StoreError::Damaged {
         path: path.to_owned(),
-        source,
+        source: ParquetError::Foreign {
+            key: key.to_string(),
+        },
     })
-}
-
-/// Temporary files are private by default; results are for colleagues too.
-fn readable() -> fs::Permissions {
-    use std::os::unix::fs::PermissionsExt;
-    fs::Permissions::from_mode(0o644)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::column::{Column, ColumnKind, reals};
-    use super::key::Digest;
     use super::*;
 
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
 
-    fn fixture() -> (tempfile::TempDir, Store, TaskKey, Table, Metadata) {
+    fn provenance(recipe: &str) -> Provenance {
+        Provenance {
+            stage: "test".to_owned(),
+            version: 1,
+            recipe: recipe.to_owned(),
+            inputs: vec![],
+            read_as: vec![],
+        }
+    }
+
+    /// A store with one table in it.
+    fn fixture() -> (tempfile::TempDir, Store, TaskKey, Table) {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(&folder.path().join("store")).unwrap();
-        let key = TaskKey::of("test", 1, Digest::of(&"a"), &[]);
+        let made = provenance("{}");
         let table = Table::new(2, vec![(AREA, reals([0.25, 0.5]))]);
-        let metadata = Metadata {
-            key: Some(key),
-            entries: vec![("recipe".to_owned(), "{}".to_owned())],
-        };
-        (folder, store, key, table, metadata)
+        assert!(!store.has(made.key()));
+        store.publish(&made, &table).unwrap();
+        (folder, store, made.key(), table)
+    }
+
+    fn is_damaged(store: &Store, key: TaskKey) -> bool {
+        let read = store.read(key, Columns::All);
+        matches!(read, Err(StoreError::Damaged { .. }))
     }
 
     #[test]
     fn a_published_table_is_read_back() {
-        let (_folder, store, key, table, metadata) = fixture();
-        assert!(!store.has(key));
-        store.publish(key, &table, &metadata).unwrap();
+        let (_folder, store, key, table) = fixture();
         assert!(store.has(key));
         assert_eq!(store.read(key, Columns::All).unwrap(), table);
     }
 
     #[test]
     fn a_published_table_is_never_rewritten() {
-        let (_folder, store, key, table, metadata) = fixture();
-        store.publish(key, &table, &metadata).unwrap();
+        let (_folder, store, key, table) = fixture();
         let other = Table::new(1, vec![(AREA, reals([9.0]))]);
-        store.publish(key, &other, &metadata).unwrap();
+        store.publish(&provenance("{}"), &other).unwrap();
         assert_eq!(store.read(key, Columns::All).unwrap(), table);
     }
 
     #[test]
     fn publishing_leaves_nothing_else_behind() {
-        let (_folder, store, key, table, metadata) = fixture();
-        store.publish(key, &table, &metadata).unwrap();
-        store.publish(key, &table, &metadata).unwrap();
+        let (_folder, store, key, table) = fixture();
+        store.publish(&provenance("{}"), &table).unwrap();
         let folder = store.path(key).parent().unwrap().to_owned();
         assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
+        assert_eq!(fs::read_dir(store.workshop()).unwrap().count(), 0);
     }
 
     #[test]
-    fn a_truncated_file_and_a_foreign_one_are_errors() {
-        let (_folder, store, key, table, metadata) = fixture();
-        store.publish(key, &table, &metadata).unwrap();
+    fn a_truncated_an_empty_and_a_foreign_file_are_damaged() {
+        let (_folder, store, key, table) = fixture();
         let path = store.path(key);
         let whole = fs::read(&path).unwrap();
-        fs::write(&path, &whole[..whole.len() - 7]).unwrap();
-        assert!(matches!(
-            store.read(key, Columns::All),
-            Err(StoreError::Damaged { .. })
-        ));
-        let other = TaskKey::of("test", 1, Digest::of(&"b"), &[]);
-        write_whole(&store.path(other), &whole, Existing::Keep).unwrap();
-        assert!(matches!(
-            store.read(other, Columns::All),
-            Err(StoreError::Damaged { .. })
-        ));
+        for length in [0, 1, whole.len() / 2, whole.len() - 7] {
+            fs::write(&path, &whole[..length]).unwrap();
+            assert!(is_damaged(&store, key), "{length} bytes");
+        }
+        let other = provenance("[]");
+        store.publish(&other, &table).unwrap();
+        fs::write(store.path(other.key()), &whole).unwrap();
+        assert!(is_damaged(&store, other.key()));
+    }
+
+    #[test]
+    fn a_table_under_a_key_that_does_not_follow_from_its_recipe_is_damaged() {
+        let (_folder, store, key, table) = fixture();
+        let mut metadata = provenance("another recipe").metadata();
+        metadata.key = Some(key);
+        fs::write(store.path(key), parquet::encode(&table, &metadata)).unwrap();
+        assert!(is_damaged(&store, key));
     }
 
     #[test]
     fn every_flipped_bit_is_found() {
-        let (_folder, store, key, table, metadata) = fixture();
-        store.publish(key, &table, &metadata).unwrap();
+        let (_folder, store, key, _) = fixture();
         let path = store.path(key);
         let whole = fs::read(&path).unwrap();
         for position in 0..whole.len() {
             let mut flipped = whole.clone();
             flipped[position] ^= 1 << (position % 8);
             fs::write(&path, &flipped).unwrap();
-            assert!(store.read(key, Columns::All).is_err(), "byte {position}");
+            assert!(is_damaged(&store, key), "byte {position}");
         }
     }
 
     #[test]
+    fn a_damaged_file_set_aside_makes_room_for_a_sound_one() {
+        let (_folder, store, key, table) = fixture();
+        for number in ["", "-2"] {
+            fs::write(store.path(key), "not a table").unwrap();
+            let aside = store.set_aside(key).unwrap().unwrap();
+            let name = format!("{key}.parquet.damaged{number}");
+            assert_eq!(aside.file_name().unwrap().to_str(), Some(name.as_str()));
+            assert_eq!(fs::read(aside).unwrap(), b"not a table");
+            assert!(!store.has(key));
+            store.publish(&provenance("{}"), &table).unwrap();
+        }
+        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+    }
+
+    #[test]
+    fn a_sound_file_is_not_set_aside() {
+        let (_folder, store, key, table) = fixture();
+        assert_eq!(store.set_aside(key).unwrap(), None);
+        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+    }
+
+    #[test]
     fn a_folder_in_place_of_a_table_is_an_error() {
-        let (_folder, store, key, table, metadata) = fixture();
-        fs::create_dir_all(store.path(key)).unwrap();
-        assert!(store.publish(key, &table, &metadata).is_err());
+        let (_folder, store, _, table) = fixture();
+        let other = provenance("[]");
+        fs::create_dir_all(store.path(other.key())).unwrap();
+        assert!(store.publish(&other, &table).is_err());
     }
 
     #[test]
     fn equal_tables_give_equal_bytes() {
-        let (_folder, _store, _key, table, metadata) = fixture();
+        let (_folder, _store, _key, table) = fixture();
+        let metadata = provenance("{}").metadata();
         assert_eq!(
             parquet::encode(&table, &metadata),
             parquet::encode(&table, &metadata)

@@ -28,7 +28,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
     let plan = Plan::of(&study);
     // The tables are brought up to the manifest first: a claim rests on what it says now.
-    let published = results::publish(&plan, &data.look(), &study.sources, &data.results())?;
+    let published = results::publish(&plan, &data.look()?, &study.sources, &data.results())?;
     let mut finished: Vec<Finished> = Vec::new();
     for (stage, table) in plan.stages.iter().zip(&published) {
         if table.finished > 0 {

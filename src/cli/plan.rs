@@ -27,7 +27,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
     let plan = Plan::of(&study);
-    let missing = runner::missing(&plan, &data.look());
+    let missing = runner::missing(&plan, &data.look()?);
     let counts = Counts::of(&plan, &missing);
     let seconds = Pace::default().seconds_of(&plan, &missing);
     let mut out = stdout().lock();

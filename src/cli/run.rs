@@ -1,7 +1,7 @@
 //! `asperity run`: compute what is missing and write the tables.
 
 use std::io::{Write, stderr, stdout};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,8 +13,10 @@ use super::progress::Progress;
 use super::{Data, Failure, chain, counted, summary};
 use crate::pace::Pace;
 use crate::plan::Plan;
-use crate::runner::{self, Outcome, TaskError};
-use crate::{results, store::StoreError};
+use crate::results::{self, ResultsError, StageTable};
+use crate::runner::{self, Damage, Outcome, TaskError};
+use crate::store::Store;
+use crate::study::Study;
 
 /// How a process ends that its user stopped.
 const STOPPED: u8 = 130;
@@ -28,7 +30,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage.
+    /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage, and
+    /// `"damaged": [{"task", "cause", "aside"}, …]`.
     #[arg(long)]
     json: bool,
 }
@@ -38,40 +41,79 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let plan = Plan::of(&study);
     let store = data.open()?;
     let missing = runner::missing(&plan, &store);
-    let outcome = if missing.is_empty() {
-        Outcome::default()
-    } else {
-        let progress = Progress::new(&plan, &missing, &Pace::default());
-        let jobs = jobs(arguments).min(missing.len());
-        let stopped = stop_on_signal()?;
-        let outcome = runner::run(
-            &plan,
-            &missing,
-            &store,
-            &study.sources,
-            jobs,
-            &progress,
-            &stopped,
-        );
-        progress.end();
-        outcome
+    let work = Work {
+        study: &study,
+        plan: &plan,
+        store: &store,
+        jobs: arguments.jobs,
+        stopped: stop_on_signal()?,
     };
-    let tables = results::publish(&plan, &store, &study.sources, &data.results())?;
+    let mut outcome = work.compute(&missing);
+    // Where no task's table can be stored, no stage's table can.
+    let tables = match outcome.halted {
+        true => Ok(None),
+        false => work.publish(&data.results(), &mut outcome).map(Some),
+    };
+    report_trouble(&plan, &outcome);
+    let tables = tables?;
 
     let mut out = stdout().lock();
     if arguments.json {
         writeln!(out, "{:#}", as_json(&plan, &missing, &outcome))?;
     } else {
-        write!(out, "{}", summary::text(&plan, &tables)?)?;
-        writeln!(out, "{}", closing(&plan, &outcome))?;
+        if let Some(tables) = tables {
+            write!(out, "{}", summary::text(&plan, &tables)?)?;
+        }
+        writeln!(out, "{}", closing(&missing, &outcome))?;
     }
-    report_failures(&plan, &outcome)?;
     Ok(exit_code(&outcome))
 }
 
-fn jobs(arguments: &Arguments) -> usize {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    arguments.jobs.map_or_else(cores, usize::from)
+/// What is to be done, and with what.
+struct Work<'a> {
+    study: &'a Study,
+    plan: &'a Plan,
+    store: &'a Store,
+    jobs: Option<u16>,
+    stopped: Arc<AtomicBool>,
+}
+
+impl Work<'_> {
+    fn compute(&self, missing: &[usize]) -> Outcome {
+        if missing.is_empty() {
+            return Outcome::default();
+        }
+        let progress = Progress::new(self.plan, missing, &Pace::default());
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let jobs = self.jobs.map_or_else(cores, usize::from).min(missing.len());
+        let outcome = runner::run(
+            self.plan,
+            missing,
+            self.store,
+            &self.study.sources,
+            jobs,
+            &progress,
+            &self.stopped,
+        );
+        progress.end();
+        outcome
+    }
+
+    /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
+    /// other task has read them, are computed again.
+    fn publish(&self, results: &Path, outcome: &mut Outcome) -> Result<Vec<StageTable>, Failure> {
+        let publish = || results::publish(self.plan, self.store, &self.study.sources, results);
+        let tables = match publish() {
+            Err(ResultsError::Damaged { tables }) => tables,
+            published => return Ok(published?),
+        };
+        for (task, cause) in tables {
+            let damage = Damage::set_aside(self.plan, task, self.store, cause)?;
+            outcome.damaged.extend(damage);
+        }
+        outcome.append(self.compute(&runner::missing(self.plan, self.store)));
+        Ok(publish()?)
+    }
 }
 
 /// The first signal asks tasks to stop, the second one ends the process.
@@ -100,14 +142,18 @@ fn as_json(plan: &Plan, missing: &[usize], outcome: &Outcome) -> serde_json::Val
         json["failed"] = json!(among(&failed));
         json
     });
-    json!({ "stages": stages.collect::<Vec<_>>() })
+    let damaged = outcome.damaged.iter().map(|damage| {
+        let cause = chain(&damage.cause);
+        json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.aside })
+    });
+    json!({ "stages": stages.collect::<Vec<_>>(), "damaged": damaged.collect::<Vec<_>>() })
 }
 
-fn closing(plan: &Plan, outcome: &Outcome) -> String {
+fn closing(missing: &[usize], outcome: &Outcome) -> String {
     let computed = outcome.computed.len();
-    if outcome.interrupted {
-        let left = plan.tasks.len() - computed;
-        return format!("stopped after {computed} of {left} tasks; run again to go on");
+    if outcome.interrupted || outcome.halted {
+        let all = counted(missing.len(), "task");
+        return format!("stopped after {computed} of {all}; run again to go on");
     }
     match computed {
         0 if outcome.failed.is_empty() => "nothing to do: every table was there".to_owned(),
@@ -115,29 +161,43 @@ fn closing(plan: &Plan, outcome: &Outcome) -> String {
     }
 }
 
-/// One line per failure; those that only follow from another are counted.
-fn report_failures(plan: &Plan, outcome: &Outcome) -> Result<(), StoreError> {
-    let mut err = stderr().lock();
-    let mut followed = 0;
-    for (task, error) in &outcome.failed {
-        if matches!(error, TaskError::Upstream) {
-            followed += 1;
-            continue;
-        }
+/// A line for each damaged table and each failure; failures that only follow from another are
+/// counted.
+fn report_trouble(plan: &Plan, outcome: &Outcome) {
+    for damage in &outcome.damaged {
+        let aside = damage.aside.display();
+        warn(&format!(
+            "warning: {}; set aside as `{aside}`",
+            chain(&damage.cause)
+        ));
+    }
+    let followed = |error: &TaskError| matches!(error, TaskError::Upstream);
+    for (task, error) in outcome.failed.iter().filter(|(_, error)| !followed(error)) {
         let task = &plan.tasks[*task];
         let kind = task.recipe.kind();
-        let line = format!("error: {kind} task {} failed: {}", task.key, chain(error));
-        // Nobody is left to tell if standard error is closed.
-        let _ = writeln!(err, "{line}");
+        warn(&format!(
+            "error: {kind} task {} failed: {}",
+            task.key,
+            chain(error)
+        ));
     }
-    if followed > 0 {
-        let _ = writeln!(
-            err,
+    match outcome
+        .failed
+        .iter()
+        .filter(|(_, error)| followed(error))
+        .count()
+    {
+        0 => {}
+        number => warn(&format!(
             "{} that read them: not started",
-            counted(followed, "task")
-        );
+            counted(number, "task")
+        )),
     }
-    Ok(())
+}
+
+/// Nobody is left to tell if standard error is closed.
+fn warn(line: &str) {
+    let _ = writeln!(stderr(), "{line}");
 }
 
 fn exit_code(outcome: &Outcome) -> ExitCode {

@@ -1,6 +1,5 @@
 //! `asperity show`: how a table was made, and its first rows.
 
-use std::fs::File;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,9 +10,9 @@ use arrow::util::display::array_value_to_string;
 use comfy_table::{ContentArrangement, Table as Grid, presets};
 
 use super::{Data, Failure, counted};
-use crate::store::StoreError;
+use crate::store::files::read_whole;
 use crate::store::key::TaskKey;
-use crate::store::parquet::{self, Columns, Metadata};
+use crate::store::parquet::{Columns, Metadata};
 use crate::store::table::Table;
 
 #[derive(clap::Args)]
@@ -29,15 +28,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let path = find(&arguments.what, data)?;
-    let read = |source| StoreError::Read {
-        path: path.clone(),
-        source,
-    };
-    let (table, metadata) = parquet::decode(File::open(&path).map_err(read)?, Columns::All)
-        .map_err(|source| StoreError::Damaged {
-            path: path.clone(),
-            source,
-        })?;
+    let (table, metadata) = read_whole(&path, Columns::All)?;
     let mut out = stdout().lock();
     write_metadata(&mut out, &path, &metadata)?;
     write_head(&mut out, &table, arguments.rows)?;
@@ -53,7 +44,7 @@ fn find(what: &Path, data: &Data) -> Result<PathBuf, Failure> {
         .to_string_lossy()
         .parse()
         .map_err(|error| format!("`{}` is no file, and {error}", what.display()))?;
-    let store = data.look();
+    let store = data.look()?;
     if store.has(key) {
         Ok(store.path(key))
     } else {

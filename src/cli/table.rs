@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let tables = Tables {
         manifest: &arguments.manifest,
         plan: &Plan::of(&study),
-        store: &data.look(),
+        store: &data.look()?,
         sources: &study.sources,
         folder: &data.results(),
     };

@@ -1,19 +1,12 @@
 //! Nothing that happens to a run changes what it computes.
 
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Duration;
 
 use crate::bench::{Bench, STUDY, counts, is_idle};
-
-/// Finished tasks: unfinished files carry other names.
-fn finished(bench: &Bench) -> usize {
-    let is_table = |path: &&std::path::PathBuf| {
-        path.starts_with("store") && path.extension().is_some_and(|e| e == "parquet")
-    };
-    bench.files().keys().filter(is_table).count()
-}
 
 /// A study that takes long enough to be killed in its middle.
 fn longer() -> String {
@@ -46,7 +39,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
         child.kill().unwrap();
         child.wait().unwrap();
     }
-    let kept = finished(&bench) as u64;
+    let kept = stored(&bench).len() as u64;
     let counts = bench.run(&longer());
     let computed: u64 = counts.values().map(|count| count.computed).sum();
     assert_eq!(kept + computed, total);
@@ -99,32 +92,105 @@ fn two_runs_at_once_agree() {
     assert!(bench.files() == alone.files());
 }
 
+/// The files of the tables in the store.
+fn stored(bench: &Bench) -> Vec<PathBuf> {
+    let files = bench.files().into_keys();
+    let tables = files.filter(|path| path.starts_with("store"));
+    let tables = tables.filter(|path| path.extension().is_some_and(|e| e == "parquet"));
+    tables.map(|path| bench.data().join(path)).collect()
+}
+
 #[test]
 fn a_failed_task_lets_independent_ones_finish() {
     let bench = Bench::new();
-    // Surfaces alone, then one of them damaged, then everything.
+    // Surfaces alone, then something in the place of one of them, then everything.
     let surfaces = STUDY.split("[stage.light]").next().unwrap();
     bench.run(surfaces);
-    let files = bench.files();
-    let victim = files.keys().find(|path| path.starts_with("store")).unwrap();
-    let path = bench.data().join(victim);
-    let whole = fs::read(&path).unwrap();
-    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    let victim = stored(&bench).remove(0);
+    fs::remove_file(&victim).unwrap();
+    fs::create_dir(&victim).unwrap();
 
     let manifest = bench.write(STUDY);
     let output = bench.output(&["run", manifest.to_str().unwrap(), "--json"]);
     assert_eq!(output.status.code(), Some(1));
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        told.contains(&victim.file_name().unwrap().to_string_lossy().into_owned()),
-        "{told}"
-    );
+    assert!(told.contains(victim.to_str().unwrap()), "{told}");
     let stages = counts(&output.stdout);
-    assert_eq!((stages["light"].computed, stages["light"].failed), (3, 1));
-    assert_eq!((stages["area"].computed, stages["area"].failed), (3, 1));
-    assert_eq!((stages["law"].computed, stages["law"].failed), (1, 1));
+    let done = |stage: &str| (stages[stage].computed, stages[stage].failed);
+    assert_eq!((done("surfaces"), done("light")), ((0, 1), (3, 1)));
+    assert_eq!((done("area"), done("law")), ((3, 1), (1, 1)));
 
-    fs::write(&path, whole).unwrap();
+    fs::remove_dir(&victim).unwrap();
     bench.run(STUDY);
     assert!(bench.run(STUDY).values().all(is_idle));
+}
+
+/// What becomes of a file on a bad day.
+fn damages(whole: &[u8], other: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
+    let mut flipped = whole.to_vec();
+    flipped[whole.len() / 3] ^= 4;
+    vec![
+        ("truncated", whole[..whole.len() / 2].to_vec()),
+        ("flipped", flipped),
+        ("empty", vec![]),
+        ("foreign", other.to_vec()),
+        ("text", b"not a table".to_vec()),
+    ]
+}
+
+#[test]
+fn a_damaged_file_is_set_aside_and_computed_again() {
+    let undisturbed = Bench::new();
+    undisturbed.run(STUDY);
+    let whole = undisturbed.files();
+    for victim in stored(&undisturbed) {
+        let name = victim.strip_prefix(undisturbed.data()).unwrap();
+        let other = whole.iter().find(|(path, _)| *path != name).unwrap().1;
+        for (how, bytes) in damages(&whole[name], other) {
+            let bench = Bench::new();
+            for (path, content) in &whole {
+                // Without results, every table is read.
+                if path.starts_with("store") {
+                    let path = bench.data().join(path);
+                    fs::create_dir_all(path.parent().unwrap()).unwrap();
+                    fs::write(path, content).unwrap();
+                }
+            }
+            fs::write(bench.data().join(name), &bytes).unwrap();
+            let manifest = bench.write(STUDY);
+            let output = bench.output(&["run", manifest.to_str().unwrap()]);
+            let told = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{how}: {told}");
+            assert!(told.contains(name.to_str().unwrap()), "{how}: {told}");
+
+            let mut files = bench.files();
+            let aside = format!("{}.damaged", name.display());
+            assert_eq!(
+                files.remove(Path::new(&aside)),
+                Some(bytes),
+                "{how}: {told}"
+            );
+            assert!(files == whole, "{how}");
+        }
+    }
+}
+
+#[test]
+fn a_damaged_input_of_a_new_task_is_computed_again_before_it_is_read() {
+    let bench = Bench::new();
+    let surfaces = STUDY.split("[stage.light]").next().unwrap();
+    bench.run(surfaces);
+    for victim in stored(&bench) {
+        fs::write(victim, "").unwrap();
+    }
+    let counts = bench.run(STUDY);
+    assert_eq!(
+        (counts["surfaces"].computed, counts["light"].computed),
+        (4, 4)
+    );
+    let undisturbed = Bench::new();
+    undisturbed.run(STUDY);
+    let mut files = bench.files();
+    files.retain(|path, _| path.extension().is_none_or(|e| e != "damaged"));
+    assert!(files == undisturbed.files());
 }

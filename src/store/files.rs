@@ -1,0 +1,143 @@
+//! Files that appear whole or not at all, and are read whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::StoreError;
+use super::parquet::{self, Columns, Metadata, ParquetError};
+use super::table::Table;
+
+/// How the names of files begin that are still being written.
+pub const UNFINISHED: &str = ".unfinished-";
+/// What is appended to the names of files that turned out to be damaged.
+pub const DAMAGED: &str = ".damaged";
+
+/// What to do with a file that is already there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Leave it: it is the same.
+    Keep,
+    /// Put the new one in its place.
+    Replace,
+}
+
+/// Writes a file that appears whole or not at all, even if the power is cut: its bytes are on the
+/// disk before it gets its name.
+///
+/// Until then it lies in `workshop`, a folder of the same disk, for a file cannot change its name
+/// across disks. A process that is killed leaves it there.
+///
+/// # Errors
+/// When a folder cannot be made, or the file not be written, flushed or moved into place.
+pub fn write_whole(
+    path: &Path,
+    bytes: &[u8],
+    existing: Existing,
+    workshop: &Path,
+) -> Result<(), StoreError> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    make_folder(folder)?;
+    make_folder(workshop)?;
+    let result = (|| {
+        let mut file = tempfile::Builder::new()
+            .prefix(UNFINISHED)
+            .permissions(readable())
+            .tempfile_in(workshop)?;
+        file.write_all(bytes)?;
+        file.as_file().sync_all()?;
+        match existing {
+            Existing::Replace => drop(file.persist(path)?),
+            Existing::Keep => match file.persist_noclobber(path) {
+                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
+                    is_file(path)?;
+                }
+                other => drop(other?),
+            },
+        }
+        File::open(folder)?.sync_all()
+    })();
+    result.map_err(|source| StoreError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// What is there already must be a file, or else nothing has been stored.
+fn is_file(path: &Path) -> io::Result<()> {
+    match path.is_file() {
+        true => Ok(()),
+        false => Err(io::Error::other(
+            "something that is no file is in its place",
+        )),
+    }
+}
+
+/// Makes a folder and those above it.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn make_folder(path: &Path) -> Result<(), StoreError> {
+    fs::create_dir_all(path).map_err(|source| StoreError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Temporary files are private by default; results are for colleagues too.
+fn readable() -> fs::Permissions {
+    use std::os::unix::fs::PermissionsExt;
+    fs::Permissions::from_mode(0o644)
+}
+
+/// The table in a file, and what the file says of itself.
+///
+/// # Errors
+/// When the file is missing, unreadable, damaged, or no table of this program.
+pub fn read_whole(path: &Path, columns: Columns) -> Result<(Table, Metadata), StoreError> {
+    let unreadable = |source| StoreError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    parquet::decode(file, columns).map_err(|error| match error {
+        // The disk failed, which says nothing of what is on it.
+        ParquetError::Read(source) => unreadable(source),
+        source => StoreError::Damaged {
+            path: path.to_owned(),
+            source,
+        },
+    })
+}
+
+/// Renames a damaged file, so that nobody takes it for a table and nothing of it is lost; its new
+/// name, or none if the file has gone.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, StoreError> {
+    let aside = free_name(path);
+    match fs::rename(path, &aside) {
+        Ok(()) => Ok(Some(aside)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(source) => Err(StoreError::Write {
+            path: aside,
+            source,
+        }),
+    }
+}
+
+/// `NAME.damaged`, `NAME.damaged-2` …: earlier finds are kept.
+fn free_name(path: &Path) -> PathBuf {
+    let named = |ending: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(DAMAGED);
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let later = (2..).map(|number| named(&format!("-{number}")));
+    std::iter::once(named(""))
+        .chain(later)
+        .find(|name| name.symlink_metadata().is_err())
+        .expect("there are more numbers than files")
+}
