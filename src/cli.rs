@@ -5,6 +5,7 @@
 
 mod check;
 mod claims;
+mod columns;
 mod completions;
 mod grid;
 mod plan;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::diagnostics::ManifestErrors;
+use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
 use crate::store::{Store, StoreError};
 use crate::study::Study;
 
@@ -60,6 +61,8 @@ enum Command {
     Claims(claims::Arguments),
     /// Print a stage's table, or ask all tables of a study in SQL.
     Table(table::Arguments),
+    /// Say what the columns of the tables mean, and in which units they are.
+    Columns(columns::Arguments),
     /// Show how a table was made, and its first rows.
     Show(show::Arguments),
     /// Print the JSON Schema of manifests, for editors.
@@ -78,6 +81,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments, &data),
         Command::Claims(arguments) => claims::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),
+        Command::Columns(arguments) => columns::run(&arguments),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
@@ -148,6 +152,20 @@ impl Data {
     fn look(&self) -> Result<Store, StoreError> {
         Store::look(&self.store())
     }
+}
+
+/// A name that is not there, what was meant, and what there is.
+fn unknown(message: &str, name: &str, known: &[&str]) -> Failure {
+    let meant = did_you_mean(name, known.iter().copied());
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+    let known = wrapped(&listed(known.iter().copied(), "and"));
+    Misused(format!("{message}{meant}\nthere is {known}")).into()
+}
+
+/// A stage's place among the stages of a study, by its name.
+fn place_of(stages: &[&str], name: &str) -> Result<usize, Failure> {
+    let place = stages.iter().position(|stage| *stage == name);
+    place.ok_or_else(|| unknown(&format!("the study has no stage `{name}`"), name, stages))
 }
 
 fn study(manifest: &Path) -> Result<Study, Failure> {

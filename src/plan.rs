@@ -209,12 +209,13 @@ impl Builder {
     fn reduction(&self, reduction: &Reduction, stage: &Stage, all: &[Stage]) -> aggregate::Params {
         match reduction {
             Reduction::Groups(groups) => aggregate::Params::Groups(groups.clone()),
-            Reduction::Sql { query } => {
+            Reduction::Sql { query, columns } => {
                 let table =
                     |&input: &usize| (all[input].name.clone(), self.stages[input].tasks.len());
                 aggregate::Params::Sql(aggregate::Sql {
                     query: query.clone(),
                     tables: stage.inputs.iter().map(table).collect(),
+                    columns: columns.clone(),
                 })
             }
         }

@@ -8,12 +8,16 @@ use std::path::{Path, PathBuf};
 
 use crate::plan::{Plan, PlannedStage};
 use crate::sources::Sources;
+use crate::stages::columns::CONTENT;
 use crate::store::column::{Column, ColumnKind, texts};
 use crate::store::files::{Existing, read_whole, write_whole};
 use crate::store::key::Digest;
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::{Table, TableError};
 use crate::store::{Store, StoreError};
+
+/// Raise it when tables say something else of themselves: those that are there are written anew.
+const FORMAT: u32 = 1;
 
 const TASK: Column = Column::result(
     "task",
@@ -59,6 +63,15 @@ pub struct StageTable {
     pub path: PathBuf,
     /// How many of its tasks are finished.
     pub finished: usize,
+}
+
+/// The columns that a stage's table has beyond those of its tasks'.
+pub fn with_own_columns(table: Table) -> Table {
+    let own: &[Column] = match table.has(CONTENT.name) {
+        true => &[PATH, TASK],
+        false => &[TASK],
+    };
+    table.beside(&Table::empty(own))
 }
 
 /// Where a stage's table is, or would be.
@@ -126,7 +139,8 @@ pub fn publish_stage(
     let digest = digest(plan, &tasks, sources);
     if !tasks.is_empty() && written_for(&path).as_ref() != Some(&digest) {
         let table = assemble(plan, stage, &tasks, store, sources)?;
-        let bytes = parquet::encode(&table, &metadata(plan, stage, &tasks, digest));
+        let metadata = metadata(plan, stage, &table, tasks.len(), digest);
+        let bytes = parquet::encode(&table, &metadata);
         let beside = path.parent().unwrap_or(folder);
         write_whole(&path, &bytes, Existing::Replace, beside)?;
     }
@@ -170,7 +184,7 @@ fn assemble(
 
 /// Names the file of measured surfaces, which no key knows.
 fn with_paths(table: Table, sources: &Sources) -> Table {
-    let Ok(contents) = table.texts("content") else {
+    let Ok(contents) = table.texts(CONTENT.name) else {
         return table;
     };
     let paths = contents
@@ -184,8 +198,17 @@ fn with_paths(table: Table, sources: &Sources) -> Table {
     table.with(vec![(PATH, paths)])
 }
 
-fn metadata(plan: &Plan, stage: &PlannedStage, tasks: &[usize], digest: String) -> Metadata {
+/// What a table says of itself. Its columns are described once more in plain JSON, because not
+/// every reader of Parquet hands on what Arrow says of fields.
+fn metadata(
+    plan: &Plan,
+    stage: &PlannedStage,
+    table: &Table,
+    finished: usize,
+    digest: String,
+) -> Metadata {
     let entry = |name: &str, value: String| (name.to_owned(), value);
+    let columns = serde_json::to_string(&table.descriptions()).expect("plain text");
     Metadata {
         key: None,
         entries: vec![
@@ -193,7 +216,8 @@ fn metadata(plan: &Plan, stage: &PlannedStage, tasks: &[usize], digest: String) 
             entry("stage", stage.name.clone()),
             entry("kind", stage.kind.name().to_owned()),
             entry("tasks", stage.tasks.len().to_string()),
-            entry("finished", tasks.len().to_string()),
+            entry("finished", finished.to_string()),
+            entry("columns", columns),
             entry("digest", digest),
             entry("version", env!("CARGO_PKG_VERSION").to_owned()),
         ],
@@ -203,7 +227,7 @@ fn metadata(plan: &Plan, stage: &PlannedStage, tasks: &[usize], digest: String) 
 /// What decides a stage's table: its tasks, and the names of its files.
 fn digest(plan: &Plan, tasks: &[usize], sources: &Sources) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    Digest::of(&(keys, sources.paths())).to_string()
+    Digest::of(&(FORMAT, keys, sources.paths())).to_string()
 }
 
 fn written_for(path: &Path) -> Option<String> {

@@ -21,6 +21,7 @@ use crate::contact::map::MapError;
 use crate::contact::measured::MeasuredError;
 use crate::contact::surface::SurfaceError;
 use crate::sources::{SourceError, Sources};
+use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
@@ -63,6 +64,28 @@ impl Kind {
             Kind::Aggregate => "aggregate",
         }
     }
+}
+
+/// Every column that stages of a kind may add to the coordinates that they carry on.
+pub fn columns_of(kind: Kind) -> Vec<Column> {
+    use columns::*;
+    let lists: &[&[Column]] = match kind {
+        Kind::Generate => &[
+            &[SURFACE, METHOD, NODES, SIDE, RMS_SLOPE],
+            &OF_RANDOM_SURFACES,
+            &OF_MEASURED_SURFACES,
+            &OF_SHAPES,
+            &DESCRIPTORS,
+            &REFERENCES,
+            &[HEIGHTS],
+        ],
+        Kind::Solve => &[&SOLVED, &[CONTACT, PRESSURES]],
+        Kind::Measure => &[&CONTACT_MEASURES, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]],
+        Kind::Correct => &[&CORRECTED],
+        Kind::Fit => return fit::columns(),
+        Kind::Aggregate => return aggregate::columns(),
+    };
+    lists.concat()
 }
 
 impl fmt::Display for Kind {

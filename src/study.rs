@@ -15,6 +15,7 @@ mod loads;
 mod maps;
 mod surfaces;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -88,6 +89,8 @@ pub enum Reduction {
     Sql {
         /// Its text.
         query: String,
+        /// What columns of its answer mean, by their names.
+        columns: BTreeMap<String, reduce::Meaning>,
     },
 }
 

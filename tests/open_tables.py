@@ -1,11 +1,14 @@
-"""Opens every table of results with polars, pandas and DuckDB; all three must agree."""
+"""Opens every table of results with polars, pandas and DuckDB; all must agree, and know what each
+column means."""
 
+import json
 import sys
 from pathlib import Path
 
 import duckdb
 import pandas as pd
 import polars as pl
+import pyarrow.parquet as pq
 
 tables = sorted(Path(sys.argv[1], "results").glob("*/*.parquet"))
 assert len(tables) >= 6, tables
@@ -23,4 +26,16 @@ for path in tables:
         if kind == pl.Float64:
             mean = duckdb.sql(f'select avg("{name}") from \'{path}\'').fetchall()[0][0]
             assert mean is None or abs(mean - by_pandas[name].mean()) <= 1e-9 * abs(mean) + 1e-300, (path, name)
+    fields = [
+        {"name": field.name} | {key.decode(): value.decode() for key, value in field.metadata.items()}
+        for field in pq.read_schema(path)
+    ]
+    for column in json.loads(pl.read_parquet_metadata(path)["asperity.columns"]):
+        assert column.pop("type"), (path, column)
+        assert column["meaning"] and column == fields.pop(0), (path, column)
+    assert not fields, (path, fields)
+    [(told,)] = duckdb.sql(
+        f"select decode(value) from parquet_kv_metadata('{path}') where decode(key) = 'asperity.columns'"
+    ).fetchall()
+    assert told == pl.read_parquet_metadata(path)["asperity.columns"], path
     print(f"{path}: {rows} rows × {by_polars.width} columns")

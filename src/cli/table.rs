@@ -1,5 +1,6 @@
 //! `asperity table`: a stage's table, or the answer to a query over all of them.
 
+use std::collections::BTreeMap;
 use std::io::{Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,8 +10,7 @@ use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
 
 use super::grid::{self, Layout};
-use super::{Data, Failure, Misused, counted};
-use crate::diagnostics::{did_you_mean, listed, wrapped};
+use super::{Data, Failure, Misused, counted, place_of, unknown};
 use crate::plan::{Plan, PlannedStage};
 use crate::results;
 use crate::sources::Sources;
@@ -95,11 +95,7 @@ struct Tables<'a> {
 impl Tables<'_> {
     /// A stage's table, by the stage's name.
     fn of(&self, name: &str) -> Result<Table, Failure> {
-        let stage = self.plan.stages.iter().find(|stage| stage.name == name);
-        let stage = stage.ok_or_else(|| {
-            let message = format!("the study has no stage `{name}`");
-            unknown(&message, name, &self.names())
-        })?;
+        let stage = &self.plan.stages[place_of(&self.names(), name)?];
         self.read(stage)?.ok_or_else(|| self.not_computed(name))
     }
 
@@ -139,6 +135,7 @@ impl Tables<'_> {
         let sql = Sql {
             query: query.to_owned(),
             tables: registered,
+            columns: BTreeMap::new(),
         };
         sql::query(&tables, &sql).map_err(|error| {
             let reason = match error {
@@ -185,14 +182,6 @@ impl Tables<'_> {
         let manifest = self.manifest.display();
         format!("nothing of `{stage}` is computed yet; `asperity run {manifest}` does it").into()
     }
-}
-
-/// A name that is not there, what was meant, and what there is.
-fn unknown(message: &str, name: &str, known: &[&str]) -> Failure {
-    let meant = did_you_mean(name, known.iter().copied());
-    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    let known = wrapped(&listed(known.iter().copied(), "and"));
-    Misused(format!("{message}{meant}\nthere is {known}")).into()
 }
 
 /// The first name in quotes.

@@ -2,6 +2,7 @@
 //!
 //! The comments of the keys are what editors show and what messages quote.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use schemars::JsonSchema;
@@ -104,6 +105,9 @@ pub enum Datum {
 pub struct AggregateTable {
     /// A query over the stages named in `from`; it replaces the other keys.
     pub sql: Key<String>,
+    /// What columns of the query's answer mean, by their names: `{ unit = "…", meaning = "…" }`.
+    /// Columns called as in the tables that are read mean the same unless it is said here.
+    pub columns: Key<BTreeMap<String, Written<ColumnTable>>>,
     /// Columns that name a group; every coordinate but surface, seed and realization when left out.
     pub group_by: Key<Vec<Written<String>>>,
     /// Columns to reduce.
@@ -120,6 +124,17 @@ pub struct AggregateTable {
 }
 
 table!(AggregateTable, swept: [], lists: ["group_by", "over", "statistics", "models"]);
+
+/// What a column of a query's answer means.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnTable {
+    /// Unit of its values: `"1"` for pure numbers, empty where units make no sense.
+    #[serde(default)]
+    pub unit: String,
+    /// One phrase that says what it means.
+    pub meaning: String,
+}
 
 /// A theory of the contact area.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]

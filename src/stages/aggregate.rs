@@ -1,9 +1,12 @@
 //! Reduces whole tables to statistics.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::columns::*;
 use super::{Input, StageError};
+use crate::store::column::Column;
 use crate::store::table::Table;
 
 mod frame;
@@ -11,10 +14,11 @@ mod groups;
 pub mod sql;
 mod theory;
 
+pub use groups::reduce as grouped;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
-/// Raise it when the numbers change.
-pub const VERSION: u32 = 1;
+/// Raise it when the numbers change, or what columns say of themselves.
+pub const VERSION: u32 = 2;
 
 /// One reduction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,10 +75,29 @@ pub struct Sql {
     pub query: String,
     /// Names under which the query sees the inputs, and how many input tables each holds.
     pub tables: Vec<(String, usize)>,
+    /// What columns of the answer mean that no input has.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, Meaning>,
+}
+
+/// What a column means.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Meaning {
+    /// Unit of its values; empty where units make no sense.
+    pub unit: String,
+    /// One phrase.
+    pub meaning: String,
 }
 
 /// Columns that never name a group unless asked for: they tell surfaces of one spectrum apart.
 pub const ONE_SURFACE: [&str; 3] = [SURFACE.name, SEED.name, REALIZATION.name];
+
+/// Every column that statistics may add, but those of the reduced columns themselves: these are
+/// called after them, as in `area_fraction_mean`.
+pub fn columns() -> Vec<Column> {
+    let models = Model::ALL.into_iter().flat_map(Model::columns);
+    groups::OWN.into_iter().chain(models).collect()
+}
 
 /// Reduces the inputs' tables.
 ///

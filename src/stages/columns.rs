@@ -355,3 +355,48 @@ pub const ERROR_RELATIVE: Column = real(
     "1",
     "half the distance of the bounds over the counted area; for pi/8",
 );
+
+/// What places a random surface among others.
+pub const OF_RANDOM_SURFACES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];
+
+/// What places a measured surface among others.
+pub const OF_MEASURED_SURFACES: [Column; 5] = [CONTENT, UNIT, HEIGHT_SCALE, EDGES, TAPER_FRACTION];
+
+/// What places a shape among others.
+pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
+
+/// What is solved for under a load.
+pub const SOLVED: [Column; 11] = [
+    YOUNGS_MODULUS,
+    TOLERANCE,
+    LOAD,
+    PRESSURE,
+    CONTACT_NODES,
+    MEAN_GAP,
+    ENERGY,
+    PEAK_PRESSURE,
+    PAIRS,
+    RESIDUAL,
+    STOP,
+];
+
+/// What is counted in the heights of one surface.
+pub const HEIGHT_MEASURES: [Column; 3] = [BIN, COUNT, DENSITY];
+
+/// What is counted in the heights of all surfaces of a parameter point.
+pub const POOLED_HEIGHTS: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
+
+/// What is corrected, and what it is corrected from.
+pub const CORRECTED: [Column; 11] = [
+    CORRECTION,
+    COEFFICIENT,
+    AREA_CORRECTED,
+    AREA_LOWER,
+    AREA_UPPER,
+    ERROR_ABSOLUTE,
+    ERROR_RELATIVE,
+    AREA_FRACTION,
+    CONTACT_NODES,
+    SWITCHES,
+    STOP,
+];

@@ -10,7 +10,8 @@ use crate::fitting::curves::{Curves, Window};
 use crate::fitting::evolution::{self, EvolutionFit, EvolutionProblem, Quantity};
 use crate::fitting::pressure_growth::PressureGrowthProblem;
 use crate::fitting::scaled_erf::ScaledErfProblem;
-use crate::store::table::Table;
+use crate::store::column::Column;
+use crate::store::table::{Table, TableError};
 
 mod meshes;
 pub mod points;
@@ -120,17 +121,29 @@ impl From<Datum> for Quantity {
     }
 }
 
+/// Every column that a fit may add to the coordinates of its points.
+pub fn columns() -> Vec<Column> {
+    rows::columns().into_iter().chain(meshes::COLUMNS).collect()
+}
+
 /// Fits every parameter point among the inputs' rows; a fit that fails is a row that says why.
 ///
 /// # Errors
 /// When the inputs hold no measured contacts.
 pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
     let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
-    let table = Table::stack(&tables)?;
+    Ok(fitted(params, &Table::stack(&tables)?)?)
+}
+
+/// Fits every parameter point among the rows.
+///
+/// # Errors
+/// When they are no measured contacts.
+pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
     if params.law == Law::MeshConvergence {
-        return Ok(meshes::run(&table, params)?);
+        return meshes::run(table, params);
     }
-    let points = Point::all(&table)?;
+    let points = Point::all(table)?;
     let mut rows = match params.law {
         Law::ContactEvolution {
             to,
@@ -141,7 +154,7 @@ pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
     for (row, point) in rows.iter_mut().zip(&points) {
         row.unconverged = point.unconverged;
     }
-    Ok(rows::table(&table, &points, params, &rows))
+    Ok(rows::table(table, &points, params, &rows))
 }
 
 /// The fit of one point by itself.

@@ -12,7 +12,7 @@ use crate::contact::periodic::Edges;
 use crate::contact::shapes::Shape;
 use crate::contact::surface::{RandomSurface, Surface};
 use crate::sources::{ContentHash, Sources};
-use crate::store::column::lists;
+use crate::store::column::{Column, lists};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::table::Table;
 
@@ -184,6 +184,12 @@ impl Params {
         let surface = Surface::new(nodes.unsigned_abs() as usize, side, heights);
         surface.map_err(StageError::Heights)
     }
+}
+
+/// The columns that place a surface among others of its method.
+pub fn own_columns(form: &Form) -> Vec<Column> {
+    let coordinates = description::own_coordinates(form).into_iter();
+    coordinates.map(|(column, _)| column).collect()
 }
 
 /// Draws one surface and describes it in one row.

@@ -7,6 +7,7 @@ use arrow::array::{
 };
 use arrow::buffer::OffsetBuffer;
 use arrow::datatypes::{DataType, Field, Metadata};
+use serde::Serialize;
 
 /// What a column holds, said once and carried into every file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,11 +103,52 @@ impl Column {
 
     /// The column as Arrow knows it; role, unit and meaning are its metadata.
     pub fn field(&self) -> Field {
-        let metadata = Metadata::new()
-            .with("role", self.role.name())
-            .with("unit", self.unit)
-            .with("meaning", self.meaning);
+        let metadata = described(self.role, self.unit, self.meaning);
         Field::new(self.name, self.kind.data_type(), true).with_metadata(metadata)
+    }
+}
+
+/// What a column is for, its unit and its meaning, as files carry them.
+pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
+    Metadata::new()
+        .with("role", role.name())
+        .with("unit", unit)
+        .with("meaning", meaning)
+}
+
+/// What a file says of a column.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Description {
+    /// Its name.
+    pub name: String,
+    /// The type of its values.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// `coordinate`, `result` or `heavy`.
+    pub role: String,
+    /// Unit of its values.
+    pub unit: String,
+    /// One phrase that says what it means.
+    pub meaning: String,
+}
+
+impl From<&Field> for Description {
+    fn from(field: &Field) -> Description {
+        let entry = |name: &str| field.metadata().get(name).cloned().unwrap_or_default();
+        Description {
+            name: field.name().clone(),
+            kind: match field.data_type() {
+                DataType::Float64 => "real",
+                DataType::Int64 => "integer",
+                DataType::Boolean => "flag",
+                DataType::Utf8 => "text",
+                DataType::LargeBinary => "bytes",
+                _ => "reals",
+            },
+            role: entry("role"),
+            unit: entry("unit"),
+            meaning: entry("meaning"),
+        }
     }
 }
 

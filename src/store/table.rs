@@ -10,7 +10,7 @@ use arrow::compute::{concat, take};
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
 use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
-use super::column::{Column, Role};
+use super::column::{Column, Description, Role};
 
 /// Rows under named columns; cheap to clone.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,6 +79,12 @@ impl Table {
     pub fn names(&self) -> Vec<&str> {
         let fields = self.0.schema_ref().fields();
         fields.iter().map(|field| field.name().as_str()).collect()
+    }
+
+    /// What its columns mean, in order.
+    pub fn descriptions(&self) -> Vec<Description> {
+        let fields = self.0.schema_ref().fields().iter();
+        fields.map(|field| field.as_ref().into()).collect()
     }
 
     /// The table as Arrow knows it.

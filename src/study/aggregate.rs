@@ -9,17 +9,17 @@ use crate::manifest::Section;
 use crate::manifest::evaluate::AggregateTable;
 use crate::manifest::evaluate::ModelWord;
 use crate::manifest::written::{Key, Written};
-use crate::stages::aggregate::{Groups, Model, OF_THE_SPECTRUM, Sql, Statistic, sql};
-use crate::store::column::{Column, ColumnKind};
+use crate::stages::StageError;
+use crate::stages::aggregate::{Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic};
 use crate::store::table::Table;
 
 /// Columns that every reduction adds.
 const COUNTS: [&str; 2] = ["count", "unconverged"];
 
-/// The reduction of a stage; `columns` are those of its input, where they are known.
+/// The reduction of a stage; `input` is what it reads, without rows, where it is known.
 pub fn reduction(
     section: &Section<AggregateTable>,
-    columns: Option<&[Column]>,
+    input: Option<&Table>,
     problems: &mut Problems,
 ) -> Option<Reduction> {
     let point = section.points.first()?;
@@ -28,17 +28,18 @@ pub fn reduction(
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
+    checks.forbidden("columns", &table.columns, "for the answer of a query")?;
     let group_by = match table.group_by.written() {
         None => Some(None),
-        Some(written) => named_columns("group_by", written, columns, checks).map(Some),
+        Some(written) => named_columns("group_by", written, input, checks).map(Some),
     };
     let over = checks.required("over", &table.over).and_then(|written| {
-        let over = named_columns("over", written, columns, checks)?;
-        check_numbers(written, columns, checks).map(|()| over)
+        let over = named_columns("over", written, input, checks)?;
+        check_numbers(written, input, checks).map(|()| over)
     });
     let named = group_by.as_ref().and_then(|names| names.as_deref());
-    let statistics = statistics(&table.statistics, named, columns, checks);
-    let models = models(table, columns, checks);
+    let statistics = statistics(&table.statistics, named, input, checks);
+    let models = models(table, input, checks);
     let groups = Groups {
         group_by: group_by?,
         over: over?,
@@ -55,6 +56,7 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
     let over = checks.forbidden("over", &table.over, why);
     let statistics = checks.forbidden("statistics", &table.statistics, why);
     let models = checks.forbidden("models", &table.models, why);
+    let columns = meanings(table, checks);
     if sql.value.trim().is_empty() {
         let label = "must be a query";
         checks.report(
@@ -64,49 +66,77 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
         return None;
     }
     let clear = group_by.and(over).and(statistics).and(models);
+    let columns = columns?;
     clear.map(|()| Reduction::Sql {
         query: sql.value.clone(),
+        columns,
     })
 }
 
-/// Asks a stage's query of empty tables: what is wrong with it shows before anything is computed.
-pub fn try_query(
+/// What the manifest says of the columns of a query's answer.
+fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<String, Meaning>> {
+    let mut clear = Some(());
+    let written = table.columns.written();
+    let columns = written.iter().flat_map(|columns| &columns.value);
+    let columns = columns.map(|(name, Written { value, span })| {
+        if value.meaning.trim().is_empty() {
+            let message = format!("the `meaning` of {name:?} is empty");
+            let problem = Problem::new(message, span.clone(), "must be a phrase");
+            checks.report("columns", problem);
+            clear = None;
+        }
+        let meaning = Meaning {
+            unit: value.unit.clone(),
+            meaning: value.meaning.clone(),
+        };
+        (name.clone(), meaning)
+    });
+    let columns = columns.collect();
+    clear.map(|()| columns)
+}
+
+/// Judges what a query answers to empty tables: what is wrong with it shows before anything is
+/// computed.
+pub fn judge_answer(
     section: &Section<AggregateTable>,
-    tables: &[(&str, &[Column])],
+    answer: Result<Table, StageError>,
+    tables: &[(String, Table)],
     problems: &mut Problems,
-) {
-    let query = section
-        .points
-        .first()
-        .and_then(|point| point.table.sql.written());
-    let Some(written) = query.filter(|query| !query.value.trim().is_empty()) else {
-        return;
+) -> Option<Table> {
+    let written = &section.points.first()?.table;
+    let Some(query) = written.sql.written() else {
+        return answer.ok();
     };
-    let empty: Vec<Table> = tables
-        .iter()
-        .map(|(_, columns)| Table::empty(columns))
-        .collect();
-    let sql = Sql {
-        query: written.value.clone(),
-        tables: tables
-            .iter()
-            .map(|(name, _)| ((*name).to_owned(), 1))
-            .collect(),
+    let answer = match answer {
+        Ok(answer) => answer,
+        Err(error) => {
+            let names = listed(tables.iter().map(|(name, _)| name.as_str()), "and");
+            let problem = Problem::new(error.to_string(), query.span.clone(), "this query");
+            problems.push(problem.help(format!(
+                "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
+            )));
+            return None;
+        }
     };
-    if let Err(error) = sql::query(&empty, &sql) {
-        let names = listed(tables.iter().map(|(name, _)| *name), "and");
-        let problem = Problem::new(error.to_string(), written.span.clone(), "this query");
-        problems.push(problem.help(format!(
-            "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
-        )));
+    for (name, column) in written.columns.written().iter().flat_map(|all| &all.value) {
+        if !answer.has(name) {
+            let message = format!("the query answers with no column {name:?}");
+            let label = match did_you_mean(name, answer.names()) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None => "unknown column".to_owned(),
+            };
+            let help = format!("its columns are {}", listed(answer.names(), "and"));
+            problems.push(Problem::new(message, column.span.clone(), label).help(help));
+        }
     }
+    Some(answer)
 }
 
 /// Columns of the input, each once.
 fn named_columns(
     key: &str,
     written: &Written<Vec<Written<String>>>,
-    columns: Option<&[Column]>,
+    input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<Vec<String>> {
     if written.value.is_empty() {
@@ -126,8 +156,8 @@ fn named_columns(
                 .push(problem.and(before.clone(), "first here"));
             complete = false;
         }
-        let names = || columns.into_iter().flatten().map(|column| column.name);
-        if columns.is_some() && !names().any(|name| name == value) {
+        if let Some(input) = input.filter(|input| !input.has(value)) {
+            let names = || input.names();
             let message = format!("the stages in `from` have no column {value:?}");
             checks.problems.push(match did_you_mean(value, names()) {
                 Some(meant) => {
@@ -152,14 +182,12 @@ fn named_columns(
 /// Statistics are taken of numbers.
 fn check_numbers(
     written: &Written<Vec<Written<String>>>,
-    columns: Option<&[Column]>,
+    input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<()> {
     let mut clear = Some(());
     for Written { value, span } in &written.value {
-        let mut columns = columns.into_iter().flatten();
-        let column = columns.find(|column| column.name == value);
-        if column.is_some_and(|column| column.kind == ColumnKind::Text) {
+        if input.is_some_and(|input| input.texts(value).is_ok()) {
             let message = format!("the column {value:?} holds texts");
             let label = "has no mean, nor any other statistic";
             checks
@@ -179,7 +207,7 @@ fn has_load(group_by: Option<&[String]>) -> bool {
 fn statistics(
     key: &Key<Vec<Written<String>>>,
     group_by: Option<&[String]>,
-    columns: Option<&[Column]>,
+    input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<Vec<Statistic>> {
     let Some(written) = key.written() else {
@@ -210,9 +238,7 @@ fn statistics(
                 .problems
                 .push(Problem::new(message, span.clone(), label));
             complete = false;
-        } else if is_against_load
-            && columns.is_some_and(|columns| !columns.iter().any(|column| column.name == "load"))
-        {
+        } else if is_against_load && input.is_some_and(|input| !input.has("load")) {
             let message = format!("{value:?} is taken against `load`, which the input has not");
             let label = "needs rows with a `load`";
             checks
@@ -275,7 +301,7 @@ fn unknown_statistic(name: &str, span: crate::diagnostics::Span) -> Problem {
 /// The theories beside the means; each needs rows with a load, and asperity models a spectrum.
 fn models(
     table: &AggregateTable,
-    columns: Option<&[Column]>,
+    input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<Vec<Model>> {
     let Some(written) = table.models.written() else {
@@ -297,9 +323,7 @@ fn models(
             Some(_) => &OF_THE_SPECTRUM,
             None => &[],
         };
-        let is_read = |name: &str| {
-            columns.is_none_or(|columns| columns.iter().any(|column| column.name == name))
-        };
+        let is_read = |name: &str| input.is_none_or(|input| input.has(name));
         let is_grouped = |name: &str| {
             let written = table.group_by.written();
             written.is_none_or(|list| list.value.iter().any(|column| column.value == name))

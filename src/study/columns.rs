@@ -1,102 +1,91 @@
-//! Columns that a stage's table will have, for checks of what aggregates ask for.
+//! The tables of a study before it is run: every column, and no row.
 
-use super::Work;
-use crate::stages::aggregate::ONE_SURFACE;
+use super::{Reduction, Study, Work};
+use crate::stages::aggregate::{self, ONE_SURFACE, Sql};
 use crate::stages::columns::*;
 use crate::stages::generate::Form;
-use crate::stages::measure;
-use crate::store::column::{Column, Role};
+use crate::stages::{StageError, fit, generate, measure};
+use crate::store::column::Column;
+use crate::store::table::{Table, TableError};
 
-/// The columns of a stage's table, given those of its inputs; `None` where only its run can tell.
-pub fn columns_of(work: &Work, inputs: &[Vec<Column>]) -> Option<Vec<Column>> {
-    let mut columns = Vec::new();
-    for input in inputs {
-        let coordinates = input
-            .iter()
-            .filter(|column| column.role == Role::Coordinate);
-        extend(&mut columns, coordinates);
+impl Study {
+    /// The table of each stage, without rows: names, types, units and meanings of its columns.
+    ///
+    /// # Errors
+    /// When a query cannot be answered.
+    pub fn empty_tables(&self) -> Result<Vec<Table>, StageError> {
+        let mut tables: Vec<(String, Table)> = Vec::new();
+        for stage in &self.stages {
+            let inputs = stage.inputs.iter().map(|&input| tables[input].clone());
+            let table = empty_table(&stage.work, &inputs.collect::<Vec<_>>())?;
+            tables.push((stage.name.clone(), table));
+        }
+        Ok(tables.into_iter().map(|(_, table)| table).collect())
     }
+}
+
+/// A stage's table without rows, given those of the stages that it reads and their names.
+///
+/// # Errors
+/// When a query cannot be answered, or a column is missing that the work needs.
+pub fn empty_table(work: &Work, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+    match work {
+        Work::Fit(fits) => {
+            let input = stacked(inputs)?;
+            let fitted = fits.iter().map(|params| fit::fitted(params, &input));
+            Ok(Table::stack(&fitted.collect::<Result<Vec<_>, _>>()?)?)
+        }
+        Work::Aggregate(Reduction::Groups(groups)) => aggregate::grouped(&stacked(inputs)?, groups),
+        Work::Aggregate(Reduction::Sql { query, columns }) => {
+            let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
+            let sql = Sql {
+                query: query.clone(),
+                tables: inputs.iter().map(|(name, _)| (name.clone(), 1)).collect(),
+                columns: columns.clone(),
+            };
+            aggregate::sql::query(&tables, &sql)
+        }
+        Work::Generate(_) | Work::Solve(_) | Work::Measure(_) | Work::Correct(_) => {
+            let own = Table::empty(&own_columns(work));
+            let above = stacked(inputs)?.coordinates();
+            let above = match work {
+                Work::Measure(measure::Params::Pool { .. }) => above.without(&ONE_SURFACE),
+                _ => above,
+            };
+            let names = above.names();
+            Ok(above.beside(&own.without(&names)))
+        }
+    }
+}
+
+/// The tables one under the other, as a stage reads them that is no query.
+pub fn stacked(inputs: &[(String, Table)]) -> Result<Table, TableError> {
+    let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
+    Table::stack(&tables)
+}
+
+/// What work adds to the coordinates of its inputs.
+fn own_columns(work: &Work) -> Vec<Column> {
     match work {
         Work::Generate(ensembles) => {
-            extend(&mut columns, &[SURFACE, METHOD, NODES, SIDE, RMS_SLOPE]);
-            for ensemble in ensembles {
-                extend(&mut columns, own(&ensemble.params.form));
+            let forms = || ensembles.iter().map(|ensemble| &ensemble.params.form);
+            let mut columns = vec![SURFACE, METHOD, NODES, SIDE, RMS_SLOPE];
+            for place in forms().flat_map(generate::own_columns) {
+                if !columns.contains(&place) {
+                    columns.push(place);
+                }
             }
-            extend(&mut columns, &DESCRIPTORS);
-            let is_random = |form: &Form| matches!(form, Form::Random { .. });
-            if ensembles
-                .iter()
-                .any(|ensemble| is_random(&ensemble.params.form))
-            {
-                extend(&mut columns, &REFERENCES);
+            columns.extend(DESCRIPTORS);
+            if forms().any(|form| matches!(form, Form::Random { .. })) {
+                columns.extend(REFERENCES);
             }
+            columns
         }
-        Work::Solve(_) => extend(&mut columns, &SOLVED),
-        Work::Measure(measure::Params::Contacts) => extend(&mut columns, &CONTACT_MEASURES),
-        Work::Measure(measure::Params::Heights { .. }) => {
-            extend(&mut columns, &[BIN, COUNT, DENSITY]);
-        }
-        Work::Measure(measure::Params::Pool { .. }) => {
-            columns.retain(|column| !ONE_SURFACE.contains(&column.name));
-            extend(&mut columns, &POOLED);
-        }
-        Work::Correct(_) => extend(&mut columns, &CORRECTED),
-        Work::Fit(_) | Work::Aggregate(_) => return None,
-    }
-    Some(columns)
-}
-
-/// The columns that tables have together.
-pub fn all(tables: &[Vec<Column>]) -> Vec<Column> {
-    let mut columns = Vec::new();
-    extend(&mut columns, tables.iter().flatten());
-    columns
-}
-
-/// Adds the columns that are not there yet.
-fn extend<'a>(columns: &mut Vec<Column>, more: impl IntoIterator<Item = &'a Column>) {
-    for column in more {
-        if columns.iter().all(|known| known.name != column.name) {
-            columns.push(*column);
-        }
-    }
-}
-
-const SOLVED: [Column; 11] = [
-    YOUNGS_MODULUS,
-    TOLERANCE,
-    LOAD,
-    PRESSURE,
-    CONTACT_NODES,
-    MEAN_GAP,
-    ENERGY,
-    PEAK_PRESSURE,
-    PAIRS,
-    RESIDUAL,
-    STOP,
-];
-
-const POOLED: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
-
-const CORRECTED: [Column; 11] = [
-    CORRECTION,
-    COEFFICIENT,
-    AREA_CORRECTED,
-    AREA_LOWER,
-    AREA_UPPER,
-    ERROR_ABSOLUTE,
-    ERROR_RELATIVE,
-    AREA_FRACTION,
-    SWITCHES,
-    CONTACT_NODES,
-    STOP,
-];
-
-/// What places a surface among others of its method.
-fn own(form: &Form) -> &'static [Column] {
-    match form {
-        Form::Random { .. } => &[HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION],
-        Form::File(_) => &[CONTENT, UNIT, HEIGHT_SCALE, EDGES, TAPER_FRACTION],
-        Form::Shape { .. } => &[RADIUS, AMPLITUDE, WAVES, DEPTH],
+        Work::Solve(_) => SOLVED.to_vec(),
+        Work::Measure(measure::Params::Contacts) => CONTACT_MEASURES.to_vec(),
+        Work::Measure(measure::Params::Heights { .. }) => HEIGHT_MEASURES.to_vec(),
+        Work::Measure(measure::Params::Pool { .. }) => POOLED_HEIGHTS.to_vec(),
+        Work::Correct(_) => CORRECTED.to_vec(),
+        Work::Fit(_) | Work::Aggregate(_) => Vec::new(),
     }
 }

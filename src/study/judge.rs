@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use super::checks::Checks;
+use super::columns::{empty_table, stacked};
 use super::flow::{self, Rows};
 use super::graph::{self, Graph};
-use super::{Stage, Study, Work, aggregate, columns, evaluate, loads, maps, surfaces};
+use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces};
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
 use crate::sources::Sources;
 use crate::stages::Kind;
-use crate::store::column::Column;
+use crate::store::table::Table;
 
 /// Tasks of one stage.
 const MOST_TASKS: usize = 1_000_000;
@@ -23,8 +24,12 @@ pub fn judge(manifest: &Manifest, folder: &Path, problems: &mut Problems) -> Opt
         stages: &manifest.stages,
         seed,
         sources: Sources::new(folder),
+        is_read: vec![false; manifest.stages.len()],
         judged: manifest.stages.iter().map(|_| Judged::default()).collect(),
     };
+    for &input in graph.inputs.iter().flatten().flatten() {
+        judge.is_read[input] = true;
+    }
     for &stage in &graph.order {
         judge.judged[stage] = judge.stage(stage, graph.inputs[stage].as_deref(), problems);
     }
@@ -65,7 +70,8 @@ fn judge_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Optio
 struct Judged {
     rows: Option<Rows>,
     work: Option<Work>,
-    columns: Option<Vec<Column>>,
+    /// Its table without rows, if another stage reads it.
+    empty: Option<Table>,
     tasks: usize,
 }
 
@@ -73,6 +79,8 @@ struct Judge<'a> {
     stages: &'a [StageTable],
     seed: u64,
     sources: Sources,
+    /// Whether another stage reads it, by the stage's position in the manifest.
+    is_read: Vec<bool>,
     /// By the stage's position in the manifest; those that a stage reads are there before it.
     judged: Vec<Judged>,
 }
@@ -80,6 +88,7 @@ struct Judge<'a> {
 impl Judge<'_> {
     fn stage(&mut self, stage: usize, inputs: Option<&[usize]>, problems: &mut Problems) -> Judged {
         let table = &self.stages[stage];
+        let is_read = self.is_read[stage];
         let inputs = inputs.unwrap_or_default();
         let flowing: Vec<_> = inputs
             .iter()
@@ -90,16 +99,16 @@ impl Judge<'_> {
                 )
             })
             .collect();
-        let (read, rows) = flow::check(table, &flowing, is_query(table), problems);
+        let (rows_read, rows) = flow::check(table, &flowing, is_query(table), problems);
         // A stage whose inputs are not known has columns that are not known either.
         let is_fed = !inputs.is_empty() || table.kind == Some(Kind::Generate);
-        let read_columns = self.columns_of(inputs).filter(|_| is_fed);
-        let columns = read_columns.as_deref().map(columns::all);
-        let columns = columns.filter(|columns| !columns.is_empty());
+        let read = self.tables_of(inputs).filter(|_| is_fed);
+        let stacked = read.as_deref().and_then(|read| stacked(read).ok());
+        let stacked = stacked.filter(|table| !table.names().is_empty());
         let work = table
             .points
             .as_ref()
-            .and_then(|points| self.work(points, read, columns.as_deref(), problems));
+            .and_then(|points| self.work(points, rows_read, stacked.as_ref(), problems));
         let above = inputs.iter().map(|&input| self.judged[input].tasks);
         let above = above.fold(0, usize::saturating_add);
         let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
@@ -108,18 +117,21 @@ impl Judge<'_> {
             let label = "its grid and those that it reads multiply";
             problems.push(Problem::new(message, table.name.span.clone(), label));
         }
-        if let (Some(Points::Aggregate(section)), Some(columns)) = (&table.points, &read_columns) {
-            let names = flowing.iter().map(|(name, _)| *name);
-            let tables: Vec<_> = names.zip(columns.iter().map(Vec::as_slice)).collect();
-            aggregate::try_query(section, &tables, problems);
-        }
-        let columns = work
+        let empty = work
             .as_ref()
-            .and_then(|work| columns::columns_of(work, read_columns.as_deref()?));
+            .zip(read)
+            .filter(|_| is_read || is_query(table))
+            .map(|(work, read)| (empty_table(work, &read), read));
+        let empty = empty.and_then(|(empty, read)| match &table.points {
+            Some(Points::Aggregate(section)) => {
+                aggregate::judge_answer(section, empty, &read, problems)
+            }
+            _ => empty.ok(),
+        });
         Judged {
             rows,
             work,
-            columns,
+            empty,
             tasks,
         }
     }
@@ -128,7 +140,7 @@ impl Judge<'_> {
         &mut self,
         points: &Points,
         read: Option<Rows>,
-        columns: Option<&[Column]>,
+        input: Option<&Table>,
         problems: &mut Problems,
     ) -> Option<Work> {
         let seed = self.seed;
@@ -158,17 +170,18 @@ impl Judge<'_> {
                 evaluate::laws(*form, section, seed, problems).map(Work::Fit)
             }
             Points::Aggregate(section) => {
-                aggregate::reduction(section, columns, problems).map(Work::Aggregate)
+                aggregate::reduction(section, input, problems).map(Work::Aggregate)
             }
         }
     }
 
-    /// The columns of a stage's inputs, where they are known.
-    fn columns_of(&self, inputs: &[usize]) -> Option<Vec<Vec<Column>>> {
-        let columns = inputs
-            .iter()
-            .map(|&input| self.judged[input].columns.clone());
-        columns.collect()
+    /// The tables of a stage's inputs without rows, where they are known.
+    fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
+        let tables = inputs.iter().map(|&input| {
+            let name = self.stages[input].name.value.clone();
+            Some((name, self.judged[input].empty.clone()?))
+        });
+        tables.collect()
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod bench;
 mod caching;
+mod columns;
 mod commands;
 mod disturbance;
 mod heights;

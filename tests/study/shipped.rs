@@ -6,19 +6,30 @@ use std::path::{Path, PathBuf};
 use asperity::store::table::Table;
 
 use crate::bench::Bench;
+use crate::columns;
 
 fn manifests() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests")
 }
 
+/// Every manifest that comes with the program.
+pub fn all() -> Vec<PathBuf> {
+    let entries = fs::read_dir(manifests()).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let is_manifest = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
+    paths.filter(is_manifest).collect()
+}
+
+/// Runs a manifest; its tables have the columns that it promises.
 fn run(bench: &Bench, name: &str) {
-    let path = manifests().join(name);
+    let path = manifests().join(name).with_extension("toml");
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert!(
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
+    columns::assert_kept(bench, name, &path);
 }
 
 fn column(table: &Table, name: &str) -> Vec<f64> {
@@ -33,8 +44,7 @@ fn column(table: &Table, name: &str) -> Vec<f64> {
 #[test]
 fn every_shipped_manifest_makes_sense() {
     let bench = Bench::new();
-    for entry in fs::read_dir(manifests()).unwrap() {
-        let path = entry.unwrap().path();
+    for path in all() {
         let output = bench.output(&["check", path.to_str().unwrap()]);
         assert!(
             output.status.success(),
@@ -47,7 +57,7 @@ fn every_shipped_manifest_makes_sense() {
 #[test]
 fn validation_finds_the_closed_forms() {
     let bench = Bench::new();
-    run(&bench, "validation.toml");
+    run(&bench, "validation");
     let table = |stage: &str| bench.table("validation", stage);
 
     // The contact is a strip of whole rows: its width is right to one node on each edge,
@@ -115,7 +125,7 @@ fn validation_finds_the_closed_forms() {
 #[test]
 fn a_measured_surface_is_pressed_in_pascals_up_to_full_contact() {
     let bench = Bench::new();
-    run(&bench, "measured.toml");
+    run(&bench, "measured");
     let contact = bench.table("measured", "contact");
     let modulus = contact.reals("youngs_modulus").unwrap().value(0);
     // 1/E* = (1 − 0.3²)/210 GPa + (1 − 0.17²)/72 GPa.

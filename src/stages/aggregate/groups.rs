@@ -32,6 +32,9 @@ pub const LOAD_MIDPOINT: Column = Column::result(
     "load half way from the one before, where slopes belong",
 );
 
+/// What is said of every group, whatever is reduced.
+pub const OWN: [Column; 3] = [COUNT, UNCONVERGED, LOAD_MIDPOINT];
+
 /// Quantities that vanish at zero load, so that their first slope starts there.
 const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, ENERGY];
 
@@ -224,9 +227,7 @@ fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
 /// Gives each column the unit and meaning that it inherits.
 fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
     let schema = table.batch().schema();
-    let own: HashMap<&str, Column> = [COUNT, UNCONVERGED, LOAD_MIDPOINT]
-        .map(|column| (column.name, column))
-        .into();
+    let own: HashMap<&str, Column> = OWN.map(|column| (column.name, column)).into();
     let field = |name: &str, array: &ArrayRef| {
         if let Some(column) = own.get(name) {
             return column.field();

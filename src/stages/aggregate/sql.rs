@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use arrow::datatypes::{Field, Schema};
+use arrow::array::ArrayRef;
+use arrow::datatypes::{Field, Metadata, Schema};
 use polars::prelude::{DslPlan, IntoLazy, LazyFrame, UniqueKeepStrategy};
 use polars::sql::SQLContext;
 
 use super::super::StageError;
-use super::Sql;
 use super::frame::{self, polars_error};
+use super::{Meaning, Sql};
+use crate::store::column::{Role, described};
 use crate::store::table::Table;
 
 /// The answer to a query; `tables` are those of the input stages, one stage after the other.
@@ -41,13 +43,28 @@ pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
     let answer = LazyFrame::from(ordered(answer.logical_plan));
     let answer = answer.collect().map_err(polars_error)?;
     let columns = frame::columns(&answer)?;
-    let field = |(name, array): &(String, _)| -> Field {
-        let array: &arrow::array::ArrayRef = array;
-        Field::new(name, array.data_type().clone(), true)
+    let field = |(name, array): &(String, ArrayRef)| {
+        let field = Field::new(name, array.data_type().clone(), true);
+        let metadata = meaning(&field, sql, tables);
+        field.with_metadata(metadata)
     };
     let fields: Vec<Field> = columns.iter().map(field).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
     Ok(Table::of(answer.height(), Schema::new(fields), arrays))
+}
+
+/// What a column of an answer means: what the manifest says of it, or else what it means in the
+/// tables that the query reads.
+fn meaning(field: &Field, sql: &Sql, tables: &[Table]) -> Metadata {
+    if let Some(Meaning { unit, meaning }) = sql.columns.get(field.name()) {
+        return described(Role::Result, unit, meaning);
+    }
+    let read = tables.iter().find_map(|table| {
+        let schema = table.batch().schema_ref();
+        let read = schema.field_with_name(field.name()).ok()?;
+        (read.data_type() == field.data_type()).then(|| read.metadata().clone())
+    });
+    read.unwrap_or_else(|| described(Role::Result, "", "as the query computes it"))
 }
 
 /// The same query with every row order settled by the order of the input.
@@ -165,6 +182,11 @@ mod tests {
     const POINT: Column = Column::coordinate("point", ColumnKind::Integer, "", "point");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
 
+    const TOTAL: Meaning = Meaning {
+        unit: String::new(),
+        meaning: String::new(),
+    };
+
     fn table(points: std::ops::Range<i64>) -> Table {
         let areas: Vec<f64> = points.clone().map(|point| point as f64 / 10.0).collect();
         let rows = areas.len();
@@ -175,6 +197,7 @@ mod tests {
         let sql = Sql {
             query: query_text.to_owned(),
             tables: vec![("light".to_owned(), 2), ("heavy".to_owned(), 1)],
+            columns: [("total".to_owned(), TOTAL)].into(),
         };
         query(&[table(0..3), table(3..500), table(0..4)], &sql)
     }

@@ -52,8 +52,19 @@ struct Prediction {
 }
 
 impl Model {
+    /// Every theory.
+    pub const ALL: [Model; 7] = [
+        Model::Persson,
+        Model::BushGibsonThomas,
+        Model::Greenwood2006,
+        Model::MeanCurvature,
+        Model::GreenwoodMccool,
+        Model::BgtAsymptote,
+        Model::PennyCrack,
+    ];
+
     /// The columns that it fills: area, slope, secant, approach to full contact.
-    fn columns(self) -> [Column; 4] {
+    pub fn columns(self) -> [Column; 4] {
         match self {
             Model::Persson => PERSSON,
             Model::BushGibsonThomas => BUSH_GIBSON_THOMAS,

@@ -53,6 +53,16 @@ const fn error(name: &'static str, meaning: &'static str) -> Column {
     Column::result(name, ColumnKind::Real, "1", meaning)
 }
 
+/// What the table has beyond that of other laws.
+pub const COLUMNS: [Column; 6] = [
+    POOLED,
+    AREA_LIMIT,
+    ERROR_NONE,
+    ERROR_PI_8,
+    ERROR_2017,
+    ERROR_FITTED,
+];
+
 /// Areas and edges of one surface under one load, by nodes per side.
 type Meshes = BTreeMap<i64, (f64, f64)>;
 

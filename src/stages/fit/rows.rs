@@ -223,6 +223,43 @@ const BOOTSTRAP_FAILED: Column = Column::result(
 );
 const STATUS: Column = Column::result("status", Text, "", "fitted, or why not");
 
+/// Every column that a law of one parameter point may add.
+pub fn columns() -> Vec<Column> {
+    let parameters = [
+        KAPPA,
+        BETA,
+        MU,
+        EXPONENT,
+        PREFACTOR,
+        ERF_SCALE,
+        MESH_COEFFICIENT,
+    ];
+    let placed = [LAW, DATUM, KAPPA_IS, WINDOW_LOWER, WINDOW_UPPER];
+    let estimates = parameters.into_iter().flat_map(|parameter| {
+        [
+            parameter.value,
+            parameter.lower,
+            parameter.upper,
+            parameter.error,
+        ]
+    });
+    let quality = [
+        KAPPA_CONVEX,
+        CONVEX,
+        MASKED,
+        SURFACES,
+        UNCONVERGED,
+        DATA,
+        RMS_RESIDUAL,
+        R_SQUARED,
+        CHI_SQUARE,
+        BOOTSTRAP,
+        BOOTSTRAP_FAILED,
+        STATUS,
+    ];
+    placed.into_iter().chain(estimates).chain(quality).collect()
+}
+
 /// One row per point: where it belongs, what was fitted, how well.
 pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> Table {
     let standing: Vec<usize> = points.iter().map(|point| point.row).collect();

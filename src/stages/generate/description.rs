@@ -150,7 +150,7 @@ fn method(form: &Form) -> &'static str {
 }
 
 /// What places a surface among others of its method.
-fn own_coordinates(form: &Form) -> Vec<(Column, ArrayRef)> {
+pub fn own_coordinates(form: &Form) -> Vec<(Column, ArrayRef)> {
     let whole = |column: Column, value: u32| (column, integers([i64::from(value)]));
     let real = |column: Column, value: f64| (column, reals([value]));
     match form {

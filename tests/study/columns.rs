@@ -1,0 +1,171 @@
+//! What columns say of themselves: in tables, in the metadata of files, and in `columns`.
+
+use std::fs::File;
+use std::path::Path;
+
+use asperity::results;
+use asperity::stages::{Kind, columns_of};
+use asperity::store::column::Description;
+use asperity::store::parquet;
+use asperity::study::Study;
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, STUDY, text};
+use crate::shipped;
+
+/// The columns that a manifest promises, stage by stage.
+fn promised(manifest: &Path) -> Vec<(String, Vec<Description>)> {
+    let study = Study::read(manifest).unwrap();
+    let tables = study.empty_tables().unwrap();
+    let stages = study.stages.iter().zip(tables);
+    stages
+        .map(|(stage, table)| {
+            let table = results::with_own_columns(table);
+            (stage.name.clone(), table.descriptions())
+        })
+        .collect()
+}
+
+/// The tables of a study that was run have the columns that its manifest promises, no more and no
+/// less, in the same order and with the same words.
+pub fn assert_kept(bench: &Bench, study: &str, manifest: &Path) {
+    for (stage, columns) in promised(manifest) {
+        let written = bench.table(study, &stage).descriptions();
+        assert_eq!(written, columns, "{stage} of {study}");
+    }
+}
+
+#[test]
+fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit() {
+    let manifests = shipped::all();
+    assert!(manifests.len() >= 10, "the manifests are gone");
+    for manifest in manifests {
+        for (stage, columns) in promised(&manifest) {
+            let place = format!("{} · {stage}", manifest.display());
+            assert!(columns.len() > 1, "{place}");
+            for column in columns {
+                let silent =
+                    column.meaning.is_empty() || column.meaning == "as the query computes it";
+                assert!(!silent, "{place}: {column:?}");
+                let lacks_unit = column.kind == "real" && column.unit.is_empty();
+                assert!(!lacks_unit, "{place}: {column:?}");
+                assert!(
+                    ["coordinate", "result"].contains(&column.role.as_str()),
+                    "{column:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn tables_have_the_columns_that_the_manifest_promises() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    assert_kept(&bench, "small", &bench.path("study.toml"));
+}
+
+#[test]
+fn a_file_describes_its_columns_in_plain_json_too() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let file = bench.data().join("results/small/curves.parquet");
+    let metadata = parquet::metadata(File::open(file).unwrap()).unwrap();
+    let told: Value = serde_json::from_str(metadata.get("columns").unwrap()).unwrap();
+    let columns = bench.table("small", "curves").descriptions();
+    assert_eq!(told, json!(columns));
+    let mean = told
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|column| column["name"] == "area_corrected_mean");
+    assert_eq!(
+        mean.unwrap()["meaning"],
+        "mean of: estimate of the true share of the area"
+    );
+}
+
+#[test]
+fn a_query_says_what_its_columns_mean_and_inherits_what_it_only_passes_on() {
+    let bench = Bench::new();
+    let query = r#"
+[stage.doubled]
+kind = "aggregate"
+from = "area"
+sql = "select load, 2 * area_fraction as twice, 3 * area_fraction as thrice from area"
+columns = { twice = { unit = "1/2", meaning = "double the area" } }
+"#;
+    bench.run(&format!("{STUDY}{query}"));
+    let columns = bench.table("small", "doubled").descriptions();
+    let said: Vec<[&str; 3]> = columns
+        .iter()
+        .map(|column| [&*column.role, &*column.unit, &*column.meaning])
+        .collect();
+    assert_eq!(
+        said[..3],
+        [
+            ["coordinate", "E* × rms slope", "mean pressure, reduced"],
+            ["result", "1/2", "double the area"],
+            ["result", "", "as the query computes it"],
+        ]
+    );
+    assert_kept(&bench, "small", &bench.path("study.toml"));
+}
+
+#[test]
+fn columns_are_listed_for_a_stage_a_study_and_any_study() {
+    let bench = Bench::new();
+    let path = bench.write(STUDY);
+    let path = path.to_str().unwrap();
+    let told = |arguments: &[&str]| text(&bench.output(arguments).stdout);
+    let stage = told(&["columns", path, "law"]);
+    assert!(stage.contains("kappa_standard_error"), "{stage}");
+    assert!(!stage.contains("largest_cluster"), "{stage}");
+    let study: Value = serde_json::from_str(&told(&["columns", path, "--json"])).unwrap();
+    let names: Vec<&str> = study
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| s["stage"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        ["surfaces", "light", "area", "corrected", "law", "curves"]
+    );
+    let any = told(&["columns"]);
+    for name in [
+        "heights",
+        "full_contact_load",
+        "pressures",
+        "density_sd",
+        "erf_scale",
+        "area_persson",
+    ] {
+        assert!(any.contains(name), "{name} in\n{any}");
+    }
+    let wrong = bench.output(&["columns", path, "corected"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(text(&wrong.stderr).contains("did you mean `corrected`?"));
+    assert!(!bench.data().exists());
+}
+
+#[test]
+fn what_any_study_may_have_holds_all_that_the_shipped_ones_have() {
+    let known: Vec<&str> = Kind::ALL
+        .into_iter()
+        .flat_map(columns_of)
+        .map(|column| column.name)
+        .collect();
+    for manifest in shipped::all() {
+        let study = Study::read(&manifest).unwrap();
+        let stages = study.stages.iter().zip(study.empty_tables().unwrap());
+        // Statistics are called after the columns that they reduce, and queries call theirs as
+        // they like.
+        let stages = stages.filter(|(stage, _)| stage.work.kind() != Kind::Aggregate);
+        for (stage, table) in stages {
+            for name in table.names() {
+                assert!(known.contains(&name), "{name} of {}", stage.name);
+            }
+        }
+    }
+}
