@@ -7,7 +7,9 @@ mod check;
 mod claims;
 mod columns;
 mod completions;
+mod explain;
 mod grid;
+mod outlook;
 mod plan;
 mod progress;
 mod run;
@@ -22,8 +24,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use outlook::Outlook;
 
 use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
+use crate::reasons::record::Record;
 use crate::store::{Store, StoreError};
 use crate::study::Study;
 
@@ -35,7 +39,7 @@ use crate::study::Study;
 #[derive(Parser)]
 #[command(version, about, long_about, propagate_version = true)]
 struct Arguments {
-    /// Folder of finished work: `store/` and `results/STUDY/STAGE.parquet`.
+    /// Folder of finished work: `store/`, `results/STUDY/STAGE.parquet` and `plans/`.
     #[arg(
         long,
         global = true,
@@ -55,6 +59,8 @@ enum Command {
     Check(check::Arguments),
     /// List what a study has and what it would compute.
     Plan(plan::Arguments),
+    /// Say why tasks would run, what they are expected to cost, and what is reused.
+    Explain(explain::Arguments),
     /// Compute what is missing and write the tables.
     Run(run::Arguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
@@ -78,6 +84,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments, &data),
+        Command::Explain(arguments) => explain::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
         Command::Claims(arguments) => claims::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),
@@ -143,6 +150,17 @@ impl Data {
 
     fn results(&self) -> PathBuf {
         self.0.join("results")
+    }
+
+    /// What studies were when they last ran.
+    fn records(&self) -> PathBuf {
+        self.0.join("plans")
+    }
+
+    /// What a study has and what it would compute.
+    fn outlook(&self, study: &Study) -> Result<Outlook, Failure> {
+        let record = Record::read(&self.records(), &study.name);
+        Ok(Outlook::of(study, &self.look()?, record.as_ref()))
     }
 
     fn open(&self) -> Result<Store, StoreError> {

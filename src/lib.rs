@@ -24,6 +24,8 @@ pub mod study;
 
 pub mod plan;
 
+pub mod reasons;
+
 pub mod runner;
 
 pub mod results;

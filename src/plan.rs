@@ -74,7 +74,7 @@ impl Plan {
         let inputs = || inputs.iter().map(|&input| &self.tasks[input]);
         Provenance {
             stage: recipe.kind().name().to_owned(),
-            version: recipe.version(),
+            version: recipe.kind().version(),
             recipe: serde_json::to_string(recipe).expect("parameters are plain data"),
             inputs: inputs().map(|input| input.key).collect(),
             read_as: inputs().map(|input| input.essence).collect(),
@@ -163,7 +163,7 @@ impl Builder {
 
     fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
         let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].essence).collect();
-        let (stage, version) = (recipe.kind().name(), recipe.version());
+        let (stage, version) = (recipe.kind().name(), recipe.kind().version());
         let key = TaskKey::of(stage, version, digests.whole, &read);
         if let Some(&task) = self.known.get(&key) {
             return task;

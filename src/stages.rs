@@ -15,7 +15,7 @@ pub mod solve;
 use std::fmt;
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::map::MapError;
 use crate::contact::measured::MeasuredError;
@@ -25,7 +25,7 @@ use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// Draws surfaces or reads measured ones.
@@ -62,6 +62,18 @@ impl Kind {
             Kind::Correct => "correct",
             Kind::Fit => "fit",
             Kind::Aggregate => "aggregate",
+        }
+    }
+
+    /// The version of the stage's numbers.
+    pub fn version(self) -> u32 {
+        match self {
+            Kind::Generate => generate::VERSION,
+            Kind::Solve => solve::VERSION,
+            Kind::Measure => measure::VERSION,
+            Kind::Correct => correct::VERSION,
+            Kind::Fit => fit::VERSION,
+            Kind::Aggregate => aggregate::VERSION,
         }
     }
 }
@@ -140,18 +152,6 @@ impl Recipe {
             Recipe::Correct(_) => Kind::Correct,
             Recipe::Fit(_) => Kind::Fit,
             Recipe::Aggregate(_) => Kind::Aggregate,
-        }
-    }
-
-    /// The version of the stage's numbers.
-    pub fn version(&self) -> u32 {
-        match self {
-            Recipe::Generate(_) => generate::VERSION,
-            Recipe::Solve(_) => solve::VERSION,
-            Recipe::Measure(_) => measure::VERSION,
-            Recipe::Correct(_) => correct::VERSION,
-            Recipe::Fit(_) => fit::VERSION,
-            Recipe::Aggregate(_) => aggregate::VERSION,
         }
     }
 

@@ -127,6 +127,13 @@ impl Store {
         self.path(key).is_file()
     }
 
+    /// Whether a damaged file of the task has been set aside.
+    pub fn has_damaged(&self, key: TaskKey) -> bool {
+        let mut name = self.path(key).into_os_string();
+        name.push(files::DAMAGED);
+        Path::new(&name).is_file()
+    }
+
     /// A finished task's table.
     ///
     /// # Errors

@@ -3,62 +3,58 @@
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::thread::available_parallelism;
-use std::time::Duration;
 
 use serde_json::json;
 
-use super::progress::duration;
+use super::outlook::{Outlook, StageOutlook};
 use super::{Data, Failure, counted};
-use crate::pace::Pace;
 use crate::plan::{Plan, PlannedStage};
-use crate::runner;
+use crate::reasons::Group;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The manifest.
     manifest: PathBuf,
 
-    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run"}, …]}`.
+    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours"}`.
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
-    let plan = Plan::of(&study);
-    let missing = runner::missing(&plan, &data.look()?);
-    let counts = Counts::of(&plan, &missing);
-    let seconds = Pace::default().seconds_of(&plan, &missing);
+    let outlook = data.outlook(&study)?;
+    let stages = outlook.stages();
     let mut out = stdout().lock();
     if arguments.json {
-        let stages: Vec<_> = counts.0.iter().map(Count::json).collect();
-        let core_hours = seconds / 3600.0;
+        let stages = stages.iter().map(|stage| {
+            let mut json = stage.count.json();
+            json["reasons"] = json!(reasons(&outlook, stage));
+            json
+        });
+        let stages: Vec<_> = stages.collect();
+        let core_hours = outlook.total_seconds() / 3600.0;
         writeln!(
             out,
             "{:#}",
             json!({ "stages": stages, "core_hours": core_hours })
         )?;
     } else {
-        writeln!(out, "{}\n{}", table(&counts), forecast(&missing, seconds))?;
+        writeln!(out, "{}\n{}", table(&outlook, &stages), outlook.forecast())?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is to come, in time of this machine.
-fn forecast(missing: &[usize], seconds: f64) -> String {
-    if missing.is_empty() {
-        return "nothing to do".to_owned();
-    }
-    let cores = available_parallelism()
-        .map_or(1, usize::from)
-        .min(missing.len());
-    let wall = duration(Duration::from_secs_f64((seconds / cores as f64).ceil()));
-    format!(
-        "{:.2} core-hours expected: {wall} on {}",
-        seconds / 3600.0,
-        counted(cores, "core")
-    )
+/// A stage's reasons, each in a phrase.
+fn reasons(outlook: &Outlook, stage: &StageOutlook) -> Vec<String> {
+    let told = |group: &Group| {
+        let causes = group.causes.iter();
+        let told: Vec<_> = causes
+            .map(|cause| outlook.told(cause, &stage.count.stage.name))
+            .collect();
+        told.join("; ")
+    };
+    stage.groups.iter().map(told).collect()
 }
 
 /// How much of each stage is finished.
@@ -97,21 +93,27 @@ impl Count<'_> {
     }
 }
 
-fn table(counts: &Counts) -> String {
-    let names = counts
-        .0
+fn table(outlook: &Outlook, stages: &[StageOutlook]) -> String {
+    let names = stages
         .iter()
-        .map(|count| count.stage.name.chars().count());
+        .map(|stage| stage.count.stage.name.chars().count());
     let width = names.max().unwrap_or(0).max("stage".len());
     let mut lines = vec![format!(
-        "{:width$}  {:9}  {:>8}  {:>8}",
+        "{:width$}  {:9}  {:>8}  {:>8}  why",
         "stage", "kind", "cached", "to run"
     )];
-    for count in &counts.0 {
-        lines.push(format!(
-            "{:width$}  {:9}  {:>8}  {:>8}",
+    for stage in stages {
+        let count = &stage.count;
+        let why = match reasons(outlook, stage).as_slice() {
+            [] => String::new(),
+            [one] => one.clone(),
+            [first, more @ ..] => format!("{first}, and {}", counted(more.len(), "other reason")),
+        };
+        let line = format!(
+            "{:width$}  {:9}  {:>8}  {:>8}  {why}",
             count.stage.name, count.stage.kind, count.cached, count.to_run
-        ));
+        );
+        lines.push(line.trim_end().to_owned());
     }
     lines.join("\n")
 }

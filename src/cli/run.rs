@@ -13,6 +13,7 @@ use super::progress::Progress;
 use super::{Data, Failure, chain, counted, summary};
 use crate::pace::Pace;
 use crate::plan::Plan;
+use crate::reasons::record::Record;
 use crate::results::{self, ResultsError, StageTable};
 use crate::runner::{self, Damage, Outcome, TaskError};
 use crate::store::Store;
@@ -41,6 +42,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let plan = Plan::of(&study);
     let store = data.open()?;
     let missing = runner::missing(&plan, &store);
+    remember(data, &study, &plan, &missing);
     let work = Work {
         study: &study,
         plan: &plan,
@@ -56,6 +58,9 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     };
     report_trouble(&plan, &outcome);
     let tables = tables?;
+    if !outcome.computed.is_empty() {
+        remember(data, &study, &plan, &runner::missing(&plan, &store));
+    }
 
     let mut out = stdout().lock();
     if arguments.json {
@@ -113,6 +118,18 @@ impl Work<'_> {
         }
         outcome.append(self.compute(&runner::missing(self.plan, self.store)));
         Ok(publish()?)
+    }
+}
+
+/// Writes down what the study is and how far it came, for the next plan to say what has changed.
+/// No result depends on it, so that no run fails for it.
+fn remember(data: &Data, study: &Study, plan: &Plan, missing: &[usize]) {
+    let record = Record::of(study, plan, missing);
+    if let Err(error) = record.write(&data.records(), &study.name) {
+        eprintln!(
+            "warning: {}; `explain` will not know this run",
+            chain(&error)
+        );
     }
 }
 

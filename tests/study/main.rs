@@ -5,6 +5,7 @@ mod caching;
 mod columns;
 mod commands;
 mod disturbance;
+mod explain;
 mod heights;
 mod nayak;
 mod reference;

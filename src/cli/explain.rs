@@ -1,0 +1,107 @@
+//! `asperity explain`: why tasks would run, and at what cost.
+
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use serde_json::{Value, json};
+
+use super::outlook::{Outlook, StageOutlook, core_hours};
+use super::{Data, Failure, counted};
+use crate::reasons::Group;
+
+/// More reasons in one stage are not read by anybody; `--json` has them all.
+const MOST_REASONS: usize = 20;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The manifest.
+    manifest: PathBuf,
+
+    /// A stage; all of them when left out.
+    stage: Option<String>,
+
+    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons":
+    /// [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours"}`.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+    let study = super::study(&arguments.manifest)?;
+    let outlook = data.outlook(&study)?;
+    let mut stages = outlook.stages();
+    if let Some(wanted) = &arguments.stage {
+        let names: Vec<&str> = study
+            .stages
+            .iter()
+            .map(|stage| stage.name.as_str())
+            .collect();
+        let place = super::place_of(&names, wanted)?;
+        stages = vec![stages.swap_remove(place)];
+    }
+    let mut out = stdout().lock();
+    if arguments.json {
+        let stages: Vec<Value> = stages.iter().map(|stage| json(&outlook, stage)).collect();
+        let core_hours = outlook.total_seconds() / 3600.0;
+        writeln!(
+            out,
+            "{:#}",
+            json!({ "stages": stages, "core_hours": core_hours })
+        )?;
+    } else {
+        for stage in &stages {
+            write!(out, "{}", text(&outlook, stage))?;
+        }
+        writeln!(out, "{}", outlook.forecast())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What a stage has, and a line per reason with all that belongs to it.
+fn text(outlook: &Outlook, stage: &StageOutlook) -> String {
+    let count = &stage.count;
+    let name = &count.stage.name;
+    let mut text = format!("{name} ({}): {} reused", count.stage.kind, count.cached);
+    if count.to_run > 0 {
+        text += &format!(", {} to run, {}", count.to_run, core_hours(stage.seconds));
+    }
+    text.push('\n');
+    for group in stage.groups.iter().take(MOST_REASONS) {
+        let tasks = counted(group.tasks.len(), "task");
+        let cost = match stage.groups {
+            [_] => String::new(),
+            _ => format!(", {}", core_hours(outlook.seconds(group))),
+        };
+        let told: Vec<_> = group
+            .causes
+            .iter()
+            .map(|cause| outlook.told(cause, name))
+            .collect();
+        text += &format!("  {tasks}{cost}: {}\n", told.join("; "));
+    }
+    let more = stage.groups.len().saturating_sub(MOST_REASONS);
+    if more > 0 {
+        text += &format!("  and {}\n", counted(more, "other reason"));
+    }
+    text
+}
+
+fn json(outlook: &Outlook, stage: &StageOutlook) -> Value {
+    let reason = |group: &Group| {
+        let causes = group.causes.iter().map(|cause| {
+            let mut json = json!(cause.why);
+            json["stage"] = json!(outlook.origin(cause));
+            json
+        });
+        json!({
+            "tasks": group.tasks.len(),
+            "core_hours": outlook.seconds(group) / 3600.0,
+            "causes": causes.collect::<Vec<_>>(),
+        })
+    };
+    let mut json = stage.count.json();
+    json["core_hours"] = json!(stage.seconds / 3600.0);
+    json["reasons"] = stage.groups.iter().map(reason).collect();
+    json
+}

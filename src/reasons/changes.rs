@@ -1,0 +1,201 @@
+//! What an edit did to one stage: its points now against those on record.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::cause::{Change, Field, Shown, Why};
+use super::record::{PointRecord, StageRecord};
+
+/// Points that left are offered to so many that came: one that was edited finds itself among the
+/// nearest, and a grid of thousands is not compared with thousands.
+const CANDIDATES: usize = 64;
+
+/// What happened to a stage.
+#[derive(Debug, Default)]
+pub struct StageChanges {
+    /// To all its tasks.
+    pub to_all: Vec<Why>,
+    /// To each point, in order.
+    pub points: Vec<PointChange>,
+    /// Points that nobody took the place of, and stages that are no longer read: only who pools
+    /// them notices.
+    pub gone: Vec<Why>,
+    /// Stages that it did not read before.
+    pub reads_more: Vec<String>,
+    /// Whether points, or stages that it reads, changed places.
+    pub is_reordered: bool,
+}
+
+/// What happened to a point.
+#[derive(Debug, Default)]
+pub struct PointChange {
+    /// None if it was there before.
+    pub why: Option<Why>,
+    /// Whether later stages do not see that.
+    pub is_kept_back: bool,
+    /// Surfaces on record, if it was there before: more of them are new, and fewer are missed by
+    /// who pools them.
+    pub realizations_before: Option<u32>,
+}
+
+impl StageChanges {
+    /// Compares a stage with what was in its place.
+    pub fn between(before: Option<&StageRecord>, now: &StageRecord) -> StageChanges {
+        let Some(before) = before else {
+            return StageChanges {
+                to_all: vec![Why::NewStage],
+                points: now.points.iter().map(|_| PointChange::default()).collect(),
+                ..StageChanges::default()
+            };
+        };
+        let (old, new) = (before.version, now.version);
+        let matched = Matched::of(&before.points, &now.points);
+        let stays = |name: &&String| now.reads.contains(name) && before.reads.contains(name);
+        let less = before.reads.iter().filter(|name| !stays(name));
+        let less = less.map(|name| Why::ReadsLess { name: name.clone() });
+        let more = now.reads.iter().filter(|name| !stays(name));
+        let kept_reads = [before, now].map(|stage| stage.reads.iter().filter(stays));
+        let [reads_before, reads_now] = kept_reads;
+        StageChanges {
+            to_all: Vec::from_iter((old != new).then_some(Why::Version { old, new })),
+            gone: less.chain(matched.gone(&before.points)).collect(),
+            is_reordered: !matched.is_in_order() || !reads_before.eq(reads_now),
+            reads_more: more.cloned().collect(),
+            points: matched.points(&before.points, &now.points),
+        }
+    }
+}
+
+/// Which point on record each point is, or has come from.
+struct Matched {
+    same: Vec<Option<usize>>,
+    edited: Vec<Option<usize>>,
+    is_taken: Vec<bool>,
+}
+
+impl Matched {
+    fn of(before: &[PointRecord], now: &[PointRecord]) -> Matched {
+        let known = before.iter().enumerate();
+        let known: BTreeMap<_, _> = known.map(|(index, point)| (&point.fields, index)).collect();
+        let same: Vec<Option<usize>> = now
+            .iter()
+            .map(|point| known.get(&point.fields).copied())
+            .collect();
+        let mut is_taken = vec![false; before.len()];
+        same.iter()
+            .flatten()
+            .for_each(|&index| is_taken[index] = true);
+        let mut edited = vec![None; now.len()];
+        let mut left: Vec<usize> = (0..before.len()).filter(|&old| !is_taken[old]).collect();
+        for new in (0..now.len()).filter(|&new| same[new].is_none()) {
+            let distance = |old: usize| changes(&before[old], &now[new]).len();
+            let candidates = left.iter().take(CANDIDATES).enumerate();
+            let nearest = candidates.min_by_key(|&(_, &old)| distance(old));
+            if let Some((position, &old)) = nearest {
+                left.remove(position);
+                edited[new] = Some(old);
+                is_taken[old] = true;
+            }
+        }
+        Matched {
+            same,
+            edited,
+            is_taken,
+        }
+    }
+
+    fn points(&self, before: &[PointRecord], now: &[PointRecord]) -> Vec<PointChange> {
+        let seen = Seen::among(before);
+        let point =
+            |(index, point): (usize, &PointRecord)| match (self.same[index], self.edited[index]) {
+                (Some(old), _) => PointChange {
+                    realizations_before: Some(before[old].realizations),
+                    ..PointChange::default()
+                },
+                (None, Some(old)) => PointChange {
+                    why: Some(Why::Changed {
+                        fields: changes(&before[old], point),
+                    }),
+                    is_kept_back: before[old].essence == point.essence,
+                    realizations_before: None,
+                },
+                (None, None) => PointChange {
+                    why: Some(Why::New {
+                        fields: seen.coordinates(point),
+                    }),
+                    ..PointChange::default()
+                },
+            };
+        now.iter().enumerate().map(point).collect()
+    }
+
+    fn gone(&self, before: &[PointRecord]) -> Vec<Why> {
+        let stays = || (0..before.len()).filter(|&old| self.is_taken[old]);
+        let seen = Seen::among(stays().map(|old| &before[old]));
+        let left = (0..before.len()).filter(|&old| !self.is_taken[old]);
+        let mut gone: Vec<Why> = Vec::new();
+        for old in left {
+            let why = Why::Fewer {
+                fields: seen.coordinates(&before[old]),
+            };
+            if gone.last() != Some(&why) {
+                gone.push(why);
+            }
+        }
+        gone
+    }
+
+    fn is_in_order(&self) -> bool {
+        let places = self.same.iter().zip(&self.edited);
+        places
+            .filter_map(|(same, edited)| same.or(*edited))
+            .is_sorted()
+    }
+}
+
+/// Values that parameters take among some points.
+struct Seen<'a>(BTreeMap<&'a str, BTreeSet<&'a str>>);
+
+impl<'a> Seen<'a> {
+    fn among(points: impl IntoIterator<Item = &'a PointRecord>) -> Seen<'a> {
+        let mut seen = BTreeMap::<_, BTreeSet<_>>::new();
+        for (name, value) in points.into_iter().flat_map(|point| &point.fields) {
+            seen.entry(name.as_str())
+                .or_default()
+                .insert(value.as_str());
+        }
+        Seen(seen)
+    }
+
+    /// What tells a point from these: values that none of them has, or else all that vary.
+    fn coordinates(&self, point: &PointRecord) -> Vec<Field> {
+        let values = |name: &str| self.0.get(name);
+        let is_unseen = |(name, value): &(&String, &String)| {
+            values(name).is_none_or(|known| !known.contains(value.as_str()))
+        };
+        let varies =
+            |(name, _): &(&String, &String)| values(name).is_some_and(|known| known.len() > 1);
+        let unseen: Vec<_> = point.fields.iter().filter(is_unseen).collect();
+        let told = match unseen.is_empty() {
+            true => point.fields.iter().filter(varies).collect(),
+            false => unseen,
+        };
+        let field = |(name, value): (&String, &String)| Field {
+            field: name.clone(),
+            value: Shown::of(value),
+        };
+        told.into_iter().map(field).collect()
+    }
+}
+
+/// The parameters in which two points differ.
+fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
+    let names: BTreeSet<&String> = before.fields.keys().chain(now.fields.keys()).collect();
+    let value = |point: &PointRecord, name: &String| point.fields.get(name).map(|v| Shown::of(v));
+    let differs = |name: &&String| before.fields.get(*name) != now.fields.get(*name);
+    let change = |name: &String| Change {
+        field: name.clone(),
+        old: value(before, name),
+        new: value(now, name),
+    };
+    names.into_iter().filter(differs).map(change).collect()
+}
