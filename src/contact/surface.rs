@@ -128,6 +128,19 @@ pub struct RandomSurface {
     pub realization: u32,
 }
 
+/// The modes of about the same wavenumber.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ring {
+    /// |k| rounded to an integer.
+    pub wavenumber: u32,
+    /// Pairs of modes ±k in it.
+    pub pairs: u32,
+    /// Mean of |ĥ|² over the modes of the realization; length².
+    pub power: f64,
+    /// The same for modes that have their mean power.
+    pub mean_power: f64,
+}
+
 impl RandomSurface {
     /// The heights on a mesh of `nodes` ≥ 2 `k_upper` per side, in the unit of `side`.
     ///
@@ -178,6 +191,35 @@ impl RandomSurface {
         });
         let moments = |sum: MomentSum| sum.finish(side, self.scale(&sum, side));
         (moments(drawn), moments(mean))
+    }
+
+    /// Mean power |ĥ|² of a mode in each ring of wavenumbers that round to the same integer, rings
+    /// without modes left out; of the surface, and of one of the same slope whose modes all have
+    /// their mean power.
+    pub fn rings(&self, side: f64) -> Vec<Ring> {
+        let [mut drawn, mut mean] = [MomentSum::default(); 2];
+        let rings = 1 + self.spectrum.k_upper as usize;
+        let mut sums = vec![(0, 0.0, 0.0); rings];
+        self.for_each_pair(|k_x, k_y, density, draw| {
+            let power = self.power(density, &draw);
+            drawn.add_pair(k_x.into(), k_y.into(), 2.0 * power);
+            mean.add_pair(k_x.into(), k_y.into(), 2.0 * density);
+            let (pairs, power_sum, density_sum) =
+                &mut sums[f64::from(k_x).hypot(f64::from(k_y)).round() as usize];
+            *pairs += 1;
+            *power_sum += power;
+            *density_sum += density;
+        });
+        let [drawn, mean] = [drawn, mean].map(|sum| self.scale(&sum, side).powi(2));
+        let ring = |(wavenumber, (pairs, power, density)): (usize, (u32, f64, f64))| {
+            (pairs > 0).then(|| Ring {
+                wavenumber: wavenumber as u32,
+                pairs,
+                power: drawn * power / f64::from(pairs),
+                mean_power: mean * density / f64::from(pairs),
+            })
+        };
+        sums.into_iter().enumerate().filter_map(ring).collect()
     }
 
     /// Visits one of each pair of modes ±k with its mean power, before scaling, and its draw.
@@ -241,6 +283,32 @@ mod tests {
     fn assert_close(found: f64, exact: f64, tolerance: f64) {
         let error = (found / exact - 1.0).abs();
         assert!(error < tolerance, "{found} should be {exact}");
+    }
+
+    #[test]
+    fn rings_hold_the_power_of_all_modes() {
+        let random = random(Amplitude::Gaussian, 4, 64);
+        let rings = random.rings(3.0);
+        let square_height: f64 = rings
+            .iter()
+            .map(|ring| 2.0 * f64::from(ring.pairs) * ring.power)
+            .sum();
+        assert_close(square_height, random.moments(3.0).m00, 1e-12);
+        let wavenumbers = rings.iter().map(|ring| ring.wavenumber);
+        assert!(
+            wavenumbers.eq(4..=64),
+            "every ring between the cutoffs has modes"
+        );
+    }
+
+    #[test]
+    fn rings_fall_as_the_spectrum_does() {
+        let rings = random(Amplitude::Deterministic, 4, 64).rings(1.0);
+        let at = |wavenumber: usize| rings[wavenumber - 4];
+        assert_eq!(at(32).power, at(32).mean_power);
+        // A ring is one wavenumber wide, and the power falls by a ninth across that at 32.
+        let expected = 2_f64.powf(-2.0 * (1.0 + 0.8));
+        assert_close(at(60).power / at(30).power, expected, 0.01);
     }
 
     #[test]
