@@ -6,6 +6,7 @@
 //! written, or not at all: its file holds a digest of its bytes and the recipe that its key
 //! follows from.
 
+pub mod cells;
 pub mod column;
 pub mod files;
 pub mod key;

@@ -3,21 +3,17 @@
 
 use std::io::{self, Write};
 
-use arrow::array::{Array, AsArray};
-use arrow::datatypes::{DataType, Float64Type};
-use arrow::util::display::array_value_to_string;
+use arrow::array::Array;
+use arrow::datatypes::DataType;
 use comfy_table::{CellAlignment, Table as Grid, presets};
 
 use super::counted;
 use crate::diagnostics::wrapped;
+use crate::store::cells::cells;
 use crate::store::table::Table;
 
 /// Columns of text where the output is no terminal.
 const WIDTH: usize = 120;
-/// Letters of a text; more are cut off.
-const LONGEST: usize = 40;
-/// Digits of a key that tell it from others, and that `show` and `view` take for it.
-const KEY_DIGITS: usize = 8;
 /// Spaces between columns.
 const GAP: usize = 2;
 
@@ -133,75 +129,10 @@ fn grid(columns: &[Printed], rows: usize) -> String {
     grid.trim_fmt()
 }
 
-/// The first cells of a column.
-fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
-    let text = |row| match array.is_valid(row) {
-        true => array_value_to_string(array, row).unwrap_or_default(),
-        false => "–".to_owned(),
-    };
-    match array.data_type() {
-        DataType::Float64 => reals(
-            &(array.as_primitive::<Float64Type>().iter())
-                .take(rows)
-                .collect::<Vec<_>>(),
-        ),
-        DataType::Utf8 => (0..rows).map(|row| shortened(&text(row))).collect(),
-        _ => (0..rows).map(text).collect(),
-    }
-}
-
-fn shortened(text: &str) -> String {
-    let is_key = text.len() == 32 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
-    if is_key {
-        return text[..KEY_DIGITS].to_owned();
-    }
-    match text.chars().count() > LONGEST {
-        true => text.chars().take(LONGEST - 1).chain(['…']).collect(),
-        false => text.to_owned(),
-    }
-}
-
-/// Numbers with as many decimals as their column needs: three significant digits of the smallest,
-/// five of the largest, and none that all of them can do without.
-fn reals(values: &[Option<f64>]) -> Vec<String> {
-    /// More decimals are not read.
-    const MOST: i32 = 8;
-    let finite = || values.iter().flatten().filter(|value| value.is_finite());
-    let exponents = finite().filter(|value| **value != 0.0);
-    let exponents = exponents.map(|value| value.abs().log10().floor() as i32);
-    let (smallest, largest) = exponents.fold((i32::MAX, i32::MIN), |(small, large), next| {
-        (small.min(next), large.max(next))
-    });
-    let wanted = (4i32.saturating_sub(largest)).max(2i32.saturating_sub(smallest));
-    let is_plain = smallest == i32::MAX || (wanted <= MOST && largest < 9);
-    let decimals = match smallest {
-        i32::MAX => 0,
-        _ => finite()
-            .map(|value| needed(*value, wanted.clamp(0, MOST) as usize))
-            .max()
-            .unwrap_or(0),
-    };
-    let text = |value: &Option<f64>| match value {
-        None => "–".to_owned(),
-        Some(value) if is_plain || !value.is_finite() => format!("{value:.decimals$}"),
-        Some(value) => format!("{value:.4e}"),
-    };
-    values.iter().map(text).collect()
-}
-
-/// Decimals of a number once trailing zeros are left out.
-fn needed(value: f64, most: usize) -> usize {
-    let text = format!("{value:.most$}");
-    match text.split_once('.') {
-        Some((_, decimals)) => decimals.trim_end_matches('0').len(),
-        None => 0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::column::{Column, ColumnKind, integers, reals as real_column, texts};
+    use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
     const NODES: Column = Column::coordinate("nodes", ColumnKind::Integer, "1", "nodes");
@@ -219,7 +150,7 @@ mod tests {
             3,
             vec![
                 (NODES, integers([128; 3])),
-                (LOAD, real_column([0.004, 0.02, 1.7])),
+                (LOAD, reals([0.004, 0.02, 1.7])),
                 (TASK, texts([key('a'), key('b'), key('c')])),
             ],
         )
@@ -238,19 +169,6 @@ mod tests {
     #[test]
     fn rows_left_out_are_counted() {
         assert!(printed(&table(), 2).ends_with("… 1 more row, `--rows 0` for all\n"));
-    }
-
-    #[test]
-    fn small_numbers_keep_three_digits_beside_large_ones() {
-        let told = |values: &[f64]| reals(&values.iter().copied().map(Some).collect::<Vec<_>>());
-        assert_eq!(told(&[0.001234567, 1.5]), ["0.00123", "1.50000"]);
-        assert_eq!(told(&[2.0, 4.0]), ["2", "4"]);
-        assert_eq!(told(&[0.0, 0.0]), ["0", "0"]);
-        assert_eq!(told(&[1e-12, 1.0]), ["1.0000e-12", "1.0000e0"]);
-        assert_eq!(
-            reals(&[None, Some(0.25), Some(f64::NAN)]),
-            ["–", "0.25", "NaN"]
-        );
     }
 
     #[test]

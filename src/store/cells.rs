@@ -1,0 +1,93 @@
+//! Cells of a table as people read them: numbers in line, keys and long texts cut short.
+
+use arrow::array::{Array, AsArray};
+use arrow::datatypes::{DataType, Float64Type};
+use arrow::util::display::array_value_to_string;
+
+/// Letters of a text; more are cut off.
+const LONGEST: usize = 40;
+/// Digits of a key that tell it from others, and that `show` and `view` take for it.
+const KEY_DIGITS: usize = 8;
+
+/// The first cells of a column.
+pub fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
+    let text = |row| match array.is_valid(row) {
+        true => array_value_to_string(array, row).unwrap_or_default(),
+        false => "–".to_owned(),
+    };
+    match array.data_type() {
+        DataType::Float64 => reals(
+            &(array.as_primitive::<Float64Type>().iter())
+                .take(rows)
+                .collect::<Vec<_>>(),
+        ),
+        DataType::Utf8 => (0..rows).map(|row| shortened(&text(row))).collect(),
+        _ => (0..rows).map(text).collect(),
+    }
+}
+
+fn shortened(text: &str) -> String {
+    let is_key = text.len() == 32 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    if is_key {
+        return text[..KEY_DIGITS].to_owned();
+    }
+    match text.chars().count() > LONGEST {
+        true => text.chars().take(LONGEST - 1).chain(['…']).collect(),
+        false => text.to_owned(),
+    }
+}
+
+/// Numbers with as many decimals as their column needs: three significant digits of the smallest,
+/// five of the largest, and none that all of them can do without.
+fn reals(values: &[Option<f64>]) -> Vec<String> {
+    /// More decimals are not read.
+    const MOST: i32 = 8;
+    let finite = || values.iter().flatten().filter(|value| value.is_finite());
+    let exponents = finite().filter(|value| **value != 0.0);
+    let exponents = exponents.map(|value| value.abs().log10().floor() as i32);
+    let (smallest, largest) = exponents.fold((i32::MAX, i32::MIN), |(small, large), next| {
+        (small.min(next), large.max(next))
+    });
+    let wanted = (4i32.saturating_sub(largest)).max(2i32.saturating_sub(smallest));
+    let is_plain = smallest == i32::MAX || (wanted <= MOST && largest < 9);
+    let decimals = match smallest {
+        i32::MAX => 0,
+        _ => finite()
+            .map(|value| needed(*value, wanted.clamp(0, MOST) as usize))
+            .max()
+            .unwrap_or(0),
+    };
+    let text = |value: &Option<f64>| match value {
+        None => "–".to_owned(),
+        Some(value) if is_plain || !value.is_finite() => format!("{value:.decimals$}"),
+        Some(value) => format!("{value:.4e}"),
+    };
+    values.iter().map(text).collect()
+}
+
+/// Decimals of a number once trailing zeros are left out.
+fn needed(value: f64, most: usize) -> usize {
+    let text = format!("{value:.most$}");
+    match text.split_once('.') {
+        Some((_, decimals)) => decimals.trim_end_matches('0').len(),
+        None => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_keep_three_digits_beside_large_ones() {
+        let told = |values: &[f64]| reals(&values.iter().copied().map(Some).collect::<Vec<_>>());
+        assert_eq!(told(&[0.001234567, 1.5]), ["0.00123", "1.50000"]);
+        assert_eq!(told(&[2.0, 4.0]), ["2", "4"]);
+        assert_eq!(told(&[0.0, 0.0]), ["0", "0"]);
+        assert_eq!(told(&[1e-12, 1.0]), ["1.0000e-12", "1.0000e0"]);
+        assert_eq!(
+            reals(&[None, Some(0.25), Some(f64::NAN)]),
+            ["–", "0.25", "NaN"]
+        );
+    }
+}
