@@ -1,0 +1,193 @@
+//! Axes: what they say, which numbers they show, and how these are written.
+
+use std::sync::Arc;
+
+use kuva::TickFormat;
+
+/// An axis of a chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: String,
+    /// How numbers become lengths.
+    pub spacing: Spacing,
+    /// The numbers at its ends; from the data where they are not given.
+    pub range: Option<[f64; 2]>,
+}
+
+/// How numbers become lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// In proportion.
+    Linear,
+    /// By their logarithm.
+    Logarithmic,
+}
+
+impl Axis {
+    /// Numbers in proportion.
+    pub fn linear(label: impl Into<String>) -> Axis {
+        Axis::new(label, Spacing::Linear)
+    }
+
+    /// Numbers by their logarithm.
+    pub fn logarithmic(label: impl Into<String>) -> Axis {
+        Axis::new(label, Spacing::Logarithmic)
+    }
+
+    fn new(label: impl Into<String>, spacing: Spacing) -> Axis {
+        Axis {
+            label: label.into(),
+            spacing,
+            range: None,
+        }
+    }
+
+    /// The same axis between these numbers.
+    pub fn within(self, from: f64, to: f64) -> Axis {
+        Axis {
+            range: Some([from, to]),
+            ..self
+        }
+    }
+
+    /// Whether a number has a place on it, in or out of sight.
+    pub fn can_show(&self, value: f64) -> bool {
+        value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
+    }
+
+    /// The numbers at its ends: those given, or those of the data and some room.
+    pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
+        if let Some(range) = self.range {
+            return range;
+        }
+        let values = values.filter(|&value| self.can_show(value));
+        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| {
+            (a.min(value), b.max(value))
+        });
+        if least > most {
+            return [0.1, 1.0];
+        }
+        match self.spacing {
+            Spacing::Linear => {
+                let room = 0.05
+                    * if most > least {
+                        most - least
+                    } else {
+                        most.abs().max(1.0)
+                    };
+                // Most quantities are not negative: an axis that begins near zero begins there.
+                let from = if least >= 0.0 && least < 0.35 * most {
+                    0.0
+                } else {
+                    least - room
+                };
+                [from, most + room]
+            }
+            Spacing::Logarithmic => {
+                let room = if most > least {
+                    (most / least).powf(0.04)
+                } else {
+                    2.0
+                };
+                [least / room, most * room]
+            }
+        }
+    }
+
+    /// A power of ten that lifts the numbers of an axis above those that the drawing crate takes
+    /// for zero on axes of logarithms; their distances stay as they are.
+    pub(super) fn lift(&self, [from, _]: [f64; 2]) -> f64 {
+        /// The crate draws everything below a tenth of this at the same place.
+        const LEAST: f64 = 1e-9;
+        match self.spacing {
+            Spacing::Logarithmic if from < LEAST => 10f64.powi(-from.log10().floor() as i32),
+            _ => 1.0,
+        }
+    }
+
+    /// How the numbers are written that have been lifted.
+    pub(super) fn ticks(&self, lift: f64) -> TickFormat {
+        match self.spacing {
+            Spacing::Linear => TickFormat::Custom(Arc::new(plain)),
+            Spacing::Logarithmic => TickFormat::Custom(Arc::new(move |value| power(value / lift))),
+        }
+    }
+}
+
+/// A number without a tail of rounding.
+fn plain(value: f64) -> String {
+    // Ticks are multiples of round numbers: ten digits hold them, rounding is beyond.
+    let rounded = format!("{value:.10}");
+    let text = rounded.trim_end_matches('0').trim_end_matches('.');
+    match text {
+        "-0" => "0".to_owned(),
+        _ => text.replace('-', "−"),
+    }
+}
+
+/// A power of ten as such where that is shorter.
+fn power(value: f64) -> String {
+    let exponent = value.log10();
+    let nearest = exponent.round();
+    if (exponent - nearest).abs() < 1e-6 && !(-2.0..=3.0).contains(&nearest) {
+        return format!("10{}", superscript(nearest as i32));
+    }
+    match value < 1e-2 {
+        true => {
+            let exponent = exponent.floor();
+            let mantissa = (value / 10f64.powf(exponent)).round();
+            format!("{mantissa}·10{}", superscript(exponent as i32))
+        }
+        false => plain(value),
+    }
+}
+
+fn superscript(exponent: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digit = |letter: char| letter.to_digit(10).map_or('⁻', |d| DIGITS[d as usize]);
+    exponent.to_string().chars().map(digit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_without_rounding_and_with_a_true_minus() {
+        let written = [0.1 + 0.2, -0.0, -2.5, 1500.0, 0.004].map(plain);
+        assert_eq!(written, ["0.3", "0", "−2.5", "1500", "0.004"]);
+    }
+
+    #[test]
+    fn powers_of_ten_beyond_a_thousand_and_a_hundredth_are_written_as_such() {
+        let written = [1e-3, 0.01, 0.5, 1000.0, 1e4, 5e-3, 2e-12].map(power);
+        assert_eq!(
+            written,
+            ["10⁻³", "0.01", "0.5", "1000", "10⁴", "5·10⁻³", "2·10⁻¹²"]
+        );
+    }
+
+    #[test]
+    fn numbers_far_below_one_are_lifted_by_a_power_of_ten_and_written_as_they_are() {
+        let axis = Axis::logarithmic("");
+        assert_eq!(axis.lift([1e-3, 1.0]), 1.0);
+        let lift = axis.lift([3e-14, 1.0]);
+        assert_eq!(lift, 1e14);
+        let TickFormat::Custom(write) = axis.ticks(lift) else {
+            panic!("numbers are written by ourselves")
+        };
+        assert_eq!(write(100.0), "10⁻¹²");
+    }
+
+    #[test]
+    fn an_axis_holds_its_data_and_one_of_logarithms_only_what_is_positive() {
+        let axis = Axis::linear("");
+        assert_eq!(axis.ends([1.0, 9.0].into_iter())[0], 0.0);
+        assert!(axis.ends([2.0, 2.0].into_iter())[1] > 2.0);
+        let axis = Axis::logarithmic("");
+        let [from, to] = axis.ends([-1.0, 0.0, 0.1, 10.0].into_iter());
+        assert!(0.05 < from && from < 0.1 && 10.0 < to && to < 20.0);
+        assert!(axis.ends(std::iter::empty())[0] > 0.0);
+    }
+}

@@ -1,0 +1,402 @@
+//! Series of points over two axes.
+
+use kuva::plot::scatter::MarkerShape;
+use kuva::plot::{LinePlot, LineStyle, ScatterPlot};
+use kuva::render::annotations::TextAnnotation;
+use kuva::render::layout::{ComputedLayout, Layout};
+use kuva::render::plots::Plot;
+use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
+use kuva::{AxisLine, Theme, TickAlign};
+
+use super::axis::{Axis, Spacing};
+use super::ink::Ink;
+
+/// Pixels below which a chart has room for few numbers along its axes.
+const NARROW: f64 = 330.0;
+
+/// Series over two axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// A few words above it, where charts stand side by side.
+    pub title: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// In the order of drawing.
+    pub series: Vec<Series>,
+    /// A smaller chart inside.
+    pub inset: Option<Box<Inset>>,
+    /// Words at places of the chart: x, y.
+    pub notes: Vec<(f64, f64, String)>,
+}
+
+/// A chart inside a chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inset {
+    /// What it shows; it has no inset of its own.
+    pub chart: Chart,
+    /// Its left, top, width and height as shares of the chart around it.
+    pub place: [f64; 4],
+}
+
+/// Points that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Ascending in x where a line joins them.
+    pub points: Vec<Point>,
+    /// How they look.
+    pub style: Style,
+    /// What they are, in the legend; series of one name have one entry.
+    pub label: Option<String>,
+}
+
+/// A point, perhaps with an error bar.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// To the right.
+    pub x: f64,
+    /// Upwards.
+    pub y: f64,
+    /// The ends of its error bar.
+    pub bar: Option<[f64; 2]>,
+}
+
+/// How a series looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Style {
+    /// Its colour.
+    pub ink: Ink,
+    /// The line that joins its points.
+    pub line: Option<Line>,
+    /// What stands at its points.
+    pub marker: Option<Marker>,
+}
+
+/// A line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Its pattern.
+    pub dash: Dash,
+    /// Its width, in pixels.
+    pub width: f64,
+}
+
+/// The pattern of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dash {
+    Solid,
+    Dashed,
+    Dotted,
+    DashDot,
+}
+
+/// What stands at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    Circle,
+    Square,
+    Triangle,
+    Diamond,
+    TriangleDown,
+    Cross,
+}
+
+impl Marker {
+    /// The marker of a place among all; they come round again after the last.
+    pub fn of(place: usize) -> Marker {
+        const ALL: [Marker; 6] = [
+            Marker::Circle,
+            Marker::Triangle,
+            Marker::Square,
+            Marker::Diamond,
+            Marker::TriangleDown,
+            Marker::Cross,
+        ];
+        ALL[place % ALL.len()]
+    }
+
+    pub(super) fn shape(self) -> MarkerShape {
+        match self {
+            Marker::Circle => MarkerShape::Circle,
+            Marker::Square => MarkerShape::Square,
+            Marker::Triangle => MarkerShape::Triangle,
+            Marker::Diamond => MarkerShape::Diamond,
+            Marker::TriangleDown => MarkerShape::TriangleDown,
+            Marker::Cross => MarkerShape::Cross,
+        }
+    }
+}
+
+impl Style {
+    /// A line.
+    pub fn line(ink: Ink, dash: Dash, width: f64) -> Style {
+        Style {
+            ink,
+            line: Some(Line { dash, width }),
+            marker: None,
+        }
+    }
+
+    /// Separate points.
+    pub fn marker(ink: Ink, marker: Marker) -> Style {
+        Style {
+            ink,
+            line: None,
+            marker: Some(marker),
+        }
+    }
+
+    /// The same with a thin line through the points.
+    pub fn joined(self) -> Style {
+        let line = Line {
+            dash: Dash::Solid,
+            width: 1.0,
+        };
+        Style {
+            line: Some(line),
+            ..self
+        }
+    }
+}
+
+impl Dash {
+    fn style(self) -> LineStyle {
+        match self {
+            Dash::Solid => LineStyle::Solid,
+            Dash::Dashed => LineStyle::Custom("7,4".to_owned()),
+            Dash::Dotted => LineStyle::Custom("1.5,3".to_owned()),
+            Dash::DashDot => LineStyle::Custom("8,3,2,3".to_owned()),
+        }
+    }
+
+    /// Lengths of strokes and gaps.
+    pub(super) fn array(self) -> Option<String> {
+        self.style().dasharray()
+    }
+}
+
+impl Series {
+    /// Points without error bars.
+    pub fn new(points: impl IntoIterator<Item = (f64, f64)>, style: Style) -> Series {
+        let points = points.into_iter();
+        Series {
+            points: points.map(|(x, y)| Point { x, y, bar: None }).collect(),
+            style,
+            label: None,
+        }
+    }
+
+    /// A curve, drawn finely between two numbers: evenly on the axis where it belongs.
+    pub fn curve(
+        of: impl Fn(f64) -> f64,
+        [from, to]: [f64; 2],
+        on: Spacing,
+        style: Style,
+    ) -> Series {
+        const STEPS: u32 = 160;
+        let at = |step: u32| {
+            let share = f64::from(step) / f64::from(STEPS);
+            match on {
+                Spacing::Linear => from + share * (to - from),
+                Spacing::Logarithmic => from * (to / from).powf(share),
+            }
+        };
+        Series::new((0..=STEPS).map(|step| (at(step), of(at(step)))), style)
+    }
+
+    /// The same with a name in the legend.
+    pub fn named(self, label: impl Into<String>) -> Series {
+        Series {
+            label: Some(label.into()),
+            ..self
+        }
+    }
+}
+
+impl Chart {
+    /// Axes and nothing on them yet.
+    pub fn new(x: Axis, y: Axis) -> Chart {
+        Chart {
+            title: String::new(),
+            x,
+            y,
+            series: Vec::new(),
+            inset: None,
+            notes: Vec::new(),
+        }
+    }
+
+    /// The same under a few words.
+    pub fn titled(self, title: impl Into<String>) -> Chart {
+        Chart {
+            title: title.into(),
+            ..self
+        }
+    }
+
+    /// The same with a chart inside; `place` is its left, top, width and height as shares.
+    pub fn with_inset(self, chart: Chart, place: [f64; 4]) -> Chart {
+        Chart {
+            inset: Some(Box::new(Inset { chart, place })),
+            ..self
+        }
+    }
+
+    /// Draws it, `[width, height]` in pixels, with words of the given size.
+    pub(super) fn draw(&self, size: [f64; 2], words: u32) -> Scene {
+        let frame = Frame::of(self);
+        let layout = self.layout(&frame, size, words);
+        let computed = ComputedLayout::from_layout(&layout);
+        let series = || self.series.iter();
+        let plots = series().flat_map(|series| self.plots(series, &frame, words));
+        let mut scene = render_multiple(plots.collect(), layout);
+        let bars = series().filter_map(|series| self.bars(series, &frame, &computed));
+        // Error bars lie under the points: after the axes, before what is clipped to them.
+        let mut elements = scene.elements.iter();
+        let at = elements.position(|element| matches!(element, Primitive::ClipStart { .. }));
+        let at = at.unwrap_or(scene.elements.len());
+        scene.elements.splice(at..at, bars.collect::<Vec<_>>());
+        scene
+    }
+
+    fn layout(&self, frame: &Frame, [width, height]: [f64; 2], words: u32) -> Layout {
+        let (x_from, y_from) = frame.lifted(frame.x[0], frame.y[0]);
+        let (x_to, y_to) = frame.lifted(frame.x[1], frame.y[1]);
+        let mut layout = Layout::new((x_from, x_to), (y_from, y_to))
+            .with_width(width)
+            .with_height(height)
+            .with_x_axis_min(x_from)
+            .with_x_axis_max(x_to)
+            .with_y_axis_min(y_from)
+            .with_y_axis_max(y_to)
+            .with_x_label(self.x.label.clone())
+            .with_y_label(self.y.label.clone())
+            .with_x_tick_format(self.x.ticks(frame.lift[0]))
+            .with_y_tick_format(self.y.ticks(frame.lift[1]))
+            .with_axis_line(AxisLine::Box)
+            .with_tick_align(TickAlign::Inside)
+            .with_ticks(if width < NARROW { 3 } else { 5 })
+            .with_label_size(words)
+            .with_tick_size(words - 1)
+            .with_title_size(words)
+            .with_body_size(words)
+            .with_theme(theme());
+        if !self.title.is_empty() {
+            layout = layout.with_title(self.title.clone());
+        }
+        if self.x.spacing == Spacing::Logarithmic {
+            layout = layout.with_log_x();
+        }
+        if self.y.spacing == Spacing::Logarithmic {
+            layout = layout.with_log_y();
+        }
+        for (x, y, text) in &self.notes {
+            let (x, y) = frame.lifted(*x, *y);
+            let note = TextAnnotation::new(text.clone(), x, y)
+                .with_color(Ink::Text.css())
+                .with_font_size(words - 1);
+            layout = layout.with_annotation(note);
+        }
+        layout
+    }
+
+    fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
+        let lifted = |point: &Point| frame.lifted(point.x, point.y);
+        let ink = series.style.ink.css();
+        let mut plots = Vec::new();
+        if let Some(line) = series.style.line {
+            let drawn = LinePlot::new()
+                .with_data(self.placed(series).map(lifted).collect::<Vec<_>>())
+                .with_color(ink.clone())
+                .with_stroke_width(line.width)
+                .with_line_style(line.dash.style());
+            plots.push(Plot::Line(drawn));
+        }
+        if let Some(marker) = series.style.marker {
+            let seen = self.placed(series).filter(|point| frame.holds(point));
+            let drawn = ScatterPlot::new()
+                .with_data(seen.map(lifted).collect::<Vec<_>>())
+                .with_color(ink)
+                .with_marker(marker.shape())
+                .with_size(f64::from(words) * 0.23);
+            plots.push(Plot::Scatter(drawn));
+        }
+        plots
+    }
+
+    /// All error bars of a series in one path.
+    fn bars(&self, series: &Series, frame: &Frame, layout: &ComputedLayout) -> Option<Primitive> {
+        let mut path = String::new();
+        let seen = self.placed(series).filter(|point| frame.holds(point));
+        for (point, bar) in seen.filter_map(|point| Some((point, point.bar?))) {
+            let place = |end: f64| {
+                let (x, y) = frame.lifted(point.x, end.clamp(frame.y[0], frame.y[1]));
+                [layout.map_x(x), layout.map_y(y)]
+            };
+            let ([x, low], [_, high]) = (place(bar[0]), place(bar[1]));
+            path += &format!("M{x:.1} {low:.1}V{high:.1}");
+        }
+        (!path.is_empty()).then(|| {
+            Primitive::Path(Box::new(PathData {
+                d: path,
+                fill: None,
+                stroke: series.style.ink.css().into(),
+                stroke_width: 1.0,
+                opacity: Some(0.55),
+                stroke_dasharray: None,
+            }))
+        })
+    }
+
+    fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a Point> {
+        let has_place = |point: &&Point| self.x.can_show(point.x) && self.y.can_show(point.y);
+        series.points.iter().filter(has_place)
+    }
+}
+
+/// The numbers at the ends of the axes, and how they are put to the crate that draws.
+struct Frame {
+    x: [f64; 2],
+    y: [f64; 2],
+    lift: [f64; 2],
+}
+
+impl Frame {
+    fn of(chart: &Chart) -> Frame {
+        let points = || chart.series.iter().flat_map(|series| &series.points);
+        let x = chart.x.ends(points().map(|point| point.x));
+        let in_sight = |point: &&Point| (x[0]..=x[1]).contains(&point.x);
+        let heights = |point: &Point| {
+            let [low, high] = point.bar.unwrap_or([point.y; 2]);
+            [point.y, low, high]
+        };
+        let y = chart.y.ends(points().filter(in_sight).flat_map(heights));
+        Frame {
+            x,
+            y,
+            lift: [chart.x.lift(x), chart.y.lift(y)],
+        }
+    }
+
+    fn holds(&self, point: &Point) -> bool {
+        let is_within = |[from, to]: [f64; 2], value| (from..=to).contains(&value);
+        is_within(self.x, point.x) && is_within(self.y, point.y)
+    }
+
+    fn lifted(&self, x: f64, y: f64) -> (f64, f64) {
+        (x * self.lift[0], y * self.lift[1])
+    }
+}
+
+fn theme() -> Theme {
+    let text = Ink::Text.css();
+    Theme {
+        background: Ink::Paper.css(),
+        axis_color: text.clone(),
+        grid_color: Ink::Grid.css(),
+        tick_color: text.clone(),
+        text_color: text,
+        ..Theme::light()
+    }
+}

@@ -1,0 +1,352 @@
+//! Charts and maps side by side above one legend, as SVG.
+
+use std::fmt::Write;
+
+use kuva::backend::svg::SvgBackend;
+use kuva::render::render::{Primitive, Scene, TextAnchor};
+
+use super::chart::{Chart, Inset, Series};
+use super::ink::{self, Ink};
+use super::legend::{self, Legend};
+use super::raster::Raster;
+
+/// The family of all words: the font that travels with the program comes first.
+pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+
+/// Size of words, in pixels.
+const WORDS: u32 = 13;
+/// Space between panels, in pixels.
+const GAP: f64 = 10.0;
+/// Height of a line of words above a map.
+const HEAD: f64 = 24.0;
+
+/// One figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheet {
+    /// Rows of panels.
+    pub rows: Vec<Vec<Panel>>,
+    /// Width and height of one panel, in pixels.
+    pub panel: [f64; 2],
+}
+
+/// One part of a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Panel {
+    /// Series over axes.
+    Chart(Box<Chart>),
+    /// A map under a few words.
+    Map {
+        /// The words.
+        title: String,
+        /// The map.
+        raster: Raster,
+    },
+    /// Nothing, where a grid has a hole.
+    Empty,
+}
+
+impl Sheet {
+    /// One chart.
+    pub fn of(chart: Chart) -> Sheet {
+        Sheet::of_charts(vec![vec![chart]], [640.0, 430.0])
+    }
+
+    /// Rows of charts.
+    pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Sheet {
+        let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
+        Sheet {
+            rows: rows.into_iter().map(|row| panels(row).collect()).collect(),
+            panel,
+        }
+    }
+
+    /// The figure as SVG in the variables of [`ink`]; `name` keeps its parts apart from those of
+    /// other figures on a page.
+    pub fn to_svg(&self, name: &str) -> String {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
+        let [panel_width, panel_height] = self.panel;
+        let width = (columns * (panel_width + GAP) - GAP).ceil();
+        let legend = Legend::new(legend::entries(self.series()), width, WORDS);
+        let top = self.rows.len() as f64 * (panel_height + GAP);
+        let mut scene = Scene::new(width, (top + legend.height()).ceil());
+        scene.background_color = None;
+        scene.text_color = Some(Ink::Text.css());
+        scene.font_family = Some(FONT_FAMILY.to_owned());
+        let mut maps = String::new();
+        for (row, panels) in self.rows.iter().enumerate() {
+            for (column, panel) in panels.iter().enumerate() {
+                let x = column as f64 * (panel_width + GAP);
+                let y = row as f64 * (panel_height + GAP);
+                self.draw(panel, [x, y], &mut scene, &mut maps);
+            }
+        }
+        legend.draw(&mut scene, top, width);
+        finished(&scene, &maps, name)
+    }
+
+    fn series(&self) -> impl Iterator<Item = &Series> {
+        let panels = self.rows.iter().flatten();
+        panels
+            .filter_map(|panel| match panel {
+                Panel::Chart(chart) => Some(chart),
+                Panel::Map { .. } | Panel::Empty => None,
+            })
+            .flat_map(|chart| {
+                let inset = chart.inset.iter().flat_map(|inset| &inset.chart.series);
+                chart.series.iter().chain(inset)
+            })
+    }
+
+    fn draw(&self, panel: &Panel, [x, y]: [f64; 2], scene: &mut Scene, maps: &mut String) {
+        match panel {
+            Panel::Chart(chart) => {
+                place(scene, chart.draw(self.panel, WORDS), [x, y]);
+                if let Some(inset) = &chart.inset {
+                    self.draw_inset(inset, [x, y], scene);
+                }
+            }
+            Panel::Map { title, raster } => self.draw_map(title, raster, [x, y], scene, maps),
+            Panel::Empty => {}
+        }
+    }
+
+    fn draw_inset(&self, inset: &Inset, [x, y]: [f64; 2], scene: &mut Scene) {
+        let [width, height] = self.panel;
+        let [left, top, share_x, share_y] = inset.place;
+        let at = [x + left * width, y + top * height];
+        let size = [share_x * width, share_y * height];
+        scene.add(Primitive::Rect {
+            x: at[0],
+            y: at[1],
+            width: size[0],
+            height: size[1],
+            fill: Ink::Paper.css().into(),
+            stroke: None,
+            stroke_width: None,
+            opacity: None,
+        });
+        place(scene, inset.chart.draw(size, WORDS - 2), at);
+    }
+
+    fn draw_map(
+        &self,
+        title: &str,
+        raster: &Raster,
+        [x, y]: [f64; 2],
+        scene: &mut Scene,
+        maps: &mut String,
+    ) {
+        let [width, height] = self.panel;
+        let lines = wrapped(title, width);
+        let line = f64::from(WORDS) * 1.4;
+        // Maps of one row are of one size, whatever the lines above them.
+        let side = width.min(height - HEAD);
+        let left = x + (width - side) / 2.0;
+        let head = height - side;
+        for (from_last, text) in lines.iter().rev().enumerate() {
+            scene.add(Primitive::Text {
+                x: x + width / 2.0,
+                y: y + head - 5.0 - from_last as f64 * line,
+                content: text.clone(),
+                size: WORDS,
+                anchor: TextAnchor::Middle,
+                rotate: None,
+                bold: false,
+                color: Some(Ink::Text.css().into()),
+            });
+        }
+        scene.add(Primitive::Rect {
+            x: left,
+            y: y + head,
+            width: side,
+            height: side,
+            fill: "none".into(),
+            stroke: Some(Ink::Soft.css().into()),
+            stroke_width: Some(1.0),
+            opacity: None,
+        });
+        let data = base64(&raster.to_png());
+        let _ = write!(
+            maps,
+            "<image x=\"{left:.1}\" y=\"{:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" \
+             preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
+             href=\"data:image/png;base64,{data}\"/>",
+            y + head,
+        );
+    }
+}
+
+/// Width and height of panels for maps with such words above, in pixels.
+pub fn panel_of_map<'a>(words: impl Iterator<Item = &'a str>, width: f64) -> [f64; 2] {
+    let lines = words.map(|words| wrapped(words, width).len()).max();
+    [width, width + HEAD * lines.unwrap_or(0) as f64]
+}
+
+/// Words broken between parts so that lines fit a width.
+fn wrapped(text: &str, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in text.split(" · ") {
+        let joined = lines.last().map(|line| format!("{line} · {part}"));
+        match joined {
+            Some(line) if legend::width_of(&line, WORDS) <= width => {
+                lines.pop();
+                lines.push(line);
+            }
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Adds a drawing to another, moved.
+fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
+    scene.add(shift(x, y));
+    scene.elements.extend(drawn.elements);
+    scene.add(Primitive::GroupEnd);
+    scene.defs.extend(drawn.defs);
+}
+
+/// Opens a group that is moved.
+pub(super) fn shift(x: f64, y: f64) -> Primitive {
+    Primitive::GroupStart {
+        transform: Some(format!("translate({x:.1},{y:.1})")),
+        title: None,
+        extra_attrs: None,
+    }
+}
+
+/// The scene as SVG with its maps behind, scaling with the page.
+fn finished(scene: &Scene, maps: &str, name: &str) -> String {
+    let svg = SvgBackend::new().render_scene(scene);
+    let svg = with_own_numbers(&svg, name);
+    let head = svg.find('>').expect("a drawing begins with its tag");
+    let (width, height) = (scene.width, scene.height);
+    // On a wide page it grows, but not so far that its words outgrow those around it.
+    let size = format!(
+        "viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{:.0}px\"",
+        1.4 * width
+    );
+    let (tag, rest) = svg.split_at(head);
+    format!("{tag} {size}>{maps}{}", &rest[1..])
+}
+
+/// Clip paths are numbered over the whole process; here over the drawing.
+fn with_own_numbers(svg: &str, name: &str) -> String {
+    const MARK: &str = "kuva-clip-";
+    let mut known: Vec<&str> = Vec::new();
+    let mut parts = svg.split(MARK);
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let end = part
+            .find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(part.len());
+        let (number, rest) = part.split_at(end);
+        let place = known.iter().position(|&seen| seen == number);
+        let place = place.unwrap_or_else(|| {
+            known.push(number);
+            known.len() - 1
+        });
+        let _ = write!(text, "{name}-clip-{place}{rest}");
+    }
+    text
+}
+
+/// A drawing that needs no page around it: with its own light paper and colours.
+pub fn alone(svg: &str) -> String {
+    let head = svg.find('>').expect("a drawing begins with its tag") + 1;
+    let (tag, rest) = svg.split_at(head);
+    let paper = Ink::Paper.css();
+    let sheet = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
+    ink::written_in(&sheet)
+}
+
+/// Bytes as text in which pages and drawings hold them.
+pub fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |place: usize| u32::from(chunk.get(place).copied().unwrap_or(0));
+        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for place in 0..4 {
+            let digit = (word >> (18 - 6 * place) & 63) as usize;
+            let is_padding = place > chunk.len();
+            text.push(if is_padding {
+                '='
+            } else {
+                char::from(DIGITS[digit])
+            });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::axis::Axis;
+    use super::super::chart::{Dash, Marker, Point, Style};
+    use super::super::pixels;
+    use super::*;
+
+    fn sheet() -> Sheet {
+        let mut chart = Chart::new(Axis::linear("load y"), Axis::logarithmic("area"));
+        let point = |x: f64| Point {
+            x,
+            y: x * x,
+            bar: Some([0.5 * x * x, 2.0 * x * x]),
+        };
+        chart.series.push(Series {
+            points: [0.0, 0.5, 1.0, f64::NAN].map(point).to_vec(),
+            style: Style::marker(Ink::Series(0), Marker::Triangle),
+            label: Some("k_lower 4".to_owned()),
+        });
+        let line = Style::line(Ink::Text, Dash::Dashed, 1.5);
+        chart
+            .series
+            .push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
+        let inset = chart.clone();
+        let map = Panel::Map {
+            title: "heights".to_owned(),
+            raster: Raster::of_heights(2, &[0.0, 1.0, 2.0, 3.0]),
+        };
+        let chart = chart.with_inset(inset, [0.5, 0.5, 0.4, 0.4]);
+        Sheet {
+            rows: vec![vec![Panel::Chart(Box::new(chart)), map]],
+            panel: [300.0, 200.0],
+        }
+    }
+
+    #[test]
+    fn equal_sheets_are_equal_bytes_however_many_were_drawn_before() {
+        let first = sheet().to_svg("area");
+        Sheet::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
+        assert_eq!(first, sheet().to_svg("area"));
+    }
+
+    #[test]
+    fn words_stay_words_and_each_name_has_one_entry() {
+        let svg = sheet().to_svg("area");
+        assert_eq!(svg.matches(">k_lower 4</text>").count(), 1);
+        assert_eq!(svg.matches(">a &amp; b &lt; c</text>").count(), 1);
+        assert!(svg.contains(">load y</text>") && !svg.contains("NaN"));
+    }
+
+    #[test]
+    fn a_sheet_alone_is_a_drawing_of_its_size_without_variables() {
+        let alone = alone(&sheet().to_svg("area"));
+        assert!(!alone.contains("var(") && alone.contains("viewBox"));
+        let png = pixels::to_png(&alone, 2.0).unwrap();
+        let decoder = png::Decoder::new(std::io::Cursor::new(&png));
+        let reader = decoder.read_info().unwrap();
+        assert_eq!(
+            reader.info().width,
+            1220,
+            "two panels and the gap between them"
+        );
+    }
+
+    #[test]
+    fn bytes_in_base_64_are_those_of_the_standard() {
+        let encoded = ["", "f", "fo", "foo", "foob"].map(|text| base64(text.as_bytes()));
+        assert_eq!(encoded, ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]);
+    }
+}
