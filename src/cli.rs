@@ -12,6 +12,7 @@ mod grid;
 mod outlook;
 mod plan;
 mod progress;
+mod report;
 mod run;
 mod schema;
 mod show;
@@ -65,6 +66,8 @@ enum Command {
     Run(run::Arguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
     Claims(claims::Arguments),
+    /// Write a page of figures and tables, and each figure as SVG and PNG.
+    Report(report::Arguments),
     /// Print a stage's table, or ask all tables of a study in SQL.
     Table(table::Arguments),
     /// Say what the columns of the tables mean, and in which units they are.
@@ -87,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
         Command::Claims(arguments) => claims::run(&arguments, &data),
+        Command::Report(arguments) => report::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),
         Command::Columns(arguments) => columns::run(&arguments),
         Command::Show(arguments) => show::run(&arguments, &data),

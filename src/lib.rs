@@ -10,6 +10,7 @@
 //! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
 //! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB.
 //! 6. [`claims`] – what the 2015 paper says, put to those tables.
+//! 7. [`report`] – a page to look at, and the figures for a paper.
 //!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
@@ -31,6 +32,8 @@ pub mod runner;
 pub mod results;
 
 pub mod claims;
+
+pub mod report;
 
 pub mod figures;
 

@@ -9,5 +9,6 @@ mod explain;
 mod heights;
 mod nayak;
 mod reference;
+mod report;
 mod shipped;
 mod tables;

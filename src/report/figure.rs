@@ -1,0 +1,68 @@
+//! A figure of the page, or what it would take.
+
+use super::ReportError;
+use super::evidence::Evidence;
+use crate::figures::sheet::Sheet;
+
+/// What a figure is, and how to draw it.
+pub struct Definition {
+    /// Its file's name, and its anchor on the page.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// Draws it from a study's tables.
+    pub draw: fn(&Evidence) -> Result<Drawn, ReportError>,
+}
+
+/// What came of a figure.
+pub enum Drawn {
+    /// It is there.
+    Figure {
+        /// Charts and maps.
+        sheet: Box<Sheet>,
+        /// What is to be seen, of how many surfaces, under which correction.
+        caption: String,
+    },
+    /// The study has no data for it.
+    Missing {
+        /// What it needs, in words.
+        needs: &'static str,
+        /// The lines of a manifest that would add it.
+        lines: String,
+    },
+}
+
+impl Drawn {
+    /// A figure and its caption.
+    pub fn figure(sheet: Sheet, caption: impl Into<String>) -> Drawn {
+        Drawn::Figure {
+            sheet: Box::new(sheet),
+            caption: caption.into(),
+        }
+    }
+
+    /// What would add a figure: a stage of the given lines below its header.
+    pub fn missing(needs: &'static str, lines: impl Into<String>) -> Drawn {
+        Drawn::Missing {
+            needs,
+            lines: lines.into(),
+        }
+    }
+}
+
+/// `8 surfaces`, `4 surfaces for each of 2 spectra`.
+pub fn sample(surfaces: &[usize]) -> String {
+    let (least, most) = (surfaces.iter().min(), surfaces.iter().max());
+    let (Some(&least), Some(&most)) = (least, most) else {
+        return "no surfaces".to_owned();
+    };
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
+    let each = match least == most {
+        true => format!("{most} surface{}", plural(most)),
+        false => format!("{least} to {most} surfaces"),
+    };
+    match surfaces.len() {
+        1 => each,
+        points => format!("{each} for each of {points} parameter points"),
+    }
+}

@@ -1,0 +1,36 @@
+//! All figures of a page, in the order of the paper. Each file is one figure: what it needs, from
+//! which tables, over which axes, with which words.
+
+mod area;
+mod contact_maps;
+mod corrections;
+mod full_contact;
+mod heights;
+mod mesh;
+mod near_full_contact;
+mod pressure_growth;
+mod slope;
+mod spectrum;
+mod summits;
+mod surfaces;
+mod theories;
+
+use super::figure::Definition;
+
+/// Every figure that a study can have.
+pub const ALL: [&Definition; 14] = [
+    &spectrum::FIGURE,
+    &heights::FIGURE,
+    &surfaces::FIGURE,
+    &area::FIGURE,
+    &slope::FIGURE,
+    &full_contact::FIGURE,
+    &contact_maps::FIGURE,
+    &near_full_contact::FIGURE,
+    &corrections::RELATIVE_ERROR,
+    &corrections::CORRECTED,
+    &pressure_growth::FIGURE,
+    &summits::NAYAK,
+    &summits::DENSITY,
+    &mesh::FIGURE,
+];

@@ -1,0 +1,149 @@
+//! What the mesh adds to the area: the paper's estimate of the error, and corrected areas (figs. 12
+//! and 13).
+
+use super::theories::{self, AREA, SECANT};
+use crate::figures::axis::Axis;
+use crate::figures::chart::{Chart, Style};
+use crate::figures::sheet::Sheet;
+use crate::report::ReportError;
+use crate::report::ensembles::Mean;
+use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, up_to};
+use crate::report::figure::{Definition, Drawn, sample};
+use crate::stages::columns::{AREA_CORRECTED, ERROR_RELATIVE};
+
+/// The correction of the 2015 paper, which comes with bounds.
+const OF_2015: &str = "pi/8";
+
+pub const RELATIVE_ERROR: Definition = Definition {
+    name: "relative-error",
+    title: "Relative error of the counted area, as the paper estimates it",
+    draw: draw_errors,
+};
+
+pub const CORRECTED: Definition = Definition {
+    name: "area-corrected",
+    title: "Corrected contact area",
+    draw: draw_corrected,
+};
+
+fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let mut chart = Chart::new(
+        Axis::linear(AREA_LABEL).within(0.0, 1.02),
+        Axis::linear("relative error (π/8) S_d Δx/A"),
+    );
+    let mut by_load = Chart::new(
+        Axis::logarithmic("load"),
+        Axis::logarithmic("relative error"),
+    );
+    let mut surfaces = Vec::new();
+    for ensemble in evidence.under(OF_2015) {
+        let errors = ensemble.mean(ERROR_RELATIVE.name)?;
+        let areas = ensemble.mean(COUNTED)?;
+        let against_area: Vec<Mean> = errors
+            .iter()
+            .zip(&areas)
+            .map(|(error, area)| Mean {
+                load: area.mean,
+                ..*error
+            })
+            .collect();
+        let label = evidence.looks.label(&ensemble.point);
+        let style = evidence.looks.markers(&ensemble.point).joined();
+        chart.series.push(series(&against_area, style).named(label));
+        by_load
+            .series
+            .push(series(&errors, evidence.looks.line(&ensemble.point)));
+        surfaces.push(ensemble.surfaces);
+    }
+    if surfaces.is_empty() {
+        let lines = evidence.lines_of_corrections();
+        return Ok(Drawn::missing("areas corrected by π/8", lines));
+    }
+    let chart = chart.with_inset(by_load, [0.43, 0.045, 0.53, 0.5]);
+    let caption = format!(
+        "Half the distance of the bounds on the true area over the counted area, (π/8) S_d Δx/A, \
+         against the counted area fraction and, in the inset, against load; S_d is the Manhattan \
+         perimeter, Δx the mesh step. Means and standard errors over {}.",
+        sample(&surfaces),
+    );
+    Ok(Drawn::figure(Sheet::of(chart), caption))
+}
+
+fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let corrections = evidence.corrections();
+    if corrections.is_empty() {
+        let lines = evidence.lines_of_corrections();
+        return Ok(Drawn::missing(
+            "areas under a correction other than \"none\"",
+            lines,
+        ));
+    }
+    let mut areas = Vec::new();
+    let mut secants = Vec::new();
+    for correction in corrections.iter().take(2) {
+        let [area, secant] = charts(evidence, correction)?;
+        areas.push(area);
+        secants.push(secant);
+    }
+    if areas
+        .iter()
+        .all(|chart| chart.series.iter().all(|series| series.points.len() < 2))
+    {
+        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        return Ok(Drawn::missing(
+            "corrected areas under at least two loads up to 0.06",
+            lines,
+        ));
+    }
+    let surfaces: Vec<usize> = evidence
+        .under(corrections[0])
+        .map(|one| one.surfaces)
+        .collect();
+    let caption = format!(
+        "Corrected contact area (points, with standard errors) beside the counted one (lines of \
+         the same colour) and, below, the secants of both, from {}; corrections: {}.",
+        sample(&surfaces),
+        corrections
+            .iter()
+            .take(2)
+            .copied()
+            .collect::<Vec<_>>()
+            .join(", "),
+    );
+    Ok(Drawn::figure(
+        Sheet::of_charts(vec![areas, secants], [430.0, 320.0]),
+        caption,
+    ))
+}
+
+/// Area and secant under one correction, light loads only.
+fn charts(evidence: &Evidence, correction: &str) -> Result<[Chart; 2], ReportError> {
+    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
+    let title = format!("correction {correction}");
+    let mut area = Chart::new(axis.clone(), Axis::linear(AREA_LABEL)).titled(title.clone());
+    let mut secant = Chart::new(axis, Axis::linear("secant A/(A₀ y)")).titled(title);
+    for ensemble in evidence.under(correction) {
+        let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
+        let counted = up_to(LIGHT, ensemble.mean(COUNTED)?);
+        let markers = evidence.looks.markers(&ensemble.point);
+        let line = Style {
+            marker: None,
+            ..markers.joined()
+        };
+        let label = evidence.looks.label(&ensemble.point);
+        area.series.push(series(&counted, line));
+        area.series.push(series(&corrected, markers).named(label));
+        secant.series.push(series(&secants(&counted), line));
+        secant.series.push(series(&secants(&corrected), markers));
+    }
+    let range = [LIGHT * 1e-3, LIGHT];
+    for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
+        chart.series.push(theories::persson_curve(quantity, range));
+        chart.series.push(theories::asymptote(quantity, range));
+    }
+    Ok([area, secant])
+}
+
+fn secants(means: &[Mean]) -> Vec<Mean> {
+    means.iter().map(Mean::secant).collect()
+}

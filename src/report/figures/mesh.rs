@@ -1,0 +1,198 @@
+//! What the mesh adds to the area, and which correction takes it off again; beyond the paper.
+
+use arrow::array::Array;
+
+use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::figures::axis::{Axis, Spacing};
+use crate::figures::chart::{Chart, Dash, Point as Place, Series, Style};
+use crate::figures::ink::Ink;
+use crate::figures::sheet::Sheet;
+use crate::report::ReportError;
+use crate::report::ensembles::{self, Ensemble, Point};
+use crate::report::evidence::{Evidence, LIGHT, LOAD_LABEL};
+use crate::report::figure::{Definition, Drawn};
+use crate::report::looks::Looks;
+use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD, NODES};
+use crate::store::table::{Table, TableError};
+
+pub const FIGURE: Definition = Definition {
+    name: "mesh-convergence",
+    title: "Convergence with the mesh",
+    draw,
+};
+
+/// The coefficient of one parameter point under one load, pooled over surfaces.
+struct Coefficient {
+    point: Point,
+    load: f64,
+    value: f64,
+    interval: Option<[f64; 2]>,
+    area_limit: f64,
+}
+
+fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let mut coefficients = Vec::new();
+    for stage in evidence
+        .finished
+        .with(&["mesh_coefficient", "pooled", "area_limit", LOAD.name])
+    {
+        coefficients.extend(pooled(&stage.table)?);
+    }
+    if coefficients.is_empty() {
+        let lines = evidence.lines_of_meshes();
+        return Ok(Drawn::missing(
+            "the same surfaces on at least two meshes",
+            lines,
+        ));
+    }
+    let looks = Looks::of(coefficients.iter().map(|coefficient| &coefficient.point));
+    let mut charts = vec![coefficient_chart(&coefficients, &looks)];
+    let names = ["none"].into_iter().chain(evidence.corrections());
+    for name in names.take(3) {
+        let ensembles: Vec<&Ensemble> = evidence.under(name).collect();
+        if !ensembles.is_empty() {
+            charts.push(error_chart(name, &ensembles, &coefficients, &looks)?);
+        }
+    }
+    let mut rows = Vec::new();
+    while !charts.is_empty() {
+        let rest = charts.split_off(charts.len().min(2));
+        rows.push(std::mem::replace(&mut charts, rest));
+    }
+    let caption = format!(
+        "Coefficient c of A_N = A* + c S_d Δx for each load, over all meshes and surfaces, with \
+         bootstrap intervals; and the deviation of the area from A* on each mesh under the load \
+         nearest to {LIGHT}, as counted and corrected. S_d is the Manhattan perimeter, Δx the mesh \
+         step; means over the surfaces."
+    );
+    Ok(Drawn::figure(
+        Sheet::of_charts(rows, [430.0, 310.0]),
+        caption,
+    ))
+}
+
+fn coefficient_chart(coefficients: &[Coefficient], looks: &Looks) -> Chart {
+    let mut chart = Chart::new(
+        Axis::logarithmic(LOAD_LABEL),
+        Axis::linear("coefficient c").within(0.0, 0.45),
+    );
+    chart.title = "what the mesh adds".to_owned();
+    let mut loads: Vec<f64> = coefficients.iter().map(|one| one.load).collect();
+    loads.sort_by(f64::total_cmp);
+    let range = [0.8 * loads[0], 1.25 * loads[loads.len() - 1]];
+    chart.x = chart.x.within(range[0], range[1]);
+    for (value, label, dash) in [
+        (PI_OVER_EIGHT, "π/8 (2015)", Dash::Dashed),
+        (YASTREBOV_2017, "(π − 1 + ln 2)/24 (2017)", Dash::Solid),
+    ] {
+        let style = Style::line(Ink::Text, dash, 1.5);
+        let line = Series::curve(|_| value, range, Spacing::Logarithmic, style);
+        chart.series.push(line.named(label));
+    }
+    for coefficient in coefficients {
+        let place = Place {
+            x: coefficient.load,
+            y: coefficient.value,
+            bar: coefficient.interval,
+        };
+        chart.series.push(Series {
+            points: vec![place],
+            style: looks.markers(&coefficient.point),
+            label: Some(looks.label(&coefficient.point)),
+        });
+    }
+    chart
+}
+
+/// Deviation from A* against the nodes of the shortest wave.
+fn error_chart(
+    correction: &str,
+    ensembles: &[&Ensemble],
+    coefficients: &[Coefficient],
+    looks: &Looks,
+) -> Result<Chart, TableError> {
+    let title = match correction {
+        "none" => "as counted".to_owned(),
+        _ => format!("correction {correction}"),
+    };
+    let mut chart = Chart::new(
+        Axis::logarithmic("nodes per shortest wavelength"),
+        Axis::linear("area over A* − 1, %"),
+    );
+    chart.title = title;
+    for coefficient in at_light_load(coefficients) {
+        let of_point = ensembles
+            .iter()
+            .filter(|one| is_at(&one.point, &coefficient.point));
+        let mut points = Vec::new();
+        for ensemble in of_point {
+            let number = |name: &str| ensemble.point.get(name)?.parse::<f64>().ok();
+            let (Some(nodes), Some(k_upper)) = (number(NODES.name), number(K_UPPER.name)) else {
+                continue;
+            };
+            let means = ensemble.mean(AREA_CORRECTED.name)?;
+            let mean = means.iter().find(|mean| mean.load == coefficient.load);
+            let deviation = mean.map(|mean| 100.0 * (mean.mean / coefficient.area_limit - 1.0));
+            points.extend(deviation.map(|deviation| (nodes / k_upper, deviation)));
+        }
+        points.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let style = looks.markers(&coefficient.point).joined();
+        chart.series.push(Series::new(points, style));
+    }
+    Ok(chart)
+}
+
+/// The coefficients under the load nearest to the heaviest light one.
+fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coefficient> {
+    let distance = |load: f64| (load / LIGHT).ln().abs();
+    let nearest = coefficients
+        .iter()
+        .map(|one| one.load)
+        .min_by(|one, other| distance(*one).total_cmp(&distance(*other)));
+    coefficients
+        .iter()
+        .filter(move |one| Some(one.load) == nearest)
+}
+
+/// Whether an ensemble belongs to a point in which meshes are not told apart.
+fn is_at(ensemble: &Point, point: &Point) -> bool {
+    let spectrum = [
+        "method",
+        "side",
+        "rms_slope",
+        "hurst",
+        "k_lower",
+        "k_rolloff",
+        "k_upper",
+    ];
+    spectrum
+        .iter()
+        .all(|name| ensemble.get(*name) == point.get(*name))
+}
+
+fn pooled(table: &Table) -> Result<Vec<Coefficient>, TableError> {
+    let (pooled, loads) = (table.texts("pooled")?, table.reals(LOAD.name)?);
+    let real = |name: &str| table.reals(name);
+    let (values, limits) = (real("mesh_coefficient")?, real("area_limit")?);
+    let (lower, upper) = (
+        real("mesh_coefficient_lower")?,
+        real("mesh_coefficient_upper")?,
+    );
+    let is_shown = |&row: &usize| {
+        pooled.value(row) == "surfaces" && values.is_valid(row) && limits.is_valid(row)
+    };
+    let coefficient = |row: usize| {
+        let known = lower.is_valid(row) && upper.is_valid(row);
+        Coefficient {
+            point: ensembles::point(table, row),
+            load: loads.value(row),
+            value: values.value(row),
+            interval: known.then(|| [lower.value(row), upper.value(row)]),
+            area_limit: limits.value(row),
+        }
+    };
+    Ok((0..table.rows())
+        .filter(is_shown)
+        .map(coefficient)
+        .collect())
+}

@@ -1,0 +1,96 @@
+//! The approach to full contact (fig. 10).
+
+use crate::contact::models::full_contact;
+use crate::contact::persson;
+use crate::figures::axis::{Axis, Spacing};
+use crate::figures::chart::{Chart, Dash, Series, Style};
+use crate::figures::ink::Ink;
+use crate::figures::sheet::Sheet;
+use crate::report::ReportError;
+use crate::report::ensembles::Mean;
+use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LOAD_LABEL, series};
+use crate::report::figure::{Definition, Drawn, sample};
+
+pub const FIGURE: Definition = Definition {
+    name: "near-full-contact",
+    title: "Approach to full contact",
+    draw,
+};
+
+/// The load from which contact is taken for nearly full.
+const FROM: f64 = 0.5;
+/// The factors of the load in the scaled error functions that the paper draws.
+const SCALES: [f64; 2] = [1.09, 1.16];
+
+fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
+    let mut approach = Chart::new(Axis::logarithmic("load"), Axis::logarithmic("F(y)"));
+    let mut heaviest = 0.0_f64;
+    let mut least = 1.0_f64;
+    for ensemble in &evidence.measured {
+        let mut means = ensemble.mean(COUNTED)?;
+        means.retain(|mean| mean.load >= FROM);
+        heaviest = heaviest.max(means.last().map_or(0.0, |mean| mean.load));
+        least = means.iter().fold(least, |least, mean| least.min(mean.mean));
+        chart.series.push(evidence.points(ensemble, &means));
+        let style = evidence.looks.markers(&ensemble.point);
+        let transformed: Vec<Mean> = means.iter().filter_map(transformed).collect();
+        approach.series.push(series(&transformed, style));
+    }
+    if heaviest < 2.0 * FROM {
+        let lines = evidence
+            .lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        return Ok(Drawn::missing(
+            "measured contacts under loads up to 1 and beyond",
+            lines,
+        ));
+    }
+    let range = [FROM, heaviest];
+    let curve = |of: fn(f64) -> f64, ink, dash, width| {
+        Series::curve(of, range, Spacing::Linear, Style::line(ink, dash, width))
+    };
+    for (scale, dash) in SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]) {
+        let scaled = |load: f64| persson::area(scale * load);
+        let style = Style::line(Ink::Soft, dash, 2.6);
+        let label = format!("erf({scale} √2 y)");
+        let scaled = Series::curve(scaled, range, Spacing::Linear, style);
+        chart.series.push(scaled.named(label));
+    }
+    let asymptote =
+        |load: f64| 1.0 - (-2.0 * load * load).exp() / (load * std::f64::consts::TAU.sqrt());
+    chart.series.extend([
+        curve(persson::area, Ink::Text, Dash::Dashed, 1.8).named("Persson 2001"),
+        curve(asymptote, Ink::Series(5), Dash::Dotted, 1.8).named("its asymptote, η = 2"),
+        curve(
+            |y| 1.0 - full_contact::noncontact(y),
+            Ink::Text,
+            Dash::Dotted,
+            1.4,
+        )
+        .named("isolated cracks, 1 − ¾ erfc(√2 y)"),
+    ]);
+    approach.series.extend([
+        curve(persson::approach, Ink::Text, Dash::Dashed, 1.8),
+        curve(|load| 2.0 * load * load, Ink::Series(5), Dash::Dotted, 1.8),
+    ]);
+    chart.x = chart.x.within(FROM, 1.03 * heaviest);
+    chart.y = chart.y.within((least - 0.05).max(0.0), 1.01);
+    let chart = chart.with_inset(approach, [0.47, 0.33, 0.5, 0.5]);
+    let caption = format!(
+        "Contact area near full contact from {}; area as counted on the mesh. Points are means up \
+         to the first surface in full contact, bars their standard errors; grey lines are error \
+         functions of a scaled load. In the inset F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
+         2 y² in Persson's theory.",
+        sample(&evidence.sample()),
+    );
+    Ok(Drawn::figure(Sheet::of(chart), caption))
+}
+
+fn transformed(mean: &Mean) -> Option<Mean> {
+    let open = 1.0 - mean.mean;
+    Some(Mean {
+        mean: persson::approach_to_full_contact(mean.load, open)?,
+        error: mean.error.map(|error| error / open),
+        ..*mean
+    })
+}

@@ -1,0 +1,122 @@
+//! Slope of the area under light load with fits of the contact evolution law (fig. 6).
+
+use arrow::array::Array;
+
+use crate::contact::law::ContactEvolution;
+use crate::contact::persson;
+use crate::figures::axis::{Axis, Spacing};
+use crate::figures::chart::{Chart, Dash, Point, Series, Style};
+use crate::figures::ink::Ink;
+use crate::figures::sheet::Sheet;
+use crate::report::ReportError;
+use crate::report::ensembles::{self, Slope};
+use crate::report::evidence::{COUNTED, Evidence, LIGHT, LOAD_LABEL};
+use crate::report::figure::{Definition, Drawn, sample};
+use crate::store::table::{Table, TableError};
+
+pub const FIGURE: Definition = Definition {
+    name: "slope",
+    title: "Slope of the contact area under light load",
+    draw,
+};
+
+fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
+    let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
+    let mut fitted = 0;
+    for ensemble in &evidence.measured {
+        let slopes = ensemble.slope(COUNTED)?;
+        let style = evidence.looks.markers(&ensemble.point);
+        let label = evidence.looks.label(&ensemble.point);
+        chart.series.push(points(&slopes, style).named(label));
+    }
+    if chart.series.iter().all(|series| series.points.len() < 2) {
+        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        return Ok(Drawn::missing(
+            "measured contacts under several loads up to 0.06",
+            lines,
+        ));
+    }
+    for stage in evidence
+        .finished
+        .with(&["law", "kappa", "beta", "mu", "fitted_to"])
+    {
+        for fit in fits(&stage.table)? {
+            let style = Style::line(evidence.looks.ink(&fit.point), Dash::Solid, 2.0);
+            let range = [LIGHT * 1e-3, LIGHT];
+            let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
+            chart.series.push(curve);
+            fitted += 1;
+        }
+    }
+    let persson = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let range = [0.0, LIGHT];
+    chart
+        .series
+        .push(Series::curve(persson::slope, range, Spacing::Linear, persson).named("Persson 2001"));
+    let fits = match fitted {
+        0 => {
+            "The study has no fit of the contact evolution law with a given κ to the slope of the \
+              counted area."
+                .to_owned()
+        }
+        _ => "Lines are fits of the contact evolution law with the κ that the manifest gives."
+            .to_owned(),
+    };
+    let caption = format!(
+        "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
+         mesh. Bars are standard errors over the surfaces. {fits}",
+        sample(&evidence.sample()),
+    );
+    Ok(Drawn::figure(Sheet::of(chart), caption))
+}
+
+fn points(slopes: &[Slope], style: Style) -> Series {
+    let is_light = |slope: &&Slope| slope.load <= LIGHT;
+    let points = slopes.iter().filter(is_light).map(|slope| Point {
+        x: slope.load,
+        y: slope.slope,
+        bar: slope
+            .error
+            .map(|error| [slope.slope - error, slope.slope + error]),
+    });
+    Series {
+        points: points.collect(),
+        style,
+        label: None,
+    }
+}
+
+struct Fit {
+    point: ensembles::Point,
+    law: ContactEvolution,
+}
+
+/// The fits with a given κ to the counted area.
+fn fits(table: &Table) -> Result<Vec<Fit>, TableError> {
+    let texts = |name: &str| table.texts(name);
+    let (laws, kappas) = (texts("law")?, texts("kappa_is")?);
+    let corrections = table
+        .has("correction")
+        .then(|| texts("correction"))
+        .transpose()?;
+    let [kappa, beta, mu] = ["kappa", "beta", "mu"].map(|name| table.reals(name));
+    let (kappa, beta, mu) = (kappa?, beta?, mu?);
+    let is_shown = |&row: &usize| {
+        let counted = corrections.is_none_or(|column| column.value(row) == "none");
+        let is_known = beta.is_valid(row) && mu.is_valid(row) && kappa.is_valid(row);
+        counted
+            && is_known
+            && laws.value(row) == "contact-evolution"
+            && kappas.value(row) == "given"
+    };
+    let fit = |row: usize| Fit {
+        point: ensembles::point(table, row),
+        law: ContactEvolution {
+            kappa: kappa.value(row),
+            beta: beta.value(row),
+            mu: mu.value(row),
+        },
+    };
+    Ok((0..table.rows()).filter(is_shown).map(fit).collect())
+}

@@ -1,0 +1,66 @@
+//! Examples of surfaces (fig. 4).
+
+use std::collections::BTreeSet;
+
+use crate::figures::raster::Raster;
+use crate::figures::sheet::{Panel, Sheet, panel_of_map};
+use crate::report::ReportError;
+use crate::report::evidence::Evidence;
+use crate::report::figure::{Definition, Drawn};
+use crate::report::samples::{self, Sample};
+use crate::stages::generate::Heights;
+
+pub const FIGURE: Definition = Definition {
+    name: "surfaces",
+    title: "Examples of surfaces",
+    draw,
+};
+
+/// Pixels per side of a map.
+const PIXELS: usize = 192;
+
+fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let mut samples = samples::of(evidence)?;
+    samples.retain(|sample| sample.params.heights != Heights::None);
+    if samples.is_empty() {
+        let lines = evidence.lines_of_surfaces();
+        return Ok(Drawn::missing("surfaces with heights", lines));
+    }
+    let labels = samples
+        .iter()
+        .map(|sample| evidence.looks.label(&sample.point));
+    let labels: Vec<String> = labels.collect();
+    let panel = panel_of_map(labels.iter().map(String::as_str), 230.0);
+    let mut panels = Vec::new();
+    for (sample, title) in samples.iter().zip(labels) {
+        let surface = sample.draw(evidence).map_err(ReportError::Surface)?;
+        panels.push(Panel::Map {
+            title,
+            raster: Raster::of_heights(surface.nodes(), surface.heights()).at_most(PIXELS),
+        });
+    }
+    let columns = columns(&samples);
+    let mut rows: Vec<Vec<Panel>> = Vec::new();
+    while !panels.is_empty() {
+        let rest = panels.split_off(columns.min(panels.len()));
+        rows.push(std::mem::replace(&mut panels, rest));
+    }
+    let caption = "The first surface of each parameter point: dark blue valleys, yellow peaks, \
+                   each over its own range of heights.";
+    Ok(Drawn::figure(Sheet { rows, panel }, caption))
+}
+
+/// One column for each upper cutoff where all pairs of cutoffs are there, else three.
+fn columns(samples: &[Sample]) -> usize {
+    let cutoffs = samples.iter().filter_map(|sample| {
+        let spectrum = sample.random()?.spectrum;
+        Some((spectrum.k_lower, spectrum.k_upper))
+    });
+    let cutoffs: BTreeSet<(u32, u32)> = cutoffs.collect();
+    let lower: BTreeSet<u32> = cutoffs.iter().map(|cutoffs| cutoffs.0).collect();
+    let upper: BTreeSet<u32> = cutoffs.iter().map(|cutoffs| cutoffs.1).collect();
+    match upper.len() * lower.len() == samples.len() && upper.len() <= 4 {
+        true => upper.len(),
+        false => samples.len().min(3),
+    }
+}

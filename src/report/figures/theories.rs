@@ -1,0 +1,61 @@
+//! The theories that stand beside the data, as curves.
+
+use crate::contact::law::KAPPA_BGT;
+use crate::contact::models::AsperityModel;
+use crate::contact::models::asperities::Asperities;
+use crate::contact::persson;
+use crate::figures::axis::Spacing;
+use crate::figures::chart::{Dash, Series, Style};
+use crate::figures::ink::Ink;
+
+/// Nayak's parameters for which the paper draws asperity models.
+const NAYAK: [(f64, Ink); 2] = [(2.0, Ink::Text), (10.0, Ink::Soft)];
+
+/// A quantity made of the area under a load, and the load.
+pub type Quantity = fn(f64, f64) -> f64;
+
+/// The area itself.
+pub const AREA: Quantity = |area, _| area;
+/// The area over the load.
+pub const SECANT: Quantity = |area, load| area / load;
+
+/// Persson's theory.
+pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {
+    let style = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let curve = |load| quantity(persson::area(load), load);
+    Series::curve(curve, range, Spacing::Linear, style).named("Persson 2001")
+}
+
+/// What asperity models tend to at light load.
+pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
+    let style = Style::line(Ink::Soft, Dash::Dotted, 1.6);
+    let curve = |load| quantity(KAPPA_BGT * load, load);
+    Series::curve(curve, range, Spacing::Linear, style).named("asymptote √(2π) y of BGT")
+}
+
+/// The asperity models of the paper.
+pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
+    let models = [
+        (AsperityModel::BushGibsonThomas, "BGT 1975", Dash::Solid),
+        (
+            AsperityModel::SimplifiedElliptic,
+            "Greenwood 2006",
+            Dash::DashDot,
+        ),
+    ];
+    let curves = models.into_iter().flat_map(|(model, name, dash)| {
+        NAYAK.map(|(nayak, ink)| {
+            let asperities = Asperities::new(model, nayak).expect("both are above 3/2");
+            let area = |load| {
+                asperities
+                    .at_load(load)
+                    .map_or(f64::NAN, |contact| contact.area)
+            };
+            let curve = |load| quantity(area(load), load);
+            let style = Style::line(ink, dash, 1.4);
+            let label = format!("{name}, α = {nayak}");
+            Series::curve(curve, range, Spacing::Linear, style).named(label)
+        })
+    });
+    curves.collect()
+}

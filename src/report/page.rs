@@ -1,0 +1,146 @@
+//! The page: figures, what is missing, tables, provenance, in one file that needs no other.
+
+use arrow::datatypes::DataType;
+use minijinja::Environment;
+use minijinja::value::Serde;
+use serde::Serialize;
+
+use super::provenance::Provenance;
+use super::tables::{Finished, Stage};
+use crate::figures::sheet::base64;
+use crate::figures::{ink, pixels};
+use crate::store::cells::cells;
+
+const TEMPLATE: &str = include_str!("page/page.html");
+const STYLE: &str = include_str!("page/page.css");
+const SCRIPT: &str = include_str!("page/page.js");
+
+/// Rows of a table that the page holds; its file holds all.
+const ROWS: usize = 100;
+
+/// A figure that is there.
+#[derive(Debug, Serialize)]
+pub struct DrawnFigure {
+    /// Its files' name, and its anchor.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// The drawing.
+    pub svg: String,
+    /// What is to be seen.
+    pub caption: String,
+}
+
+/// A figure for which the study has no data.
+#[derive(Debug, Serialize)]
+pub struct MissingFigure {
+    /// Its heading.
+    pub title: &'static str,
+    /// What it needs.
+    pub needs: &'static str,
+    /// The lines of a manifest that would add it.
+    pub lines: String,
+}
+
+/// What the template asks for.
+#[derive(Serialize)]
+struct Contents<'a> {
+    figures: &'a [DrawnFigure],
+    missing: &'a [MissingFigure],
+    tables: Vec<ShownTable<'a>>,
+    #[serde(flatten)]
+    provenance: &'a Provenance,
+    style: &'static str,
+    script: &'static str,
+    light: String,
+    dark: String,
+    font: String,
+}
+
+#[derive(Serialize)]
+struct ShownTable<'a> {
+    stage: &'a str,
+    kind: &'static str,
+    rows: usize,
+    shown: usize,
+    file: String,
+    path: String,
+    columns: Vec<ShownColumn>,
+    cells: Vec<Vec<String>>,
+}
+
+#[derive(Serialize)]
+struct ShownColumn {
+    name: String,
+    meaning: String,
+    numeric: bool,
+}
+
+/// The page as HTML.
+pub fn html(
+    figures: &[DrawnFigure],
+    missing: &[MissingFigure],
+    finished: &Finished,
+    provenance: &Provenance,
+) -> String {
+    let mut environment = Environment::new();
+    environment
+        .add_template("page.html", TEMPLATE)
+        .expect("the template is part of the program");
+    let page = environment.get_template("page.html");
+    let page = page.expect("it has just been added");
+    let contents = Contents {
+        figures,
+        missing,
+        tables: finished.stages.iter().map(shown).collect(),
+        provenance,
+        style: STYLE,
+        script: SCRIPT,
+        light: ink::light(),
+        dark: ink::dark(),
+        font: base64(pixels::FONT),
+    };
+    page.render(Serde(&contents))
+        .expect("the template asks for nothing else")
+}
+
+fn shown(stage: &Stage) -> ShownTable<'_> {
+    let Stage {
+        name,
+        kind,
+        table,
+        path,
+        ..
+    } = stage;
+    let shown = table.rows().min(ROWS);
+    let fields = table.batch().schema_ref().fields();
+    let columns = fields.iter().map(|field| {
+        let about = |entry: &str| field.metadata().get(entry).map_or("", String::as_str);
+        let unit = match about("unit") {
+            "" | "1" => String::new(),
+            unit => format!(" [{unit}]"),
+        };
+        ShownColumn {
+            name: field.name().clone(),
+            meaning: format!("{}{unit}", about("meaning")),
+            numeric: matches!(field.data_type(), DataType::Float64 | DataType::Int64),
+        }
+    });
+    let by_column: Vec<Vec<String>> = table
+        .batch()
+        .columns()
+        .iter()
+        .map(|column| cells(column.as_ref(), shown))
+        .collect();
+    let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();
+    ShownTable {
+        stage: name,
+        kind: kind.name(),
+        rows: table.rows(),
+        shown,
+        file: format!("{name}.parquet"),
+        path: path.display().to_string(),
+        columns: columns.collect(),
+        cells: (0..shown).map(row).collect(),
+    }
+}

@@ -1,0 +1,107 @@
+//! Where a page comes from: manifest, program, machine, keys, and how much of the study is done.
+
+use serde::Serialize;
+
+use super::Subject;
+use super::tables::Finished;
+use crate::stages::columns::STOP;
+
+/// What a page says of its origin.
+#[derive(Debug, Serialize)]
+pub struct Provenance {
+    /// The study's name.
+    pub study: String,
+    /// The program's version.
+    pub version: &'static str,
+    /// The machine that wrote the page.
+    pub machine: String,
+    /// How much of the study is done.
+    pub completeness: String,
+    /// Rows of solved loads.
+    pub loads: usize,
+    /// How many of them did not converge.
+    pub unconverged: usize,
+    /// Every stage of the manifest.
+    pub stages: Vec<StageOrigin>,
+    /// The manifest's text.
+    pub manifest: String,
+}
+
+/// A stage, and what its table is made of.
+#[derive(Debug, Serialize)]
+pub struct StageOrigin {
+    name: String,
+    kind: &'static str,
+    version: u32,
+    finished: usize,
+    planned: usize,
+    digest: String,
+}
+
+impl Provenance {
+    /// Of the tables that a report is made of.
+    pub fn of(finished: &Finished, subject: &Subject) -> Provenance {
+        let plan = subject.plan;
+        let stages = plan.stages.iter().zip(subject.published);
+        let stages = stages.map(|(stage, published)| {
+            let own = finished.stages.iter().find(|own| own.name == stage.name);
+            let digest = own.and_then(|own| own.metadata.get("digest"));
+            StageOrigin {
+                name: stage.name.clone(),
+                kind: stage.kind.name(),
+                version: stage.kind.version(),
+                finished: published.finished,
+                planned: stage.tasks.len(),
+                digest: digest.unwrap_or("–").to_owned(),
+            }
+        });
+        let (loads, unconverged) = converged(finished);
+        Provenance {
+            study: plan.study.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            machine: machine(),
+            completeness: completeness(subject),
+            loads,
+            unconverged,
+            stages: stages.collect(),
+            manifest: subject.manifest.to_owned(),
+        }
+    }
+}
+
+fn completeness(subject: &Subject) -> String {
+    let planned = subject.plan.tasks.len();
+    let tasks = subject.plan.tasks.iter();
+    let done = tasks.filter(|task| subject.store.has(task.key)).count();
+    match done == planned {
+        true => format!("complete: all {planned} tasks are done"),
+        false => {
+            format!("unfinished: {done} of {planned} tasks are done, all figures are of these")
+        }
+    }
+}
+
+/// Solved loads, and how many of them did not converge.
+fn converged(finished: &Finished) -> (usize, usize) {
+    let solved = finished.with(&["pairs", STOP.name]);
+    let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
+    stops.fold((0, 0), |(loads, unconverged), stops| {
+        let given_up = stops
+            .iter()
+            .filter(|stop| *stop == Some("pair-limit"))
+            .count();
+        (loads + stops.iter().len(), unconverged + given_up)
+    })
+}
+
+/// Processor, cores and system, as far as the system tells.
+fn machine() -> String {
+    let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = information
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
+        .map_or(std::env::consts::ARCH, |(_, model)| model.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let plural = if cores == 1 { "" } else { "s" };
+    format!("{model}, {cores} core{plural}, {}", std::env::consts::OS)
+}

@@ -1,0 +1,94 @@
+//! One surface for each of a few parameter points: figures that show single surfaces show these.
+
+use super::ReportError;
+use super::ensembles::{self, Point};
+use super::evidence::Evidence;
+use crate::contact::surface::{RandomSurface, Surface};
+use crate::stages::generate::{self, Form};
+use crate::stages::{Recipe, StageError};
+use crate::store::parquet::Columns;
+
+/// The most points that one figure shows.
+pub const MOST: usize = 9;
+/// Nodes per side that a random surface is drawn on, if its waves allow.
+const NODES: usize = 256;
+
+/// The first surface of a parameter point.
+pub struct Sample<'a> {
+    /// Its task.
+    pub task: usize,
+    /// How it was made.
+    pub params: &'a generate::Params,
+    /// Where it stands.
+    pub point: Point,
+}
+
+impl Sample<'_> {
+    /// Its spectrum and draw, if it was drawn.
+    pub fn random(&self) -> Option<&RandomSurface> {
+        match &self.params.form {
+            Form::Random { surface, .. } => Some(surface),
+            Form::File(_) | Form::Shape { .. } => None,
+        }
+    }
+
+    /// Its heights, on a mesh that is fine enough to be looked at: a random surface is the same on
+    /// all meshes.
+    ///
+    /// # Errors
+    /// When the file of a measured surface cannot be read.
+    pub fn draw(&self, evidence: &Evidence) -> Result<Surface, StageError> {
+        match &self.params.form {
+            Form::Random { nodes, surface } => {
+                let needed = 2 * surface.spectrum.k_upper as usize;
+                let nodes = (*nodes as usize).min(NODES.max(needed));
+                Ok(surface.draw(nodes, self.params.side))
+            }
+            Form::File(_) | Form::Shape { .. } => self.params.draw(evidence.finished.sources),
+        }
+    }
+}
+
+/// The first finished surface of each parameter point, or of [`MOST`] spread over all of them.
+///
+/// # Errors
+/// When a surface's table cannot be read.
+pub fn of<'a>(evidence: &Evidence<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
+    let plan = evidence.finished.plan;
+    let mut seen: Vec<String> = Vec::new();
+    let mut first = Vec::new();
+    for (task, params) in
+        plan.tasks
+            .iter()
+            .enumerate()
+            .filter_map(|(at, task)| match &task.recipe {
+                Recipe::Generate(params) => Some((at, params)),
+                _ => None,
+            })
+    {
+        let name = params.point();
+        if seen.last() != Some(&name)
+            && !seen.contains(&name)
+            && evidence.finished.store.has(plan.tasks[task].key)
+        {
+            seen.push(name);
+            first.push((task, params));
+        }
+    }
+    let shown = first.len().min(MOST);
+    let spread = |place: usize| match shown {
+        0 | 1 => 0,
+        _ => place * (first.len() - 1) / (shown - 1),
+    };
+    let samples = (0..shown).map(|place| {
+        let (task, params) = first[spread(place)];
+        let store = evidence.finished.store;
+        let table = store.read(plan.tasks[task].key, Columns::Light)?;
+        Ok(Sample {
+            task,
+            params,
+            point: ensembles::point(&table, 0),
+        })
+    });
+    samples.collect()
+}
