@@ -1,0 +1,157 @@
+"""Opens pages of `asperity report` in a browser as readers do: light and dark, wide and narrow, on paper.
+
+    python3 tests/report.py data/results/quickstart/report.html [more pages] [--pictures FOLDER]
+
+It needs Debian's packages chromium and chromium-driver, and selenium.
+"""
+
+import argparse
+import base64
+from pathlib import Path
+
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+WIDE, PHONE = (1200, 900), (390, 844)
+
+# Contrast of every visible word with what it stands on, by WCAG 2; the lowest and its text.
+CONTRAST = """
+const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
+const luminance = ([r, g, b]) => [r, g, b].map((c) => c / 255)
+    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+const ground = (element) => {
+    for (let at = element; at; at = at.parentElement) {
+        const colour = parts(getComputedStyle(at).backgroundColor);
+        if (colour.length === 3 || colour[3] > 0) return colour;
+    }
+    return [255, 255, 255];
+};
+let lowest = [Infinity, ""];
+for (const element of document.querySelectorAll("body *")) {
+    const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!own || !element.getClientRects().length || element.closest("script")) continue;
+    const style = getComputedStyle(element);
+    const text = element instanceof SVGElement ? style.fill : style.color;
+    const [high, low] = [luminance(parts(text)), luminance(ground(element))].sort((a, b) => b - a);
+    const contrast = (high + 0.05) / (low + 0.05);
+    if (contrast < lowest[0]) lowest = [contrast, element.textContent.trim().slice(0, 40)];
+}
+return lowest;
+"""
+
+# Names of figures that show nothing: no size, no axes and no map, or points without numbers.
+UNDRAWN = """
+return [...document.querySelectorAll("figure")].filter((figure) => {
+    const svg = figure.querySelector("svg");
+    const box = svg?.getBoundingClientRect();
+    const marks = svg?.querySelectorAll("path, polyline, circle, image, polygon").length;
+    return !box || box.width < 200 || box.height < 100 || !marks || /="[^"]*\\bNaN\\b/.test(svg.outerHTML.replace(/data:[^"]*/g, ""));
+}).map((figure) => figure.id);
+"""
+
+# Pairs of words of one drawing that lie over each other.
+OVERLAPS = """
+const pairs = [];
+for (const svg of document.querySelectorAll("figure svg")) {
+    const words = [...svg.querySelectorAll("text")].map((t) => [t.textContent, t.getBoundingClientRect()]);
+    words.forEach(([one, a], i) => words.slice(i + 1).forEach(([other, b]) => {
+        const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+        const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+        if (across > 1 && down > 3) pairs.push(`${svg.closest("figure").id}: ${one} / ${other}`);
+    }));
+}
+return pairs;
+"""
+
+
+def browser():
+    options = webdriver.ChromeOptions()
+    for argument in ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+                     "--disable-background-networking", "--disable-component-update", "--disable-sync"]:
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService("/usr/bin/chromedriver"))
+
+
+def look(driver, size, scheme):
+    width, height = size
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
+
+
+def picture(driver, path):
+    shot = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True})
+    path.write_bytes(base64.b64decode(shot["data"]))
+
+
+def check_sorting(driver):
+    table = driver.find_element(By.CSS_SELECTOR, "details[open] table")
+    headings = table.find_elements(By.CSS_SELECTOR, "th.number")
+    column = lambda at: driver.execute_script(
+        "return [...arguments[0].tBodies[0].rows].map((row) => parseFloat(row.cells[arguments[1]].textContent))",
+        table, at)
+    places = [int(driver.execute_script("return arguments[0].cellIndex", heading)) for heading in headings]
+    # A column that is not in order yet; a constant one shows nothing.
+    at, heading = next((at, heading) for at, heading in zip(places, headings)
+                       if column(at) not in (sorted(column(at)), sorted(column(at), reverse=True)))
+    button = heading.find_element(By.TAG_NAME, "button")
+    driver.execute_script("arguments[0].click()", button)
+    assert column(at) == sorted(column(at)), "the first press sorts upwards"
+    assert heading.get_attribute("aria-sort") == "ascending"
+    button.send_keys(Keys.ENTER)
+    assert column(at) == sorted(column(at), reverse=True), "the key sorts downwards"
+
+
+def check(driver, page, pictures):
+    look(driver, WIDE, "light")
+    driver.get(page.resolve().as_uri())
+    figures = driver.execute_script("return document.querySelectorAll('figure').length")
+    undrawn = driver.execute_script(UNDRAWN)
+    assert figures > 0 and not undrawn, undrawn
+    overlaps = driver.execute_script(OVERLAPS)
+    assert not overlaps, overlaps
+    fetched = driver.execute_script("return performance.getEntriesByType('resource')"
+                                    ".map((r) => r.name).filter((n) => !n.startsWith('data:'))")
+    assert not fetched, fetched
+    check_sorting(driver)
+    name = page.parent.name
+    contrasts = []
+    for scheme in ["light", "dark"]:
+        for device, size in [("wide", WIDE), ("phone", PHONE)]:
+            look(driver, size, scheme)
+            contrast, text = driver.execute_script(CONTRAST)
+            assert contrast >= 4.5, (scheme, device, contrast, text)
+            contrasts.append(contrast)
+            sideways = driver.execute_script("return document.documentElement.scrollWidth")
+            assert sideways <= size[0], (device, sideways)
+            if pictures:
+                picture(driver, pictures / f"{name}-{scheme}-{device}.png")
+    look(driver, WIDE, "light")
+    paper = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {})["data"])
+    assert paper.startswith(b"%PDF") and len(paper) > 10_000
+    errors = [entry["message"][-300:] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+    assert not errors, errors
+    print(f"{page}: {figures} figures, contrast at least {min(contrasts):.1f}, no errors")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("pages", nargs="+", type=Path)
+    parser.add_argument("--pictures", type=Path)
+    arguments = parser.parse_args()
+    if arguments.pictures:
+        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    driver = browser()
+    try:
+        for page in arguments.pages:
+            check(driver, page, arguments.pictures)
+    finally:
+        driver.quit()
+
+
+if __name__ == "__main__":
+    main()
