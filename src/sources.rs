@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use thiserror::Error;
 
 /// The largest file that is read: a map of 16384 × 16384 numbers and some header.
@@ -40,6 +40,14 @@ impl fmt::Display for ContentHash {
 impl Serialize for ContentHash {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for ContentHash {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<ContentHash, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let unreadable = || de::Error::custom(format_args!("`{text}` is no hash of a content"));
+        ContentHash::from_hex(&text).ok_or_else(unreadable)
     }
 }
 

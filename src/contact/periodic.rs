@@ -6,12 +6,12 @@
 
 use std::f64::consts::PI;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::surface::Surface;
 
 /// How a measured map is made periodic.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "edges", rename_all = "lowercase")]
 pub enum Edges {
     /// It is periodic as it is; nothing is done.

@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::surface::Surface;
 
 /// A periodic surface of simple shape, peaks up; lengths in the unit of the side of the cell.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "kebab-case")]
 pub enum Shape {
     /// h = −r²/(2R) around the centre of the cell: Hertz's contact while it is small in the cell.

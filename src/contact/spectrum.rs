@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::nayak::Continuum;
 
@@ -12,7 +12,7 @@ use super::nayak::Continuum;
 /// `k_rolloff ≤ |k| ≤ k_upper`, zero elsewhere; both cutoffs belong to the spectrum, which is what
 /// reproduces the Nayak parameters tabulated in the paper. Wavenumbers are in units of 2π/L and
 /// `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Hurst exponent, 0 to 1.
     pub hurst: f64,

@@ -1,7 +1,7 @@
 //! A periodic surface on a square mesh, and how a random one is drawn.
 
 use rustfft::num_complex::Complex;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::draw::{Draws, ModeDraw};
@@ -100,7 +100,7 @@ impl Surface {
 }
 
 /// What the moduli of the coefficients are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Amplitude {
     /// Complex Gaussian coefficients, as filtered white noise has (Hu & Tonder 1992): the spectral
     /// density holds on average, and moments scatter between realizations.
@@ -112,7 +112,7 @@ pub enum Amplitude {
 }
 
 /// A random surface, drawn mode by mode: the mesh samples it and does not change it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RandomSurface {
     /// The modes and their mean power, up to a factor.
     #[serde(flatten)]

@@ -2,7 +2,7 @@
 
 use arrow::array::{AsArray, Float64Array};
 use arrow::datatypes::Float64Type;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::description::Description;
 use super::columns::{HEIGHTS, NODES, SIDE};
@@ -22,7 +22,7 @@ mod description;
 pub const VERSION: u32 = 2;
 
 /// One surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Params {
     /// Whether the heights are stored, drawn again when needed, or never looked at.
     pub heights: Heights,
@@ -34,7 +34,7 @@ pub struct Params {
 }
 
 /// What becomes of the heights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Heights {
     /// They are a column of the stored table.
@@ -46,7 +46,7 @@ pub enum Heights {
 }
 
 /// Where a surface comes from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Form {
     /// A random self-affine surface.
@@ -70,7 +70,7 @@ pub enum Form {
 }
 
 /// A map of heights in a file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename = "file")]
 pub struct MeasuredSurface {
     /// Hash of the file's content; its path decides nothing.
@@ -211,4 +211,54 @@ pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
         columns.push((HEIGHTS, lists(heights, [length])));
     }
     Ok(Table::new(1, columns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::spectrum::Spectrum;
+    use crate::contact::surface::Amplitude;
+
+    #[test]
+    fn a_surface_is_known_from_its_recipe() {
+        let spectrum = Spectrum {
+            hurst: 0.8,
+            k_lower: 4,
+            k_rolloff: 4,
+            k_upper: 32,
+        };
+        let surface = RandomSurface {
+            spectrum,
+            amplitude: Amplitude::Deterministic,
+            rms_slope: 0.02,
+            seed: i64::MAX as u64,
+            realization: 7,
+        };
+        let measured = MeasuredSurface {
+            content: ContentHash::of(b"heights"),
+            unit: "µm".to_owned(),
+            height_scale: 1e-3,
+            edges: Edges::Taper {
+                taper_fraction: 0.1,
+            },
+        };
+        let shape = Shape::Punch {
+            radius: 0.25,
+            depth: 0.5,
+        };
+        let nodes = 128;
+        for form in [
+            Form::Random { nodes, surface },
+            Form::File(measured),
+            Form::Shape { nodes, shape },
+        ] {
+            let params = Params {
+                heights: Heights::Redraw,
+                side: 1.0,
+                form,
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
 }
