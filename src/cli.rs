@@ -18,6 +18,9 @@ mod schema;
 mod show;
 mod summary;
 mod table;
+mod tables;
+mod tasks;
+mod view;
 
 use std::error::Error;
 use std::io::{IsTerminal, Write, stderr};
@@ -74,6 +77,8 @@ enum Command {
     Columns(columns::Arguments),
     /// Show how a table was made, and its first rows.
     Show(show::Arguments),
+    /// Draw the surface, the contact map or the pressures of one task.
+    View(view::Arguments),
     /// Print the JSON Schema of manifests, for editors.
     Schema(schema::Arguments),
     /// Print completions for a shell.
@@ -94,6 +99,7 @@ pub fn main() -> ExitCode {
         Command::Table(arguments) => table::run(&arguments, &data),
         Command::Columns(arguments) => columns::run(&arguments),
         Command::Show(arguments) => show::run(&arguments, &data),
+        Command::View(arguments) => view::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
     };

@@ -135,11 +135,39 @@ impl Store {
         Path::new(&name).is_file()
     }
 
+    /// The finished tasks whose keys begin with these digits, at least two of them.
+    ///
+    /// # Errors
+    /// When the folder cannot be listed.
+    pub fn finished(&self, digits: &str) -> Result<Vec<TaskKey>, StoreError> {
+        let Some(folder) = digits.get(..2).map(|first| self.root.join(first)) else {
+            return Ok(Vec::new());
+        };
+        let names = files::names(&folder)?;
+        let keys = names
+            .iter()
+            .filter_map(|name| name.strip_suffix(".parquet"));
+        let meant = keys.filter(|key| key.starts_with(digits));
+        Ok(meant.filter_map(|key| key.parse().ok()).collect())
+    }
+
     /// A finished task's table.
     ///
     /// # Errors
     /// When the file is missing, unreadable or damaged, or its content does not belong to the key.
     pub fn read(&self, key: TaskKey, columns: Columns) -> Result<Table, StoreError> {
+        Ok(self.read_with_provenance(key, columns)?.0)
+    }
+
+    /// A finished task's table, and how it came about.
+    ///
+    /// # Errors
+    /// As [`Store::read`].
+    pub fn read_with_provenance(
+        &self,
+        key: TaskKey,
+        columns: Columns,
+    ) -> Result<(Table, Provenance), StoreError> {
         read_as(&self.path(key), key, columns)
     }
 
@@ -179,12 +207,12 @@ impl Store {
     }
 }
 
-/// The table in a file, if it is that of the task.
-fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<Table, StoreError> {
+/// The table in a file, if it is that of the task, and how it came about.
+fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
-    let follows = Provenance::of(&metadata).is_some_and(|told| told.key() == key);
-    if metadata.key == Some(key) && follows {
-        return Ok(table);
+    let told = Provenance::of(&metadata).filter(|told| told.key() == key);
+    if let Some(provenance) = told.filter(|_| metadata.key == Some(key)) {
+        return Ok((table, provenance));
     }
     Err(StoreError::Damaged {
         path: path.to_owned(),

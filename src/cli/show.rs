@@ -9,15 +9,14 @@ use arrow::datatypes::DataType;
 use arrow::util::display::array_value_to_string;
 use comfy_table::{ContentArrangement, Table as Grid, presets};
 
-use super::{Data, Failure, counted};
+use super::{Data, Failure, counted, tasks};
 use crate::store::files::read_whole;
-use crate::store::key::TaskKey;
 use crate::store::parquet::{Columns, Metadata};
 use crate::store::table::Table;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A task's key, or a Parquet file of the store or the results.
+    /// A finished task's key or the first digits of it, or a Parquet file of the store or the results.
     #[arg(value_name = "KEY|FILE")]
     what: PathBuf,
 
@@ -40,16 +39,9 @@ fn find(what: &Path, data: &Data) -> Result<PathBuf, Failure> {
     if what.is_file() {
         return Ok(what.to_owned());
     }
-    let key: TaskKey = what
-        .to_string_lossy()
-        .parse()
-        .map_err(|error| format!("`{}` is no file, and {error}", what.display()))?;
     let store = data.look()?;
-    if store.has(key) {
-        Ok(store.path(key))
-    } else {
-        Err(format!("no task {key} is finished in `{}`", data.store().display()).into())
-    }
+    let key = tasks::finished(&what.to_string_lossy(), &store, data)?;
+    Ok(store.path(key))
 }
 
 fn write_metadata(out: &mut impl Write, path: &Path, metadata: &Metadata) -> Result<(), Failure> {
@@ -117,7 +109,7 @@ fn value(array: &dyn Array, row: usize) -> String {
 }
 
 /// Six significant digits: enough to recognise a number.
-fn short(number: f64) -> String {
+pub fn short(number: f64) -> String {
     let magnitude = number.abs();
     if number == 0.0 || (1e-4..1e6).contains(&magnitude) {
         let digits = (5 - magnitude.max(1e-300).log10().floor() as i32).clamp(0, 9) as usize;

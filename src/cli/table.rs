@@ -1,8 +1,8 @@
 //! `asperity table`: a stage's table, or the answer to a query over all of them.
 
 use std::collections::BTreeMap;
-use std::io::{Write, stderr, stdout};
-use std::path::{Path, PathBuf};
+use std::io::{Write, stdout};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use arrow::csv;
@@ -10,13 +10,11 @@ use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
 
 use super::grid::{self, Layout};
-use super::{Data, Failure, Misused, counted, place_of, unknown};
-use crate::plan::{Plan, PlannedStage};
-use crate::results;
-use crate::sources::Sources;
+use super::tables::Tables;
+use super::{Data, Failure, Misused, unknown};
+use crate::plan::Plan;
 use crate::stages::StageError;
 use crate::stages::aggregate::{Sql, sql};
-use crate::store::Store;
 use crate::store::table::Table;
 
 /// Rows that are turned into text at once.
@@ -83,43 +81,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The tables of a study, brought up to its manifest before they are read.
-struct Tables<'a> {
-    manifest: &'a Path,
-    plan: &'a Plan,
-    store: &'a Store,
-    sources: &'a Sources,
-    folder: &'a Path,
-}
-
 impl Tables<'_> {
-    /// A stage's table, by the stage's name.
-    fn of(&self, name: &str) -> Result<Table, Failure> {
-        let stage = &self.plan.stages[place_of(&self.names(), name)?];
-        self.read(stage)?.ok_or_else(|| self.not_computed(name))
-    }
-
-    /// A stage's table; `None` if nothing of it is computed. What is missing is told.
-    fn read(&self, stage: &PlannedStage) -> Result<Option<Table>, Failure> {
-        let published =
-            results::publish_stage(self.plan, stage, self.store, self.sources, self.folder)?;
-        if published.finished == 0 {
-            return Ok(None);
-        }
-        if published.finished < stage.tasks.len() {
-            // Nobody is left to tell if standard error is closed.
-            let _ = writeln!(
-                stderr(),
-                "note: `{}` is not complete, {} of {} computed; `asperity run {}` goes on",
-                stage.name,
-                published.finished,
-                counted(stage.tasks.len(), "task"),
-                self.manifest.display(),
-            );
-        }
-        Ok(Some(published.read()?))
-    }
-
     /// The answer to a query. Only tables that it names are read.
     fn ask(&self, query: &str) -> Result<Table, Failure> {
         let mut tables = Vec::new();
@@ -171,16 +133,6 @@ impl Tables<'_> {
             }
         }
         unknown(reason, name, &columns)
-    }
-
-    fn names(&self) -> Vec<&str> {
-        let stages = self.plan.stages.iter();
-        stages.map(|stage| stage.name.as_str()).collect()
-    }
-
-    fn not_computed(&self, stage: &str) -> Failure {
-        let manifest = self.manifest.display();
-        format!("nothing of `{stage}` is computed yet; `asperity run {manifest}` does it").into()
     }
 }
 

@@ -84,6 +84,26 @@ pub fn make_folder(path: &Path) -> Result<(), StoreError> {
     })
 }
 
+/// The names of what is in a folder, in order; none if there is no such folder.
+///
+/// # Errors
+/// When it cannot be listed.
+pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
+    let unreadable = |source| StoreError::Read {
+        path: folder.to_owned(),
+        source,
+    };
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(unreadable)?,
+    };
+    let name = |entry: fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
+    let names = entries.map(|entry| entry.map(name).map_err(unreadable));
+    let mut names = names.collect::<Result<Vec<_>, _>>()?;
+    names.sort_unstable();
+    Ok(names)
+}
+
 /// Temporary files are private by default; results are for colleagues too.
 fn readable() -> fs::Permissions {
     use std::os::unix::fs::PermissionsExt;

@@ -12,3 +12,4 @@ mod reference;
 mod report;
 mod shipped;
 mod tables;
+mod views;

@@ -1,0 +1,194 @@
+//! What there is to be seen of a finished task.
+
+use arrow::array::AsArray;
+use arrow::datatypes::Float64Type;
+
+use super::Map;
+use crate::cli::{Failure, Misused, counted};
+use crate::contact::map::ContactMap;
+use crate::contact::surface::Surface;
+use crate::figures::raster::{Raster, Scale};
+use crate::sources::Sources;
+use crate::stages::columns::{CONTACT, LOAD, NODES, PRESSURES, UNIT};
+use crate::stages::{Kind, StageError, generate};
+use crate::store::Store;
+use crate::store::key::TaskKey;
+use crate::store::parquet::Columns;
+use crate::store::provenance::Provenance;
+use crate::store::table::Table;
+
+/// A map as a picture.
+pub struct Picture {
+    pub raster: Raster,
+    pub map: Map,
+    pub nodes: usize,
+    /// The load, reduced; none for heights, and for contacts at all loads.
+    pub load: Option<f64>,
+    /// What the ends of the colours mean; none where there are but two colours.
+    pub range: Option<Range>,
+}
+
+/// The least and the largest number of a map.
+pub struct Range {
+    pub ends: [f64; 2],
+    pub unit: String,
+}
+
+/// Draws what there is of a task, or of the one that it was computed from.
+pub fn draw(
+    key: TaskKey,
+    map: Option<Map>,
+    load: Option<f64>,
+    store: &Store,
+    sources: &Sources,
+) -> Result<Picture, Failure> {
+    let finished = Finished::read(key, store)?;
+    match (finished.kind(), map) {
+        (Some(Kind::Generate), None | Some(Map::Heights)) if load.is_some() => Err(Misused(
+            "heights are those of the surface before it is pressed; leave out `--load`".to_owned(),
+        )
+        .into()),
+        (Some(Kind::Generate), None | Some(Map::Heights)) => finished.heights(sources),
+        (Some(Kind::Generate), Some(map)) => Err(Misused(format!(
+            "task {key} made a surface and knows no {}; name one that pressed it",
+            map.name()
+        ))
+        .into()),
+        (Some(Kind::Solve), None | Some(Map::Contact)) => finished.contact(load),
+        (Some(Kind::Solve), Some(Map::Pressures)) => finished.pressures(load),
+        _ => match finished.provenance.inputs.as_slice() {
+            [input] => draw(*input, map, load, store, sources),
+            inputs => Err(Misused(format!(
+                "task {key} has no map of its own, and reads {}: name one of them",
+                counted(inputs.len(), "other task")
+            ))
+            .into()),
+        },
+    }
+}
+
+/// A finished task's table, and how it came about.
+struct Finished {
+    table: Table,
+    provenance: Provenance,
+}
+
+impl Finished {
+    fn read(key: TaskKey, store: &Store) -> Result<Finished, Failure> {
+        let (table, provenance) = store.read_with_provenance(key, Columns::All)?;
+        Ok(Finished { table, provenance })
+    }
+
+    fn kind(&self) -> Option<Kind> {
+        let stage = &self.provenance.stage;
+        Kind::ALL.into_iter().find(|kind| kind.name() == stage)
+    }
+
+    /// Heights that were not kept are drawn again.
+    fn heights(&self, sources: &Sources) -> Result<Picture, Failure> {
+        let params: generate::Params = serde_json::from_str(&self.provenance.recipe)?;
+        let surface = params.surface(&self.table, sources);
+        let surface = surface.map_err(|error| match error {
+            StageError::Source(source) => Failure::from(format!(
+                "{source}; name the manifest and its stage instead of the key"
+            )),
+            other => other.into(),
+        })?;
+        let unit = match self.table.texts(UNIT.name) {
+            Ok(units) => units.value(0).to_owned(),
+            Err(_) => String::new(),
+        };
+        Ok(of_surface(&surface, unit))
+    }
+
+    fn contact(&self, load: Option<f64>) -> Result<Picture, Failure> {
+        let nodes = self.nodes()?;
+        let maps = self.table.bytes(CONTACT.name)?;
+        let map = |row: usize| ContactMap::from_bytes(nodes, maps.value(row));
+        let rows: Vec<usize> = (0..self.table.rows()).collect();
+        let row = load.map(|load| self.nearest(load, &rows)).transpose()?;
+        let raster = match row {
+            Some(row) => Raster::of_contact(&map(row)?),
+            None => {
+                let maps: Vec<_> = rows.into_iter().map(map).collect::<Result<_, _>>()?;
+                Raster::of_contacts(&maps)
+            }
+        };
+        Ok(Picture {
+            raster,
+            map: Map::Contact,
+            nodes,
+            load: row.map(|row| self.load(row)).transpose()?,
+            range: None,
+        })
+    }
+
+    fn pressures(&self, load: Option<f64>) -> Result<Picture, Failure> {
+        let lists = self.table.lists(PRESSURES.name).ok();
+        let kept: Vec<usize> = match lists {
+            None => vec![],
+            Some(lists) => (0..self.table.rows())
+                .filter(|&row| lists.value_length(row) > 0)
+                .collect(),
+        };
+        let (Some(lists), Some(&heaviest)) = (lists, kept.last()) else {
+            let message = "no pressures are kept of this task; the key `pressures` of its stage \
+                           keeps them";
+            return Err(Misused(message.to_owned()).into());
+        };
+        let row = match load {
+            Some(load) => self.nearest(load, &kept)?,
+            None => heaviest,
+        };
+        let list = lists.value(row);
+        let pressures = list.as_primitive::<Float64Type>().iter();
+        let pressures: Vec<f64> = pressures.map(Option::unwrap_or_default).collect();
+        let nodes = self.nodes()?;
+        Ok(Picture {
+            raster: Raster::of_pressures(nodes, &pressures),
+            map: Map::Pressures,
+            nodes,
+            load: Some(self.load(row)?),
+            range: Some(Range::of(&Scale::of_pressures(&pressures), String::new())),
+        })
+    }
+
+    fn nodes(&self) -> Result<usize, Failure> {
+        let nodes = self.table.integers(NODES.name)?;
+        Ok(nodes.value(0).unsigned_abs() as usize)
+    }
+
+    fn load(&self, row: usize) -> Result<f64, Failure> {
+        Ok(self.table.reals(LOAD.name)?.value(row))
+    }
+
+    /// The one of these rows, at least one, whose load is nearest.
+    fn nearest(&self, load: f64, rows: &[usize]) -> Result<usize, Failure> {
+        let loads = self.table.reals(LOAD.name)?;
+        let distance = |row: &usize| (loads.value(*row) - load).abs();
+        let by_distance = |a: &&usize, b: &&usize| distance(a).total_cmp(&distance(b));
+        let nearest = rows.iter().min_by(by_distance);
+        Ok(*nearest.ok_or("the task has no load")?)
+    }
+}
+
+fn of_surface(surface: &Surface, unit: String) -> Picture {
+    let heights = surface.heights();
+    Picture {
+        raster: Raster::of_heights(surface.nodes(), heights),
+        map: Map::Heights,
+        nodes: surface.nodes(),
+        load: None,
+        range: Some(Range::of(&Scale::of_heights(heights), unit)),
+    }
+}
+
+impl Range {
+    fn of(scale: &Scale, unit: String) -> Range {
+        let (lowest, highest) = scale.range().into_inner();
+        Range {
+            ends: [lowest, highest],
+            unit,
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Maps of single tasks as pictures.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::Path;
+
+use asperity::contact::map::ContactMap;
+use asperity::store::parquet::{self, Columns};
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY, text};
+
+/// Width and pixels of a picture, row by row from the top.
+fn pixels(path: &Path) -> (usize, Vec<[u8; 3]>) {
+    let file = BufReader::new(File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    let (pixels, _) = bytes.as_chunks();
+    (frame.width as usize, pixels.to_vec())
+}
+
+/// A picture that must come about, and what is said of it.
+fn view(bench: &Bench, arguments: &[&str]) -> (Value, Vec<u8>) {
+    let path = bench.path("view.png");
+    let options = ["--json", "--output", path.to_str().unwrap()];
+    let output = bench.output(&[&["view"], arguments, &options].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let told = serde_json::from_slice(&output.stdout).unwrap();
+    (told, fs::read(path).unwrap())
+}
+
+fn refused(bench: &Bench, arguments: &[&str]) -> String {
+    let output = bench.output(&[&["view"], arguments].concat());
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    text(&output.stderr)
+}
+
+/// The first task of a stage.
+fn first_task(bench: &Bench, stage: &str) -> String {
+    let table = bench.table("small", stage);
+    table.texts("task").unwrap().value(0).to_owned()
+}
+
+#[test]
+fn a_contact_map_has_a_dark_pixel_for_each_node_that_touches() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let key = first_task(&bench, "light");
+    let file = bench.data().join("store").join(&key[..2]);
+    let file = File::open(file.join(format!("{key}.parquet"))).unwrap();
+    let (table, _) = parquet::decode(file, Columns::All).unwrap();
+    for row in 0..table.rows() {
+        let load = table.reals("load").unwrap().value(row);
+        view(&bench, &[&key, "--load", &load.to_string()]);
+        let (nodes, pixels) = pixels(&bench.path("view.png"));
+        let map = ContactMap::from_bytes(nodes, table.bytes("contact").unwrap().value(row));
+        let map = map.unwrap();
+        for (pixel, [red, ..]) in pixels.into_iter().enumerate() {
+            let (i, j) = (pixel % nodes, nodes - 1 - pixel / nodes);
+            assert_eq!(red < 128, map.get(i, j), "node ({i}, {j}) at load {load}");
+        }
+    }
+}
+
+#[test]
+fn the_nearest_load_is_drawn_and_named() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let key = first_task(&bench, "light");
+    let loads = bench.table("small", "light");
+    let heaviest = loads.reals("load").unwrap().value(3);
+    let (told, _) = view(&bench, &[&key, "--load", "7"]);
+    assert_eq!(told["load"], heaviest);
+    assert_eq!(told["nodes"], 32);
+}
+
+#[test]
+fn a_task_is_found_by_its_first_digits_and_by_its_coordinates() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let path = bench.path("study.toml");
+    let path = path.to_str().unwrap();
+    let by_place = view(&bench, &[path, "light", "k_upper=8", "realization=1"]);
+    let key = by_place.0["task"].as_str().unwrap();
+    assert_eq!(view(&bench, &[key]), by_place);
+    assert_eq!(view(&bench, &[&key[..8]]), by_place);
+    let other = view(&bench, &[path, "light", "k_upper=8", "realization=0"]);
+    assert_ne!(other.1, by_place.1);
+}
+
+#[test]
+fn rows_of_later_stages_lead_to_the_map_that_they_were_counted_in() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let contact = view(&bench, &[&first_task(&bench, "light")]).1;
+    for stage in ["area", "corrected"] {
+        assert_eq!(view(&bench, &[&first_task(&bench, stage)]).1, contact);
+    }
+    let heights = view(&bench, &[&first_task(&bench, "surfaces")]).1;
+    let pressed = first_task(&bench, "light");
+    assert_eq!(view(&bench, &[&pressed, "--map", "heights"]).1, heights);
+}
+
+#[test]
+fn heights_that_were_not_kept_are_drawn_again() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let kept = view(&bench, &[&first_task(&bench, "surfaces")]);
+    let redrawn = STUDY.replace("realizations = 2", "realizations = 2\nheights = \"redraw\"");
+    bench.run(&redrawn);
+    let redrawn = view(&bench, &[&first_task(&bench, "surfaces")]);
+    assert_ne!(redrawn.0["task"], kept.0["task"]);
+    assert_eq!(redrawn.1, kept.1);
+}
+
+#[test]
+fn pressures_are_drawn_where_they_are_kept() {
+    let bench = Bench::new();
+    bench.run(&STUDY.replace("[stage.area]", "pressures = \"all\"\n\n[stage.area]"));
+    let key = first_task(&bench, "light");
+    let (told, _) = view(&bench, &[&key, "--map", "pressures"]);
+    let table = bench.table("small", "light");
+    assert_eq!(told["load"], table.reals("load").unwrap().value(3));
+    assert_eq!(told["lowest"], 0.0);
+    assert_eq!(
+        told["highest"],
+        table.reals("peak_pressure").unwrap().value(3)
+    );
+
+    bench.run(STUDY);
+    let key = first_task(&bench, "light");
+    let refused = refused(&bench, &[&key, "--map", "pressures"]);
+    assert!(refused.contains("no pressures are kept"), "{refused}");
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_with_what_would_do() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let path = bench.path("study.toml");
+    let path = path.to_str().unwrap();
+    let (surface, fit) = (first_task(&bench, "surfaces"), first_task(&bench, "law"));
+    for (arguments, message) in [
+        (vec![path], "say which stage of"),
+        (vec![path, "ligth"], "did you mean `light`?"),
+        (vec![path, "light"], "k_upper=4 | 8"),
+        (vec![path, "light", "k_uper=4"], "did you mean `k_upper`?"),
+        (vec![path, "light", "k_upper=5"], "there is 4, 8"),
+        (vec![path, "light", "8"], "as in `k_upper=32`"),
+        (vec![path, "light", "load=8"], "`--load` says"),
+        (vec!["nonsense"], "32 hexadecimal digits"),
+        (vec![&surface, "--map", "contact"], "knows no contact"),
+        (vec![&surface, "--load", "0.1"], "leave out `--load`"),
+        (vec![&surface, "--load", "nan"], "a load is a number"),
+        (vec![&fit], "reads 2 other tasks"),
+    ] {
+        let refused = refused(&bench, &arguments);
+        assert!(refused.contains(message), "{message} in\n{refused}");
+    }
+    let unknown = bench.output(&["view", &"0".repeat(32)]);
+    assert_eq!(unknown.status.code(), Some(1));
+    assert!(text(&unknown.stderr).contains("no task 0000"));
+}
