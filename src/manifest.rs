@@ -249,16 +249,14 @@ fn table_of<'i>((key, value): Entry<'i>, problems: &mut Problems) -> Option<DeTa
 
 fn unknown_table((key, value): &Entry) -> Problem {
     let name = key.get_ref();
-    let what = if value.get_ref().is_table() {
-        "table"
-    } else {
-        "key"
-    };
+    let is_table = value.get_ref().is_table();
+    let what = if is_table { "table" } else { "key" };
     let problem = Problem::new(
         format!("unknown {what} `{name}`"),
         key.span(),
         match did_you_mean(name, ["study", "stage"]) {
             Some(word) => format!("did you mean `{word}`?"),
+            None if is_table => format!("a stage is written `[stage.{name}]`"),
             None => "not part of a manifest".to_owned(),
         },
     );

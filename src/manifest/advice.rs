@@ -138,10 +138,7 @@ pub fn unusable(
     let quoted = |text: &str| text.trim_matches('`').to_owned();
     if let Some(found) = about("invalid type: ").or_else(|| about("invalid value: ")) {
         let message = format!("`{key}` must be {}", expected_in_words(expected));
-        let help = match quotes_too_many(found, expected) {
-            true => Some("a number is written without quotes".to_owned()),
-            false => help,
-        };
+        let help = number_in_quotes(found, expected).or(help);
         return with_help(Problem::new(message, span, found_in_words(found)), help);
     }
     let candidates = || expected.split('`').skip(1).step_by(2);
@@ -224,11 +221,20 @@ fn found_in_words(found: &str) -> String {
     }
 }
 
-/// Whether a number was asked for and one is there, as a text.
-fn quotes_too_many(found: &str, expected: &str) -> bool {
-    let text = found
-        .strip_prefix("string ")
-        .map(|text| text.trim_matches('"'));
-    let number = text.is_some_and(|text| text.parse::<f64>().is_ok());
-    number && matches!(expected, "f64" | "i64")
+/// What to do where a number was asked for and one is there as a text, perhaps with a unit.
+fn number_in_quotes(found: &str, expected: &str) -> Option<String> {
+    let text = found.strip_prefix("string ")?.trim_matches('"').trim();
+    if !matches!(expected, "f64" | "i64") {
+        return None;
+    }
+    let number = text.trim_end_matches(|letter: char| !letter.is_ascii_digit());
+    let unit = text[number.len()..].trim();
+    number.parse::<f64>().ok()?;
+    Some(match unit {
+        "" => "a number is written without quotes".to_owned(),
+        unit => format!(
+            "a number is written without quotes and without `{unit}`: all lengths of a study have \
+             one unit, all pressures another, and both are yours to choose"
+        ),
+    })
 }

@@ -20,7 +20,7 @@ pub fn report(text: &str, errors: &[Error], problems: &mut Problems) {
             continue;
         }
         if error.message() != "duplicate key" {
-            problems.push(not_toml(error, span));
+            problems.push(not_toml(text, error, span));
             continue;
         }
         // The keys of a table that is there twice are there twice, too.
@@ -39,7 +39,11 @@ fn line_start(text: &str, position: usize) -> usize {
     text[..position].rfind('\n').map_or(0, |end| end + 1)
 }
 
-fn not_toml(error: &Error, span: Span) -> Problem {
+fn not_toml(text: &str, error: &Error, span: Span) -> Problem {
+    if is_decimal_comma(text, span.start) {
+        let message = "not TOML: a comma within a number";
+        return Problem::new(message, span, "a decimal point is written `.`");
+    }
     let message = error.message();
     let (what, expected) = message.split_once(", expected ").unwrap_or((message, ""));
     let problem = Problem::new(format!("not TOML: {what}"), span, "here");
@@ -47,6 +51,16 @@ fn not_toml(error: &Error, span: Span) -> Problem {
         "" => problem,
         expected => problem.help(format!("expected {expected}")),
     }
+}
+
+fn is_decimal_comma(text: &str, position: usize) -> bool {
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| text.as_bytes().get(at))
+            .is_some_and(u8::is_ascii_digit)
+    };
+    text.as_bytes().get(position) == Some(&b',')
+        && is_digit(position.checked_sub(1))
+        && is_digit(Some(position + 1))
 }
 
 /// A key, or the name of a table, that is there already.

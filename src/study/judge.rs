@@ -7,7 +7,7 @@ use super::columns::{empty_table, stacked};
 use super::flow::{self, Rows};
 use super::graph::{self, Graph};
 use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces};
-use crate::diagnostics::{Problem, Problems};
+use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
 use crate::sources::Sources;
 use crate::stages::Kind;
@@ -15,6 +15,8 @@ use crate::store::table::Table;
 
 /// Tasks of one stage.
 const MOST_TASKS: usize = 1_000_000;
+/// Of all stages together.
+const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
 
 /// Judges a manifest; whatever does not make sense is reported.
 pub fn judge(manifest: &Manifest, folder: &Path, problems: &mut Problems) -> Option<Study> {
@@ -25,6 +27,7 @@ pub fn judge(manifest: &Manifest, folder: &Path, problems: &mut Problems) -> Opt
         seed,
         sources: Sources::new(folder),
         is_read: vec![false; manifest.stages.len()],
+        tasks: 0,
         judged: manifest.stages.iter().map(|_| Judged::default()).collect(),
     };
     for &input in graph.inputs.iter().flatten().flatten() {
@@ -81,6 +84,8 @@ struct Judge<'a> {
     sources: Sources,
     /// Whether another stage reads it, by the stage's position in the manifest.
     is_read: Vec<bool>,
+    /// Tasks of the stages so far, or inputs of tasks, whichever are more.
+    tasks: usize,
     /// By the stage's position in the manifest; those that a stage reads are there before it.
     judged: Vec<Judged>,
 }
@@ -112,11 +117,7 @@ impl Judge<'_> {
         let above = inputs.iter().map(|&input| self.judged[input].tasks);
         let above = above.fold(0, usize::saturating_add);
         let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
-        if tasks > MOST_TASKS {
-            let message = format!("the stage has {tasks} tasks, {MOST_TASKS} is the most");
-            let label = "its grid and those that it reads multiply";
-            problems.push(Problem::new(message, table.name.span.clone(), label));
-        }
+        self.count(tasks, above, &table.name.span, problems);
         let empty = work
             .as_ref()
             .zip(read)
@@ -134,6 +135,26 @@ impl Judge<'_> {
             empty,
             tasks,
         }
+    }
+
+    /// Refuses a stage of too many tasks, and the stage with which a study has too many.
+    fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
+        let before = self.tasks;
+        self.tasks = before.saturating_add(tasks.max(above));
+        let (message, label) = if tasks > MOST_TASKS {
+            (
+                format!("the stage has {tasks} tasks, {MOST_TASKS} is the most"),
+                "its grid and those that it reads multiply",
+            )
+        } else if self.tasks > MOST_TASKS_OF_A_STUDY && before <= MOST_TASKS_OF_A_STUDY {
+            (
+                format!("the study has more than {MOST_TASKS_OF_A_STUDY} tasks"),
+                "up to this stage; make several studies of it, which share what is equal",
+            )
+        } else {
+            return;
+        };
+        problems.push(Problem::new(message, name.clone(), label));
     }
 
     fn work(
