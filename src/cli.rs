@@ -20,6 +20,7 @@ mod summary;
 mod table;
 mod tables;
 mod tasks;
+mod verify;
 mod view;
 
 use std::error::Error;
@@ -79,6 +80,8 @@ enum Command {
     Show(show::Arguments),
     /// Draw the surface, the contact map or the pressures of one task.
     View(view::Arguments),
+    /// Look whether every table is as it was written; set damaged ones aside.
+    Verify(verify::Arguments),
     /// Print the JSON Schema of manifests, for editors.
     Schema(schema::Arguments),
     /// Print completions for a shell.
@@ -100,6 +103,7 @@ pub fn main() -> ExitCode {
         Command::Columns(arguments) => columns::run(&arguments),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::View(arguments) => view::run(&arguments, &data),
+        Command::Verify(arguments) => verify::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
     };

@@ -12,6 +12,8 @@
 //! 6. [`claims`] – what the 2015 paper says, put to those tables.
 //! 7. [`report`] – a page to look at, and the figures for a paper.
 //!
+//! [`verify`] looks whether all that is on disk is as it was written.
+//!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
 //! introduces them to each other.
@@ -34,6 +36,8 @@ pub mod results;
 pub mod claims;
 
 pub mod report;
+
+pub mod verify;
 
 pub mod figures;
 

@@ -4,7 +4,7 @@
 //! everything that decides its table. More surfaces, one more block or one more cutoff add tasks
 //! and rename none.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::stages::{Kind, Recipe, aggregate};
@@ -79,6 +79,16 @@ impl Plan {
             inputs: inputs().map(|input| input.key).collect(),
             read_as: inputs().map(|input| input.essence).collect(),
         }
+    }
+
+    /// The keys of all tasks.
+    pub fn keys(&self) -> HashSet<TaskKey> {
+        self.tasks.iter().map(|task| task.key).collect()
+    }
+
+    /// Whether this is the study of that name, and has a stage of that name.
+    pub fn has_stage(&self, study: &str, stage: &str) -> bool {
+        self.study == study && self.stages.iter().any(|known| known.name == stage)
     }
 
     /// For every task, the tasks that read its table.

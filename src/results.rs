@@ -12,6 +12,7 @@ use crate::stages::columns::CONTENT;
 use crate::store::column::{Column, ColumnKind, texts};
 use crate::store::files::{Existing, read_whole, write_whole};
 use crate::store::key::Digest;
+use crate::store::listing::{self, Found, What};
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::{Table, TableError};
 use crate::store::{Store, StoreError};
@@ -180,6 +181,26 @@ fn assemble(
         stage: stage.name.clone(),
         source,
     })
+}
+
+/// Every file that this program has put into the folder of results.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
+    let mut files = Vec::new();
+    for study in listing::folders(folder)? {
+        let name = study.file_name().unwrap_or_default().to_string_lossy();
+        let table = |file: &str| {
+            let stage = file.strip_suffix(".parquet")?;
+            Some(What::Stage {
+                study: name.to_string(),
+                stage: stage.to_owned(),
+            })
+        };
+        files.extend(listing::known(&study, table)?);
+    }
+    Ok(files)
 }
 
 /// Names the file of measured surfaces, which no key knows.

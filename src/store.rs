@@ -10,6 +10,7 @@ pub mod cells;
 pub mod column;
 pub mod files;
 pub mod key;
+pub mod listing;
 pub mod lock;
 pub mod parquet;
 pub mod provenance;
@@ -25,6 +26,9 @@ use crate::store::lock::Lock;
 use crate::store::parquet::{Columns, ParquetError};
 use crate::store::provenance::Provenance;
 use crate::store::table::Table;
+
+/// The folder in a store where tables are written before they get their places.
+const WORKSHOP: &str = "unfinished";
 
 /// A folder of finished tables, which stay there as long as somebody holds one of these.
 #[derive(Debug, Clone)]
@@ -114,13 +118,9 @@ impl Store {
         })
     }
 
-    /// Where a task's table is, or would be. Folders by the key's first two digits keep
-    /// listings short.
+    /// Where a task's table is, or would be.
     pub fn path(&self, key: TaskKey) -> PathBuf {
-        let name = key.to_string();
-        let mut path = self.root.join(&name[..2]);
-        path.push(name + ".parquet");
-        path
+        path(&self.root, key)
     }
 
     /// Whether a task is finished.
@@ -184,7 +184,7 @@ impl Store {
     /// Where tables lie while they are written: in the store, for they cannot change their names
     /// from one disk to another.
     fn workshop(&self) -> PathBuf {
-        self.root.join("unfinished")
+        self.root.join(WORKSHOP)
     }
 
     /// Renames a task's damaged file, so that its table can be computed again; its new name, or
@@ -207,6 +207,15 @@ impl Store {
     }
 }
 
+/// Where a task's table is, or would be. Folders by the key's first two digits keep listings
+/// short.
+fn path(root: &Path, key: TaskKey) -> PathBuf {
+    let name = key.to_string();
+    let mut path = root.join(&name[..2]);
+    path.push(name + ".parquet");
+    path
+}
+
 /// The table in a file, if it is that of the task, and how it came about.
 fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
@@ -217,7 +226,7 @@ fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<(Table, Proven
     Err(StoreError::Damaged {
         path: path.to_owned(),
         source: ParquetError::Foreign {
-            key: key.to_string(),
+            owner: format!("task {key}"),
         },
     })
 }

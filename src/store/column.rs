@@ -164,6 +164,21 @@ impl Role {
 }
 
 impl ColumnKind {
+    const ALL: [ColumnKind; 6] = [
+        ColumnKind::Real,
+        ColumnKind::Integer,
+        ColumnKind::Flag,
+        ColumnKind::Text,
+        ColumnKind::Bytes,
+        ColumnKind::Reals,
+    ];
+
+    /// Whether columns of our tables may be of this type.
+    pub fn holds(found: &DataType) -> bool {
+        let is_found = |kind: ColumnKind| kind.data_type() == *found;
+        ColumnKind::ALL.into_iter().any(is_found)
+    }
+
     /// Its type in Arrow.
     pub fn data_type(self) -> DataType {
         match self {

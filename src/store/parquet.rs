@@ -14,12 +14,14 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 
-use crate::store::column::Role;
+use crate::store::column::{ColumnKind, Role};
 use crate::store::key::TaskKey;
 use crate::store::table::Table;
 
 /// Prefix of our entries in a file's metadata.
 const PREFIX: &str = "asperity.";
+/// Rows read at a time; a file that claims more than it holds gets no more memory than these need.
+const BATCH: usize = 1 << 16;
 /// Bytes of a block of most disks.
 const SMALL: usize = 4096;
 
@@ -64,11 +66,19 @@ pub enum ParquetError {
     /// Its bytes are not those that were written.
     #[error("its content does not match its digest")]
     Digest,
-    /// It is another task's table.
-    #[error("it does not hold the table of task {key}")]
+    /// A column holds something that no table of ours holds.
+    #[error("its column `{name}` holds {found}")]
+    Schema {
+        /// The column.
+        name: String,
+        /// Its type.
+        found: DataType,
+    },
+    /// It is another task's table, or another stage's.
+    #[error("it does not hold the table of {owner}")]
     Foreign {
-        /// The task that was asked for.
-        key: String,
+        /// Whose table was asked for.
+        owner: String,
     },
 }
 
@@ -85,10 +95,15 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
         .expect("our column types have Parquet equivalents");
     writer.write(batch).expect("writing to memory cannot fail");
     writer.close().expect("writing to memory cannot fail");
-    let footer = footer_start(&bytes).expect("a finished file has a footer");
+    seal(bytes).expect("a finished file has a footer")
+}
+
+/// Puts a digest of a Parquet file before its footer; nothing if it has none.
+pub fn seal(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
+    let footer = footer_start(&bytes)?;
     let digest = blake3::hash(&bytes);
     bytes.splice(footer..footer, *digest.as_bytes());
-    bytes
+    Some(bytes)
 }
 
 /// Bytes of the digest before the footer.
@@ -104,16 +119,20 @@ fn footer_start(bytes: &[u8]) -> Option<usize> {
     tail.checked_sub(length)
 }
 
-/// The bytes of a file, if they are those that were written.
-fn verified(mut file: File) -> Result<Bytes, ParquetError> {
+fn read(mut file: File) -> Result<Bytes, ParquetError> {
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
+    Ok(bytes.into())
+}
+
+/// The bytes of a file, if they are those that were written.
+fn verified(bytes: Bytes) -> Result<Bytes, ParquetError> {
     let footer = footer_start(&bytes).ok_or(ParquetError::Digest)?;
     let start = footer.checked_sub(DIGEST).ok_or(ParquetError::Digest)?;
     let mut hasher = blake3::Hasher::new();
     hasher.update(&bytes[..start]).update(&bytes[footer..]);
     match hasher.finalize().as_bytes() == &bytes[start..footer] {
-        true => Ok(bytes.into()),
+        true => Ok(bytes),
         false => Err(ParquetError::Digest),
     }
 }
@@ -188,9 +207,25 @@ fn encoding(
 /// # Errors
 /// When the file is no Parquet, is damaged, or holds types that are not ours.
 pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
-    let builder = ParquetRecordBatchReaderBuilder::try_new(verified(file)?)?;
+    decode_bytes(read(file)?, columns)
+}
+
+/// A table and what its file says of itself, from the bytes of the file.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_bytes(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
+    let builder = ParquetRecordBatchReaderBuilder::try_new(verified(bytes)?)?;
     let metadata = read_metadata(builder.metadata().file_metadata().key_value_metadata());
     let schema = builder.schema().clone();
+    for field in schema.fields() {
+        if !ColumnKind::holds(field.data_type()) {
+            return Err(ParquetError::Schema {
+                name: field.name().clone(),
+                found: field.data_type().clone(),
+            });
+        }
+    }
     let chosen = (0..schema.fields().len()).filter(|&index| {
         let role = schema.field(index).metadata().get("role");
         columns == Columns::All || role.map(String::as_str) != Some(Role::Heavy.name())
@@ -199,7 +234,7 @@ pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), Parquet
     let rows = usize::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
     let reader = builder
         .with_projection(mask)
-        .with_batch_size(rows.max(1))
+        .with_batch_size(rows.clamp(1, BATCH))
         .build()?;
     let schema = reader_schema(&reader);
     let batches = reader.collect::<Result<Vec<_>, _>>()?;
@@ -240,7 +275,7 @@ fn read_metadata(entries: Option<&Vec<KeyValue>>) -> Metadata {
 /// # Errors
 /// When the file is no Parquet, or a damaged one.
 pub fn metadata(file: File) -> Result<Metadata, ParquetError> {
-    let builder = ParquetRecordBatchReaderBuilder::try_new(verified(file)?)?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(verified(read(file)?)?)?;
     let entries = builder.metadata().file_metadata().key_value_metadata();
     Ok(read_metadata(entries))
 }

@@ -6,6 +6,7 @@ mod columns;
 mod commands;
 mod disturbance;
 mod explain;
+mod faults;
 mod heights;
 mod nayak;
 mod reference;

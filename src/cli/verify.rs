@@ -1,0 +1,67 @@
+//! `asperity verify`: whether every table is as it was written.
+
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use indicatif::ProgressBar;
+use serde_json::json;
+
+use super::{Data, Failure, chain, counted};
+use crate::plan::Plan;
+use crate::verify::{self, Finding};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Check the tables of this manifest only.
+    manifest: Option<PathBuf>,
+
+    /// Print JSON: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+    let study = arguments
+        .manifest
+        .as_deref()
+        .map(super::study)
+        .transpose()?;
+    let plan = study.as_ref().map(Plan::of);
+    let store = data.look()?;
+    let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
+    // It draws on a terminal only.
+    let bar = ProgressBar::new(tables.len() as u64);
+    let findings = verify::check(&tables, &store, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+
+    let mut out = stdout().lock();
+    if arguments.json {
+        let damaged: Vec<_> = findings.iter().map(as_json).collect();
+        writeln!(
+            out,
+            "{:#}",
+            json!({ "checked": tables.len(), "damaged": damaged })
+        )?;
+    } else {
+        for Finding { cause, aside } in &findings {
+            writeln!(out, "{}; set aside as `{}`", chain(cause), aside.display())?;
+        }
+        writeln!(out, "{}", closing(tables.len(), findings.len()))?;
+    }
+    Ok(ExitCode::from(u8::from(!findings.is_empty())))
+}
+
+fn as_json(finding: &Finding) -> serde_json::Value {
+    json!({ "cause": chain(&finding.cause), "aside": finding.aside })
+}
+
+fn closing(checked: usize, damaged: usize) -> String {
+    let checked = counted(checked, "table");
+    match damaged {
+        0 => format!("{checked} checked: all as they were written"),
+        _ => {
+            format!("{checked} checked: {damaged} damaged; `asperity run` computes what is missing")
+        }
+    }
+}

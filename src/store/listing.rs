@@ -1,0 +1,153 @@
+//! What lies in the folders of a store and of results, as the names of files tell it.
+
+use std::path::{Path, PathBuf};
+
+use super::files::{DAMAGED, UNFINISHED, names};
+use super::key::TaskKey;
+use super::{StoreError, WORKSHOP, path};
+
+/// A file that this program has written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its size.
+    pub bytes: u64,
+    /// What it is.
+    pub what: What,
+}
+
+/// What a file is, by its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum What {
+    /// The table of a task.
+    Task(TaskKey),
+    /// The table of a study's stage.
+    Stage {
+        /// Name of the study.
+        study: String,
+        /// Name of the stage.
+        stage: String,
+    },
+    /// A damaged file that was set aside.
+    Damaged,
+    /// A file that a killed process did not finish, unless somebody is writing it just now.
+    Unfinished,
+}
+
+/// Every file that this program has put into the store in this folder, in the order of their
+/// names; of others it knows nothing.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn of_store(root: &Path) -> Result<Vec<Found>, StoreError> {
+    let mut files = Vec::new();
+    for folder in folders(root)? {
+        let table = |name: &str| {
+            let key: TaskKey = name.strip_suffix(".parquet")?.parse().ok()?;
+            (path(root, key) == folder.join(name)).then_some(What::Task(key))
+        };
+        files.extend(known(&folder, table)?);
+    }
+    Ok(files)
+}
+
+/// What is being written into the store in this folder, or was when its writer was killed.
+///
+/// # Errors
+/// When the folder cannot be listed.
+pub fn unfinished(root: &Path) -> Result<Vec<Found>, StoreError> {
+    known(&root.join(WORKSHOP), |_| None)
+}
+
+/// The files of a folder that this program has put there; `table` tells which names are those of
+/// tables.
+///
+/// # Errors
+/// When the folder cannot be listed.
+pub fn known(
+    folder: &Path,
+    table: impl Fn(&str) -> Option<What>,
+) -> Result<Vec<Found>, StoreError> {
+    let what = |name: &str| {
+        if name.starts_with(UNFINISHED) {
+            return Some(What::Unfinished);
+        }
+        let end = name.rsplit_once(".parquet").map_or("", |(_, end)| end);
+        let is_aside = end.starts_with(DAMAGED);
+        if is_aside {
+            Some(What::Damaged)
+        } else {
+            table(name)
+        }
+    };
+    let names = names(folder)?.into_iter();
+    let found = names.filter_map(|name| {
+        let what = what(&name)?;
+        let path = folder.join(name);
+        // A file that has gone meanwhile has no size.
+        let bytes = path.metadata().map_or(0, |metadata| metadata.len());
+        Some(Found { path, bytes, what })
+    });
+    Ok(found.collect())
+}
+
+/// The folders in a folder, in the order of their names; none if it is not there.
+///
+/// # Errors
+/// When the folder cannot be listed.
+pub fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let paths = names(folder)?.into_iter().map(|name| folder.join(name));
+    Ok(paths.filter(|path| path.is_dir()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::store::key::Digest;
+
+    #[test]
+    fn files_are_known_by_their_names_and_places_and_others_are_none_of_ours() {
+        let root = tempfile::tempdir().unwrap();
+        let key = TaskKey::of("test", 1, Digest::of(&()), &[]);
+        let digits = key.to_string();
+        let mut ours = Vec::new();
+        let mut write = |folder: &str, name: &str, what: Option<What>| {
+            let path = root.path().join(folder).join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, "12345").unwrap();
+            ours.extend(what.map(|what| Found {
+                path,
+                bytes: 5,
+                what,
+            }));
+        };
+        let folder = &digits[..2];
+        write(folder, &format!("{digits}.parquet"), Some(What::Task(key)));
+        write(
+            folder,
+            &format!("{digits}.parquet.damaged"),
+            Some(What::Damaged),
+        );
+        write(
+            folder,
+            &format!("{digits}.parquet.damaged-2"),
+            Some(What::Damaged),
+        );
+        write("unfinished", ".unfinished-Xy", Some(What::Unfinished));
+        write("zz", &format!("{digits}.parquet"), None);
+        write(folder, "notes.txt", None);
+        write(folder, "table.parquet", None);
+        write(".", "lock", None);
+        assert_eq!(of_store(root.path()).unwrap(), ours);
+        assert_eq!(unfinished(root.path()).unwrap(), ours[3..]);
+    }
+
+    #[test]
+    fn a_folder_that_is_not_there_is_empty() {
+        let root = tempfile::tempdir().unwrap();
+        assert_eq!(of_store(&root.path().join("nowhere")).unwrap(), []);
+    }
+}

@@ -1,0 +1,142 @@
+//! What may be wrong with files and folders: told by name, mended where possible, never believed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::bench::{Bench, STUDY};
+
+const ROUNDS: usize = 40;
+const FAULTS: usize = 25;
+
+fn study() -> String {
+    STUDY.replace("realizations = 2", "realizations = 3")
+}
+
+fn is_table(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "parquet")
+}
+
+/// One bit flipped, or the end cut off.
+fn damage(whole: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    let place = random.random_range(0..bytes.len());
+    match random.random() {
+        true => bytes[place] ^= 1 << random.random_range(0..8),
+        false => bytes.truncate(place),
+    }
+    bytes
+}
+
+/// Damages `FAULTS` of these files; which.
+fn strike<'a>(
+    bench: &Bench,
+    files: &'a BTreeMap<PathBuf, Vec<u8>>,
+    within: &str,
+    random: &mut ChaCha8Rng,
+) -> Vec<&'a PathBuf> {
+    let tables = files
+        .keys()
+        .filter(|path| is_table(path) && path.starts_with(within));
+    let tables: Vec<_> = tables.collect();
+    let victims: Vec<_> = tables.sample(random, FAULTS).copied().collect();
+    assert_eq!(victims.len(), FAULTS);
+    for &victim in &victims {
+        fs::write(bench.data().join(victim), damage(&files[victim], random)).unwrap();
+    }
+    victims
+}
+
+/// Whether everything is as it was, but for what has been set aside; removes that.
+fn is_mended(bench: &Bench, before: &BTreeMap<PathBuf, Vec<u8>>) -> bool {
+    let mut files = bench.files();
+    files.retain(|path, _| {
+        let is_aside = path.to_string_lossy().contains(".damaged");
+        if is_aside {
+            fs::remove_file(bench.data().join(path)).unwrap();
+        }
+        !is_aside
+    });
+    files == *before
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+/// 500 faults over the store and the results.
+#[test]
+fn verify_finds_every_flipped_bit_and_every_truncation() {
+    let bench = Bench::new();
+    bench.run(&study());
+    let files = bench.files();
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    for _ in 0..ROUNDS / 2 {
+        let victims = strike(&bench, &files, "", &mut random);
+        let output = bench.output(&["verify"]);
+        let told = told(&output);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains(&format!("{FAULTS} damaged")), "{told}");
+        for victim in victims {
+            assert!(told.contains(victim.to_str().unwrap()), "{told}");
+        }
+        bench.run(&study());
+        assert!(is_mended(&bench, &files));
+        assert!(bench.output(&["verify"]).status.success());
+    }
+}
+
+/// 500 faults more, met by runs that nobody has warned.
+#[test]
+fn no_flipped_bit_and_no_truncation_reaches_a_result() {
+    let bench = Bench::new();
+    bench.run(&study());
+    let files = bench.files();
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for _ in 0..ROUNDS / 2 {
+        let victims = strike(&bench, &files, "store", &mut random);
+        // Without results, every table of the store is read.
+        fs::remove_dir_all(bench.data().join("results")).unwrap();
+        let manifest = bench.write(&study());
+        let output = bench.output(&["run", manifest.to_str().unwrap()]);
+        let told = told(&output);
+        assert!(output.status.success(), "{told}");
+        for victim in victims {
+            assert!(told.contains(victim.to_str().unwrap()), "{told}");
+        }
+        assert!(is_mended(&bench, &files));
+    }
+}
+
+#[test]
+fn verify_tells_scripts_what_it_found() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let manifest = bench.path("study.toml");
+    let verify = || {
+        let output = bench.output(&["verify", manifest.to_str().unwrap(), "--json"]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), json)
+    };
+    let (code, sound) = verify();
+    assert_eq!(code, Some(0));
+    // 19 tasks and 6 stages.
+    assert_eq!(sound, serde_json::json!({ "checked": 25, "damaged": [] }));
+    let victim = bench.data().join("results/small/area.parquet");
+    fs::copy(bench.data().join("results/small/law.parquet"), &victim).unwrap();
+    let (code, damaged) = verify();
+    assert_eq!(code, Some(1));
+    let aside = format!("{}.damaged", victim.display());
+    assert_eq!(damaged["damaged"][0]["aside"], aside);
+    let cause = damaged["damaged"][0]["cause"].as_str().unwrap();
+    assert!(
+        cause.contains("does not hold the table of stage `area` of study `small`"),
+        "{cause}"
+    );
+}
