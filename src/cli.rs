@@ -12,6 +12,7 @@ mod grid;
 mod outlook;
 mod plan;
 mod progress;
+mod prune;
 mod report;
 mod run;
 mod schema;
@@ -32,6 +33,7 @@ use clap::{Parser, Subcommand};
 use outlook::Outlook;
 
 use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
+use crate::prune::Folders;
 use crate::reasons::record::Record;
 use crate::store::{Store, StoreError};
 use crate::study::Study;
@@ -82,6 +84,8 @@ enum Command {
     View(view::Arguments),
     /// Look whether every table is as it was written; set damaged ones aside.
     Verify(verify::Arguments),
+    /// Delete what no named manifest needs.
+    Prune(prune::Arguments),
     /// Print the JSON Schema of manifests, for editors.
     Schema(schema::Arguments),
     /// Print completions for a shell.
@@ -104,6 +108,7 @@ pub fn main() -> ExitCode {
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::View(arguments) => view::run(&arguments, &data),
         Command::Verify(arguments) => verify::run(&arguments, &data),
+        Command::Prune(arguments) => prune::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
     };
@@ -177,7 +182,17 @@ impl Data {
         Ok(Outlook::of(study, &self.look()?, record.as_ref()))
     }
 
+    fn with_folders<T>(&self, act: impl FnOnce(&Folders) -> T) -> T {
+        act(&Folders {
+            store: &self.store(),
+            results: &self.results(),
+            records: &self.records(),
+        })
+    }
+
     fn open(&self) -> Result<Store, StoreError> {
+        // What cannot be swept does no harm.
+        let _ = self.with_folders(crate::prune::sweep);
         Store::open(&self.store())
     }
 

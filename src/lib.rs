@@ -12,7 +12,8 @@
 //! 6. [`claims`] – what the 2015 paper says, put to those tables.
 //! 7. [`report`] – a page to look at, and the figures for a paper.
 //!
-//! [`verify`] looks whether all that is on disk is as it was written.
+//! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
+//! needs any more.
 //!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
@@ -38,6 +39,8 @@ pub mod claims;
 pub mod report;
 
 pub mod verify;
+
+pub mod prune;
 
 pub mod figures;
 

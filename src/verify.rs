@@ -35,7 +35,7 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
     found.retain(|found| match &found.what {
         What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
         What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_stage(study, stage)),
-        What::Damaged | What::Unfinished => false,
+        What::Record { .. } | What::Damaged | What::Unfinished => false,
     });
     Ok(found)
 }
@@ -89,6 +89,6 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
                 }),
             }
         }
-        What::Damaged | What::Unfinished => Ok(()),
+        What::Record { .. } | What::Damaged | What::Unfinished => Ok(()),
     }
 }

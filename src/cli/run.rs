@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     };
     report_trouble(&plan, &outcome);
     let tables = tables?;
-    if !outcome.computed.is_empty() {
+    if !outcome.halted {
         remember(data, &study, &plan, &runner::missing(&plan, &store));
     }
 

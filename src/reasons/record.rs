@@ -17,6 +17,7 @@ use crate::stages::{Kind, Recipe, aggregate};
 use crate::store::StoreError;
 use crate::store::files::{Existing, write_whole};
 use crate::store::key::Digest;
+use crate::store::listing::{self, Found, What};
 use crate::study::{Reduction, Study, Work};
 
 /// Files are not read beyond this: tens of thousands of points.
@@ -100,6 +101,17 @@ impl Record {
     pub fn read(folder: &Path, study: &str) -> Option<Record> {
         let bytes = crate::sources::read_regular(&Record::path(folder, study), LARGEST).ok()?;
         serde_json::from_slice(&bytes).ok()
+    }
+
+    /// Every file that this program has put into the folder of records.
+    ///
+    /// # Errors
+    /// When the folder cannot be listed.
+    pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
+        listing::known(folder, |name| {
+            let study = name.strip_suffix(".json")?.to_owned();
+            Some(What::Record { study })
+        })
     }
 
     /// Writes the record, unless it is there already.

@@ -29,6 +29,11 @@ pub enum What {
         /// Name of the stage.
         stage: String,
     },
+    /// What a study was when it last ran.
+    Record {
+        /// Name of the study.
+        study: String,
+    },
     /// A damaged file that was set aside.
     Damaged,
     /// A file that a killed process did not finish, unless somebody is writing it just now.
@@ -60,14 +65,14 @@ pub fn unfinished(root: &Path) -> Result<Vec<Found>, StoreError> {
     known(&root.join(WORKSHOP), |_| None)
 }
 
-/// The files of a folder that this program has put there; `table` tells which names are those of
-/// tables.
+/// The files of a folder that this program has put there; `whole` tells by their names what the
+/// finished ones are.
 ///
 /// # Errors
 /// When the folder cannot be listed.
 pub fn known(
     folder: &Path,
-    table: impl Fn(&str) -> Option<What>,
+    whole: impl Fn(&str) -> Option<What>,
 ) -> Result<Vec<Found>, StoreError> {
     let what = |name: &str| {
         if name.starts_with(UNFINISHED) {
@@ -78,7 +83,7 @@ pub fn known(
         if is_aside {
             Some(What::Damaged)
         } else {
-            table(name)
+            whole(name)
         }
     };
     let names = names(folder)?.into_iter();

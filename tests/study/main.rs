@@ -9,6 +9,7 @@ mod explain;
 mod faults;
 mod heights;
 mod nayak;
+mod pruning;
 mod reference;
 mod report;
 mod shipped;

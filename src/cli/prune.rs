@@ -1,0 +1,133 @@
+//! `asperity prune`: delete what no named manifest needs.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use indicatif::DecimalBytes;
+use serde_json::json;
+
+use super::{Data, Failure, counted};
+use crate::plan::Plan;
+use crate::prune;
+use crate::store::listing::{Found, What};
+use crate::store::lock::Lock;
+use crate::store::parquet;
+use crate::store::provenance::Provenance;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Manifests whose tables are kept. Without any, all tables are, and only damaged and
+    /// unfinished files go.
+    manifests: Vec<PathBuf>,
+
+    /// Delete what would otherwise only be shown.
+    #[arg(long)]
+    yes: bool,
+
+    /// Print JSON: `{"deleted", "files", "bytes", "kinds": [{"name", "files", "bytes"}, …]}`.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+    let plans = arguments
+        .manifests
+        .iter()
+        .map(|path| Ok(Plan::of(&super::study(path)?)));
+    let plans = plans.collect::<Result<Vec<_>, Failure>>()?;
+    // Who has the store alone looks at it without sharing it: nothing changes until the end.
+    let alone = match arguments.yes {
+        true => Some(alone(data)?),
+        false => None,
+    };
+    let unneeded = data.with_folders(|folders| prune::unneeded(&plans, folders))?;
+    let shares = Shares::of(&unneeded);
+    if let Some(alone) = &alone {
+        prune::delete(&unneeded, alone)?;
+    }
+    let mut out = stdout().lock();
+    match arguments.json {
+        true => writeln!(out, "{:#}", shares.json(arguments.yes))?,
+        false => write!(out, "{}", shares.text(arguments))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn alone(data: &Data) -> Result<Lock, Failure> {
+    let store = data.store();
+    let in_use = || {
+        format!(
+            "`{}` is in use by another process; prune it afterwards",
+            store.display()
+        )
+    };
+    Ok(Lock::alone(&store)?.ok_or_else(in_use)?)
+}
+
+/// Files and bytes, by what the files are.
+struct Shares(BTreeMap<String, (usize, u64)>);
+
+impl Shares {
+    fn of(files: &[Found]) -> Shares {
+        let mut shares = BTreeMap::new();
+        for file in files {
+            let (count, bytes) = shares.entry(name(file)).or_default();
+            *count += 1;
+            *bytes += file.bytes;
+        }
+        Shares(shares)
+    }
+
+    fn total(&self) -> (usize, u64) {
+        let shares = self.0.values();
+        shares.fold((0, 0), |(files, bytes), share| {
+            (files + share.0, bytes + share.1)
+        })
+    }
+
+    fn json(&self, deleted: bool) -> serde_json::Value {
+        let kinds = self.0.iter();
+        let kinds = kinds
+            .map(|(name, (files, bytes))| json!({ "name": name, "files": files, "bytes": bytes }));
+        let (files, bytes) = self.total();
+        let kinds: Vec<_> = kinds.collect();
+        json!({ "deleted": deleted, "files": files, "bytes": bytes, "kinds": kinds })
+    }
+
+    fn text(&self, arguments: &Arguments) -> String {
+        let (files, bytes) = self.total();
+        if files == 0 {
+            return "nothing to delete\n".to_owned();
+        }
+        let lines = self.0.iter().map(|(name, (files, bytes))| {
+            format!("{name:12}{files:>8}  {}\n", DecimalBytes(*bytes))
+        });
+        let total = format!("{}, {}", counted(files, "file"), DecimalBytes(bytes));
+        let closing = match (arguments.yes, arguments.manifests.is_empty()) {
+            (true, _) => format!("{total} deleted\n"),
+            (false, true) => format!("{total} that are of no use; `--yes` deletes them\n"),
+            (false, false) => {
+                format!("{total} that no named manifest needs; `--yes` deletes them\n")
+            }
+        };
+        lines.collect::<String>() + &closing
+    }
+}
+
+/// What a file is, in a word or two; the table of a task tells its stage's kind itself.
+fn name(file: &Found) -> String {
+    let kind = || {
+        let metadata = parquet::metadata(File::open(&file.path).ok()?).ok()?;
+        Some(Provenance::of(&metadata)?.stage)
+    };
+    match file.what {
+        What::Task(_) => kind().unwrap_or_else(|| "unreadable".to_owned()),
+        What::Stage { .. } => "results".to_owned(),
+        What::Record { .. } => "plans".to_owned(),
+        What::Damaged => "set aside".to_owned(),
+        What::Unfinished => "unfinished".to_owned(),
+    }
+}

@@ -1,0 +1,119 @@
+//! Only what nobody needs is deleted, and only when it is asked for and nobody is at work.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY, is_idle};
+
+/// What `prune` says, by kind of file.
+fn prune(bench: &Bench, arguments: &[&str]) -> BTreeMap<String, u64> {
+    let arguments = [&["prune", "--json"], arguments].concat();
+    let output = bench.output(&arguments);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let kinds = json["kinds"].as_array().unwrap().iter();
+    let kinds = kinds.map(|kind| {
+        (
+            kind["name"].as_str().unwrap().to_owned(),
+            kind["files"].as_u64().unwrap(),
+        )
+    });
+    kinds.collect()
+}
+
+fn kinds<const N: usize>(kinds: [(&str, u64); N]) -> BTreeMap<String, u64> {
+    kinds.map(|(name, files)| (name.to_owned(), files)).into()
+}
+
+#[test]
+fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let small = bench.files();
+    // Another surface for each spectrum, and what pools them.
+    let larger = STUDY
+        .replace("realizations = 2", "realizations = 3")
+        .replace("\"small\"", "\"larger\"");
+    bench.run(&larger);
+    let both = bench.files();
+    let small_manifest = bench.path("small.toml");
+    fs::write(&small_manifest, STUDY).unwrap();
+    let larger_manifest = bench.write(&larger);
+    let (small_manifest, larger_manifest) = (
+        small_manifest.to_str().unwrap(),
+        larger_manifest.to_str().unwrap(),
+    );
+
+    assert_eq!(prune(&bench, &[small_manifest, larger_manifest]), kinds([]));
+    let unneeded = kinds([
+        ("aggregate", 1),
+        ("correct", 2),
+        ("fit", 2),
+        ("generate", 2),
+        ("measure", 2),
+        ("plans", 1),
+        ("results", 6),
+        ("solve", 2),
+    ]);
+    assert_eq!(prune(&bench, &[small_manifest]), unneeded);
+    assert!(bench.files() == both);
+    assert_eq!(prune(&bench, &[small_manifest, "--yes"]), unneeded);
+    assert!(bench.files() == small);
+    assert!(!bench.data().join("results/larger").exists());
+    assert!(bench.run(STUDY).values().all(is_idle));
+}
+
+#[test]
+fn the_results_of_a_stage_that_was_removed_go() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let manifest = bench.write(STUDY.split("[stage.curves]").next().unwrap());
+    let unneeded = prune(&bench, &[manifest.to_str().unwrap(), "--yes"]);
+    assert_eq!(unneeded, kinds([("aggregate", 1), ("results", 1)]));
+    assert!(!bench.data().join("results/small/curves.parquet").exists());
+    assert!(bench.data().join("results/small/law.parquet").exists());
+}
+
+#[test]
+fn without_manifests_only_damaged_and_unfinished_files_go() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = bench.files();
+    fs::write(bench.data().join("store/unfinished/.unfinished-a"), "half").unwrap();
+    fs::write(
+        bench.data().join("results/small/law.parquet.damaged"),
+        "old",
+    )
+    .unwrap();
+    fs::write(bench.data().join("store/notes.txt"), "mine").unwrap();
+    assert_eq!(
+        prune(&bench, &["--yes"]),
+        kinds([("set aside", 1), ("unfinished", 1)])
+    );
+    fs::remove_file(bench.data().join("store/notes.txt")).expect("what others put there stays");
+    assert!(bench.files() == before);
+}
+
+#[test]
+fn nothing_is_deleted_while_somebody_uses_the_store() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let manifest = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
+    let arguments = ["prune", "--yes", manifest.to_str().unwrap()];
+    let before = bench.files();
+    let somebody = asperity::store::Store::look(&bench.data().join("store")).unwrap();
+    let output = bench.output(&arguments);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(told.contains("in use by another process"), "{told}");
+    assert!(bench.files() == before);
+    drop(somebody);
+    assert!(bench.output(&arguments).status.success());
+    assert!(bench.files().len() < before.len());
+}
