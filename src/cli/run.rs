@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use serde_json::json;
 
@@ -21,6 +22,8 @@ use crate::study::Study;
 
 /// How a process ends that its user stopped.
 const STOPPED: u8 = 130;
+/// How long a stopped run may take to end.
+const PATIENCE: Duration = Duration::from_millis(1500);
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -133,7 +136,8 @@ fn remember(data: &Data, study: &Study, plan: &Plan, missing: &[usize]) {
     }
 }
 
-/// The first signal asks tasks to stop, the second one ends the process.
+/// The first signal asks tasks to stop. Those that do not within [`PATIENCE`], and those under way
+/// at a second signal, are dropped: whatever moment a process ends, nothing stored is harmed.
 fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     let stopped = Arc::new(AtomicBool::new(false));
     let flag = stopped.clone();
@@ -142,6 +146,11 @@ fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
             std::process::exit(i32::from(STOPPED));
         }
         eprintln!("stopping; finished tasks are kept");
+        std::thread::spawn(|| {
+            std::thread::sleep(PATIENCE);
+            eprintln!("stopped; unfinished tasks are dropped, run again to go on");
+            std::process::exit(i32::from(STOPPED));
+        });
     })?;
     Ok(stopped)
 }

@@ -1,15 +1,19 @@
 //! What may be wrong with files and folders: told by name, mended where possible, never believed.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Command, Output};
+use std::time::{Duration, SystemTime};
 
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::bench::{Bench, STUDY};
+use crate::bench::{Bench, STUDY, is_idle};
+use crate::disk::Disk;
 
 const ROUNDS: usize = 40;
 const FAULTS: usize = 25;
@@ -139,4 +143,98 @@ fn verify_tells_scripts_what_it_found() {
         cause.contains("does not hold the table of stage `area` of study `small`"),
         "{cause}"
     );
+}
+
+/// The command for somebody who may not write everywhere, as root may.
+fn by_anybody(bench: &Bench, arguments: &[&str]) -> Output {
+    let program = bench.path("asperity");
+    if !program.exists() {
+        fs::copy(env!("CARGO_BIN_EXE_asperity"), &program).unwrap();
+        let folder = program.parent().unwrap();
+        fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let mut command = Command::new(program);
+    let is_root =
+        fs::metadata("/proc/self").is_ok_and(|me| std::os::unix::fs::MetadataExt::uid(&me) == 0);
+    if is_root {
+        command.uid(65534);
+    }
+    let command = command.args(arguments).env("ASPERITY_DATA", bench.data());
+    command.output().expect("the command starts")
+}
+
+#[test]
+fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let manifest = bench.write(STUDY);
+    let run = ["run", manifest.to_str().unwrap()];
+    let all = |mode: u32| {
+        let folders = bench
+            .files()
+            .into_keys()
+            .map(|path| bench.data().join(path));
+        let folders = folders.map(|path| path.parent().unwrap().to_owned());
+        for folder in folders.chain([bench.data(), bench.data().join("store")]) {
+            fs::set_permissions(folder, fs::Permissions::from_mode(mode)).unwrap();
+        }
+    };
+    all(0o555);
+    let output = by_anybody(&bench, &run);
+    assert!(output.status.success(), "{}", told(&output));
+    bench.write(&study());
+    let output = by_anybody(&bench, &run);
+    let message = told(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains(bench.data().join("store").to_str().unwrap()),
+        "{message}"
+    );
+    assert!(message.contains("Permission denied"), "{message}");
+    assert!(message.contains("stopped after 0 of"), "{message}");
+    all(0o755);
+}
+
+#[test]
+fn a_read_only_disk_is_read_and_named_when_it_should_be_written() {
+    let bench = Bench::new();
+    let Some(disk) = Disk::mount(&bench.data()) else {
+        return;
+    };
+    bench.run(STUDY);
+    let files = bench.files();
+    disk.protect();
+    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.output(&["verify"]).status.success());
+    let manifest = bench.write(&study());
+    let output = bench.output(&["run", manifest.to_str().unwrap()]);
+    let message = told(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("Read-only file system"), "{message}");
+    assert!(bench.files() == files);
+}
+
+#[test]
+fn a_store_needs_no_temporary_folder_elsewhere() {
+    let bench = Bench::new();
+    let manifest = bench.write(STUDY);
+    let mut command = bench.asperity(&["run", manifest.to_str().unwrap()]);
+    let output = command.env("TMPDIR", "/nowhere").output().unwrap();
+    assert!(output.status.success(), "{}", told(&output));
+}
+
+#[test]
+fn a_clock_that_jumps_changes_nothing() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = bench.files();
+    let far = Duration::from_secs(50 * 365 * 86400);
+    let times = [SystemTime::UNIX_EPOCH, SystemTime::now() + far];
+    for (number, path) in before.keys().enumerate() {
+        let file = File::open(bench.data().join(path)).unwrap();
+        file.set_modified(times[number % 2]).unwrap();
+    }
+    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.output(&["verify"]).status.success());
+    assert!(bench.files() == before);
 }

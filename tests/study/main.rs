@@ -4,6 +4,8 @@ mod bench;
 mod caching;
 mod columns;
 mod commands;
+mod crashes;
+mod disk;
 mod disturbance;
 mod explain;
 mod faults;

@@ -1,0 +1,132 @@
+//! Killed at any moment, alone, in company or on a full disk: nothing is lost, and in the end the
+//! bytes are those of a run that nobody has disturbed.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::bench::{Bench, STUDY};
+use crate::disk::Disk;
+
+/// How often each study is disturbed.
+const TIMES: usize = 50;
+
+/// More tasks, each still short.
+fn study() -> String {
+    STUDY.replace("realizations = 2", "realizations = 4")
+}
+
+/// The bench of an undisturbed run, and how long it took.
+fn undisturbed() -> (Bench, Duration) {
+    let bench = Bench::new();
+    let begun = Instant::now();
+    bench.run(&study());
+    (bench, begun.elapsed())
+}
+
+fn start(bench: &Bench) -> Child {
+    let manifest = bench.write(&study());
+    let mut command = bench.asperity(&["run", manifest.to_str().unwrap()]);
+    let silent = command.stdout(Stdio::null()).stderr(Stdio::null());
+    silent.spawn().unwrap()
+}
+
+/// Lets processes live for a random share of `whole` each, then kills them; whether one of them
+/// was done before.
+fn kill_at_random(mut runs: Vec<Child>, whole: Duration, random: &mut ChaCha8Rng) -> bool {
+    let mut is_done = false;
+    for run in &mut runs {
+        sleep(whole.mul_f64(random.random::<f64>()));
+        run.kill().unwrap();
+        is_done |= run.wait().unwrap().success();
+    }
+    is_done
+}
+
+/// Kills runs again and again; whenever a study is done, its bytes are compared, and it begins
+/// anew.
+fn survives(together: usize, seed: u64) {
+    let (undisturbed, whole) = undisturbed();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut bench = Bench::new();
+    for _ in 0..TIMES / together {
+        let runs = (0..together).map(|_| start(&bench)).collect();
+        if kill_at_random(runs, whole, &mut random) {
+            bench.run(&study());
+            assert!(bench.files() == undisturbed.files());
+            bench = Bench::new();
+        }
+    }
+    bench.run(&study());
+    assert!(bench.files() == undisturbed.files());
+}
+
+#[test]
+fn a_run_killed_at_fifty_moments_ends_with_the_same_bytes() {
+    survives(1, 1);
+}
+
+#[test]
+fn two_runs_at_once_killed_at_fifty_moments_end_with_the_same_bytes() {
+    survives(2, 2);
+}
+
+#[test]
+fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
+    let (undisturbed, _) = undisturbed();
+    let bench = Bench::new();
+    let Some(disk) = Disk::mount(&bench.data()) else {
+        return;
+    };
+    let blocks: u64 = undisturbed
+        .files()
+        .values()
+        .map(|bytes| bytes.len().div_ceil(4096) as u64)
+        .sum();
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut sizes: Vec<u64> = (0..TIMES).map(|_| random.random_range(1..blocks)).collect();
+    sizes.sort_unstable();
+    let manifest = bench.write(&study());
+    let mut failures = 0;
+    for size in sizes {
+        disk.resize(size);
+        let output = bench.output(&["run", manifest.to_str().unwrap()]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains("No space left on device"), "{told}");
+        assert!(told.contains(bench.data().to_str().unwrap()), "{told}");
+        assert!(bench.output(&["verify"]).status.success());
+        failures += 1;
+    }
+    assert_eq!(failures, TIMES);
+    disk.resize(2 * blocks);
+    bench.run(&study());
+    assert!(bench.files() == undisturbed.files());
+}
+
+#[test]
+fn what_a_killed_process_left_goes_as_soon_as_nobody_can_own_it() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = bench.files();
+    let left: Vec<PathBuf> = [
+        "store/unfinished/.unfinished-a",
+        "results/small/.unfinished-b",
+    ]
+    .map(|name| bench.data().join(name))
+    .into();
+    for path in &left {
+        fs::write(path, "half a table").unwrap();
+    }
+    let somebody = asperity::store::Store::look(&bench.data().join("store")).unwrap();
+    bench.run(STUDY);
+    assert!(left.iter().all(|path| path.exists()));
+    drop(somebody);
+    bench.run(STUDY);
+    assert!(bench.files() == before);
+}
