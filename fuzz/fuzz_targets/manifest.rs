@@ -1,0 +1,48 @@
+//! Any text as a manifest: read, judged and planned, or refused with a message.
+#![no_main]
+
+use std::path::{Component, Path};
+
+use asperity::plan::Plan;
+use asperity::results;
+use asperity::study::{Study, Work};
+use libfuzzer_sys::fuzz_target;
+
+/// Tasks of a study that is planned here: larger ones are sound, but slow.
+const MOST_SURFACES: u64 = 1000;
+
+fuzz_target!(|text: &str| {
+    // Where surface files are looked for.
+    let folder = Path::new("maps");
+    match Study::parse(text, "fuzz.toml", folder) {
+        Err(errors) => assert!(!errors.render(false).is_empty()),
+        Ok(study) => {
+            if surfaces(&study) <= MOST_SURFACES {
+                check(&Plan::of(&study));
+            }
+        }
+    }
+});
+
+fn surfaces(study: &Study) -> u64 {
+    let ensembles = study.stages.iter().flat_map(|stage| match &stage.work {
+        Work::Generate(ensembles) => ensembles.as_slice(),
+        _ => &[],
+    });
+    ensembles.map(|ensemble| u64::from(ensemble.realizations)).sum()
+}
+
+/// Inputs come before the tasks that read them, keys follow from what decides them, and no table
+/// leaves the folder of results.
+fn check(plan: &Plan) {
+    for (number, task) in plan.tasks.iter().enumerate() {
+        assert!(task.inputs.iter().all(|&input| input < number));
+        assert_eq!(plan.provenance(number).key(), task.key);
+    }
+    for stage in &plan.stages {
+        let path = results::path(Path::new("results"), &plan.study, &stage.name);
+        let parts: Vec<_> = path.components().collect();
+        assert_eq!(parts.len(), 3);
+        assert!(parts.iter().all(|part| matches!(part, Component::Normal(_))));
+    }
+}

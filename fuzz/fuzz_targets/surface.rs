@@ -1,0 +1,16 @@
+//! Any bytes as a measured surface: a square map of finite heights, or refused.
+#![no_main]
+
+use asperity::contact::measured::read_npy;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    match read_npy(bytes, 1.0) {
+        Err(error) => assert!(!error.to_string().is_empty()),
+        Ok(surface) => {
+            let nodes = surface.nodes();
+            assert_eq!(surface.heights().len(), nodes * nodes);
+            assert!(surface.heights().iter().all(|height| height.is_finite()));
+        }
+    }
+});
