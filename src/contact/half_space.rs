@@ -7,16 +7,16 @@
 
 use std::f64::consts::PI;
 
-use super::fft::{Real, Scratch, Transform};
+use super::fft::{Kernel, Real, Scratch, Transform};
 
-/// The kernel from pressure to displacement, 2/|q| and zero at q = 0, for [`Transform::convolve`].
-pub fn displacement<T: Real>(nodes: usize) -> Vec<T> {
+/// The kernel from pressure to displacement, 2/|q| and zero at q = 0.
+pub fn displacement<T: Real>(nodes: usize) -> Kernel<T> {
     kernel(nodes, |k| if k > 0.0 { 1.0 / (PI * k) } else { 0.0 })
 }
 
-/// The kernel from displacement to pressure, |q|/2, for [`Transform::convolve`]; the inverse of
-/// [`displacement`] on maps of zero mean.
-pub fn stiffness<T: Real>(nodes: usize) -> Vec<T> {
+/// The kernel from displacement to pressure, |q|/2; the inverse of [`displacement`] on maps of zero
+/// mean.
+pub fn stiffness<T: Real>(nodes: usize) -> Kernel<T> {
     kernel(nodes, |k| PI * k)
 }
 
@@ -34,18 +34,13 @@ pub fn full_contact_pressure(
     transform.convolve(&stiffness(transform.nodes()), heights, pressure, scratch);
 }
 
-/// Tabulates a symbol of k = |q|/2π, with the 1/N² that two unnormalised transforms leave.
+/// A kernel that depends on k = |q|/2π alone.
 ///
 /// Nyquist rows keep the full |q|: on a mesh they are wavenumbers like any other.
-fn kernel<T: Real>(nodes: usize, symbol: impl Fn(f64) -> f64) -> Vec<T> {
-    let columns = nodes / 2 + 1;
-    let normalisation = 1.0 / (nodes as f64 * nodes as f64);
-    let entry = |index: usize| {
-        let (k_x, k_y) = ((index % columns) as f64, (index / columns) as f64);
-        let value = symbol((k_x * k_x + k_y * k_y).sqrt()) * normalisation;
-        T::from_f64(value).expect("both precisions hold any finite number")
-    };
-    (0..columns * columns).map(entry).collect()
+fn kernel<T: Real>(nodes: usize, factor: impl Fn(f64) -> f64) -> Kernel<T> {
+    Kernel::new(nodes, |k_x, k_y| {
+        factor(((k_x * k_x + k_y * k_y) as f64).sqrt())
+    })
 }
 
 #[cfg(test)]

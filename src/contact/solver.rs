@@ -11,7 +11,7 @@
 //! every result is accepted by an evaluation in double precision, whose residual restarts the
 //! search where it fails: iterative refinement.
 
-use super::fft::{Scratch, Transform};
+use super::fft::{Kernel, Scratch, Transform};
 use super::half_space;
 
 mod lanes;
@@ -81,9 +81,9 @@ pub struct Outcome {
 
 /// One rough surface, and its contact at the last load.
 ///
-/// Holds about 53 bytes a node: heights and pressure in double precision, the previous pressure,
+/// Holds about 57 bytes a node: heights and pressure in double precision, the previous pressure,
 /// gap, correction, direction and its displacement in single, a mask, a half spectrum of each
-/// precision, and three kernels of a quarter of the mesh.
+/// precision, and three kernels of half the mesh.
 pub struct Solver {
     nodes: usize,
     heights: Vec<f64>,
@@ -108,11 +108,11 @@ pub struct Solver {
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
-    displacement: Vec<f64>,
+    displacement: Kernel<f64>,
     single: Transform<f32>,
     single_scratch: Scratch<f32>,
-    single_displacement: Vec<f32>,
-    single_stiffness: Vec<f32>,
+    single_displacement: Kernel<f32>,
+    single_stiffness: Kernel<f32>,
 
     /// Transform pairs spent on the present load.
     pairs: u32,

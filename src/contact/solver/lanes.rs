@@ -3,9 +3,11 @@
 //! Sums run in [`LANES`] interleaved partial sums, and masks multiply instead of branching. Wider
 //! registers change the speed and no bit of the result.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::contact::fft::{Real, Rows};
 
-/// Partial sums of a row: two of the widest registers, in single precision.
+/// Partial sums of a row: the widest register, in single precision.
 pub const LANES: usize = 16;
 
 /// Work on a row. A trait and not a closure, since `#[inline(always)]` is heeded only here.
@@ -15,21 +17,21 @@ pub trait Work {
     fn run(self) -> Self::Output;
 }
 
-/// Runs `work`, compiled for 256-bit registers where the processor has them.
+/// Runs `work`, compiled for the widest registers that the processor has.
 #[inline(always)]
 pub fn wide<W: Work>(work: W) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    {
-        #[target_feature(enable = "avx2")]
-        fn with_avx2<W: Work>(work: W) -> W::Output {
-            work.run()
-        }
-        if std::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has just been found to have AVX2.
-            return unsafe { with_avx2(work) };
-        }
+    Arch::new().dispatch(Run(work))
+}
+
+struct Run<W>(W);
+
+impl<W: Work> WithSimd for Run<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> W::Output {
+        self.0.run()
     }
-    work.run()
 }
 
 /// Rows whose arithmetic is [`wide`].

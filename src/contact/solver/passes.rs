@@ -59,8 +59,7 @@ pub struct Correct<'a> {
     pub active: &'a mut [bool],
     /// Set on free nodes, zero elsewhere.
     pub correction: &'a mut [f32],
-    /// Cut to the nodes that are free now.
-    pub last_move: &'a mut [f32],
+    pub last_move: &'a [f32],
     /// Displacement under the last move.
     pub image: &'a [f32],
     pub sums: Sums,
@@ -97,19 +96,16 @@ impl Rows<f32> for Correct<'_> {
         let start = row * self.nodes;
         let active = &self.active[start..][..self.nodes];
         let correction = &mut self.correction[start..][..self.nodes];
-        let last_move = &mut self.last_move[start..][..self.nodes];
+        let last_move = &self.last_move[start..][..self.nodes];
         let image = &self.image[start..][..self.nodes];
 
         for ((correction, value), active) in correction.iter_mut().zip(values).zip(active) {
             *correction = weight::<f32>(*active) * *value;
         }
-        for (last_move, active) in last_move.iter_mut().zip(active) {
-            *last_move *= weight::<f32>(*active);
-        }
         self.sums.nodes += active.iter().filter(|active| **active).count();
         self.sums.correction += total(correction);
         self.sums.correction_on_image += dot(correction, image);
-        self.sums.last_move += total(last_move);
+        self.sums.last_move += sum_by(last_move, active, |d, active| weight::<f32>(active) * d);
     }
 }
 

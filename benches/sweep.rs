@@ -1,0 +1,77 @@
+//! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs.
+
+use std::time::Instant;
+
+use asperity::contact::fft::Transform;
+use asperity::contact::half_space;
+use asperity::contact::solver::{Settings, Solver};
+use asperity::contact::spectrum::Spectrum;
+use asperity::contact::surface::{Amplitude, RandomSurface};
+
+/// Cutoffs of the surfaces.
+const SPECTRA: [(u32, u32); 3] = [(1, 32), (4, 64), (16, 128)];
+
+fn main() {
+    // `cargo bench` passes `--bench`; a number is the nodes a side.
+    let nodes = std::env::args().find_map(|argument| argument.parse().ok());
+    let nodes: usize = nodes.unwrap_or(1024);
+    println!("{nodes}² nodes, H = 0.8, 90 loads to 1.7 E* × rms slope");
+    println!("k_lower  k_upper   pairs  seconds  ms a pair  of bare pairs");
+    for (k_lower, k_upper) in SPECTRA {
+        let mut solver = Solver::new(nodes, &heights(nodes, k_lower, k_upper));
+        let before = bare_pair(nodes);
+        let begun = Instant::now();
+        let pairs: u32 = loads()
+            .map(|load| solver.press(load, &Settings::default(), &|| false).pairs)
+            .sum();
+        let seconds = begun.elapsed().as_secs_f64();
+        let bare = 0.5 * (before + bare_pair(nodes));
+        let pair = seconds / f64::from(pairs);
+        println!(
+            "{k_lower:7} {k_upper:8} {pairs:7} {seconds:8.2} {:10.2} {:14.2}",
+            1e3 * pair,
+            pair / bare
+        );
+    }
+}
+
+/// The loads of the 2015 campaign: fifty linear, forty geometric.
+fn loads() -> impl Iterator<Item = f64> {
+    let light = (1..=50).map(|i| 0.06 * f64::from(i) / 50.0);
+    let heavy = (1..=40).map(|i| 0.06 * (1.7_f64 / 0.06).powf(f64::from(i) / 40.0));
+    light.chain(heavy)
+}
+
+fn heights(nodes: usize, k_lower: u32, k_upper: u32) -> Vec<f64> {
+    let surface = RandomSurface {
+        spectrum: Spectrum {
+            hurst: 0.8,
+            k_lower,
+            k_rolloff: k_lower,
+            k_upper,
+        },
+        amplitude: Amplitude::Gaussian,
+        rms_slope: 1.0,
+        seed: 2015,
+        realization: 0,
+    };
+    surface.draw(nodes, 1.0).into_heights()
+}
+
+/// Median seconds of a single-precision pair without anything else.
+fn bare_pair(nodes: usize) -> f64 {
+    let transform = Transform::<f32>::new(nodes);
+    let kernel = half_space::displacement(nodes);
+    let field = vec![1.0; nodes * nodes];
+    let mut out = field.clone();
+    let mut scratch = transform.scratch();
+    let mut seconds: Vec<f64> = (0..101)
+        .map(|_| {
+            let begun = Instant::now();
+            transform.convolve(&kernel, &field, &mut out, &mut scratch);
+            begun.elapsed().as_secs_f64()
+        })
+        .collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds[50]
+}

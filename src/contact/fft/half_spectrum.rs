@@ -1,0 +1,184 @@
+//! Transforms of any mesh: rows by realfft, columns by rustfft.
+
+use std::sync::Arc;
+
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::{Fft, FftPlanner, num_complex::Complex};
+
+use super::aligned::Aligned;
+use super::{Real, Rows};
+
+/// Columns transformed together: one cache line of single precision or two of double, so that no
+/// line is fetched in vain, and a tile that stays in the second-level cache.
+const TILE_COLUMNS: usize = 8;
+
+/// Plans of one mesh.
+pub struct HalfSpectrum<T> {
+    nodes: usize,
+    row_forward: Arc<dyn RealToComplex<T>>,
+    row_inverse: Arc<dyn ComplexToReal<T>>,
+    column_forward: Arc<dyn Fft<T>>,
+    column_inverse: Arc<dyn Fft<T>>,
+}
+
+pub struct Scratch<T> {
+    row: Vec<T>,
+    tile: Vec<Complex<T>>,
+    butterflies: Vec<Complex<T>>,
+    /// A whole half spectrum, grown by the first convolution.
+    spectrum: Vec<Complex<T>>,
+}
+
+/// The factors of a convolution as [`HalfSpectrum::convolve_rows`] reads them: (|k_x|, |k_y|) at
+/// `|k_y| * (N/2 + 1) + |k_x|`.
+pub fn kernel<T: Real>(nodes: usize, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
+    let columns = nodes / 2 + 1;
+    (0..columns * columns)
+        .map(|index| T::nearest(factor(index % columns, index / columns)))
+        .collect()
+}
+
+impl<T: Real> HalfSpectrum<T> {
+    pub fn new(nodes: usize) -> Self {
+        let mut real = RealFftPlanner::new();
+        let mut complex = FftPlanner::new();
+        Self {
+            nodes,
+            row_forward: real.plan_fft_forward(nodes),
+            row_inverse: real.plan_fft_inverse(nodes),
+            column_forward: complex.plan_fft_forward(nodes),
+            column_inverse: complex.plan_fft_inverse(nodes),
+        }
+    }
+
+    /// Wavenumbers kept along a row.
+    pub fn columns(&self) -> usize {
+        self.nodes / 2 + 1
+    }
+
+    /// Entries of a half spectrum.
+    pub fn len(&self) -> usize {
+        self.nodes * self.columns()
+    }
+
+    pub fn scratch(&self) -> Scratch<T> {
+        let butterflies = [
+            self.row_forward.get_scratch_len(),
+            self.row_inverse.get_scratch_len(),
+            self.column_forward.get_inplace_scratch_len(),
+            self.column_inverse.get_inplace_scratch_len(),
+        ];
+        let longest = butterflies.into_iter().max().unwrap_or(0);
+        Scratch {
+            row: vec![T::zero(); self.nodes],
+            tile: vec![Complex::default(); TILE_COLUMNS * self.nodes],
+            butterflies: vec![Complex::default(); longest],
+            spectrum: Vec::new(),
+        }
+    }
+
+    pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
+        self.forward_rows(spectrum, scratch, |i, row| {
+            row.copy_from_slice(&field[i * self.nodes..][..self.nodes]);
+        });
+        self.transform_columns(spectrum, scratch, |tile, _, butterflies| {
+            self.column_forward.process_with_scratch(tile, butterflies);
+        });
+    }
+
+    pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T], scratch: &mut Scratch<T>) {
+        self.transform_columns(spectrum, scratch, |tile, _, butterflies| {
+            self.column_inverse.process_with_scratch(tile, butterflies);
+        });
+        self.inverse_rows(spectrum, scratch, |i, row| {
+            field[i * self.nodes..][..self.nodes].copy_from_slice(row);
+        });
+    }
+
+    /// Forward, multiply, inverse, one tile of columns at a time.
+    pub fn convolve_rows(&self, kernel: &[T], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let mut spectrum = std::mem::take(&mut scratch.spectrum);
+        spectrum.resize(self.len(), Complex::default());
+        self.forward_rows(&mut spectrum, scratch, |i, row| rows.fill(i, row));
+        self.transform_columns(&mut spectrum, scratch, |tile, first, butterflies| {
+            self.column_forward.process_with_scratch(tile, butterflies);
+            let columns = kernel.chunks_exact(self.columns()).skip(first);
+            for (column, symbol) in tile.chunks_exact_mut(self.nodes).zip(columns) {
+                multiply_by_even(column, symbol);
+            }
+            self.column_inverse.process_with_scratch(tile, butterflies);
+        });
+        self.inverse_rows(&mut spectrum, scratch, |i, row| rows.take(i, row));
+        scratch.spectrum = spectrum;
+    }
+
+    fn forward_rows(
+        &self,
+        spectrum: &mut [Complex<T>],
+        scratch: &mut Scratch<T>,
+        mut read: impl FnMut(usize, &mut [T]),
+    ) {
+        for (i, out) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
+            read(i, &mut scratch.row);
+            self.row_forward
+                .process_with_scratch(&mut scratch.row, out, &mut scratch.butterflies)
+                .expect("buffers are sized by the plan");
+        }
+    }
+
+    fn inverse_rows(
+        &self,
+        spectrum: &mut [Complex<T>],
+        scratch: &mut Scratch<T>,
+        mut write: impl FnMut(usize, &mut [T]),
+    ) {
+        for (i, row) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
+            // Zero for a real map, but for rounding; the complex-to-real plan insists.
+            row[0].im = T::zero();
+            if self.nodes.is_multiple_of(2) {
+                row[self.nodes / 2].im = T::zero();
+            }
+            self.row_inverse
+                .process_with_scratch(row, &mut scratch.row, &mut scratch.butterflies)
+                .expect("buffers are sized by the plan");
+            write(i, &mut scratch.row);
+        }
+    }
+
+    /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies)` change
+    /// them, and scatters them back. Columns are contiguous in the tile.
+    fn transform_columns(
+        &self,
+        spectrum: &mut [Complex<T>],
+        scratch: &mut Scratch<T>,
+        mut action: impl FnMut(&mut [Complex<T>], usize, &mut [Complex<T>]),
+    ) {
+        let (nodes, columns) = (self.nodes, self.columns());
+        for first in (0..columns).step_by(TILE_COLUMNS) {
+            let width = TILE_COLUMNS.min(columns - first);
+            let tile = &mut scratch.tile[..width * nodes];
+            for (i, row) in spectrum.chunks_exact(columns).enumerate() {
+                for (j, value) in row[first..][..width].iter().enumerate() {
+                    tile[j * nodes + i] = *value;
+                }
+            }
+            action(tile, first, &mut scratch.butterflies);
+            for (i, row) in spectrum.chunks_exact_mut(columns).enumerate() {
+                for (j, value) in row[first..][..width].iter_mut().enumerate() {
+                    *value = tile[j * nodes + i];
+                }
+            }
+        }
+    }
+}
+
+/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude.
+fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) {
+    let (positive, negative) = column.split_at_mut(symbol.len());
+    for (value, factor) in positive.iter_mut().zip(symbol) {
+        *value = *value * *factor;
+    }
+    for (value, factor) in negative.iter_mut().rev().zip(&symbol[1..]) {
+        *value = *value * *factor;
+    }
+}

@@ -1,0 +1,201 @@
+//! Convolutions of two rows at a time, as many numbers at a time as a register holds.
+//!
+//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N/2 × N.
+//! Its transform Z(k_x, k_y), k_x modulo N/2, is E + iO, where E and O belong to the even and the
+//! odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N/2, with
+//! w = exp(−iθ), θ = 2πk_x/N. Let K and K′ be the kernel's factors at these two. Then multiplying by
+//! them is
+//!
+//! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2,
+//!
+//! so that nothing real is ever transformed, and no Nyquist column is left over.
+//!
+//! The work is laid out so that every instruction works on a full register of L numbers:
+//!
+//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N/L blocks, each a
+//!    register, which stand for k_y = k, k + N/L, k + 2N/L, …. Register k of all rows is a tile.
+//! 2. *Columns* (`columns`). A tile is small enough for the second-level cache and has contiguous
+//!    columns, one a lane. Stages cut them in blocks of L × L numbers, which are then transformed
+//!    along both sides, transposed in between. The blocks of k and −k meet, are multiplied, and go
+//!    the same way back.
+//! 3. *Rows* again, backwards.
+
+use pulp::bytemuck;
+
+use super::aligned::Aligned;
+use super::registers::{InstructionSet, Registers, Work};
+use super::{Real, Rows};
+
+mod butterflies;
+mod columns;
+mod stages;
+
+use columns::Columns;
+use stages::Stages;
+
+/// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
+/// leave a tile before a cache line's neighbours are written, and more the first-level cache.
+const BATCH: usize = 4;
+
+/// Cache lines between tiles, so that a row's registers in all of them do not compete for a few
+/// places in the cache.
+const PADDING: usize = 2;
+
+/// Plans of one mesh.
+pub struct Packed<T> {
+    nodes: usize,
+    lanes: usize,
+    instructions: InstructionSet,
+    rows: Stages<T, true>,
+    columns: Columns<T>,
+}
+
+pub struct Scratch<T> {
+    rows: Aligned<T>,
+    /// Tile after tile: real parts, imaginary parts, padding.
+    tiles: Aligned<T>,
+    spare: Aligned<T>,
+}
+
+impl<T: Real> Packed<T> {
+    /// None if the mesh is no multiple of twice the lanes by factors of 2, 3 and 5.
+    pub fn new(nodes: usize, instructions: InstructionSet) -> Option<Self> {
+        let lanes = T::lanes(instructions);
+        if !nodes.is_multiple_of(2 * lanes) {
+            return None;
+        }
+        Some(Self {
+            nodes,
+            lanes,
+            instructions,
+            rows: Stages::new(nodes, lanes)?,
+            columns: Columns::new(nodes, lanes)?,
+        })
+    }
+
+    /// The kernel with `factor(|k_x|, |k_y|)`, as [`Packed::convolve_rows`] reads it.
+    pub fn kernel(&self, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
+        self.columns.kernel(factor)
+    }
+
+    pub fn scratch(&self) -> Scratch<T> {
+        Scratch {
+            rows: Aligned::zeros(2 * BATCH * self.nodes),
+            tiles: Aligned::zeros(self.nodes / self.lanes * self.tile_len()),
+            spare: Aligned::zeros(self.tile_len()),
+        }
+    }
+
+    fn tile_len(&self) -> usize {
+        (self.nodes + PADDING) * self.lanes
+    }
+
+    pub fn convolve_rows(&self, kernel: &[T], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let Scratch {
+            rows: batch,
+            tiles,
+            spare,
+        } = scratch;
+        for first in (0..self.nodes).step_by(2 * BATCH) {
+            for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
+                rows.fill(row, values);
+            }
+            let work = Forward(RowPass::new(self, first / 2, batch, tiles));
+            T::vectorize(self.instructions, work);
+        }
+        let work = columns::Convolve {
+            columns: &self.columns,
+            places: self.rows.places(),
+            kernel,
+            tiles,
+            tile_len: self.tile_len(),
+            spare,
+        };
+        T::vectorize(self.instructions, work);
+        for first in (0..self.nodes).step_by(2 * BATCH) {
+            let work = Inverse(RowPass::new(self, first / 2, batch, tiles));
+            T::vectorize(self.instructions, work);
+            for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
+                rows.take(row, values);
+            }
+        }
+    }
+}
+
+/// A batch of complex rows on its way to or from the tiles.
+struct RowPass<'a, T> {
+    stages: &'a Stages<T, true>,
+    /// Numbers in a row.
+    nodes: usize,
+    /// Numbers in a tile.
+    tile_len: usize,
+    /// The first complex row.
+    first: usize,
+    batch: &'a mut [T],
+    tiles: &'a mut [T],
+}
+
+impl<'a, T: Real> RowPass<'a, T> {
+    fn new(plan: &'a Packed<T>, first: usize, batch: &'a mut [T], tiles: &'a mut [T]) -> Self {
+        Self {
+            stages: &plan.rows,
+            nodes: plan.nodes,
+            tile_len: plan.tile_len(),
+            first,
+            batch,
+            tiles,
+        }
+    }
+}
+
+struct Forward<'a, T>(RowPass<'a, T>);
+
+impl<T: Real> Work<T> for Forward<'_, T> {
+    #[inline(always)]
+    fn run<R: Registers<Number = T>>(self, r: R) {
+        let pass = self.0;
+        let registers = pass.nodes / R::LANES;
+        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(pass.batch);
+        for row in batch.chunks_exact_mut(2 * registers) {
+            let (re, im) = row.split_at_mut(registers);
+            pass.stages.forward(r, re, im);
+        }
+        let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(pass.tiles);
+        let tiles = tiles.chunks_exact_mut(pass.tile_len / R::LANES);
+        for (j, tile) in tiles.enumerate() {
+            let (re, im) = tile.split_at_mut(pass.nodes / 2);
+            let re = &mut re[pass.first..][..BATCH];
+            let im = &mut im[pass.first..][..BATCH];
+            for k in 0..BATCH {
+                re[k] = batch[2 * k * registers + j];
+                im[k] = batch[(2 * k + 1) * registers + j];
+            }
+        }
+    }
+}
+
+struct Inverse<'a, T>(RowPass<'a, T>);
+
+impl<T: Real> Work<T> for Inverse<'_, T> {
+    #[inline(always)]
+    fn run<R: Registers<Number = T>>(self, r: R) {
+        let pass = self.0;
+        let registers = pass.nodes / R::LANES;
+        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(pass.batch);
+        let tiles: &[R::Lanes] = bytemuck::cast_slice(pass.tiles);
+        let tiles = tiles.chunks_exact(pass.tile_len / R::LANES);
+        for (j, tile) in tiles.enumerate() {
+            let (re, im) = tile.split_at(pass.nodes / 2);
+            let re = &re[pass.first..][..BATCH];
+            let im = &im[pass.first..][..BATCH];
+            for k in 0..BATCH {
+                batch[2 * k * registers + j] = re[k];
+                batch[(2 * k + 1) * registers + j] = im[k];
+            }
+        }
+        for row in batch.chunks_exact_mut(2 * registers) {
+            let (re, im) = row.split_at_mut(registers);
+            pass.stages.inverse(r, re, im);
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Columns forward, times the kernel, and back, for a tile and its opposite at a time.
+//!
+//! Frequencies are counted as (k, p) for k + pM, where M is the number of blocks: k says which block,
+//! p where in it. The opposite frequency is in block M − k, at L − 1 − p, but for k = 0, whose
+//! opposite is itself with p and L − p exchanged.
+
+use std::f64::consts::TAU;
+
+use pulp::bytemuck;
+
+use super::super::Real;
+use super::super::aligned::Aligned;
+use super::super::registers::{MOST_LANES, Registers, Work, transpose};
+use super::butterflies::{Complex, fourier};
+use super::stages::Stages;
+
+pub struct Columns<T> {
+    nodes: usize,
+    lanes: usize,
+    stages: Stages<T, false>,
+    /// cos 2πk_x/N, then sin, of the L frequencies of each block.
+    turns: Aligned<T>,
+}
+
+impl<T: Real> Columns<T> {
+    /// Plans columns of half of `nodes`.
+    pub fn new(nodes: usize, lanes: usize) -> Option<Self> {
+        let blocks = nodes / 2 / lanes;
+        let angles = |block: usize| {
+            (0..lanes).map(move |p| TAU * (block + p * blocks) as f64 / nodes as f64)
+        };
+        let turns = (0..blocks).flat_map(|block| {
+            let (cos, sin) = (angles(block).map(f64::cos), angles(block).map(f64::sin));
+            cos.chain(sin)
+        });
+        Some(Self {
+            nodes,
+            lanes,
+            stages: Stages::new(nodes / 2, lanes)?,
+            turns: turns.map(T::nearest).collect(),
+        })
+    }
+
+    /// S and D of a kernel, one register each, for each frequency p along a row of each block of
+    /// each tile up to its own opposite. Doubled, for N²/2 numbers are transformed and not N².
+    pub fn kernel(&self, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
+        let (n, l) = (self.nodes, self.lanes);
+        let (tiles, blocks) = (n / l, n / 2 / l);
+        let mut kernel = Vec::new();
+        for tile in 0..=tiles / 2 {
+            for block in 0..blocks {
+                for k_y in (0..l).map(|p| tile + p * tiles) {
+                    let k_y = k_y.min(n - k_y);
+                    for sign in [1.0, -1.0] {
+                        kernel.extend((0..l).map(|p| {
+                            let k_x = block + p * blocks;
+                            let (near, far) = (factor(k_x, k_y), factor(n / 2 - k_x, k_y));
+                            T::nearest(near + sign * far)
+                        }));
+                    }
+                }
+            }
+        }
+        kernel.into_iter().collect()
+    }
+}
+
+/// The work on all tiles.
+pub struct Convolve<'a, T> {
+    pub columns: &'a Columns<T>,
+    /// Where the tile of each k is.
+    pub places: &'a [usize],
+    pub kernel: &'a [T],
+    pub tiles: &'a mut [T],
+    /// Numbers from a tile to the next.
+    pub tile_len: usize,
+    /// Room for a tile.
+    pub spare: &'a mut [T],
+}
+
+impl<T: Real> Work<T> for Convolve<'_, T> {
+    #[inline(always)]
+    fn run<R: Registers<Number = T>>(self, r: R) {
+        let stages = &self.columns.stages;
+        let nodes = self.columns.nodes;
+        let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
+        let spare: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.spare);
+        let kernel: &[R::Lanes] = bytemuck::cast_slice(self.kernel);
+        let count = self.places.len();
+        for (k, kernel) in (0..=count / 2).zip(kernel.chunks_exact(nodes)) {
+            let (here, there) = (self.places[k], self.places[(count - k) % count]);
+            let [here, there] = [here, there].map(|place| {
+                let start = place * self.tile_len / R::LANES;
+                start..start + nodes
+            });
+            let mut pair = if here == there {
+                let spare = &mut spare[..nodes];
+                spare.copy_from_slice(&tiles[here.clone()]);
+                [&mut tiles[here], spare]
+            } else {
+                let pair = tiles.get_disjoint_mut([here, there]);
+                pair.expect("tiles do not overlap")
+            };
+            for tile in &mut pair {
+                let (re, im) = tile.split_at_mut(nodes / 2);
+                stages.forward(r, re, im);
+            }
+            let [here, there] = &mut pair;
+            multiply(r, self.columns, kernel, here, there, k == 0);
+            for tile in &mut pair {
+                let (re, im) = tile.split_at_mut(nodes / 2);
+                stages.inverse(r, re, im);
+            }
+        }
+    }
+}
+
+/// Finishes the transforms of a tile and of its opposite, multiplies, and begins the way back.
+#[inline(always)]
+fn multiply<R: Registers<Number: Real>>(
+    r: R,
+    columns: &Columns<R::Number>,
+    kernel: &[R::Lanes],
+    here: &mut [R::Lanes],
+    there: &mut [R::Lanes],
+    lowest_tile: bool,
+) {
+    let places = columns.stages.places();
+    let blocks = places.len();
+    let turns: &[R::Lanes] = bytemuck::cast_slice(&columns.turns);
+    let factors = kernel.chunks_exact(2 * R::LANES);
+    for ((k, kernel), turns) in (0..blocks).zip(factors).zip(turns.chunks_exact(2)) {
+        let (cos, sin) = (turns[0], turns[1]);
+        let opposite = (blocks - k) % blocks;
+        let mut x = enter(r, here, places[k], Order::Ascending);
+        let mut y = enter(r, there, places[opposite], Order::opposite(k == 0));
+        for p in 0..R::LANES {
+            let q = Order::opposite(lowest_tile).place(p, R::LANES);
+            let (sum, difference) = (kernel[2 * p], kernel[2 * p + 1]);
+            let direct = r.sub_product(sum, difference, sin);
+            // At −k the sine is the same and both D and the cosine change sign.
+            let direct_opposite = r.add_product(sum, difference, sin);
+            let crossed = r.mul(difference, cos);
+            let (a, b) = (x[p], y[q]);
+            x[p] = Complex {
+                re: r.add_product(r.mul(direct, a.re), crossed, b.im),
+                im: r.add_product(r.mul(direct, a.im), crossed, b.re),
+            };
+            y[q] = Complex {
+                re: r.add_product(r.mul(direct_opposite, b.re), crossed, a.im),
+                im: r.add_product(r.mul(direct_opposite, b.im), crossed, a.re),
+            };
+        }
+        leave(r, here, places[k], Order::Ascending, &mut x);
+        leave(r, there, places[opposite], Order::opposite(k == 0), &mut y);
+    }
+}
+
+/// Where the frequencies of a block go.
+#[derive(Clone, Copy)]
+enum Order {
+    Ascending,
+    /// Each to where its opposite is in [`Order::Ascending`].
+    Descending,
+    /// The same in block 0.
+    DescendingFromZero,
+}
+
+impl Order {
+    #[inline(always)]
+    fn opposite(lowest: bool) -> Self {
+        if lowest {
+            Self::DescendingFromZero
+        } else {
+            Self::Descending
+        }
+    }
+
+    #[inline(always)]
+    fn place(self, p: usize, lanes: usize) -> usize {
+        match self {
+            Self::Ascending => p,
+            Self::Descending => lanes - 1 - p,
+            Self::DescendingFromZero => (lanes - p) % lanes,
+        }
+    }
+}
+
+/// Transforms a block along both sides. Columns come as lanes and frequencies along them leave as
+/// lanes, in `order`.
+#[inline(always)]
+fn enter<R: Registers<Number: Real>>(
+    r: R,
+    tile: &[R::Lanes],
+    block: usize,
+    order: Order,
+) -> [Complex<R::Lanes>; MOST_LANES] {
+    let (re, im) = tile.split_at(tile.len() / 2);
+    let re = &re[block * R::LANES..][..R::LANES];
+    let im = &im[block * R::LANES..][..R::LANES];
+    let zero = r.splat(R::Number::default());
+    let mut x = [Complex { re: zero, im: zero }; MOST_LANES];
+    for p in 0..R::LANES {
+        x[p] = Complex {
+            re: re[p],
+            im: im[p],
+        };
+    }
+    fourier(r, &mut x[..R::LANES]);
+    let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+    for p in 0..R::LANES {
+        let place = order.place(p, R::LANES);
+        (re[place], im[place]) = (x[p].re, x[p].im);
+    }
+    transpose(r, &mut re);
+    transpose(r, &mut im);
+    for p in 0..R::LANES {
+        x[p] = Complex {
+            re: re[p],
+            im: im[p],
+        };
+    }
+    fourier(r, &mut x[..R::LANES]);
+    x
+}
+
+/// Undoes [`enter`], times L².
+#[inline(always)]
+fn leave<R: Registers<Number: Real>>(
+    r: R,
+    tile: &mut [R::Lanes],
+    block: usize,
+    order: Order,
+    x: &mut [Complex<R::Lanes>; MOST_LANES],
+) {
+    let half = tile.len() / 2;
+    let (re_out, im_out) = tile.split_at_mut(half);
+    let re_out = &mut re_out[block * R::LANES..][..R::LANES];
+    let im_out = &mut im_out[block * R::LANES..][..R::LANES];
+    let zero = r.splat(R::Number::default());
+    let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+    // Real and imaginary parts are exchanged on the way, which makes the transforms inverse ones.
+    for p in 0..R::LANES {
+        x[p] = Complex {
+            re: x[p].im,
+            im: x[p].re,
+        };
+    }
+    fourier(r, &mut x[..R::LANES]);
+    for p in 0..R::LANES {
+        (re[p], im[p]) = (x[p].re, x[p].im);
+    }
+    transpose(r, &mut re);
+    transpose(r, &mut im);
+    for p in 0..R::LANES {
+        let place = order.place(p, R::LANES);
+        x[p] = Complex {
+            re: re[place],
+            im: im[place],
+        };
+    }
+    fourier(r, &mut x[..R::LANES]);
+    for p in 0..R::LANES {
+        (re_out[p], im_out[p]) = (x[p].im, x[p].re);
+    }
+}

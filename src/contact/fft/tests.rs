@@ -1,0 +1,212 @@
+//! Transforms against the Fourier sum, convolutions against transforms.
+
+use std::f64::consts::TAU;
+
+use super::*;
+
+/// Odd, even, prime, and wider than one tile of columns.
+const MESHES: [usize; 8] = [1, 2, 3, 4, 7, 8, 13, 36];
+
+fn map(nodes: usize) -> Vec<f64> {
+    let mut state = 12345_u64;
+    let mut draw = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    (0..nodes * nodes).map(|_| draw()).collect()
+}
+
+fn naive(map: &[f64], nodes: usize) -> Vec<Complex<f64>> {
+    let columns = nodes / 2 + 1;
+    let entry = |index: usize| {
+        let (k_x, k_y) = (index / columns, index % columns);
+        let term = |node: usize| {
+            let turns = (k_x * (node / nodes) + k_y * (node % nodes)) % nodes;
+            Complex::from_polar(map[node], -TAU * turns as f64 / nodes as f64)
+        };
+        (0..nodes * nodes).map(term).sum()
+    };
+    (0..nodes * columns).map(entry).collect()
+}
+
+/// An even kernel without further symmetry, so that swapped axes show.
+fn factor(k_x: usize, k_y: usize) -> f64 {
+    1.0 / (1.0 + k_y as f64 + 0.3 * k_x as f64)
+}
+
+#[test]
+fn forward_is_the_fourier_sum() {
+    for nodes in MESHES {
+        let (map, transform) = (map(nodes), Transform::new(nodes));
+        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+        transform.forward(&map, &mut spectrum, &mut transform.scratch());
+        for (fast, slow) in spectrum.iter().zip(naive(&map, nodes)) {
+            // The naive sum itself rounds N² terms of order one.
+            assert!(
+                (fast - slow).norm() < 1e-12,
+                "{nodes}: {fast} against {slow}"
+            );
+        }
+    }
+}
+
+#[test]
+fn inverse_undoes_forward_up_to_the_number_of_nodes() {
+    for nodes in MESHES {
+        let (map, transform) = (map(nodes), Transform::new(nodes));
+        let mut scratch = transform.scratch();
+        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+        let mut back = vec![0.0; nodes * nodes];
+        transform.forward(&map, &mut spectrum, &mut scratch);
+        transform.inverse(&mut spectrum, &mut back, &mut scratch);
+        for (value, back) in map.iter().zip(back) {
+            assert!((value - back / (nodes * nodes) as f64).abs() < 1e-15);
+        }
+    }
+}
+
+#[test]
+fn power_is_the_same_in_space_and_in_the_spectrum() {
+    for nodes in MESHES {
+        let (map, transform) = (map(nodes), Transform::new(nodes));
+        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+        transform.forward(&map, &mut spectrum, &mut transform.scratch());
+        let columns = transform.spectrum_columns();
+        let power: f64 = spectrum
+            .iter()
+            .enumerate()
+            .map(|(index, value)| {
+                let alone = [0, nodes - index % columns].contains(&(index % columns));
+                value.norm_sqr() * if alone { 1.0 } else { 2.0 }
+            })
+            .sum();
+        let in_space: f64 = map.iter().map(|value| value * value).sum();
+        let in_spectrum = power / (nodes * nodes) as f64;
+        assert!((in_space - in_spectrum).abs() < 1e-13 * in_space, "{nodes}");
+    }
+}
+
+/// Forward, multiply, inverse, one after the other, in double precision.
+fn convolved_apart(map: &[f64], nodes: usize) -> Vec<f64> {
+    let transform = Transform::new(nodes);
+    let mut scratch = transform.scratch();
+    let columns = transform.spectrum_columns();
+    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+    transform.forward(map, &mut spectrum, &mut scratch);
+    for (index, value) in spectrum.iter_mut().enumerate() {
+        let (i, k_y) = (index / columns, index % columns);
+        *value *= factor(i.min(nodes - i), k_y) / (nodes * nodes) as f64;
+    }
+    let mut apart = vec![0.0; nodes * nodes];
+    transform.inverse(&mut spectrum, &mut apart, &mut scratch);
+    apart
+}
+
+/// The largest difference between a convolution and the same in three steps.
+fn worst_error<T: Real>(nodes: usize, convolve: impl FnOnce(&[T], &mut [T])) -> f64 {
+    let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
+    let mut fused = vec![T::zero(); nodes * nodes];
+    convolve(&map, &mut fused);
+    let exact_map: Vec<f64> = map.into_iter().map(Into::into).collect();
+    let apart = convolved_apart(&exact_map, nodes);
+    let errors = fused.into_iter().zip(apart).map(|(fused, apart)| {
+        let fused: f64 = fused.into();
+        (fused - apart).abs()
+    });
+    errors.fold(0.0, f64::max)
+}
+
+fn convolution_error<T: Real>(nodes: usize) -> f64 {
+    let transform = Transform::<T>::new(nodes);
+    worst_error(nodes, |map, out| {
+        let kernel = Kernel::new(nodes, factor);
+        transform.convolve(&kernel, map, out, &mut transform.scratch());
+    })
+}
+
+/// The same through registers, or none if the mesh does not fit into them.
+fn packed_error<T: Real>(nodes: usize, instructions: InstructionSet) -> Option<f64> {
+    let packed = Packed::<T>::new(nodes, instructions)?;
+    Some(worst_error(nodes, |field, out| {
+        let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / (nodes * nodes) as f64);
+        let mut rows = Maps { nodes, field, out };
+        packed.convolve_rows(&kernel, &mut rows, &mut packed.scratch());
+    }))
+}
+
+// Values stay below one half and are rounded a few dozen times.
+const DOUBLE_ROUNDING: f64 = 1e-14;
+const SINGLE_ROUNDING: f64 = 2e-6;
+
+#[test]
+fn convolution_is_forward_times_kernel_then_inverse() {
+    // With the factors 2, 3 and 5, in more than one order, and with 7 and 11.
+    for nodes in MESHES
+        .into_iter()
+        .chain([60, 64, 96, 112, 160, 176, 240, 288])
+    {
+        assert!(convolution_error::<f64>(nodes) < DOUBLE_ROUNDING, "{nodes}");
+        assert!(convolution_error::<f32>(nodes) < SINGLE_ROUNDING, "{nodes}");
+    }
+}
+
+#[test]
+fn every_instruction_set_convolves_alike() {
+    for instructions in InstructionSet::all() {
+        // One block, blocks by 2, 3, 4, 5 and 8, and several stages.
+        for nodes in [32, 64, 96, 128, 160, 256, 480, 512] {
+            let double = packed_error::<f64>(nodes, instructions).expect("no other factors");
+            let single = packed_error::<f32>(nodes, instructions).expect("no other factors");
+            assert!(
+                double < DOUBLE_ROUNDING,
+                "{instructions:?}, {nodes}: {double}"
+            );
+            assert!(
+                single < SINGLE_ROUNDING,
+                "{instructions:?}, {nodes}: {single}"
+            );
+        }
+    }
+}
+
+#[test]
+fn meshes_of_other_factors_are_left_to_rustfft() {
+    for instructions in InstructionSet::all() {
+        for nodes in [1, 2, 6, 31, 100, 7 * 32, 11 * 64] {
+            assert!(Packed::<f32>::new(nodes, instructions).is_none(), "{nodes}");
+        }
+    }
+}
+
+#[test]
+fn every_row_is_filled_and_then_taken_in_ascending_order() {
+    struct Calls {
+        filled: usize,
+        taken: usize,
+    }
+    impl Rows<f64> for Calls {
+        fn fill(&mut self, row: usize, values: &mut [f64]) {
+            assert_eq!((row, 0), (self.filled, self.taken));
+            self.filled += 1;
+            values.fill(1.0);
+        }
+        fn take(&mut self, row: usize, _: &mut [f64]) {
+            assert_eq!(row, self.taken);
+            self.taken += 1;
+        }
+    }
+    for nodes in [7, 64] {
+        let (transform, mut calls) = (
+            Transform::new(nodes),
+            Calls {
+                filled: 0,
+                taken: 0,
+            },
+        );
+        let kernel = Kernel::new(nodes, factor);
+        transform.convolve_rows(&kernel, &mut calls, &mut transform.scratch());
+        assert_eq!((calls.filled, calls.taken), (nodes, nodes));
+    }
+}
