@@ -20,6 +20,18 @@ pub fn stiffness<T: Real>(nodes: usize) -> Kernel<T> {
     kernel(nodes, |k| PI * k)
 }
 
+/// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
+/// alone asks for: the mean of |q|/2 over the wavenumbers of the mesh.
+pub fn nodal_stiffness(nodes: usize) -> f64 {
+    // Wavenumbers k and k − N are one on a mesh.
+    let magnitude = |k: usize| k.min(nodes - k) as f64;
+    let waves = (0..nodes).flat_map(|k_x| (0..nodes).map(move |k_y| (k_x, k_y)));
+    let sum: f64 = waves
+        .map(|(k_x, k_y)| PI * magnitude(k_x).hypot(magnitude(k_y)))
+        .sum();
+    sum / (nodes * nodes) as f64
+}
+
 /// The pressure, of zero mean, that flattens `heights` altogether: F⁻¹(|q| ĥ)/2, in units of E*
 /// when heights are in units of the cell side.
 ///
@@ -88,6 +100,19 @@ mod tests {
             for (height, pressure) in heights.iter().zip(pressure) {
                 assert!((pressure - stiffness * height).abs() < 1e-13 * stiffness);
             }
+        }
+    }
+
+    #[test]
+    fn a_raised_node_asks_for_the_nodal_stiffness() {
+        for nodes in [1, 2, 7, 12] {
+            let transform = Transform::<f64>::new(nodes);
+            let mut raised = vec![0.0; nodes * nodes];
+            raised[0] = 1.0;
+            let mut pressure = vec![0.0; nodes * nodes];
+            full_contact_pressure(&transform, &raised, &mut pressure, &mut transform.scratch());
+            let stiffness = nodal_stiffness(nodes);
+            assert!((pressure[0] - stiffness).abs() <= 1e-14 * stiffness);
         }
     }
 

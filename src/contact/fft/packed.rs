@@ -20,6 +20,11 @@
 //!    the same way back.
 //! 3. *Rows* again, backwards.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "several registers are indexed alike, as in the formulas"
+)]
+
 use pulp::bytemuck;
 
 use super::aligned::Aligned;

@@ -6,7 +6,6 @@ use crate::contact::fft::Rows;
 
 /// From pressure to gap and energy, in double precision.
 pub struct Evaluate<'a> {
-    pub nodes: usize,
     pub heights: &'a [f64],
     pub pressure: &'a [f64],
     /// Subtracted from the gap before it is rounded to single precision.
@@ -14,6 +13,11 @@ pub struct Evaluate<'a> {
     pub gap: &'a mut [f32],
     /// Set to where there is pressure.
     pub active: &'a mut [bool],
+    pub tally: Tally,
+}
+
+/// What only double precision tells, in the making.
+pub struct Tally {
     pub survey: Survey<f64>,
     /// Σ (gap − datum).
     pub gap_sum: f64,
@@ -21,48 +25,96 @@ pub struct Evaluate<'a> {
     pub work: f64,
 }
 
-impl Rows<f64> for Evaluate<'_> {
-    #[inline(always)]
-    fn fill(&mut self, row: usize, values: &mut [f64]) {
-        values.copy_from_slice(&self.pressure[row * self.nodes..][..self.nodes]);
+impl Tally {
+    pub fn new() -> Self {
+        Self {
+            survey: Survey::new(),
+            gap_sum: 0.0,
+            work: 0.0,
+        }
     }
 
+    /// Adds a row, and turns its displacements into gaps less the datum.
     #[inline(always)]
-    fn take(&mut self, row: usize, values: &mut [f64]) {
-        let start = row * self.nodes;
-        let pressure = &self.pressure[start..][..self.nodes];
-        let heights = &self.heights[start..][..self.nodes];
-        let gap = &mut self.gap[start..][..self.nodes];
-        let active = &mut self.active[start..][..self.nodes];
-
+    fn add(
+        &mut self,
+        active: &[bool],
+        pressure: &[f64],
+        heights: &[f64],
+        datum: f64,
+        values: &mut [f64],
+    ) {
         self.work += dot(pressure, values);
         for (value, height) in values.iter_mut().zip(heights) {
-            *value -= height + self.datum;
+            *value -= height + datum;
         }
         self.gap_sum += total(values);
-        for (gap, value) in gap.iter_mut().zip(&*values) {
-            *gap = *value as f32;
-        }
-        for (active, p) in active.iter_mut().zip(pressure) {
-            *active = *p > 0.0;
-        }
         self.survey.add(active, values);
     }
 }
 
-/// From the gap of free nodes to the pressure that would close it, were every node free.
+impl Rows<f64> for Evaluate<'_> {
+    #[inline(always)]
+    fn fill(&mut self, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let pressure = &self.pressure[range.clone()];
+        let active = &mut self.active[range.clone()];
+        for (active, p) in active.iter_mut().zip(pressure) {
+            *active = *p > 0.0;
+        }
+        values.copy_from_slice(pressure);
+    }
+
+    #[inline(always)]
+    fn take(&mut self, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let pressure = &self.pressure[range.clone()];
+        let heights = &self.heights[range.clone()];
+        let gap = &mut self.gap[range.clone()];
+        let active = &self.active[range.clone()];
+
+        self.tally
+            .add(active, pressure, heights, self.datum, values);
+        for (gap, value) in gap.iter_mut().zip(&*values) {
+            *gap = *value as f32;
+        }
+    }
+}
+
+/// From the gap of free nodes, and its extension over the others, to the pressure that would close
+/// it, were every node free.
 pub struct Correct<'a> {
-    pub nodes: usize,
     pub level: f32,
     pub gap: &'a [f32],
     /// Where there is pressure; turned into where nodes are free.
     pub active: &'a mut [bool],
-    /// Set on free nodes, zero elsewhere.
+    /// On free nodes set to the correction; elsewhere the extension, brought up to date.
     pub correction: &'a mut [f32],
+    pub extension: Extension,
     pub last_move: &'a [f32],
     /// Displacement under the last move.
     pub image: &'a [f32],
     pub sums: Sums,
+}
+
+/// How the extension of the last iteration becomes that of this one.
+#[derive(Default, Clone, Copy)]
+pub struct Extension {
+    /// How much of it is kept.
+    pub memory: f32,
+    /// The part of the last move that was not taken back.
+    pub part: f32,
+    /// How far the level rose.
+    pub rise: f32,
+    /// Displacement per pressure by which it gives way to pressures on nodes that are not free.
+    pub compliance: f32,
+}
+
+impl Extension {
+    #[inline(always)]
+    fn follow(&self, extension: f32, image: f32) -> f32 {
+        self.memory * (extension + self.part * image - self.rise)
+    }
 }
 
 /// Sums over free nodes.
@@ -81,30 +133,42 @@ pub struct Sums {
 impl Rows<f32> for Correct<'_> {
     #[inline(always)]
     fn fill(&mut self, row: usize, values: &mut [f32]) {
-        let start = row * self.nodes;
-        let gap = &self.gap[start..][..self.nodes];
-        let active = &mut self.active[start..][..self.nodes];
+        let range = row * values.len()..(row + 1) * values.len();
+        let gap = &self.gap[range.clone()];
+        let active = &mut self.active[range.clone()];
+        let correction = &self.correction[range.clone()];
+        let image = &self.image[range.clone()];
 
-        for ((value, active), gap) in values.iter_mut().zip(active).zip(gap) {
+        for (active, gap) in active.iter_mut().zip(gap) {
             *active |= *gap < self.level;
-            *value = weight::<f32>(*active) * (*gap - self.level);
+        }
+        for ((value, extension), image) in values.iter_mut().zip(correction).zip(image) {
+            *value = self.extension.follow(*extension, *image);
+        }
+        for ((value, active), gap) in values.iter_mut().zip(active).zip(gap) {
+            *value = if *active { *gap - self.level } else { *value };
         }
     }
 
     #[inline(always)]
     fn take(&mut self, row: usize, values: &mut [f32]) {
-        let start = row * self.nodes;
-        let active = &self.active[start..][..self.nodes];
-        let correction = &mut self.correction[start..][..self.nodes];
-        let last_move = &self.last_move[start..][..self.nodes];
-        let image = &self.image[start..][..self.nodes];
+        let range = row * values.len()..(row + 1) * values.len();
+        let active = &self.active[range.clone()];
+        let correction = &mut self.correction[range.clone()];
+        let last_move = &self.last_move[range.clone()];
+        let image = &self.image[range];
 
-        for ((correction, value), active) in correction.iter_mut().zip(values).zip(active) {
-            *correction = weight::<f32>(*active) * *value;
+        for ((correction, image), value) in correction.iter_mut().zip(image).zip(&*values) {
+            *correction =
+                self.extension.follow(*correction, *image) - self.extension.compliance * *value;
+        }
+        for ((correction, value), active) in correction.iter_mut().zip(&mut *values).zip(active) {
+            *correction = if *active { *value } else { *correction };
+            *value *= weight::<f32>(*active);
         }
         self.sums.nodes += active.iter().filter(|active| **active).count();
-        self.sums.correction += total(correction);
-        self.sums.correction_on_image += dot(correction, image);
+        self.sums.correction += total(values);
+        self.sums.correction_on_image += dot(values, image);
         self.sums.last_move += sum_by(last_move, active, |d, active| weight::<f32>(active) * d);
     }
 }
@@ -120,7 +184,10 @@ pub struct Aim<'a> {
     pub pressure: &'a [f64],
     /// Free nodes.
     pub active: &'a [bool],
-    pub correction: &'a [f32],
+    pub gap: &'a [f32],
+    pub level: f32,
+    /// Used up on free nodes, and set to what extends the gap if they are left behind: the gap.
+    pub correction: &'a mut [f32],
     /// The last move, turned into the direction.
     pub direction: &'a mut [f32],
 }
@@ -135,9 +202,17 @@ impl Work for Aim<'_> {
             .direction
             .iter_mut()
             .zip(self.active)
-            .zip(self.correction)
+            .zip(&*self.correction)
         {
             *d = weight::<f32>(*active) * (self.share * *d - z - self.mean);
+        }
+        for ((correction, active), gap) in self.correction.iter_mut().zip(self.active).zip(self.gap)
+        {
+            *correction = if *active {
+                *gap - self.level
+            } else {
+                *correction
+            };
         }
         sum_by(self.pressure, self.direction, |p, d| {
             (p + self.step * f64::from(d)).max(0.0)
@@ -145,12 +220,49 @@ impl Work for Aim<'_> {
     }
 }
 
-/// From a direction to a move that leaves no pressure below zero, and to the gap after it.
-pub struct Move<'a> {
-    pub nodes: usize,
-    pub step: f64,
+/// How far a direction is followed.
+#[derive(Clone, Copy)]
+pub struct Step {
+    pub length: f64,
     /// Brings the clipped pressures back to their mean.
     pub scale: f64,
+}
+
+impl Step {
+    /// Moves a row of pressures, and turns its directions into moves.
+    #[inline(always)]
+    fn take(self, pressure: &mut [f64], active: &mut [bool], direction: &mut [f32]) {
+        for (p, d) in pressure.iter_mut().zip(direction) {
+            let next = (*p + self.length * f64::from(*d)).max(0.0) * self.scale;
+            *d = (next - *p) as f32;
+            *p = next;
+        }
+        for (active, p) in active.iter_mut().zip(pressure) {
+            *active = *p > 0.0;
+        }
+    }
+}
+
+/// What the energy does along a move.
+#[derive(Default, Clone, Copy)]
+pub struct Course {
+    /// Σ move × displacement under it.
+    pub curvature: f64,
+    /// Σ move × (gap before it − level).
+    pub slope: f64,
+}
+
+impl Course {
+    #[inline(always)]
+    fn add(&mut self, last_move: &[f32], image: &[f32], gap_before: &[f32], level: f32) {
+        self.curvature += dot(last_move, image);
+        self.slope += sum_by(last_move, gap_before, |d, gap| d * (gap - level));
+    }
+}
+
+/// A move along a direction that leaves no pressure below zero, and the gap after it.
+pub struct Move<'a> {
+    pub step: Step,
     /// The level of the gap before the move.
     pub level: f32,
     pub pressure: &'a mut [f64],
@@ -161,45 +273,89 @@ pub struct Move<'a> {
     /// Set to the displacement under the move.
     pub image: &'a mut [f32],
     pub gap: &'a mut [f32],
-    pub survey: Survey<f32>,
-    /// Σ move × displacement under it.
-    pub curvature: f64,
-    /// Σ move × (gap before it − level).
-    pub slope: f64,
+    pub course: Course,
 }
 
-impl Rows<f32> for Move<'_> {
+/// A move whose displacement updates the gap, in single precision.
+pub struct Glide<'a> {
+    pub motion: Move<'a>,
+    pub survey: Survey<f32>,
+}
+
+impl Rows<f32> for Glide<'_> {
     #[inline(always)]
     fn fill(&mut self, row: usize, values: &mut [f32]) {
-        let start = row * self.nodes;
-        let pressure = &mut self.pressure[start..][..self.nodes];
-        let active = &mut self.active[start..][..self.nodes];
-        let direction = &mut self.direction[start..][..self.nodes];
-        for (p, d) in pressure.iter_mut().zip(&mut *direction) {
-            let next = (*p + self.step * f64::from(*d)).max(0.0) * self.scale;
-            *d = (next - *p) as f32;
-            *p = next;
-        }
-        for (active, p) in active.iter_mut().zip(pressure) {
-            *active = *p > 0.0;
-        }
+        let range = row * values.len()..(row + 1) * values.len();
+        let motion = &mut self.motion;
+        let direction = &mut motion.direction[range.clone()];
+        motion.step.take(
+            &mut motion.pressure[range.clone()],
+            &mut motion.active[range],
+            direction,
+        );
         values.copy_from_slice(direction);
     }
 
     #[inline(always)]
     fn take(&mut self, row: usize, values: &mut [f32]) {
-        let start = row * self.nodes;
-        let active = &self.active[start..][..self.nodes];
-        let direction = &self.direction[start..][..self.nodes];
-        let image = &mut self.image[start..][..self.nodes];
-        let gap = &mut self.gap[start..][..self.nodes];
+        let range = row * values.len()..(row + 1) * values.len();
+        let motion = &mut self.motion;
+        let image = &mut motion.image[range.clone()];
+        let gap = &mut motion.gap[range.clone()];
         image.copy_from_slice(values);
-        self.curvature += dot(direction, image);
-        self.slope += sum_by(direction, gap, |d, gap| d * (gap - self.level));
+        let direction = &motion.direction[range.clone()];
+        motion.course.add(direction, image, gap, motion.level);
         for (gap, image) in gap.iter_mut().zip(image) {
             *gap += *image;
         }
-        self.survey.add(active, gap);
+        self.survey.add(&motion.active[range], gap);
+    }
+}
+
+/// A move after which the gap is evaluated anew, in double precision.
+pub struct Land<'a> {
+    pub motion: Move<'a>,
+    pub heights: &'a [f64],
+    /// Subtracted from the gap before it is rounded to single precision.
+    pub datum: f64,
+    pub tally: Tally,
+}
+
+impl Rows<f64> for Land<'_> {
+    #[inline(always)]
+    fn fill(&mut self, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let motion = &mut self.motion;
+        let pressure = &mut motion.pressure[range.clone()];
+        motion.step.take(
+            pressure,
+            &mut motion.active[range.clone()],
+            &mut motion.direction[range],
+        );
+        values.copy_from_slice(pressure);
+    }
+
+    #[inline(always)]
+    fn take(&mut self, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let motion = &mut self.motion;
+        self.tally.add(
+            &motion.active[range.clone()],
+            &motion.pressure[range.clone()],
+            &self.heights[range.clone()],
+            self.datum,
+            values,
+        );
+        let image = &mut motion.image[range.clone()];
+        let gap = &mut motion.gap[range.clone()];
+        for ((image, value), gap) in image.iter_mut().zip(&*values).zip(&*gap) {
+            *image = (value - f64::from(*gap)) as f32;
+        }
+        let direction = &motion.direction[range];
+        motion.course.add(direction, image, gap, motion.level);
+        for (gap, value) in gap.iter_mut().zip(values) {
+            *gap = *value as f32;
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Solver;
 use super::lanes::total;
+use super::survey::{Standing, Survey};
 use crate::contact::half_space;
 
 /// How far beyond the last load, in units of the last two loads' distance, a straight line through
@@ -12,13 +13,20 @@ const LONGEST_REACH: f64 = 4.0;
 const BISECTIONS: u32 = 60;
 
 impl Solver {
-    /// Replaces the pressure by a guess at `load`: positive, and of that mean.
-    pub(super) fn guess(&mut self, load: f64) {
+    /// Replaces pressure and gap by a guess at `load`, of that mean pressure. Returns where it
+    /// stands, if it is known without an evaluation.
+    ///
+    /// A straight line through two solutions costs no transform, for gaps are linear in pressures.
+    /// It may leave pressures below zero, which the first move of a search clips.
+    pub(super) fn guess(&mut self, load: f64) -> Option<Standing> {
         let reach = (load - self.load) / (self.load - self.earlier_load);
+        if self.load > 0.0 && self.earlier_load > 0.0 && (-1.0..=LONGEST_REACH).contains(&reach) {
+            self.extrapolate(reach);
+            self.load = load;
+            return Some(self.survey());
+        }
         if self.load == 0.0 {
             self.guess_from_full_contact(load);
-        } else if self.earlier_load > 0.0 && (-1.0..=LONGEST_REACH).contains(&reach) {
-            self.extrapolate(reach);
         } else {
             self.remember();
         }
@@ -27,6 +35,7 @@ impl Solver {
         for p in &mut self.pressure {
             *p *= scale;
         }
+        None
     }
 
     /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
@@ -44,16 +53,37 @@ impl Solver {
     fn extrapolate(&mut self, reach: f64) {
         for (p, earlier) in self.pressure.iter_mut().zip(&mut self.earlier_pressure) {
             let last = *p;
-            *p = (last + reach * (last - f64::from(*earlier))).max(0.0);
+            *p = last + reach * (last - f64::from(*earlier));
             *earlier = last as f32;
         }
+        let single_reach = reach as f32;
+        for (gap, earlier) in self.gap.iter_mut().zip(&mut self.earlier_gap) {
+            let last = *gap;
+            *gap = last + single_reach * (last - *earlier);
+            *earlier = last;
+        }
+        let last = self.datum;
+        self.datum = last + reach * (last - self.earlier_datum);
+        self.earlier_datum = last;
         self.earlier_load = self.load;
+    }
+
+    /// Where the present pressure and gap stand; nodes with pressure become the active ones.
+    fn survey(&mut self) -> Standing {
+        for (active, p) in self.active.iter_mut().zip(&self.pressure) {
+            *active = *p > 0.0;
+        }
+        let mut survey = Survey::new();
+        survey.add(&self.active, &self.gap);
+        survey.standing()
     }
 
     fn remember(&mut self) {
         for (earlier, p) in self.earlier_pressure.iter_mut().zip(&self.pressure) {
             *earlier = *p as f32;
         }
+        self.earlier_gap.copy_from_slice(&self.gap);
+        self.earlier_datum = self.datum;
         self.earlier_load = self.load;
     }
 

@@ -6,8 +6,6 @@ use crate::contact::fft::Real;
 /// Where a search stands.
 #[derive(Debug, Clone, Copy)]
 pub struct Standing {
-    /// Nodes with pressure.
-    pub contact_nodes: usize,
     /// Mean of the gap over the contact, where the rigid surface is to be shifted to.
     pub level: f64,
     /// The largest gap in contact or penetration anywhere, measured from the level.
@@ -68,7 +66,6 @@ impl<T: Real> Survey<T> {
             .into();
         let lowest: f64 = self.lowest.into_iter().fold(T::MAX, lesser).into();
         Standing {
-            contact_nodes: self.contact_nodes,
             level,
             error: (highest - level).max(level - lowest),
         }
