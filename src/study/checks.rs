@@ -15,6 +15,9 @@ pub type Bounds = (Bound<f64>, Bound<f64>);
 
 /// Greater than zero.
 pub const POSITIVE: Bounds = (Bound::Excluded(0.0), Bound::Unbounded);
+/// Lengths, slopes and pressures: positive, and so far from the ends of floating-point numbers that
+/// fourth powers and products of several keep away from them too.
+pub const QUANTITY: Bounds = (Bound::Included(1e-30), Bound::Included(1e30));
 /// Zero or greater.
 pub const NOT_NEGATIVE: Bounds = (Bound::Included(0.0), Bound::Unbounded);
 /// Between zero and one, neither included.
@@ -170,6 +173,10 @@ impl<'a> Checks<'a> {
 
 /// `above 0 and at most 1`, as far as it is not clear for the value.
 fn described(bounds: Bounds, value: f64) -> String {
+    if bounds == QUANTITY && value > 0.0 {
+        return "from 1e-30 to 1e30; another unit may help".to_owned();
+    }
+    let bounds = if bounds == QUANTITY { POSITIVE } else { bounds };
     let lower = match bounds.0 {
         Bound::Included(lower) => Some(format!("at least {lower}")),
         Bound::Excluded(lower) => Some(format!("above {lower}")),

@@ -3,7 +3,7 @@
 use std::ops::Bound;
 use std::sync::Arc;
 
-use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, SHARE, report_equal_points};
+use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points};
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::Section;
 use crate::manifest::solve::{
@@ -60,7 +60,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
 /// E*, given or from the two bodies.
 fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     let Some(bodies) = table.bodies.written() else {
-        return checks.number_or("youngs_modulus", &table.youngs_modulus, POSITIVE, 1.0);
+        return checks.number_or("youngs_modulus", &table.youngs_modulus, QUANTITY, 1.0);
     };
     if let Some(modulus) = table.youngs_modulus.written() {
         let message = "`youngs_modulus` and `bodies` exclude each other";
@@ -93,7 +93,7 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
 
 /// (1 − ν²)/E.
 fn compliance(body: &Body, checks: &mut Checks) -> Option<f64> {
-    let modulus = checks.is_in("youngs_modulus", &body.youngs_modulus, POSITIVE);
+    let modulus = checks.is_in("youngs_modulus", &body.youngs_modulus, QUANTITY);
     let ratio = (Bound::Excluded(-1.0), Bound::Included(0.5));
     let ratio = checks.is_in("poisson_ratio", &body.poisson_ratio, ratio);
     let (modulus, ratio) = (modulus?, ratio?);
@@ -119,7 +119,7 @@ fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
 fn listed(list: &[Written<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
     let loads: Vec<_> = list
         .iter()
-        .map(|load| checks.holds("loads", load, POSITIVE))
+        .map(|load| checks.holds("loads", load, QUANTITY))
         .collect();
     let loads: Vec<f64> = loads.into_iter().collect::<Option<_>>()?;
     let descent = (1..loads.len()).find(|&index| loads[index] <= loads[index - 1]);
@@ -161,7 +161,7 @@ fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> O
     let to = range
         .to
         .written()
-        .map(|to| checks.is_in("to", to, POSITIVE));
+        .map(|to| checks.is_in("to", to, QUANTITY));
     let steps = range.steps.written();
     let steps = steps.map(|_| checks.whole("steps", &range.steps, 1..=MOST_LOADS));
     let (from, to, steps) = (from?, to??, steps??);

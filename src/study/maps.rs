@@ -1,11 +1,11 @@
 //! Checks of the stages that read measured surfaces, and of their files.
 
 use std::collections::BTreeMap;
-use std::ops::Bound;
+use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
 use super::Ensemble;
-use super::checks::{Checks, POSITIVE};
+use super::checks::{Checks, QUANTITY};
 use super::surfaces::{NODES, ensembles, single};
 use crate::contact::measured::read_npy;
 use crate::contact::periodic::Edges;
@@ -26,11 +26,12 @@ pub fn file(
     let mut seen = BTreeMap::new();
     ensembles(section, problems, |table, checks| {
         let path = checks.required("path", &table.path);
-        let side = checks.number("side", &table.side, POSITIVE);
-        let height_scale = checks.number_or("height_scale", &table.height_scale, POSITIVE, 1.0);
+        let side = checks.number("side", &table.side, QUANTITY);
+        let height_scale = checks.number_or("height_scale", &table.height_scale, QUANTITY, 1.0);
         let edges = edges(table, checks);
         let path = path?;
-        let content = read_map(path, side.unwrap_or(1.0), edges.as_ref(), sources, checks)?;
+        let scales = [side, height_scale].map(|scale| scale.unwrap_or(1.0));
+        let content = read_map(path, scales, edges.as_ref(), sources, checks)?;
         check_distinct(content, path, &mut seen, checks)?;
         let unit = table.unit.written().map(|unit| unit.value.clone());
         let surface = MeasuredSurface {
@@ -73,7 +74,7 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
 /// Reads the file once, to find now what would otherwise be found in the middle of a run.
 fn read_map(
     path: &Written<String>,
-    side: f64,
+    [side, height_scale]: [f64; 2],
     edges: Option<&Edges>,
     sources: &mut Sources,
     checks: &mut Checks,
@@ -109,6 +110,11 @@ fn read_map(
         );
         return refuse(reason, "this file");
     }
+    let spread = height_scale * spread(surface.heights());
+    if spread != 0.0 && !QUANTITY.contains(&spread) {
+        let reason = format!("has heights that spread over {spread:?}");
+        return refuse(reason, "must be from 1e-30 to 1e30; another unit may help");
+    }
     if is_flat(surface, edges) {
         let reason = "is flat: no roughness is left once its edges meet";
         return refuse(reason.to_owned(), "this file");
@@ -118,13 +124,14 @@ fn read_map(
 
 /// Whether a map has no roughness once its edges meet: an inclined plane has none.
 fn is_flat(map: Surface, edges: Option<&Edges>) -> bool {
-    let spread = |heights: &[f64]| {
-        let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
-        heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
-    };
     let before = spread(map.heights());
     let closed = edges.map_or(map.clone(), |edges| edges.close(map));
     spread(closed.heights()) <= 1e-12 * before
+}
+
+fn spread(heights: &[f64]) -> f64 {
+    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
 }
 
 /// Two paths to one content would count one surface as two.

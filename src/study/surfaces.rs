@@ -3,7 +3,7 @@
 use std::ops::Bound;
 
 use super::Ensemble;
-use super::checks::{Checks, POSITIVE, report_equal_points};
+use super::checks::{Checks, QUANTITY, report_equal_points};
 use crate::contact::shapes::Shape;
 use crate::contact::spectrum::Spectrum;
 use crate::contact::surface::{Amplitude, RandomSurface};
@@ -50,7 +50,7 @@ pub fn random(
     };
     ensembles(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, POSITIVE, 1.0);
+        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
         let hurst = (Bound::Excluded(0.0), Bound::Included(1.0));
         let hurst = checks.number("hurst", &table.hurst, hurst);
         let k_lower = checks.whole("k_lower", &table.k_lower, WAVENUMBERS);
@@ -59,7 +59,7 @@ pub fn random(
             Some(k_lower) => checks.whole_or("k_rolloff", &table.k_rolloff, WAVENUMBERS, k_lower),
             None => None,
         };
-        let rms_slope = checks.number_or("rms_slope", &table.rms_slope, POSITIVE, 1.0);
+        let rms_slope = checks.number_or("rms_slope", &table.rms_slope, QUANTITY, 1.0);
         let seed = checks.whole_or("seed", &table.seed, 0..=i64::MAX as u64, study_seed);
         let realizations = 1..=MOST_REALIZATIONS;
         let realizations = checks.whole_or("realizations", &table.realizations, realizations, 1);
@@ -167,8 +167,8 @@ pub fn paraboloid(
 ) -> Option<Vec<Ensemble>> {
     ensembles(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, POSITIVE, 1.0);
-        let radius = checks.number("radius", &table.radius, POSITIVE);
+        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
+        let radius = checks.number("radius", &table.radius, QUANTITY);
         let shape = Shape::Paraboloid { radius: radius? };
         Some(single(
             &table.heights,
@@ -189,8 +189,8 @@ pub fn wave(
 ) -> Option<Vec<Ensemble>> {
     ensembles(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, POSITIVE, 1.0);
-        let amplitude = checks.number("amplitude", &table.amplitude, POSITIVE);
+        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
+        let amplitude = checks.number("amplitude", &table.amplitude, QUANTITY);
         let waves = checks.whole_or("waves", &table.waves, WAVENUMBERS, 1);
         let (nodes, amplitude, waves) = (nodes?, amplitude?, waves?);
         check_mesh(("waves", &table.waves), &table.nodes, nodes, true, checks)?;
@@ -211,10 +211,10 @@ pub fn wave(
 pub fn punch(section: &Section<PunchTable>, problems: &mut Problems) -> Option<Vec<Ensemble>> {
     ensembles(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, POSITIVE, 1.0);
+        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
         let half = side.map_or(Bound::Unbounded, |side| Bound::Excluded(side / 2.0));
         let radius = checks.number("radius", &table.radius, (Bound::Excluded(0.0), half));
-        let depth = checks.number("depth", &table.depth, POSITIVE);
+        let depth = checks.number("depth", &table.depth, QUANTITY);
         let (radius, depth) = (radius?, depth?);
         let shape = Shape::Punch { radius, depth };
         Some(single(

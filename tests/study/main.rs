@@ -16,4 +16,5 @@ mod reference;
 mod report;
 mod shipped;
 mod tables;
+mod units;
 mod views;
