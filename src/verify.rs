@@ -15,13 +15,13 @@ use crate::store::listing::{self, Found, What};
 use crate::store::parquet::{Columns, ParquetError};
 use crate::store::{Store, StoreError};
 
-/// A damaged file.
+/// A file that is damaged, or cannot be read.
 #[derive(Debug)]
 pub struct Finding {
     /// What is wrong with it, and where it was.
     pub cause: StoreError,
-    /// Where it is now.
-    pub aside: PathBuf,
+    /// Where it is now, if it is damaged and its folder can be written.
+    pub aside: Option<PathBuf>,
 }
 
 /// The tables that are there: those of some studies, or of all.
@@ -41,35 +41,32 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
 }
 
 /// Checks tables, several at once, and sets the damaged ones aside; `checked` hears of each.
-///
-/// # Errors
-/// When a file cannot be opened, or a damaged one not be renamed.
-pub fn check(
-    tables: &[Found],
-    store: &Store,
-    checked: &(dyn Fn() + Sync),
-) -> Result<Vec<Finding>, StoreError> {
-    let findings = tables.par_iter().map(|table| {
+pub fn check(tables: &[Found], store: &Store, checked: &(dyn Fn() + Sync)) -> Vec<Finding> {
+    let findings = tables.par_iter().filter_map(|table| {
         let finding = check_one(table, store);
         checked();
         finding
     });
-    let findings: Vec<Option<Finding>> = findings.collect::<Result<_, _>>()?;
-    Ok(findings.into_iter().flatten().collect())
+    findings.collect()
 }
 
 /// Nothing if the table is sound, or if another process has mended or removed it meanwhile.
-fn check_one(table: &Found, store: &Store) -> Result<Option<Finding>, StoreError> {
-    let cause = match read(table, store) {
-        Ok(()) => return Ok(None),
-        Err(cause) if cause.is_mendable() => cause,
-        Err(unreadable) => return Err(unreadable),
-    };
+fn check_one(table: &Found, store: &Store) -> Option<Finding> {
+    let cause = read(table, store).err()?;
+    if !cause.is_mendable() {
+        return Some(Finding { cause, aside: None });
+    }
     let aside = match table.what {
-        What::Task(key) => store.set_aside(key)?,
-        _ => set_aside(&table.path)?,
+        What::Task(key) => store.set_aside(key),
+        _ => set_aside(&table.path),
     };
-    Ok(aside.map(|aside| Finding { cause, aside }))
+    match aside {
+        Ok(None) => None,
+        aside => Some(Finding {
+            cause,
+            aside: aside.ok().flatten(),
+        }),
+    }
 }
 
 fn read(table: &Found, store: &Store) -> Result<(), StoreError> {

@@ -32,7 +32,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
     // It draws on a terminal only.
     let bar = ProgressBar::new(tables.len() as u64);
-    let findings = verify::check(&tables, &store, &|| bar.inc(1))?;
+    let findings = verify::check(&tables, &store, &|| bar.inc(1));
     bar.finish_and_clear();
 
     let mut out = stdout().lock();
@@ -45,7 +45,11 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         )?;
     } else {
         for Finding { cause, aside } in &findings {
-            writeln!(out, "{}; set aside as `{}`", chain(cause), aside.display())?;
+            let fate = match aside {
+                Some(aside) => format!("set aside as `{}`", aside.display()),
+                None => "left where it is".to_owned(),
+            };
+            writeln!(out, "{}; {fate}", chain(cause))?;
         }
         writeln!(out, "{}", closing(tables.len(), findings.len()))?;
     }

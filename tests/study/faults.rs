@@ -192,6 +192,17 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     );
     assert!(message.contains("Permission denied"), "{message}");
     assert!(message.contains("stopped after 0 of"), "{message}");
+    let files = bench.files().into_keys();
+    let victim = files
+        .map(|path| bench.data().join(path))
+        .find(|path| is_table(path));
+    let victim = victim.unwrap();
+    fs::write(&victim, "damaged").unwrap();
+    let output = by_anybody(&bench, &["verify"]);
+    let message = told(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains(victim.to_str().unwrap()), "{message}");
+    assert!(message.contains("left where it is"), "{message}");
     all(0o755);
 }
 
