@@ -190,17 +190,35 @@ fn assemble(
 pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
     let mut files = Vec::new();
     for study in listing::folders(folder)? {
-        let name = study.file_name().unwrap_or_default().to_string_lossy();
-        let table = |file: &str| {
-            let stage = file.strip_suffix(".parquet")?;
-            Some(What::Stage {
-                study: name.to_string(),
-                stage: stage.to_owned(),
-            })
-        };
-        files.extend(listing::known(&study, table)?);
+        files.extend(files_of(&study)?);
     }
     Ok(files)
+}
+
+/// Tables of stages that the study has no longer.
+///
+/// # Errors
+/// When the folder cannot be listed.
+pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let is_orphan = |what: &What| match what {
+        What::Stage { study, stage } => !plan.has_stage(study, stage),
+        _ => false,
+    };
+    let mut files = files_of(&folder.join(&plan.study))?;
+    files.retain(|file| is_orphan(&file.what));
+    Ok(files.into_iter().map(|file| file.path).collect())
+}
+
+/// What this program has put into the folder of one study's results.
+fn files_of(folder: &Path) -> Result<Vec<Found>, StoreError> {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    listing::known(folder, |file| {
+        let stage = file.strip_suffix(".parquet")?;
+        Some(What::Stage {
+            study: name.to_string(),
+            stage: stage.to_owned(),
+        })
+    })
 }
 
 /// Names the file of measured surfaces, which no key knows.

@@ -61,6 +61,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     };
     report_trouble(&plan, &outcome);
     let tables = tables?;
+    report_orphans(&plan, data)?;
     if !outcome.halted {
         remember(data, &study, &plan, &runner::missing(&plan, &store));
     }
@@ -219,6 +220,17 @@ fn report_trouble(plan: &Plan, outcome: &Outcome) {
             counted(number, "task")
         )),
     }
+}
+
+/// Nothing is deleted unasked, but no table of a stage that was removed shall mislead.
+fn report_orphans(plan: &Plan, data: &Data) -> Result<(), Failure> {
+    for path in results::orphans(plan, &data.results())? {
+        let path = path.display();
+        warn(&format!(
+            "note: `{path}` is of a stage that the study no longer has; you may delete it"
+        ));
+    }
+    Ok(())
 }
 
 /// Nobody is left to tell if standard error is closed.

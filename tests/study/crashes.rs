@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -105,6 +105,30 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
     }
     assert_eq!(failures, TIMES);
     disk.resize(2 * blocks);
+    bench.run(&study());
+    assert!(bench.files() == undisturbed.files());
+}
+
+/// The nearest thing to a full disk that anybody may have.
+#[test]
+fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
+    const LIMITED: &str = "trap '' XFSZ; ulimit -f $1; exec $2 run $3";
+    let (undisturbed, _) = undisturbed();
+    let bench = Bench::new();
+    let manifest = bench.write(&study());
+    for blocks in ["1", "8", "16", "24"] {
+        let command = Command::new("sh")
+            .args(["-c", LIMITED, "sh", blocks, env!("CARGO_BIN_EXE_asperity")])
+            .arg(&manifest)
+            .env("ASPERITY_DATA", bench.data())
+            .output();
+        let output = command.unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains("File too large"), "{told}");
+        assert!(told.contains(bench.data().to_str().unwrap()), "{told}");
+        assert!(bench.output(&["verify"]).status.success());
+    }
     bench.run(&study());
     assert!(bench.files() == undisturbed.files());
 }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, is_idle};
+use crate::bench::{Bench, STUDY, is_idle, text};
 
 /// What `prune` says, by kind of file.
 fn prune(bench: &Bench, arguments: &[&str]) -> BTreeMap<String, u64> {
@@ -70,10 +71,14 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
 }
 
 #[test]
-fn the_results_of_a_stage_that_was_removed_go() {
+fn a_run_names_the_results_of_a_removed_stage_and_prune_deletes_them() {
     let bench = Bench::new();
     bench.run(STUDY);
     let manifest = bench.write(STUDY.split("[stage.curves]").next().unwrap());
+    let output = bench.output(&["run", manifest.to_str().unwrap()]);
+    let told = text(&output.stderr);
+    assert!(told.contains("curves.parquet` is of a stage"), "{told}");
+    assert!(told.contains("that the study no longer has"), "{told}");
     let unneeded = prune(&bench, &[manifest.to_str().unwrap(), "--yes"]);
     assert_eq!(unneeded, kinds([("aggregate", 1), ("results", 1)]));
     assert!(!bench.data().join("results/small/curves.parquet").exists());
@@ -116,4 +121,30 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
     drop(somebody);
     assert!(bench.output(&arguments).status.success());
     assert!(bench.files().len() < before.len());
+}
+
+#[test]
+fn two_runs_and_prunes_at_once_do_no_harm() {
+    let study = STUDY.replace("nodes = 32", "nodes = 128");
+    let alone = Bench::new();
+    alone.run(&study);
+    let bench = Bench::new();
+    let manifest = bench.write(&study);
+    let other = bench.path("other.toml");
+    fs::write(&other, STUDY.replace("seed = 7", "seed = 8")).unwrap();
+    let start = || {
+        let mut run = bench.asperity(&["run", manifest.to_str().unwrap()]);
+        let silent = run.stdout(Stdio::null()).stderr(Stdio::null());
+        silent.spawn().unwrap()
+    };
+    let mut runs = [start(), start()];
+    while runs.iter_mut().any(|run| run.try_wait().unwrap().is_none()) {
+        bench.output(&["prune", "--yes", other.to_str().unwrap()]);
+    }
+    for mut run in runs {
+        assert!(run.wait().unwrap().success());
+    }
+    // The last prune may have found nobody at work.
+    bench.run(&study);
+    assert!(bench.files() == alone.files());
 }
