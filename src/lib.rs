@@ -58,4 +58,6 @@ pub mod diagnostics;
 
 pub mod pace;
 
+pub mod memory;
+
 pub mod cli;

@@ -300,7 +300,7 @@ impl<'a> Run<'a> {
 }
 
 /// Only solving and measuring look at heights and contact maps, of one surface at a time.
-fn columns_read_by(recipe: &Recipe) -> Columns {
+pub fn columns_read_by(recipe: &Recipe) -> Columns {
     match recipe.kind() {
         Kind::Measure if recipe.pools_surfaces() => Columns::Light,
         Kind::Generate | Kind::Solve | Kind::Measure => Columns::All,

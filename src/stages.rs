@@ -195,6 +195,16 @@ impl Recipe {
         matches!(self, Recipe::Measure(params) if params.pools_surfaces())
     }
 
+    /// What the task needs of memory for each node of its mesh.
+    pub fn footprint(&self) -> Footprint {
+        match self {
+            Recipe::Generate(params) => params.footprint(),
+            Recipe::Solve(params) => params.footprint(),
+            Recipe::Measure(_) => measure::FOOTPRINT,
+            Recipe::Correct(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => Footprint::NONE,
+        }
+    }
+
     /// What the task is expected to cost on a surface of `nodes` a side. Nothing but forecasts
     /// depends on it.
     pub fn effort(&self, nodes: usize) -> Effort {
@@ -207,6 +217,23 @@ impl Recipe {
             Recipe::Aggregate(_) => Effort::seconds(0.1),
         }
     }
+}
+
+/// What a task needs of memory, for each node of its mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Footprint {
+    /// Bytes while it computes.
+    pub work: f64,
+    /// Bytes of its table, with everything that is a map.
+    pub table: f64,
+}
+
+impl Footprint {
+    /// No maps.
+    pub const NONE: Footprint = Footprint {
+        work: 0.0,
+        table: 0.0,
+    };
 }
 
 /// What a task is expected to cost.

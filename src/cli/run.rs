@@ -7,11 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use bytesize::ByteSize;
 use serde_json::json;
 
 use super::plan::Counts;
 use super::progress::Progress;
 use super::{Data, Failure, chain, counted, summary};
+use crate::memory;
 use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::reasons::record::Record;
@@ -34,6 +36,11 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
+    /// Memory to keep to, as in `16GB` or `512MiB`, by working on fewer surfaces at once; seven
+    /// eighths of what the machine has, or of what this process may use of it, when left out.
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<ByteSize>,
+
     /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage, and
     /// `"damaged": [{"task", "cause", "aside"}, …]`.
     #[arg(long)]
@@ -51,6 +58,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         plan: &plan,
         store: &store,
         jobs: arguments.jobs,
+        memory: arguments.memory,
         stopped: stop_on_signal()?,
     };
     let mut outcome = work.compute(&missing);
@@ -84,6 +92,7 @@ struct Work<'a> {
     plan: &'a Plan,
     store: &'a Store,
     jobs: Option<u16>,
+    memory: Option<ByteSize>,
     stopped: Arc<AtomicBool>,
 }
 
@@ -93,19 +102,37 @@ impl Work<'_> {
             return Outcome::default();
         }
         let progress = Progress::new(self.plan, missing, &Pace::default());
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        let jobs = self.jobs.map_or_else(cores, usize::from).min(missing.len());
         let outcome = runner::run(
             self.plan,
             missing,
             self.store,
             &self.study.sources,
-            jobs,
+            self.workers(missing),
             &progress,
             &self.stopped,
         );
         progress.end();
         outcome
+    }
+
+    /// One surface to a core, as far as memory goes.
+    fn workers(&self, missing: &[usize]) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let jobs = self.jobs.map_or_else(cores, usize::from).min(missing.len());
+        let largest = memory::of_largest(self.plan, missing);
+        let memory = self
+            .memory
+            .unwrap_or_else(|| ByteSize(memory::of_machine().0 / 8 * 7));
+        let workers = memory::workers(largest, memory).min(jobs);
+        if workers < jobs {
+            let [memory, largest] = [memory, largest].map(|size| size.display().si());
+            let workers = counted(workers, "task");
+            warn(&format!(
+                "note: {memory} of memory are for {workers} at once, not {jobs}: \
+                 the largest takes {largest}",
+            ));
+        }
+        workers
     }
 
     /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use self::description::Description;
 use super::columns::{HEIGHTS, NODES, SIDE};
-use super::{Context, Effort, Kind, Recipe, StageError};
+use super::{Context, Effort, Footprint, Kind, Recipe, StageError};
 use crate::contact::measured;
 use crate::contact::periodic::Edges;
 use crate::contact::shapes::Shape;
@@ -82,6 +82,9 @@ pub struct MeasuredSurface {
     /// How the map's edges are made to meet.
     #[serde(flatten)]
     pub edges: Edges,
+    /// Nodes per side once its edges meet, as the content has them: for forecasts alone.
+    #[serde(skip)]
+    pub nodes: u32,
 }
 
 impl Params {
@@ -136,11 +139,25 @@ impl Params {
         }
     }
 
-    /// Nodes per side, where that is known before a file is read.
+    /// See [`Recipe::footprint`]: the peak of a run on one thread, at 512² and 1024².
+    pub fn footprint(&self) -> Footprint {
+        Footprint {
+            work: match self.heights {
+                Heights::Keep | Heights::Redraw => 28.0,
+                Heights::None => 0.0,
+            },
+            table: match self.heights {
+                Heights::Keep => 8.0,
+                Heights::Redraw | Heights::None => 0.0,
+            },
+        }
+    }
+
+    /// Nodes per side.
     pub fn nodes(&self) -> usize {
         match &self.form {
             Form::Random { nodes, .. } | Form::Shape { nodes, .. } => *nodes as usize,
-            Form::File(_) => 512,
+            Form::File(file) => file.nodes as usize,
         }
     }
 
@@ -241,6 +258,7 @@ mod tests {
             edges: Edges::Taper {
                 taper_fraction: 0.1,
             },
+            nodes: 0,
         };
         let shape = Shape::Punch {
             radius: 0.25,

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::aggregate::ONE_SURFACE;
 use super::columns::*;
-use super::{Context, Input, Recipe, StageError, generate};
+use super::{Context, Footprint, Input, Recipe, StageError, generate};
 use crate::contact::area::ContactArea;
 use crate::contact::clusters::Clusters;
 use crate::contact::histogram::{Histogram, Pool};
@@ -42,6 +42,13 @@ pub enum Params {
         range: f64,
     },
 }
+
+/// See [`Recipe::footprint`](super::Recipe::footprint): a surface drawn again, or the labels of
+/// clusters.
+pub const FOOTPRINT: Footprint = Footprint {
+    work: 36.0,
+    table: 0.0,
+};
 
 impl Params {
     /// Whether one task reads all surfaces of a parameter point.

@@ -4,7 +4,7 @@ use arrow::array::Float64Builder;
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Context, Effort, Input, Recipe, StageError};
+use super::{Context, Effort, Footprint, Input, Recipe, StageError};
 use crate::contact::map::ContactMap;
 use crate::contact::solver::{Outcome, Settings, Solver, Stop, pace};
 use crate::contact::surface::Surface;
@@ -54,6 +54,22 @@ impl Params {
     /// See [`Recipe::effort`].
     pub fn effort(&self, nodes: usize) -> Effort {
         Effort::pairs(pace::expected_pairs(nodes, &self.loads))
+    }
+
+    /// See [`Recipe::footprint`]: the peak of a run on one thread, at 512² and 1024². Besides the
+    /// solver's arrays there is a bit for each node and load, and each pressure field that is kept
+    /// with its nulls.
+    pub fn footprint(&self) -> Footprint {
+        let loads = self.loads.len() as f64;
+        let kept = match &self.pressures {
+            Pressures::None => 0.0,
+            Pressures::All => loads,
+            Pressures::At(loads) => loads.len() as f64,
+        };
+        Footprint {
+            work: 58.0,
+            table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
+        }
     }
 
     fn settings(&self) -> Settings {

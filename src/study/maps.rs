@@ -31,7 +31,7 @@ pub fn file(
         let edges = edges(table, checks);
         let path = path?;
         let scales = [side, height_scale].map(|scale| scale.unwrap_or(1.0));
-        let content = read_map(path, scales, edges.as_ref(), sources, checks)?;
+        let (content, nodes) = read_map(path, scales, edges.as_ref(), sources, checks)?;
         check_distinct(content, path, &mut seen, checks)?;
         let unit = table.unit.written().map(|unit| unit.value.clone());
         let surface = MeasuredSurface {
@@ -39,6 +39,7 @@ pub fn file(
             unit: unit.unwrap_or_default(),
             height_scale: height_scale?,
             edges: edges?,
+            nodes,
         };
         Some(single(&table.heights, side?, Form::File(surface)))
     })
@@ -71,14 +72,15 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     }
 }
 
-/// Reads the file once, to find now what would otherwise be found in the middle of a run.
+/// Reads the file once, to find now what would otherwise be found in the middle of a run; its
+/// content, and the nodes per side once its edges meet.
 fn read_map(
     path: &Written<String>,
     [side, height_scale]: [f64; 2],
     edges: Option<&Edges>,
     sources: &mut Sources,
     checks: &mut Checks,
-) -> Option<ContentHash> {
+) -> Option<(ContentHash, u32)> {
     let mut refuse = |reason: String, label: &str| {
         let message = format!("{:?} {reason}", path.value);
         checks.report("path", Problem::new(message, path.span.clone(), label));
@@ -98,10 +100,11 @@ fn read_map(
         Ok(surface) => surface,
         Err(error) => return refuse(format!("is no map of heights: {error}"), "this file"),
     };
-    let most = match edges {
-        Some(Edges::Mirror) => NODES.end() / 2,
-        _ => *NODES.end(),
+    let copies = match edges {
+        Some(Edges::Mirror) => 2,
+        _ => 1,
     };
+    let most = NODES.end() / copies;
     let nodes = surface.nodes();
     if !(*NODES.start() as usize..=most as usize).contains(&nodes) {
         let reason = format!(
@@ -119,7 +122,7 @@ fn read_map(
         let reason = "is flat: no roughness is left once its edges meet";
         return refuse(reason.to_owned(), "this file");
     }
-    Some(content)
+    Some((content, nodes as u32 * copies))
 }
 
 /// Whether a map has no roughness once its edges meet: an inclined plane has none.

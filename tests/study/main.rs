@@ -10,6 +10,7 @@ mod disturbance;
 mod explain;
 mod faults;
 mod heights;
+mod memory;
 mod nayak;
 mod pruning;
 mod reference;
