@@ -1,6 +1,6 @@
 //! How far a run has come, and how long it will go on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::{IsTerminal, stderr};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -19,8 +19,10 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 pub struct Progress<'a> {
     plan: &'a Plan,
     total: usize,
-    /// Seconds of one core that each task is expected to take.
-    expected: BTreeMap<usize, f64>,
+    /// Seconds of one core that each missing task is expected to take.
+    expected: HashMap<usize, f64>,
+    /// Their sum.
+    expected_in_all: f64,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
@@ -40,6 +42,7 @@ impl<'a> Progress<'a> {
     pub fn new(plan: &'a Plan, missing: &[usize], pace: &Pace) -> Progress<'a> {
         let total = missing.len();
         let expected = |&task: &usize| (task, pace.seconds(&plan.tasks[task]));
+        let expected: HashMap<usize, f64> = missing.iter().map(expected).collect();
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
             let cached = plan.tasks.len() - total;
@@ -53,7 +56,8 @@ impl<'a> Progress<'a> {
         Progress {
             plan,
             total,
-            expected: missing.iter().map(expected).collect(),
+            expected_in_all: expected.values().sum(),
+            expected,
             bar,
             state: Mutex::new(State {
                 begun: now,
@@ -83,7 +87,7 @@ impl<'a> Progress<'a> {
             .expect("no panic happens while it is held");
         change(&mut state);
         let done = state.done + state.under_way.values().sum::<f64>();
-        let share = done / self.expected.values().sum::<f64>();
+        let share = done / self.expected_in_all;
         let left = time_left(state.begun.elapsed(), share);
         let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
         if let Some(bar) = &self.bar {
