@@ -4,6 +4,7 @@
 //! everything that decides its table. More surfaces, one more block or one more cutoff add tasks
 //! and rename none.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
@@ -242,9 +243,9 @@ struct Digests {
 impl Digests {
     fn of(recipe: &Recipe) -> Digests {
         let whole = Digest::of(recipe);
-        let essence = match recipe {
-            Recipe::Generate(_) | Recipe::Solve(_) => Digest::of(&recipe.essence()),
-            _ => whole,
+        let essence = match recipe.essence() {
+            Cow::Borrowed(_) => whole,
+            Cow::Owned(essence) => Digest::of(&essence),
         };
         Digests { whole, essence }
     }

@@ -12,6 +12,7 @@ pub mod generate;
 pub mod measure;
 pub mod solve;
 
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
@@ -157,11 +158,15 @@ impl Recipe {
 
     /// The recipe without what only adds columns that no later stage reads: kept heights and
     /// kept pressures. Later keys are built on it, so keeping more never recomputes them.
-    pub fn essence(&self) -> Recipe {
+    pub fn essence(&self) -> Cow<'_, Recipe> {
         match self {
-            Recipe::Generate(params) => Recipe::Generate(params.essence()),
-            Recipe::Solve(params) => Recipe::Solve(Arc::new(params.without_pressures())),
-            other => other.clone(),
+            Recipe::Generate(params) if params.keeps_heights() => {
+                Cow::Owned(Recipe::Generate(params.essence()))
+            }
+            Recipe::Solve(params) if params.keeps_pressures() => {
+                Cow::Owned(Recipe::Solve(Arc::new(params.without_pressures())))
+            }
+            other => Cow::Borrowed(other),
         }
     }
 

@@ -115,6 +115,11 @@ impl Params {
         serde_json::to_string(&common).expect("parameters are plain data")
     }
 
+    /// Whether its heights are stored.
+    pub fn keeps_heights(&self) -> bool {
+        self.heights == Heights::Keep
+    }
+
     fn with(&self, heights: Heights) -> Params {
         Params {
             heights,
@@ -222,7 +227,7 @@ pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
     let surface = params.draw(context.sources)?;
     let description = Description::of_surface(&params.form, &surface);
     let mut columns = description.row(params, surface.nodes(), surface.side());
-    if params.heights == Heights::Keep {
+    if params.keeps_heights() {
         let heights = Float64Array::from(surface.into_heights());
         let length = heights.len();
         columns.push((HEIGHTS, lists(heights, [length])));

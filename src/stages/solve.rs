@@ -32,6 +32,11 @@ pub struct Params {
 }
 
 impl Params {
+    /// Whether pressures are stored.
+    pub fn keeps_pressures(&self) -> bool {
+        self.pressures != Pressures::None
+    }
+
     /// The same block with no pressures kept: what later stages' keys are built on.
     pub fn without_pressures(&self) -> Params {
         Params {
