@@ -134,8 +134,14 @@ pub fn publish_stage(
     sources: &Sources,
     folder: &Path,
 ) -> Result<StageTable, ResultsError> {
-    let is_finished = |&task: &usize| store.has(plan.tasks[task].key);
-    let tasks: Vec<usize> = stage.tasks.iter().copied().filter(is_finished).collect();
+    let key = |&task: &usize| plan.tasks[task].key;
+    let have = store.have(&stage.tasks.iter().map(key).collect::<Vec<_>>());
+    let finished = stage
+        .tasks
+        .iter()
+        .zip(have)
+        .filter(|(_, is_there)| *is_there);
+    let tasks: Vec<usize> = finished.map(|(&task, _)| task).collect();
     let path = path(folder, &plan.study, &stage.name);
     let digest = digest(plan, &tasks, sources);
     if !tasks.is_empty() && written_for(&path).as_ref() != Some(&digest) {

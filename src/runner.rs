@@ -13,6 +13,7 @@ use rayon::Scope;
 use crate::plan::{Plan, Task};
 use crate::sources::Sources;
 use crate::stages::{Context, Input, Kind, Recipe, StageError};
+use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
 
@@ -99,8 +100,10 @@ pub trait Observer: Sync {
 
 /// The tasks whose tables the store lacks.
 pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
-    let lacks = |&task: &usize| !store.has(plan.tasks[task].key);
-    (0..plan.tasks.len()).filter(lacks).collect()
+    let keys: Vec<TaskKey> = plan.tasks.iter().map(|task| task.key).collect();
+    let have = store.have(&keys).into_iter().enumerate();
+    have.filter_map(|(task, is_there)| (!is_there).then_some(task))
+        .collect()
 }
 
 /// Computes the missing tasks with `jobs` threads.

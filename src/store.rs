@@ -16,6 +16,7 @@ pub mod parquet;
 pub mod provenance;
 pub mod table;
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -121,6 +122,33 @@ impl Store {
     /// Where a task's table is, or would be.
     pub fn path(&self, key: TaskKey) -> PathBuf {
         path(&self.root, key)
+    }
+
+    /// Which of these tasks are finished, in their order.
+    ///
+    /// Where many lie in one folder it is listed: on a parallel file system that costs about as
+    /// much as asking for one of them.
+    pub fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
+        const MANY: usize = 16;
+        let mut folders: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
+        for (index, key) in keys.iter().enumerate() {
+            folders.entry(key.first_byte()).or_default().push(index);
+        }
+        let mut have = vec![false; keys.len()];
+        for wanted in folders.into_values() {
+            let folder = self.path(keys[wanted[0]]);
+            let listed = match folder.parent() {
+                Some(folder) if wanted.len() >= MANY => listing::finished_in(folder).ok(),
+                _ => None,
+            };
+            for index in wanted {
+                have[index] = match &listed {
+                    Some(finished) => finished.contains(&keys[index]),
+                    None => self.has(keys[index]),
+                };
+            }
+        }
+        have
     }
 
     /// Whether a task is finished.

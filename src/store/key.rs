@@ -61,6 +61,13 @@ impl TaskKey {
     }
 }
 
+impl TaskKey {
+    /// What its first two digits say.
+    pub fn first_byte(self) -> u8 {
+        self.0[0]
+    }
+}
+
 impl fmt::Display for TaskKey {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{:032x}", u128::from_be_bytes(self.0))

@@ -1,6 +1,8 @@
 //! What lies in the folders of a store and of results, as the names of files tell it.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use super::files::{DAMAGED, UNFINISHED, names};
 use super::key::TaskKey;
@@ -97,6 +99,31 @@ pub fn known(
     Ok(found.collect())
 }
 
+/// The tasks whose tables a folder holds: none if it is not there.
+///
+/// # Errors
+/// When it cannot be listed.
+pub fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
+    let mut finished = HashSet::new();
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(finished),
+        entries => entries?,
+    };
+    for entry in entries {
+        let entry = entry?;
+        let name = entry.file_name();
+        let key = name.to_str().and_then(|name| name.strip_suffix(".parquet"));
+        let Some(key) = key.and_then(|key| key.parse().ok()) else {
+            continue;
+        };
+        // Only of what is no plain file, such as a link to one, the file itself must be asked.
+        if entry.file_type()?.is_file() || entry.path().is_file() {
+            finished.insert(key);
+        }
+    }
+    Ok(finished)
+}
+
 /// The folders in a folder, in the order of their names; none if it is not there.
 ///
 /// # Errors
@@ -108,8 +135,6 @@ pub fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
     use crate::store::key::Digest;
 

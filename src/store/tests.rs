@@ -41,6 +41,22 @@ fn a_published_table_is_read_back() {
 }
 
 #[test]
+fn many_keys_looked_for_at_once_are_those_looked_for_one_by_one() {
+    let (_folder, store, key, _) = fixture();
+    let shares_its_folder = |number: u32| {
+        let other = provenance(&number.to_string()).key();
+        (other.first_byte() == key.first_byte()).then_some(other)
+    };
+    let absent: Vec<TaskKey> = (0..20_000).filter_map(shares_its_folder).collect();
+    assert!(absent.len() > 30, "enough for the folder to be listed");
+    let keys = [&absent[..9], &[key], &absent[9..]].concat();
+    let one_by_one: Vec<bool> = keys.iter().map(|&key| store.has(key)).collect();
+    assert_eq!(store.have(&keys), one_by_one);
+    assert_eq!(store.have(&absent), vec![false; absent.len()]);
+    assert!(store.have(&keys)[9]);
+}
+
+#[test]
 fn a_published_table_is_never_rewritten() {
     let (_folder, store, key, table) = fixture();
     let other = Table::new(1, vec![(AREA, reals([9.0]))]);
