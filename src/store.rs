@@ -14,6 +14,7 @@ pub mod listing;
 pub mod lock;
 pub mod parquet;
 pub mod provenance;
+mod schema;
 pub mod table;
 
 use std::collections::BTreeMap;

@@ -5,6 +5,7 @@ pub mod digest;
 use std::fs::File;
 use std::io::{self, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use arrow::array::{Array, ArrayRef};
 use arrow::datatypes::{DataType, Field};
@@ -13,19 +14,24 @@ use digest::{seal, verified};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::basic::{Compression, Encoding, ZstdLevel};
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{KeyValue, ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 
 use crate::store::column::{ColumnKind, Role};
 use crate::store::key::TaskKey;
+use crate::store::schema;
 use crate::store::table::Table;
 
 /// Prefix of our entries in a file's metadata.
 const PREFIX: &str = "asperity.";
 /// Rows read at a time; a file that claims more than it holds gets no more memory than these need.
 const BATCH: usize = 1 << 16;
+/// Our entries that no caller hears of as such.
+const KEY: &str = "key";
+const FIELDS: &str = "fields";
 /// Bytes of a block of most disks.
 const SMALL: usize = 4096;
 
@@ -81,6 +87,9 @@ pub enum ParquetError {
         /// Its type.
         found: DataType,
     },
+    /// What it says of its columns is not true of them.
+    #[error("it does not hold the columns that it names")]
+    Columns,
     /// It is another task's table, or another stage's.
     #[error("it does not hold the table of {owner}")]
     Foreign {
@@ -98,7 +107,10 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     let batch = table.batch();
     let properties = properties(table, metadata);
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))
+    let options = ArrowWriterOptions::new()
+        .with_properties(properties)
+        .with_skip_arrow_metadata(metadata.key.is_some());
+    let mut writer = ArrowWriter::try_new_with_options(&mut bytes, batch.schema(), options)
         .expect("our column types have Parquet equivalents");
     writer.write(batch).expect("writing to memory cannot fail");
     writer.close().expect("writing to memory cannot fail");
@@ -113,7 +125,11 @@ fn read(mut file: File) -> Result<Bytes, ParquetError> {
 
 fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
     let entry = |name: &str, value: String| KeyValue::new(format!("{PREFIX}{name}"), value);
-    let key = metadata.key.map(|key| entry("key", key.to_string()));
+    let fields = || schema::told(table.batch().schema_ref());
+    let key = metadata.key.map(|key| {
+        let key = entry(KEY, key.to_string());
+        [key, entry(FIELDS, fields())]
+    });
     let others = metadata
         .entries
         .iter()
@@ -122,7 +138,7 @@ fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
     let mut builder = WriterProperties::builder()
         .set_created_by("asperity".to_owned())
         .set_compression(Compression::ZSTD(level))
-        .set_key_value_metadata(Some(key.into_iter().chain(others).collect()));
+        .set_key_value_metadata(Some(key.into_iter().flatten().chain(others).collect()));
     let batch = table.batch();
     if batch.columns().iter().all(is_small) {
         // Where the pages of a column begin, of which there is one.
@@ -200,8 +216,12 @@ fn unless_it_panics<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result
 }
 
 fn decode_verified(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
-    let builder = ParquetRecordBatchReaderBuilder::try_new(bytes)?;
-    let metadata = read_metadata(builder.metadata().file_metadata().key_value_metadata());
+    let footer = footer(&bytes)?;
+    let metadata = read_metadata(&footer);
+    let told = entries(&footer).find(|entry| entry.key.strip_prefix(PREFIX) == Some(FIELDS));
+    let told = told.and_then(|entry| entry.value.clone());
+    let arrow = schema::read(Arc::new(footer), told.as_deref())?;
+    let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(bytes, arrow);
     let schema = builder.schema().clone();
     for field in schema.fields() {
         if !ColumnKind::holds(field.data_type()) {
@@ -232,7 +252,7 @@ fn reader_schema(
 ) -> arrow::datatypes::SchemaRef {
     let schema = reader.schema();
     // The file's own metadata would otherwise travel with the table into others.
-    std::sync::Arc::new(
+    Arc::new(
         schema
             .as_ref()
             .clone()
@@ -240,15 +260,16 @@ fn reader_schema(
     )
 }
 
-fn read_metadata(entries: Option<&Vec<KeyValue>>) -> Metadata {
+fn read_metadata(footer: &ParquetMetaData) -> Metadata {
     let mut metadata = Metadata::default();
-    for entry in entries.into_iter().flatten() {
+    for entry in entries(footer) {
         let Some(name) = entry.key.strip_prefix(PREFIX) else {
             continue;
         };
         let value = entry.value.clone().unwrap_or_default();
         match name {
-            "key" => metadata.key = value.parse().ok(),
+            KEY => metadata.key = value.parse().ok(),
+            FIELDS => {}
             _ => metadata.entries.push((name.to_owned(), value)),
         }
     }
@@ -261,9 +282,15 @@ fn read_metadata(entries: Option<&Vec<KeyValue>>) -> Metadata {
 /// When the file is no Parquet, or a damaged one.
 pub fn metadata(file: File) -> Result<Metadata, ParquetError> {
     let bytes = verified(read(file)?)?;
-    unless_it_panics(|| {
-        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes)?;
-        let entries = builder.metadata().file_metadata().key_value_metadata();
-        Ok(read_metadata(entries))
-    })
+    unless_it_panics(|| Ok(read_metadata(&footer(&bytes)?)))
+}
+
+fn footer(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
+    let reader = ParquetMetaDataReader::new();
+    Ok(reader.parse_and_finish(bytes)?)
+}
+
+fn entries(footer: &ParquetMetaData) -> impl Iterator<Item = &KeyValue> {
+    let entries = footer.file_metadata().key_value_metadata();
+    entries.into_iter().flatten()
 }
