@@ -10,3 +10,5 @@ pub mod legend;
 pub mod pixels;
 pub mod raster;
 pub mod sheet;
+pub mod style;
+pub mod svg;

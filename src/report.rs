@@ -27,7 +27,7 @@ use self::page::{DrawnFigure, MissingFigure};
 use self::provenance::Provenance;
 use self::tables::Finished;
 use crate::figures::pixels::{self, PixelsError};
-use crate::figures::sheet;
+use crate::figures::svg;
 use crate::plan::Plan;
 use crate::results::StageTable;
 use crate::sources::Sources;
@@ -139,7 +139,7 @@ fn draw(
     match draw(evidence)? {
         Drawn::Figure { sheet, caption } => {
             let svg = sheet.to_svg(name);
-            let alone = sheet::alone(&svg);
+            let alone = svg::alone(&svg);
             let pixels = pixels::to_png(&alone, SCALE);
             let pixels = pixels.map_err(|source| ReportError::Pixels { name, source })?;
             for (ending, bytes) in [("svg", alone.as_bytes()), ("png", &pixels)] {

@@ -95,20 +95,31 @@ impl Axis {
         }
     }
 
+    /// The spacing between these ends: a narrow axis has too few of the numbers 1, 2, 5, 10 … that
+    /// stand along one of logarithms.
+    pub fn spacing_between(&self, [from, to]: [f64; 2]) -> Spacing {
+        match self.spacing {
+            Spacing::Logarithmic if to < 5.0 * from => Spacing::Linear,
+            spacing => spacing,
+        }
+    }
+}
+
+impl Spacing {
     /// A power of ten that lifts the numbers of an axis above those that the drawing crate takes
     /// for zero on axes of logarithms; their distances stay as they are.
-    pub(super) fn lift(&self, [from, _]: [f64; 2]) -> f64 {
+    pub(super) fn lift(self, [from, _]: [f64; 2]) -> f64 {
         /// The crate draws everything below a tenth of this at the same place.
         const LEAST: f64 = 1e-9;
-        match self.spacing {
+        match self {
             Spacing::Logarithmic if from < LEAST => 10f64.powi(-from.log10().floor() as i32),
             _ => 1.0,
         }
     }
 
     /// How the numbers are written that have been lifted.
-    pub(super) fn ticks(&self, lift: f64) -> TickFormat {
-        match self.spacing {
+    pub(super) fn ticks(self, lift: f64) -> TickFormat {
+        match self {
             Spacing::Linear => TickFormat::Custom(Arc::new(plain)),
             Spacing::Logarithmic => TickFormat::Custom(Arc::new(move |value| power(value / lift))),
         }
@@ -170,14 +181,21 @@ mod tests {
 
     #[test]
     fn numbers_far_below_one_are_lifted_by_a_power_of_ten_and_written_as_they_are() {
-        let axis = Axis::logarithmic("");
-        assert_eq!(axis.lift([1e-3, 1.0]), 1.0);
-        let lift = axis.lift([3e-14, 1.0]);
+        let spacing = Spacing::Logarithmic;
+        assert_eq!(spacing.lift([1e-3, 1.0]), 1.0);
+        let lift = spacing.lift([3e-14, 1.0]);
         assert_eq!(lift, 1e14);
-        let TickFormat::Custom(write) = axis.ticks(lift) else {
+        let TickFormat::Custom(write) = spacing.ticks(lift) else {
             panic!("numbers are written by ourselves")
         };
         assert_eq!(write(100.0), "10⁻¹²");
+    }
+
+    #[test]
+    fn a_narrow_axis_has_its_numbers_in_proportion() {
+        let axis = Axis::logarithmic("");
+        assert_eq!(axis.spacing_between([5.0, 6.5]), Spacing::Linear);
+        assert_eq!(axis.spacing_between([0.5, 6.5]), Spacing::Logarithmic);
     }
 
     #[test]

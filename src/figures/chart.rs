@@ -1,7 +1,6 @@
 //! Series of points over two axes.
 
-use kuva::plot::scatter::MarkerShape;
-use kuva::plot::{LinePlot, LineStyle, ScatterPlot};
+use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::annotations::TextAnnotation;
 use kuva::render::layout::{ComputedLayout, Layout};
 use kuva::render::plots::Plot;
@@ -10,6 +9,7 @@ use kuva::{AxisLine, Theme, TickAlign};
 
 use super::axis::{Axis, Spacing};
 use super::ink::Ink;
+use super::style::Style;
 
 /// Pixels below which a chart has room for few numbers along its axes.
 const NARROW: f64 = 330.0;
@@ -62,120 +62,6 @@ pub struct Point {
     pub bar: Option<[f64; 2]>,
 }
 
-/// How a series looks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Style {
-    /// Its colour.
-    pub ink: Ink,
-    /// The line that joins its points.
-    pub line: Option<Line>,
-    /// What stands at its points.
-    pub marker: Option<Marker>,
-}
-
-/// A line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
-    /// Its pattern.
-    pub dash: Dash,
-    /// Its width, in pixels.
-    pub width: f64,
-}
-
-/// The pattern of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dash {
-    Solid,
-    Dashed,
-    Dotted,
-    DashDot,
-}
-
-/// What stands at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Marker {
-    Circle,
-    Square,
-    Triangle,
-    Diamond,
-    TriangleDown,
-    Cross,
-}
-
-impl Marker {
-    /// The marker of a place among all; they come round again after the last.
-    pub fn of(place: usize) -> Marker {
-        const ALL: [Marker; 6] = [
-            Marker::Circle,
-            Marker::Triangle,
-            Marker::Square,
-            Marker::Diamond,
-            Marker::TriangleDown,
-            Marker::Cross,
-        ];
-        ALL[place % ALL.len()]
-    }
-
-    pub(super) fn shape(self) -> MarkerShape {
-        match self {
-            Marker::Circle => MarkerShape::Circle,
-            Marker::Square => MarkerShape::Square,
-            Marker::Triangle => MarkerShape::Triangle,
-            Marker::Diamond => MarkerShape::Diamond,
-            Marker::TriangleDown => MarkerShape::TriangleDown,
-            Marker::Cross => MarkerShape::Cross,
-        }
-    }
-}
-
-impl Style {
-    /// A line.
-    pub fn line(ink: Ink, dash: Dash, width: f64) -> Style {
-        Style {
-            ink,
-            line: Some(Line { dash, width }),
-            marker: None,
-        }
-    }
-
-    /// Separate points.
-    pub fn marker(ink: Ink, marker: Marker) -> Style {
-        Style {
-            ink,
-            line: None,
-            marker: Some(marker),
-        }
-    }
-
-    /// The same with a thin line through the points.
-    pub fn joined(self) -> Style {
-        let line = Line {
-            dash: Dash::Solid,
-            width: 1.0,
-        };
-        Style {
-            line: Some(line),
-            ..self
-        }
-    }
-}
-
-impl Dash {
-    fn style(self) -> LineStyle {
-        match self {
-            Dash::Solid => LineStyle::Solid,
-            Dash::Dashed => LineStyle::Custom("7,4".to_owned()),
-            Dash::Dotted => LineStyle::Custom("1.5,3".to_owned()),
-            Dash::DashDot => LineStyle::Custom("8,3,2,3".to_owned()),
-        }
-    }
-
-    /// Lengths of strokes and gaps.
-    pub(super) fn array(self) -> Option<String> {
-        self.style().dasharray()
-    }
-}
-
 impl Series {
     /// Points without error bars.
     pub fn new(points: impl IntoIterator<Item = (f64, f64)>, style: Style) -> Series {
@@ -203,6 +89,12 @@ impl Series {
             }
         };
         Series::new((0..=STEPS).map(|step| (at(step), of(at(step)))), style)
+    }
+
+    /// The same without error bars.
+    pub fn without_bars(mut self) -> Series {
+        self.points.iter_mut().for_each(|point| point.bar = None);
+        self
     }
 
     /// The same with a name in the legend.
@@ -272,8 +164,8 @@ impl Chart {
             .with_y_axis_max(y_to)
             .with_x_label(self.x.label.clone())
             .with_y_label(self.y.label.clone())
-            .with_x_tick_format(self.x.ticks(frame.lift[0]))
-            .with_y_tick_format(self.y.ticks(frame.lift[1]))
+            .with_x_tick_format(frame.spacing[0].ticks(frame.lift[0]))
+            .with_y_tick_format(frame.spacing[1].ticks(frame.lift[1]))
             .with_axis_line(AxisLine::Box)
             .with_tick_align(TickAlign::Inside)
             .with_ticks(if width < NARROW { 3 } else { 5 })
@@ -285,10 +177,10 @@ impl Chart {
         if !self.title.is_empty() {
             layout = layout.with_title(self.title.clone());
         }
-        if self.x.spacing == Spacing::Logarithmic {
+        if frame.spacing[0] == Spacing::Logarithmic {
             layout = layout.with_log_x();
         }
-        if self.y.spacing == Spacing::Logarithmic {
+        if frame.spacing[1] == Spacing::Logarithmic {
             layout = layout.with_log_y();
         }
         for (x, y, text) in &self.notes {
@@ -310,7 +202,7 @@ impl Chart {
                 .with_data(self.placed(series).map(lifted).collect::<Vec<_>>())
                 .with_color(ink.clone())
                 .with_stroke_width(line.width)
-                .with_line_style(line.dash.style());
+                .with_line_style(line.dash.pattern());
             plots.push(Plot::Line(drawn));
         }
         if let Some(marker) = series.style.marker {
@@ -359,6 +251,7 @@ impl Chart {
 struct Frame {
     x: [f64; 2],
     y: [f64; 2],
+    spacing: [Spacing; 2],
     lift: [f64; 2],
 }
 
@@ -372,10 +265,12 @@ impl Frame {
             [point.y, low, high]
         };
         let y = chart.y.ends(points().filter(in_sight).flat_map(heights));
+        let spacing = [chart.x.spacing_between(x), chart.y.spacing_between(y)];
         Frame {
             x,
             y,
-            lift: [chart.x.lift(x), chart.y.lift(y)],
+            spacing,
+            lift: [spacing[0].lift(x), spacing[1].lift(y)],
         }
     }
 

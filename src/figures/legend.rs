@@ -5,8 +5,9 @@ use kuva::render::layout::{ComputedLayout, Layout};
 use kuva::render::plots::Plot;
 use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
-use super::chart::{Series, Style};
+use super::chart::Series;
 use super::ink::Ink;
+use super::style::Style;
 
 /// Between the left ends of a sample and of its words.
 const SAMPLE: f64 = 34.0;

@@ -2,19 +2,22 @@
 
 use std::fmt::Write;
 
-use kuva::backend::svg::SvgBackend;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
 use super::chart::{Chart, Inset, Series};
-use super::ink::{self, Ink};
+use super::ink::Ink;
 use super::legend::{self, Legend};
 use super::raster::Raster;
+use super::svg::finished;
 
 /// The family of all words: the font that travels with the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// Size of words, in pixels.
 const WORDS: u32 = 13;
+/// Space around everything, in pixels.
+const MARGIN: f64 = 8.0;
 /// Space between panels, in pixels.
 const GAP: f64 = 10.0;
 /// Height of a line of words above a map.
@@ -48,7 +51,7 @@ pub enum Panel {
 impl Sheet {
     /// One chart.
     pub fn of(chart: Chart) -> Sheet {
-        Sheet::of_charts(vec![vec![chart]], [640.0, 430.0])
+        Sheet::of_charts(vec![vec![chart]], [600.0, 410.0])
     }
 
     /// Rows of charts.
@@ -65,18 +68,18 @@ impl Sheet {
     pub fn to_svg(&self, name: &str) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let [panel_width, panel_height] = self.panel;
-        let width = (columns * (panel_width + GAP) - GAP).ceil();
+        let width = (columns * (panel_width + GAP) - GAP + 2.0 * MARGIN).ceil();
         let legend = Legend::new(legend::entries(self.series()), width, WORDS);
-        let top = self.rows.len() as f64 * (panel_height + GAP);
-        let mut scene = Scene::new(width, (top + legend.height()).ceil());
+        let top = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
+        let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
         scene.background_color = None;
         scene.text_color = Some(Ink::Text.css());
         scene.font_family = Some(FONT_FAMILY.to_owned());
         let mut maps = String::new();
         for (row, panels) in self.rows.iter().enumerate() {
             for (column, panel) in panels.iter().enumerate() {
-                let x = column as f64 * (panel_width + GAP);
-                let y = row as f64 * (panel_height + GAP);
+                let x = MARGIN + column as f64 * (panel_width + GAP);
+                let y = MARGIN + row as f64 * (panel_height + GAP);
                 self.draw(panel, [x, y], &mut scene, &mut maps);
             }
         }
@@ -165,7 +168,7 @@ impl Sheet {
             stroke_width: Some(1.0),
             opacity: None,
         });
-        let data = base64(&raster.to_png());
+        let data = BASE64_STANDARD.encode(raster.to_png());
         let _ = write!(
             maps,
             "<image x=\"{left:.1}\" y=\"{:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" \
@@ -215,76 +218,13 @@ pub(super) fn shift(x: f64, y: f64) -> Primitive {
     }
 }
 
-/// The scene as SVG with its maps behind, scaling with the page.
-fn finished(scene: &Scene, maps: &str, name: &str) -> String {
-    let svg = SvgBackend::new().render_scene(scene);
-    let svg = with_own_numbers(&svg, name);
-    let head = svg.find('>').expect("a drawing begins with its tag");
-    let (width, height) = (scene.width, scene.height);
-    // On a wide page it grows, but not so far that its words outgrow those around it.
-    let size = format!(
-        "viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{:.0}px\"",
-        1.4 * width
-    );
-    let (tag, rest) = svg.split_at(head);
-    format!("{tag} {size}>{maps}{}", &rest[1..])
-}
-
-/// Clip paths are numbered over the whole process; here over the drawing.
-fn with_own_numbers(svg: &str, name: &str) -> String {
-    const MARK: &str = "kuva-clip-";
-    let mut known: Vec<&str> = Vec::new();
-    let mut parts = svg.split(MARK);
-    let mut text = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let end = part
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(part.len());
-        let (number, rest) = part.split_at(end);
-        let place = known.iter().position(|&seen| seen == number);
-        let place = place.unwrap_or_else(|| {
-            known.push(number);
-            known.len() - 1
-        });
-        let _ = write!(text, "{name}-clip-{place}{rest}");
-    }
-    text
-}
-
-/// A drawing that needs no page around it: with its own light paper and colours.
-pub fn alone(svg: &str) -> String {
-    let head = svg.find('>').expect("a drawing begins with its tag") + 1;
-    let (tag, rest) = svg.split_at(head);
-    let paper = Ink::Paper.css();
-    let sheet = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
-    ink::written_in(&sheet)
-}
-
-/// Bytes as text in which pages and drawings hold them.
-pub fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let byte = |place: usize| u32::from(chunk.get(place).copied().unwrap_or(0));
-        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for place in 0..4 {
-            let digit = (word >> (18 - 6 * place) & 63) as usize;
-            let is_padding = place > chunk.len();
-            text.push(if is_padding {
-                '='
-            } else {
-                char::from(DIGITS[digit])
-            });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::axis::Axis;
-    use super::super::chart::{Dash, Marker, Point, Style};
+    use super::super::chart::Point;
     use super::super::pixels;
+    use super::super::style::{Dash, Marker, Style};
+    use super::super::svg::alone;
     use super::*;
 
     fn sheet() -> Sheet {
@@ -339,14 +279,8 @@ mod tests {
         let reader = decoder.read_info().unwrap();
         assert_eq!(
             reader.info().width,
-            1220,
-            "two panels and the gap between them"
+            1252,
+            "two panels, the gap between them and the margins"
         );
-    }
-
-    #[test]
-    fn bytes_in_base_64_are_those_of_the_standard() {
-        let encoded = ["", "f", "fo", "foo", "foob"].map(|text| base64(text.as_bytes()));
-        assert_eq!(encoded, ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]);
     }
 }

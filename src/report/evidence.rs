@@ -3,9 +3,13 @@
 use super::ensembles::{self, Ensemble, Mean, Point};
 use super::looks::Looks;
 use super::tables::Finished;
-use crate::figures::chart::{Point as Place, Series, Style};
-use crate::stages::Kind;
-use crate::stages::columns::{AREA_CORRECTED, AREA_FRACTION, LOAD, METHOD, SURFACE};
+use crate::contact::spectrum::Spectrum;
+use crate::figures::chart::{Point as Place, Series};
+use crate::figures::style::Style;
+use crate::plan::Plan;
+use crate::stages::columns::{AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, METHOD, SURFACE};
+use crate::stages::generate::{self, Form};
+use crate::stages::{Kind, Recipe};
 use crate::store::table::{Table, TableError};
 
 /// The heaviest load that the paper calls light.
@@ -37,15 +41,19 @@ impl<'a> Evidence<'a> {
     pub fn of(finished: &'a Finished<'a>) -> Result<Evidence<'a>, TableError> {
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name)?;
-        let looks = match measured.is_empty() {
-            false => Looks::of(measured.iter().map(|ensemble| &ensemble.point)),
-            true => Looks::of(&points_of_surfaces(finished)),
+        let mut points: Vec<Point> = match measured.is_empty() {
+            false => measured.iter().map(|one| one.point.clone()).collect(),
+            true => points_of_surfaces(finished),
         };
+        // What is still to come must not change the looks of what is there.
+        if let Some(like) = points.first().cloned() {
+            points.extend(planned_points(finished.plan, &like));
+        }
         Ok(Evidence {
             finished,
             measured,
             corrected,
-            looks,
+            looks: Looks::of(&points),
         })
     }
 
@@ -98,6 +106,20 @@ pub fn series(means: &[Mean], style: Style) -> Series {
     }
 }
 
+/// Fewer of the means: where a line joins all of them, markers at least `step` apart do.
+pub fn spaced(step: f64, means: &[Mean]) -> Vec<Mean> {
+    let mut spaced: Vec<Mean> = Vec::new();
+    for mean in means {
+        if spaced
+            .last()
+            .is_none_or(|last| mean.load >= last.load + step)
+        {
+            spaced.push(*mean);
+        }
+    }
+    spaced
+}
+
 /// The means up to a load.
 pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
     // Loads are read from decimals and computed in steps: the last one may miss by rounding.
@@ -137,6 +159,28 @@ fn points_of_surfaces(finished: &Finished) -> Vec<Point> {
             if points.last() != Some(&point) && !points.contains(&point) {
                 points.push(point);
             }
+        }
+    }
+    points
+}
+
+/// The spectra of all random surfaces of a study, with what else they share with a point of it.
+fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
+    let mut spectra: Vec<&Spectrum> = Vec::new();
+    let mut points = Vec::new();
+    for task in &plan.tasks {
+        let Recipe::Generate(params) = &task.recipe else {
+            continue;
+        };
+        let Form::Random { surface, .. } = &params.form else {
+            continue;
+        };
+        if !spectra.contains(&&surface.spectrum) {
+            spectra.push(&surface.spectrum);
+            let mut point = like.clone();
+            point.remove(K_ROLLOFF.name);
+            point.extend(ensembles::point(&generate::own_row(&params.form), 0));
+            points.push(point);
         }
     }
     points

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::ensembles::Point;
-use crate::figures::chart::{Dash, Marker, Style};
 use crate::figures::ink::Ink;
+use crate::figures::style::{Dash, Marker, Style};
 use crate::stages::columns::{K_LOWER, K_UPPER};
 
 /// How the points of a study look.
@@ -73,6 +73,12 @@ impl Looks {
         }
     }
 
+    /// What the colour of a point stands for, if for anything: `k_lower 4`.
+    pub fn label_of_colour(&self, point: &Point) -> Option<String> {
+        let (name, _) = &self.varying[self.colour?];
+        Some(format!("{name} {}", point.get(name)?))
+    }
+
     /// The colour of a point.
     pub fn ink(&self, point: &Point) -> Ink {
         Ink::Series(self.place(self.colour, point))
@@ -81,6 +87,11 @@ impl Looks {
     /// Separate points in the colour and with the marker of a point of the study.
     pub fn markers(&self, point: &Point) -> Style {
         Style::marker(self.ink(point), Marker::of(self.place(self.marker, point)))
+    }
+
+    /// A thin line in the colour of a point of the study, to join its markers.
+    pub fn joins(&self, point: &Point) -> Style {
+        Style::line(self.ink(point), Dash::Solid, 1.0)
     }
 
     /// A line in the colour of a point of the study, its pattern for its marker.
@@ -136,6 +147,17 @@ mod tests {
     fn a_label_says_what_varies_and_nothing_else() {
         let looks = Looks::of(&[point(1, 32), point(16, 32)]);
         assert_eq!(looks.label(&point(16, 32)), "k_lower 16");
+    }
+
+    #[test]
+    fn a_colour_has_a_name_of_its_own() {
+        let points = [point(1, 32), point(1, 128), point(16, 32)];
+        let looks = Looks::of(&points);
+        assert_eq!(
+            looks.label_of_colour(&points[1]).as_deref(),
+            Some("k_lower 1")
+        );
+        assert_eq!(Looks::of(&points[..1]).label_of_colour(&points[0]), None);
     }
 
     #[test]

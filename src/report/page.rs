@@ -1,13 +1,13 @@
 //! The page: figures, what is missing, tables, provenance, in one file that needs no other.
 
 use arrow::datatypes::DataType;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::Environment;
 use minijinja::value::Serde;
 use serde::Serialize;
 
 use super::provenance::Provenance;
 use super::tables::{Finished, Stage};
-use crate::figures::sheet::base64;
 use crate::figures::{ink, pixels};
 use crate::store::cells::cells;
 
@@ -98,7 +98,7 @@ pub fn html(
         script: SCRIPT,
         light: ink::light(),
         dark: ink::dark(),
-        font: base64(pixels::FONT),
+        font: BASE64_STANDARD.encode(pixels::FONT),
     };
     page.render(Serde(&contents))
         .expect("the template asks for nothing else")

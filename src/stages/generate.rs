@@ -214,6 +214,11 @@ pub fn own_columns(form: &Form) -> Vec<Column> {
     coordinates.map(|(column, _)| column).collect()
 }
 
+/// What places a surface among others of its method, in one row.
+pub fn own_row(form: &Form) -> Table {
+    Table::new(1, description::own_coordinates(form))
+}
+
 /// Draws one surface and describes it in one row.
 ///
 /// # Errors

@@ -3,11 +3,13 @@
 
 use super::theories::{self, AREA, SECANT};
 use crate::figures::axis::Axis;
-use crate::figures::chart::{Chart, Style};
+use crate::figures::chart::Chart;
 use crate::figures::sheet::Sheet;
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, up_to};
+use crate::report::evidence::{
+    AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced, up_to,
+};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::stages::columns::{AREA_CORRECTED, ERROR_RELATIVE};
 
@@ -47,9 +49,12 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
                 ..*error
             })
             .collect();
-        let label = evidence.looks.label(&ensemble.point);
-        let style = evidence.looks.markers(&ensemble.point).joined();
-        chart.series.push(series(&against_area, style).named(label));
+        let line = evidence.looks.joins(&ensemble.point);
+        chart
+            .series
+            .push(series(&against_area, line).without_bars());
+        let markers = spaced(0.025, &against_area);
+        chart.series.push(evidence.points(ensemble, &markers));
         by_load
             .series
             .push(series(&errors, evidence.looks.line(&ensemble.point)));
@@ -78,17 +83,12 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
             lines,
         ));
     }
-    let mut areas = Vec::new();
-    let mut secants = Vec::new();
-    for correction in corrections.iter().take(2) {
-        let [area, secant] = charts(evidence, correction)?;
-        areas.push(area);
-        secants.push(secant);
-    }
-    if areas
+    let rows = corrections
         .iter()
-        .all(|chart| chart.series.iter().all(|series| series.points.len() < 2))
-    {
+        .take(2)
+        .filter_map(|correction| charts(evidence, correction).transpose());
+    let rows = rows.collect::<Result<Vec<_>, ReportError>>()?;
+    if rows.is_empty() {
         let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "corrected areas under at least two loads up to 0.06",
@@ -101,7 +101,7 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
         .collect();
     let caption = format!(
         "Corrected contact area (points, with standard errors) beside the counted one (lines of \
-         the same colour) and, below, the secants of both, from {}; corrections: {}.",
+         the same colour) and, to the right, the secants of both, from {}; corrections: {}.",
         sample(&surfaces),
         corrections
             .iter()
@@ -111,13 +111,13 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .join(", "),
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(vec![areas, secants], [430.0, 320.0]),
+        Sheet::of_charts(rows, [430.0, 320.0]),
         caption,
     ))
 }
 
-/// Area and secant under one correction, light loads only.
-fn charts(evidence: &Evidence, correction: &str) -> Result<[Chart; 2], ReportError> {
+/// Area and secant under one correction, light loads only; nothing where there is no curve.
+fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let title = format!("correction {correction}");
     let mut area = Chart::new(axis.clone(), Axis::linear(AREA_LABEL)).titled(title.clone());
@@ -126,22 +126,24 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<[Chart; 2], ReportErr
         let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
         let counted = up_to(LIGHT, ensemble.mean(COUNTED)?);
         let markers = evidence.looks.markers(&ensemble.point);
-        let line = Style {
-            marker: None,
-            ..markers.joined()
-        };
+        let line = evidence.looks.joins(&ensemble.point);
         let label = evidence.looks.label(&ensemble.point);
-        area.series.push(series(&counted, line));
+        area.series.push(series(&counted, line).without_bars());
         area.series.push(series(&corrected, markers).named(label));
-        secant.series.push(series(&secants(&counted), line));
+        secant
+            .series
+            .push(series(&secants(&counted), line).without_bars());
         secant.series.push(series(&secants(&corrected), markers));
+    }
+    if area.series.iter().all(|series| series.points.len() < 2) {
+        return Ok(None);
     }
     let range = [LIGHT * 1e-3, LIGHT];
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
         chart.series.push(theories::persson_curve(quantity, range));
         chart.series.push(theories::asymptote(quantity, range));
     }
-    Ok([area, secant])
+    Ok(Some(vec![area, secant]))
 }
 
 fn secants(means: &[Mean]) -> Vec<Mean> {

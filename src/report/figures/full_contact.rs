@@ -4,11 +4,12 @@ use super::contact_maps::SHOWN_LOADS;
 use super::theories::{self, AREA};
 use crate::contact::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Dash, Point, Series, Style};
+use crate::figures::chart::{Chart, Point, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series};
+use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced};
 use crate::report::figure::{Definition, Drawn, sample};
 
 pub const FIGURE: Definition = Definition {
@@ -28,9 +29,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let means = ensemble.mean(COUNTED)?;
         let last = means.last().map_or(0.0, |mean| mean.load);
         heaviest = heaviest.max(last);
-        let style = evidence.looks.markers(&ensemble.point).joined();
-        let label = evidence.looks.label(&ensemble.point);
-        chart.series.push(series(&means, style).named(label));
+        let markers = spaced(0.04 * last, &means);
+        let line = evidence.looks.joins(&ensemble.point);
+        chart.series.push(series(&means, line).without_bars());
+        chart.series.push(evidence.points(ensemble, &markers));
         let points = ensemble.slope(COUNTED)?;
         let points = points.iter().map(|slope| Point {
             x: slope.load,
@@ -65,8 +67,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             let line = Style::line(Ink::Soft, Dash::Dotted, 0.8);
             chart
                 .series
-                .push(Series::new([(load, 0.0), (load, 0.94)], line));
-            chart.notes.push((load, 0.96, letter.to_string()));
+                .push(Series::new([(load, 0.0), (load, 1.04)], line));
+            // Beside its line: the first one stands at the axis.
+            let beside = load + 0.012 * heaviest;
+            chart.notes.push((beside, 0.95, letter.to_string()));
         }
     }
     let chart = chart.with_inset(slopes, [0.46, 0.40, 0.51, 0.44]);

@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use arrow::array::Array;
 
 use crate::figures::axis::Axis;
-use crate::figures::chart::{Chart, Dash, Series, Style};
+use crate::figures::chart::{Chart, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Point};
 use crate::report::evidence::Evidence;

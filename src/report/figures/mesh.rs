@@ -4,9 +4,10 @@ use arrow::array::Array;
 
 use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Dash, Point as Place, Series, Style};
+use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Ensemble, Point};
 use crate::report::evidence::{Evidence, LIGHT, LOAD_LABEL};

@@ -3,9 +3,10 @@
 use crate::contact::models::full_contact;
 use crate::contact::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Dash, Series, Style};
+use crate::figures::chart::{Chart, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
 use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LOAD_LABEL, series};
@@ -19,6 +20,8 @@ pub const FIGURE: Definition = Definition {
 
 /// The load from which contact is taken for nearly full.
 const FROM: f64 = 0.5;
+/// The load from which the inset shows the approach.
+const APPROACH_FROM: f64 = 0.3;
 /// The factors of the load in the scaled error functions that the paper draws.
 const SCALES: [f64; 2] = [1.09, 1.16];
 
@@ -29,12 +32,13 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut least = 1.0_f64;
     for ensemble in &evidence.measured {
         let mut means = ensemble.mean(COUNTED)?;
+        means.retain(|mean| mean.load >= APPROACH_FROM);
+        let transformed: Vec<Mean> = means.iter().filter_map(transformed).collect();
         means.retain(|mean| mean.load >= FROM);
         heaviest = heaviest.max(means.last().map_or(0.0, |mean| mean.load));
         least = means.iter().fold(least, |least, mean| least.min(mean.mean));
         chart.series.push(evidence.points(ensemble, &means));
         let style = evidence.looks.markers(&ensemble.point);
-        let transformed: Vec<Mean> = means.iter().filter_map(transformed).collect();
         approach.series.push(series(&transformed, style));
     }
     if heaviest < 2.0 * FROM {
@@ -49,6 +53,15 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let curve = |of: fn(f64) -> f64, ink, dash, width| {
         Series::curve(of, range, Spacing::Linear, Style::line(ink, dash, width))
     };
+    let whole = |of: fn(f64) -> f64, dash| {
+        let range = [APPROACH_FROM, heaviest];
+        Series::curve(
+            of,
+            range,
+            Spacing::Logarithmic,
+            Style::line(Ink::Text, dash, 1.8),
+        )
+    };
     for (scale, dash) in SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]) {
         let scaled = |load: f64| persson::area(scale * load);
         let style = Style::line(Ink::Soft, dash, 2.6);
@@ -60,18 +73,18 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         |load: f64| 1.0 - (-2.0 * load * load).exp() / (load * std::f64::consts::TAU.sqrt());
     chart.series.extend([
         curve(persson::area, Ink::Text, Dash::Dashed, 1.8).named("Persson 2001"),
-        curve(asymptote, Ink::Series(5), Dash::Dotted, 1.8).named("its asymptote, η = 2"),
+        curve(asymptote, Ink::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
         curve(
             |y| 1.0 - full_contact::noncontact(y),
             Ink::Text,
-            Dash::Dotted,
-            1.4,
+            Dash::Solid,
+            1.2,
         )
         .named("isolated cracks, 1 − ¾ erfc(√2 y)"),
     ]);
     approach.series.extend([
-        curve(persson::approach, Ink::Text, Dash::Dashed, 1.8),
-        curve(|load| 2.0 * load * load, Ink::Series(5), Dash::Dotted, 1.8),
+        whole(persson::approach, Dash::Dashed),
+        whole(|load| 2.0 * load * load, Dash::Dotted),
     ]);
     chart.x = chart.x.within(FROM, 1.03 * heaviest);
     chart.y = chart.y.within((least - 0.05).max(0.0), 1.01);

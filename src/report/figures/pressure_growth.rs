@@ -1,9 +1,10 @@
 //! Growth of the mean contact pressure with the load (fig. C.1).
 
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Dash, Series, Style};
+use crate::figures::chart::{Chart, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
@@ -16,8 +17,8 @@ pub const FIGURE: Definition = Definition {
 
 /// The exponents that the paper draws.
 const GUIDES: [(f64, Ink, Dash); 2] = [
-    (-0.7, Ink::Series(1), Dash::Dashed),
-    (-0.9, Ink::Text, Dash::DashDot),
+    (-0.7, Ink::Text, Dash::Dashed),
+    (-0.9, Ink::Soft, Dash::DashDot),
 ];
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {

@@ -2,12 +2,13 @@
 
 use arrow::array::Array;
 
-use crate::contact::law::ContactEvolution;
+use crate::contact::law::{ContactEvolution, KAPPA_BGT};
 use crate::contact::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Dash, Point, Series, Style};
+use crate::figures::chart::{Chart, Point, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Slope};
 use crate::report::evidence::{COUNTED, Evidence, LIGHT, LOAD_LABEL};
@@ -23,7 +24,7 @@ pub const FIGURE: Definition = Definition {
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
-    let mut fitted = 0;
+    let mut kappas: Vec<String> = Vec::new();
     for ensemble in &evidence.measured {
         let slopes = ensemble.slope(COUNTED)?;
         let style = evidence.looks.markers(&ensemble.point);
@@ -46,7 +47,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             let range = [LIGHT * 1e-3, LIGHT];
             let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
             chart.series.push(curve);
-            fitted += 1;
+            let kappa = format!("κ = {:.3} √(2π)", fit.law.kappa / KAPPA_BGT);
+            if !kappas.contains(&kappa) {
+                kappas.push(kappa);
+            }
         }
     }
     let persson = Style::line(Ink::Text, Dash::Dashed, 1.8);
@@ -54,14 +58,14 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     chart
         .series
         .push(Series::curve(persson::slope, range, Spacing::Linear, persson).named("Persson 2001"));
-    let fits = match fitted {
-        0 => {
-            "The study has no fit of the contact evolution law with a given κ to the slope of the \
-              counted area."
-                .to_owned()
-        }
-        _ => "Lines are fits of the contact evolution law with the κ that the manifest gives."
+    let fits = match kappas.is_empty() {
+        true => "The study has no fit of the contact evolution law with a given κ to the counted \
+                 area."
             .to_owned(),
+        false => format!(
+            "Lines are least-squares fits of the contact evolution law with {}.",
+            kappas.join(", ")
+        ),
     };
     let caption = format!(
         "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \

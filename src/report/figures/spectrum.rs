@@ -1,8 +1,9 @@
 //! Power spectral density (fig. 2).
 
 use crate::figures::axis::Axis;
-use crate::figures::chart::{Chart, Dash, Series, Style};
+use crate::figures::chart::{Chart, Series};
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};

@@ -5,59 +5,80 @@ use std::collections::BTreeMap;
 
 use arrow::array::Array;
 
-use crate::figures::axis::Axis;
-use crate::figures::chart::{Chart, Dash, Marker, Point, Series, Style};
-use crate::figures::ink::Ink;
+use crate::contact::nayak::Continuum;
+use crate::figures::axis::{Axis, Spacing};
+use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::ensembles::mean_and_error;
+use crate::report::ensembles::{self, Point, mean_and_error};
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn, sample};
-use crate::stages::columns::{HURST, K_LOWER, K_UPPER, METHOD};
+use crate::report::looks::Looks;
+use crate::stages::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
 use crate::store::table::{Table, TableError};
 
 pub const NAYAK: Definition = Definition {
     name: "nayak",
     title: "Nayak's parameter of the surfaces",
-    draw: |evidence| {
-        let columns = ["nayak", "nayak_continuum"];
-        draw(
-            evidence,
-            columns,
-            "Nayak's parameter α",
-            "Nayak's parameter α = m₀ m₄/m₂²",
-        )
-    },
+    draw: |evidence| draw(evidence, &NAYAKS_PARAMETER),
 };
 
 pub const DENSITY: Definition = Definition {
     name: "summit-density",
     title: "Density of summits of the surfaces",
-    draw: |evidence| {
-        let columns = ["summit_density_integer", "summit_density_continuum"];
-        let what = "Density of summits in integer wavenumbers, D = (√3/18π) m₄/m₂";
-        draw(evidence, columns, "density of summits D · (L/2π)²", what)
-    },
+    draw: |evidence| draw(evidence, &DENSITY_OF_SUMMITS),
 };
 
-/// The surfaces of one Hurst exponent and lower cutoff, by upper cutoff.
-type Curve = BTreeMap<i64, Values>;
-
-#[derive(Default)]
-struct Values {
-    computed: Vec<f64>,
-    continuum: f64,
+/// A number that the moments of a surface give.
+struct Quantity {
+    column: &'static str,
+    label: &'static str,
+    meaning: &'static str,
+    /// Of a spectrum over continuous wavenumbers with this wavenumber of roll-off.
+    closed_form: fn(&Continuum, f64) -> f64,
 }
 
-fn draw(
-    evidence: &Evidence,
-    [computed, continuum]: [&str; 2],
-    label: &str,
-    what: &str,
-) -> Result<Drawn, ReportError> {
-    let mut curves: BTreeMap<(u64, i64), Curve> = BTreeMap::new();
-    for stage in evidence.finished.with(&[METHOD.name, computed, continuum]) {
-        collect(&stage.table, [computed, continuum], &mut curves)?;
+const NAYAKS_PARAMETER: Quantity = Quantity {
+    column: "nayak",
+    label: "Nayak's parameter α",
+    meaning: "Nayak's parameter α = m₀ m₄/m₂²",
+    closed_form: |continuum, _| continuum.nayak(),
+};
+
+const DENSITY_OF_SUMMITS: Quantity = Quantity {
+    column: "summit_density_integer",
+    label: "density of summits D · (L/2π)²",
+    meaning: "Density of summits in integer wavenumbers, D = (√3/18π) m₄/m₂",
+    closed_form: Continuum::summit_density,
+};
+
+/// More Hurst exponents than that share one chart.
+const MOST_CHARTS: usize = 3;
+
+/// Spectra that differ by their upper cutoff alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Family {
+    /// As bits, which sort as positive numbers do.
+    hurst: u64,
+    k_lower: i64,
+    k_rolloff: i64,
+}
+
+/// The surfaces of one spectrum, each once on however many meshes.
+struct Surfaces {
+    point: Point,
+    values: BTreeMap<(i64, i64), f64>,
+}
+
+/// The spectra of a family by their upper cutoffs.
+type Curve = BTreeMap<i64, Surfaces>;
+
+fn draw(evidence: &Evidence, quantity: &Quantity) -> Result<Drawn, ReportError> {
+    let mut curves: BTreeMap<Family, Curve> = BTreeMap::new();
+    let columns = [quantity.column, K_ROLLOFF.name, SEED.name];
+    for stage in evidence.finished.with(&columns) {
+        collect(&stage.table, quantity.column, &mut curves)?;
     }
     if curves.values().map(BTreeMap::len).sum::<usize>() < 2 {
         let lines = evidence.lines_of_surfaces();
@@ -66,67 +87,117 @@ fn draw(
             lines,
         ));
     }
-    let axes = (
-        Axis::logarithmic("upper cutoff wavenumber k_upper"),
-        Axis::logarithmic(label),
+    let surfaces = curves.values().flat_map(Curve::values);
+    let counts: Vec<usize> = surfaces.map(|one| one.values.len()).collect();
+    let caption = format!(
+        "{}: means over {} with standard errors, and, as lines, the closed form over continuous \
+         wavenumbers. Periodic cells with few long waves differ from it.",
+        quantity.meaning,
+        sample(&counts),
     );
-    let mut chart = Chart::new(axes.0, axes.1);
-    let mut counts = Vec::new();
-    let mut exponents: Vec<u64> = curves.keys().map(|key| key.0).collect();
+    Ok(Drawn::figure(
+        sheet(&curves, &evidence.looks, quantity),
+        caption,
+    ))
+}
+
+/// One chart for each Hurst exponent if they are few, else one for all.
+fn sheet(curves: &BTreeMap<Family, Curve>, looks: &Looks, quantity: &Quantity) -> Sheet {
+    let uppers = || curves.values().flat_map(BTreeMap::keys).copied();
+    let ends = [uppers().min(), uppers().max()].map(|end| end.unwrap_or(1) as f64);
+    let range = [ends[0] / 1.15, ends[1] * 1.15];
+    let mut exponents: Vec<u64> = curves.keys().map(|family| family.hurst).collect();
     exponents.dedup();
-    let mut cutoffs: Vec<i64> = curves.keys().map(|key| key.1).collect();
-    cutoffs.sort_unstable();
-    cutoffs.dedup();
-    for (&(hurst, k_lower), curve) in &curves {
-        let exponent = exponents.partition_point(|&known| known < hurst);
-        let ink = Ink::Series(cutoffs.partition_point(|&known| known < k_lower));
-        let dash = if exponent == 0 {
-            Dash::Solid
-        } else {
-            Dash::Dashed
+    let chart = |has: &dyn Fn(&Family) -> bool| {
+        let x = Axis::logarithmic("upper cutoff wavenumber k_upper").within(range[0], range[1]);
+        let mut chart = Chart::new(x, Axis::logarithmic(quantity.label));
+        for (family, curve) in curves.iter().filter(|(family, _)| has(family)) {
+            let drawn = family.series(curve, range, looks, quantity);
+            chart.series.extend(drawn);
+        }
+        chart
+    };
+    if exponents.len() == 1 || exponents.len() > MOST_CHARTS {
+        return Sheet::of(chart(&|_| true));
+    }
+    let charts = exponents.iter().map(|&hurst| {
+        let title = format!("H = {}", f64::from_bits(hurst));
+        chart(&|family| family.hurst == hurst).titled(title)
+    });
+    Sheet::of_charts(vec![charts.collect()], [430.0, 340.0])
+}
+
+impl Family {
+    /// The closed form as a line, and each spectrum's surfaces as a point.
+    fn series(
+        &self,
+        curve: &Curve,
+        [from, to]: [f64; 2],
+        looks: &Looks,
+        quantity: &Quantity,
+    ) -> Vec<Series> {
+        let [k_lower, k_rolloff] = [self.k_lower, self.k_rolloff].map(|k| k as f64);
+        let closed_form = |k_upper: f64| {
+            let continuum = Continuum {
+                hurst: f64::from_bits(self.hurst),
+                plateau: k_lower / k_rolloff,
+                magnification: k_upper / k_rolloff,
+            };
+            (quantity.closed_form)(&continuum, k_rolloff)
         };
-        let continuum = curve
-            .iter()
-            .map(|(&k_upper, values)| (k_upper as f64, values.continuum));
-        let line = Style::line(ink, dash, 1.3);
-        chart.series.push(Series::new(continuum, line));
-        counts.extend(curve.values().map(|values| values.computed.len()));
-        let points = curve.iter().map(|(&k_upper, values)| {
-            let (mean, error) = mean_and_error(&values.computed);
-            Point {
+        let mut series = Vec::new();
+        if let Some(surfaces) = curve.values().next() {
+            let style = Style::line(looks.ink(&surfaces.point), Dash::Solid, 1.3);
+            let range = [from.max(k_rolloff), to];
+            let line = Series::curve(closed_form, range, Spacing::Logarithmic, style);
+            let label = looks.label_of_colour(&surfaces.point);
+            series.push(line.named(label.unwrap_or_else(|| "closed form".to_owned())));
+        }
+        for (&k_upper, surfaces) in curve {
+            let values: Vec<f64> = surfaces.values.values().copied().collect();
+            let (mean, error) = mean_and_error(&values);
+            let place = Place {
                 x: k_upper as f64,
                 y: mean,
                 bar: error.map(|error| [mean - error, mean + error]),
-            }
-        });
-        chart.series.push(Series {
-            points: points.collect(),
-            style: Style::marker(ink, Marker::of(exponent)),
-            label: Some(format!("H {} · k_lower {k_lower}", f64::from_bits(hurst))),
-        });
+            };
+            series.push(Series {
+                points: vec![place],
+                style: looks.markers(&surfaces.point),
+                label: None,
+            });
+        }
+        series
     }
-    let caption = format!(
-        "{what}: means over {} with standard errors, and, as lines, the closed form over \
-         continuous wavenumbers (solid for the smallest Hurst exponent). Periodic cells with few \
-         long waves differ from it.",
-        sample(&counts),
-    );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
 }
 
 fn collect(
     table: &Table,
-    [computed, continuum]: [&str; 2],
-    curves: &mut BTreeMap<(u64, i64), Curve>,
+    column: &str,
+    curves: &mut BTreeMap<Family, Curve>,
 ) -> Result<(), TableError> {
     let hurst = table.reals(HURST.name)?;
-    let (lower, upper) = (table.integers(K_LOWER.name)?, table.integers(K_UPPER.name)?);
-    let (computed, continuum) = (table.reals(computed)?, table.reals(continuum)?);
-    for row in (0..table.rows()).filter(|&row| hurst.is_valid(row) && computed.is_valid(row)) {
-        let curve = curves.entry((hurst.value(row).to_bits(), lower.value(row)));
-        let values = curve.or_default().entry(upper.value(row)).or_default();
-        values.computed.push(computed.value(row));
-        values.continuum = continuum.value(row);
+    let cutoffs = [K_LOWER, K_ROLLOFF, K_UPPER].map(|cutoff| table.integers(cutoff.name));
+    let [lower, rolloff, upper] = cutoffs;
+    let (lower, rolloff, upper) = (lower?, rolloff?, upper?);
+    let (seeds, realizations) = (
+        table.integers(SEED.name)?,
+        table.integers(REALIZATION.name)?,
+    );
+    let values = table.reals(column)?;
+    for row in (0..table.rows()).filter(|&row| hurst.is_valid(row) && values.is_valid(row)) {
+        let family = Family {
+            hurst: hurst.value(row).to_bits(),
+            k_lower: lower.value(row),
+            k_rolloff: rolloff.value(row),
+        };
+        let spectra = curves.entry(family).or_default();
+        let surfaces = spectra.entry(upper.value(row)).or_insert_with(|| Surfaces {
+            point: ensembles::point(table, row),
+            values: BTreeMap::new(),
+        });
+        let draw = (seeds.value(row), realizations.value(row));
+        surfaces.values.insert(draw, values.value(row));
     }
     Ok(())
 }

@@ -5,8 +5,9 @@ use crate::contact::models::AsperityModel;
 use crate::contact::models::asperities::Asperities;
 use crate::contact::persson;
 use crate::figures::axis::Spacing;
-use crate::figures::chart::{Dash, Series, Style};
+use crate::figures::chart::Series;
 use crate::figures::ink::Ink;
+use crate::figures::style::{Dash, Style};
 
 /// Nayak's parameters for which the paper draws asperity models.
 const NAYAK: [(f64, Ink); 2] = [(2.0, Ink::Text), (10.0, Ink::Soft)];
