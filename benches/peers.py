@@ -50,7 +50,7 @@ def main() -> None:
     )
     with tempfile.TemporaryDirectory(prefix="peers-") as folder:
         bench = Bench(python, options.asperity.resolve(), Path(folder), options.limit)
-        tolerances = calibrate(bench, problem.half(), options.only)
+        tolerances = calibrate(bench, problem.half(), options.only, options.check_reference)
         lines = compete(bench, problem, options, tolerances)
     print(f"\n{problem.describe()}\n{machine()}\n")
     print_table(lines)
@@ -131,6 +131,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--loads", type=int, help="how many of the schedule's 90 loads")
     parser.add_argument("--peer-loads", type=int, help="how many of those all codes are timed on")
     parser.add_argument("--rounds", type=int, default=1, help="how often; medians are shown")
+    parser.add_argument(
+        "--check-reference", action="store_true", help="judge the reference by tamaas at 1e-12"
+    )
     names = ", ".join(PEERS)
     parser.add_argument("--only", type=peers, default=list(PEERS), metavar="PEER,…", help=names)
     parser.add_argument("--limit", type=float, default=3600.0, help="CPU seconds a run may take")

@@ -19,18 +19,23 @@ LADDERS = {
 TAMAAS_TIGHT = 1e-12
 
 
-def calibrate(bench: Bench, problem: Problem, peers: list[str]) -> dict[str, float]:
-    """Compares contact sets on `problem`, and gives a tolerance per peer."""
+def calibrate(
+    bench: Bench, problem: Problem, peers: list[str], check: bool
+) -> dict[str, float]:
+    """Compares contact sets on `problem`, and gives a tolerance per peer.
+
+    With `check`, also the truth against another code's, which takes longer than all the rest.
+    """
     say(f"calibration  {problem.describe()}")
     surface = bench.draw(problem)
     reference = required(bench.run("asperity", TIGHT, problem, surface))
     own = required(bench.run("asperity", TOLERANCE, problem, surface))
     bench.compare(reference, [own])
     report(own)
-    if "tamaas" in peers:
-        check = bench.run("tamaas", TAMAAS_TIGHT, problem, surface)
-        bench.compare(reference, [check])
-        report(check, f"the reference, asperity at {TIGHT:g}, against it")
+    if check:
+        other = bench.run("tamaas", TAMAAS_TIGHT, problem, surface)
+        bench.compare(reference, [other])
+        report(other, f"the reference, asperity at {TIGHT:g}, against it")
 
     chosen = {}
     for peer in peers:

@@ -75,6 +75,13 @@ pub fn weight<T: Real>(counts: bool) -> T {
     T::from(u8::from(counts))
 }
 
+/// One of two finite numbers, without the branch that a compiler would make of a choice.
+#[inline(always)]
+pub fn either<T: Real>(first: bool, a: T, b: T) -> T {
+    let weight = weight::<T>(first);
+    weight * a + (T::one() - weight) * b
+}
+
 #[inline(always)]
 pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }

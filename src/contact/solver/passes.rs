@@ -1,6 +1,6 @@
 //! The passes over the mesh that a solution is made of, fused with the convolutions they feed.
 
-use super::lanes::{Work, dot, sum_by, total, weight};
+use super::lanes::{Work, dot, either, sum_by, total, weight};
 use super::survey::Survey;
 use crate::contact::fft::Rows;
 
@@ -146,7 +146,7 @@ impl Rows<f32> for Correct<'_> {
             *value = self.extension.follow(*extension, *image);
         }
         for ((value, active), gap) in values.iter_mut().zip(active).zip(gap) {
-            *value = if *active { *gap - self.level } else { *value };
+            *value = either(*active, *gap - self.level, *value);
         }
     }
 
@@ -162,8 +162,10 @@ impl Rows<f32> for Correct<'_> {
             *correction =
                 self.extension.follow(*correction, *image) - self.extension.compliance * *value;
         }
-        for ((correction, value), active) in correction.iter_mut().zip(&mut *values).zip(active) {
-            *correction = if *active { *value } else { *correction };
+        for ((correction, value), active) in correction.iter_mut().zip(&*values).zip(active) {
+            *correction = either(*active, *value, *correction);
+        }
+        for (value, active) in values.iter_mut().zip(active) {
             *value *= weight::<f32>(*active);
         }
         self.sums.nodes += active.iter().filter(|active| **active).count();
@@ -208,11 +210,7 @@ impl Work for Aim<'_> {
         }
         for ((correction, active), gap) in self.correction.iter_mut().zip(self.active).zip(self.gap)
         {
-            *correction = if *active {
-                *gap - self.level
-            } else {
-                *correction
-            };
+            *correction = either(*active, *gap - self.level, *correction);
         }
         sum_by(self.pressure, self.direction, |p, d| {
             (p + self.step * f64::from(d)).max(0.0)
