@@ -142,11 +142,11 @@ impl Rows<f32> for Correct<'_> {
         for (active, gap) in active.iter_mut().zip(gap) {
             *active |= *gap < self.level;
         }
-        for ((value, extension), image) in values.iter_mut().zip(correction).zip(image) {
-            *value = self.extension.follow(*extension, *image);
-        }
-        for ((value, active), gap) in values.iter_mut().zip(active).zip(gap) {
-            *value = either(*active, *gap - self.level, *value);
+        let extensions = correction.iter().zip(image);
+        let nodes = values.iter_mut().zip(active).zip(gap).zip(extensions);
+        for (((value, active), gap), (extension, image)) in nodes {
+            let extension = self.extension.follow(*extension, *image);
+            *value = either(*active, *gap - self.level, extension);
         }
     }
 
@@ -158,14 +158,11 @@ impl Rows<f32> for Correct<'_> {
         let last_move = &self.last_move[range.clone()];
         let image = &self.image[range];
 
-        for ((correction, image), value) in correction.iter_mut().zip(image).zip(&*values) {
-            *correction =
-                self.extension.follow(*correction, *image) - self.extension.compliance * *value;
-        }
-        for ((correction, value), active) in correction.iter_mut().zip(&*values).zip(active) {
-            *correction = either(*active, *value, *correction);
-        }
-        for (value, active) in values.iter_mut().zip(active) {
+        let nodes = correction.iter_mut().zip(image).zip(&mut *values).zip(active);
+        for (((correction, image), value), active) in nodes {
+            let extension = self.extension.follow(*correction, *image);
+            let extension = extension - self.extension.compliance * *value;
+            *correction = either(*active, *value, extension);
             *value *= weight::<f32>(*active);
         }
         self.sums.nodes += active.iter().filter(|active| **active).count();
