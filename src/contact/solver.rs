@@ -87,7 +87,7 @@ pub struct Outcome {
 
 /// One rough surface, and its contact at the last load.
 ///
-/// Holds about 57 bytes a node: heights and pressure in double precision, the previous pressure,
+/// Holds about 61 bytes a node: heights and pressure in double precision, the previous pressure,
 /// gap and previous gap, correction, direction and its displacement in single, a mask, a half
 /// spectrum of each precision, and three kernels of half the mesh.
 pub struct Solver {

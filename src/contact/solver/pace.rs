@@ -6,7 +6,7 @@ use super::super::fft::Transform;
 use super::super::half_space;
 
 /// Cost of a whole iteration over that of its transforms, in pairs: measured from 512² to 1024².
-const OVERHEAD: f64 = 1.35;
+const OVERHEAD: f64 = 1.9;
 
 /// Transform pairs that ascending loads, in units of E* × rms slope, are expected to take.
 ///

@@ -158,7 +158,11 @@ impl Rows<f32> for Correct<'_> {
         let last_move = &self.last_move[range.clone()];
         let image = &self.image[range];
 
-        let nodes = correction.iter_mut().zip(image).zip(&mut *values).zip(active);
+        let nodes = correction
+            .iter_mut()
+            .zip(image)
+            .zip(&mut *values)
+            .zip(active);
         for (((correction, image), value), active) in nodes {
             let extension = self.extension.follow(*correction, *image);
             let extension = extension - self.extension.compliance * *value;

@@ -17,9 +17,11 @@ impl Solver {
     pub(super) fn release(&mut self) {
         let asked = UNDECIDED * self.nodal_stiffness;
         for (p, gap) in self.pressure.iter_mut().zip(&self.gap) {
-            if *p < asked * f64::from(*gap) {
-                *p = 0.0;
-            }
+            *p = if *p < asked * f64::from(*gap) {
+                0.0
+            } else {
+                *p
+            };
         }
         let scale = self.load * self.pressure.len() as f64 / total(&self.pressure);
         for p in &mut self.pressure {
