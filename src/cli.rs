@@ -21,6 +21,7 @@ mod summary;
 mod table;
 mod tables;
 mod tasks;
+mod trouble;
 mod verify;
 mod view;
 
@@ -32,7 +33,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use outlook::Outlook;
 
-use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
+use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::prune::Folders;
 use crate::reasons::record::Record;
 use crate::store::{Store, StoreError};
@@ -139,17 +140,6 @@ fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
         true => ExitCode::from(2),
         false => ExitCode::from(1),
     }
-}
-
-/// An error and its causes on one line.
-fn chain(error: &(dyn Error + 'static)) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
 }
 
 /// Whether output went to a reader that has seen enough, such as `head`.

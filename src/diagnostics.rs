@@ -9,7 +9,7 @@ use thiserror::Error;
 
 mod words;
 use words::harmless;
-pub use words::{did_you_mean, listed, wrapped};
+pub use words::{chain, did_you_mean, listed, wrapped};
 
 /// Where something is written: bytes of the manifest's text.
 pub type Span = Range<usize>;

@@ -34,6 +34,8 @@ pub mod runner;
 
 pub mod results;
 
+pub mod failures;
+
 pub mod claims;
 
 pub mod report;

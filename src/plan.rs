@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
+use crate::failures;
 use crate::stages::{Kind, Recipe, aggregate};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
@@ -87,9 +88,20 @@ impl Plan {
         self.tasks.iter().map(|task| task.key).collect()
     }
 
-    /// Whether this is the study of that name, and has a stage of that name.
-    pub fn has_stage(&self, study: &str, stage: &str) -> bool {
-        self.study == study && self.stages.iter().any(|known| known.name == stage)
+    /// Whether this is the study of that name, and has a table of that name.
+    pub fn has_table(&self, study: &str, table: &str) -> bool {
+        let mut names = self.stages.iter().map(|stage| stage.name.as_str());
+        self.study == study && (table == failures::NAME || names.any(|name| name == table))
+    }
+
+    /// The task of a key.
+    pub fn task_of(&self, key: TaskKey) -> Option<usize> {
+        self.tasks.iter().position(|task| task.key == key)
+    }
+
+    /// The first stage that has a task.
+    pub fn stage_of(&self, task: usize) -> Option<&PlannedStage> {
+        self.stages.iter().find(|stage| stage.tasks.contains(&task))
     }
 
     /// For every task, the tasks that read its table.

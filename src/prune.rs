@@ -39,7 +39,7 @@ pub fn unneeded(plans: &[Plan], folders: &Folders) -> Result<Vec<Found>, StoreEr
         What::Damaged | What::Unfinished => false,
         _ if plans.is_empty() => true,
         What::Task(key) => keys.contains(key),
-        What::Stage { study, stage } => plans.iter().any(|plan| plan.has_stage(study, stage)),
+        What::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
         What::Record { study } => plans.iter().any(|plan| plan.study == *study),
     };
     found.retain(|found| !is_needed(found));

@@ -207,7 +207,7 @@ pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
 /// When the folder cannot be listed.
 pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let is_orphan = |what: &What| match what {
-        What::Stage { study, stage } => !plan.has_stage(study, stage),
+        What::Stage { study, stage } => !plan.has_table(study, stage),
         _ => false,
     };
     let mut files = files_of(&folder.join(&plan.study))?;

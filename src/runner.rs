@@ -4,6 +4,7 @@
 //! go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
 //! table that turns out to be damaged is set aside and computed again before it is read.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -80,9 +81,9 @@ pub enum TaskError {
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// It reads a task that failed.
-    #[error("not started, because a task that it reads failed")]
-    Upstream,
+    /// Another task failed, without which it cannot be computed.
+    #[error("needs task {0}, which failed")]
+    Upstream(TaskKey),
     /// The work panicked: a bug of ours.
     #[error("panicked: {0}; this is a bug, please report it")]
     Panic(String),
@@ -104,6 +105,20 @@ pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
     let have = store.have(&keys).into_iter().enumerate();
     have.filter_map(|(task, is_there)| (!is_there).then_some(task))
         .collect()
+}
+
+/// A task, and whatever the store lacks of what it needs.
+pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
+    let mut wanted = BTreeSet::from([task]);
+    let mut next = vec![task];
+    while let Some(task) = next.pop() {
+        for &input in &plan.tasks[task].inputs {
+            if !store.has(plan.tasks[input].key) && wanted.insert(input) {
+                next.push(input);
+            }
+        }
+    }
+    wanted.into_iter().collect()
 }
 
 /// Computes the missing tasks with `jobs` threads.
@@ -252,7 +267,7 @@ impl<'a> Run<'a> {
             Err(TaskError::Stage(StageError::Interrupted)) => Err(StageError::Interrupted.into()),
             Err(error) => {
                 self.fail(task, error);
-                Err(TaskError::Upstream)
+                Err(TaskError::Upstream(self.plan.tasks[task].key))
             }
         }
     }
@@ -270,6 +285,10 @@ impl<'a> Run<'a> {
         if matches!(&error, TaskError::Store(error) if error.concerns_all()) {
             self.halted.store(true, Ordering::Relaxed);
         }
+        let root = match &error {
+            TaskError::Upstream(root) => *root,
+            _ => self.plan.tasks[task].key,
+        };
         self.outcome_mut(|outcome| {
             let mut failures = vec![(task, error)];
             while let Some((task, error)) = failures.pop() {
@@ -277,7 +296,7 @@ impl<'a> Run<'a> {
                     outcome.failed.push((task, error));
                     let waiting = self.dependents[task].iter().copied();
                     let dropped = waiting.filter(|&next| self.is_to_run(next));
-                    failures.extend(dropped.map(|next| (next, TaskError::Upstream)));
+                    failures.extend(dropped.map(|next| (next, TaskError::Upstream(root))));
                 }
             }
         });

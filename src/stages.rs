@@ -200,6 +200,16 @@ impl Recipe {
         matches!(self, Recipe::Measure(params) if params.pools_surfaces())
     }
 
+    /// The coordinates that the task adds to those of what it reads, as one row, where they are
+    /// known before it has run.
+    pub fn coordinates(&self) -> Table {
+        match self {
+            Recipe::Generate(params) => params.coordinates(),
+            Recipe::Solve(params) => params.coordinates(),
+            _ => Table::new(1, vec![]),
+        }
+    }
+
     /// What the task needs of memory for each node of its mesh.
     pub fn footprint(&self) -> Footprint {
         match self {

@@ -34,7 +34,7 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
     let keys = plan.map(Plan::keys);
     found.retain(|found| match &found.what {
         What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
-        What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_stage(study, stage)),
+        What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
         What::Record { .. } | What::Damaged | What::Unfinished => false,
     });
     Ok(found)

@@ -12,13 +12,14 @@ use serde_json::json;
 
 use super::plan::Counts;
 use super::progress::Progress;
-use super::{Data, Failure, chain, counted, summary};
+use super::trouble::Trouble;
+use super::{Data, Failure, chain, counted, summary, tasks};
 use crate::memory;
 use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::reasons::record::Record;
 use crate::results::{self, ResultsError, StageTable};
-use crate::runner::{self, Damage, Outcome, TaskError};
+use crate::runner::{self, Damage, Outcome};
 use crate::store::Store;
 use crate::study::Study;
 
@@ -41,8 +42,14 @@ pub struct Arguments {
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
-    /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage, and
-    /// `"damaged": [{"task", "cause", "aside"}, …]`.
+    /// Compute one task alone, with what it lacks, even if its table is there: its key or the
+    /// first digits of it, as in the table of failures.
+    #[arg(long, value_name = "KEY")]
+    only: Option<String>,
+
+    /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage,
+    /// `"damaged": [{"task", "cause", "aside"}, …]`, and the path of the table of `failures`, if
+    /// there is one.
     #[arg(long)]
     json: bool,
 }
@@ -52,6 +59,10 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let plan = Plan::of(&study);
     let store = data.open()?;
     let missing = runner::missing(&plan, &store);
+    let wanted = match &arguments.only {
+        Some(key) => runner::alone(&plan, tasks::planned(key, &plan)?, &store),
+        None => missing.clone(),
+    };
     remember(data, &study, &plan, &missing);
     let work = Work {
         study: &study,
@@ -61,14 +72,23 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         memory: arguments.memory,
         stopped: stop_on_signal()?,
     };
-    let mut outcome = work.compute(&missing);
+    let mut outcome = work.compute(&wanted);
     // Where no task's table can be stored, no stage's table can.
     let tables = match outcome.halted {
         true => Ok(None),
         false => work.publish(&data.results(), &mut outcome).map(Some),
     };
-    report_trouble(&plan, &outcome);
+    let trouble = Trouble {
+        plan: &plan,
+        manifest: &arguments.manifest,
+        data,
+    };
+    let failed = trouble.tell(&outcome)?;
     let tables = tables?;
+    let failures = match &tables {
+        Some(tables) => trouble.write(failed, &wanted, tables, &store)?,
+        None => None,
+    };
     report_orphans(&plan, data)?;
     if !outcome.halted {
         remember(data, &study, &plan, &runner::missing(&plan, &store));
@@ -76,12 +96,17 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
 
     let mut out = stdout().lock();
     if arguments.json {
-        writeln!(out, "{:#}", as_json(&plan, &missing, &outcome))?;
+        let mut json = as_json(&plan, &missing, &outcome);
+        json["failures"] = json!(failures);
+        writeln!(out, "{json:#}")?;
     } else {
         if let Some(tables) = tables {
             write!(out, "{}", summary::text(&plan, &tables)?)?;
         }
-        writeln!(out, "{}", closing(&missing, &outcome))?;
+        if let Some(path) = failures {
+            writeln!(out, "failures: {}", path.display())?;
+        }
+        writeln!(out, "{}", closing(&wanted, &outcome))?;
     }
     Ok(exit_code(&outcome))
 }
@@ -143,11 +168,15 @@ impl Work<'_> {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),
         };
+        let mut tasks = Vec::new();
         for (task, cause) in tables {
             let damage = Damage::set_aside(self.plan, task, self.store, cause)?;
             outcome.damaged.extend(damage);
+            tasks.push(task);
         }
-        outcome.append(self.compute(&runner::missing(self.plan, self.store)));
+        tasks.sort_unstable();
+        tasks.dedup();
+        outcome.append(self.compute(&tasks));
         Ok(publish()?)
     }
 }
@@ -215,40 +244,6 @@ fn closing(missing: &[usize], outcome: &Outcome) -> String {
     }
 }
 
-/// A line for each damaged table and each failure; failures that only follow from another are
-/// counted.
-fn report_trouble(plan: &Plan, outcome: &Outcome) {
-    for damage in &outcome.damaged {
-        let aside = damage.aside.display();
-        warn(&format!(
-            "warning: {}; set aside as `{aside}`",
-            chain(&damage.cause)
-        ));
-    }
-    let followed = |error: &TaskError| matches!(error, TaskError::Upstream);
-    for (task, error) in outcome.failed.iter().filter(|(_, error)| !followed(error)) {
-        let task = &plan.tasks[*task];
-        let kind = task.recipe.kind();
-        warn(&format!(
-            "error: {kind} task {} failed: {}",
-            task.key,
-            chain(error)
-        ));
-    }
-    match outcome
-        .failed
-        .iter()
-        .filter(|(_, error)| followed(error))
-        .count()
-    {
-        0 => {}
-        number => warn(&format!(
-            "{} that read them: not started",
-            counted(number, "task")
-        )),
-    }
-}
-
 /// Nothing is deleted unasked, but no table of a stage that was removed shall mislead.
 fn report_orphans(plan: &Plan, data: &Data) -> Result<(), Failure> {
     for path in results::orphans(plan, &data.results())? {
@@ -261,7 +256,7 @@ fn report_orphans(plan: &Plan, data: &Data) -> Result<(), Failure> {
 }
 
 /// Nobody is left to tell if standard error is closed.
-fn warn(line: &str) {
+pub fn warn(line: &str) {
     let _ = writeln!(stderr(), "{line}");
 }
 

@@ -12,6 +12,7 @@ use arrow::record_batch::RecordBatch;
 use super::grid::{self, Layout};
 use super::tables::Tables;
 use super::{Data, Failure, Misused, unknown};
+use crate::failures;
 use crate::plan::Plan;
 use crate::stages::StageError;
 use crate::stages::aggregate::{Sql, sql};
@@ -93,6 +94,10 @@ impl Tables<'_> {
                 tables.push(table);
                 registered.push((stage.name.clone(), 1));
             }
+        }
+        if query.contains(failures::NAME) {
+            tables.push(self.of(failures::NAME)?);
+            registered.push((failures::NAME.to_owned(), 1));
         }
         let sql = Sql {
             query: query.to_owned(),

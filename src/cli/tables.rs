@@ -4,6 +4,7 @@ use std::io::{Write, stderr};
 use std::path::Path;
 
 use super::{Failure, counted, place_of};
+use crate::failures;
 use crate::plan::{Plan, PlannedStage};
 use crate::results;
 use crate::sources::Sources;
@@ -20,8 +21,11 @@ pub struct Tables<'a> {
 }
 
 impl Tables<'_> {
-    /// A stage's table, by the stage's name.
+    /// A stage's table, by the stage's name, or the table of failures.
     pub fn of(&self, name: &str) -> Result<Table, Failure> {
+        if name == failures::NAME {
+            return Ok(failures::read(self.folder, &self.plan.study)?);
+        }
         let stage = &self.plan.stages[place_of(&self.names(), name)?];
         self.read(stage)?.ok_or_else(|| self.not_computed(name))
     }

@@ -2,6 +2,7 @@
 
 use super::{Data, Failure, Misused};
 use crate::diagnostics::listed;
+use crate::plan::Plan;
 use crate::store::Store;
 use crate::store::key::TaskKey;
 
@@ -16,6 +17,16 @@ pub fn finished(word: &str, store: &Store, data: &Data) -> Result<TaskKey, Failu
     let digits = digits(word)?;
     let key = only(&digits, store.finished(&digits)?)?;
     key.ok_or_else(|| format!("no task {word} is finished in `{}`", data.store().display()).into())
+}
+
+/// The task of a study that is meant, finished or not.
+///
+/// # Errors
+/// When the word is no key, or no task of the study has it, or several have.
+pub fn planned(word: &str, plan: &Plan) -> Result<usize, Failure> {
+    let key = only(&digits(word)?, plan.keys())?;
+    let task = key.and_then(|key| plan.task_of(key));
+    task.ok_or_else(|| Misused(format!("`{}` has no task {word}", plan.study)).into())
 }
 
 /// A word as digits of a key.

@@ -1,5 +1,7 @@
 //! The wording of messages: suggestions, lists, line breaks, and nothing that does harm.
 
+use std::error::Error;
+
 /// Columns of a message before it goes on in the next line.
 const WIDTH: usize = 88;
 
@@ -55,6 +57,17 @@ pub fn harmless(text: &str) -> String {
         letter => letter,
     };
     text.chars().map(blot).collect()
+}
+
+/// An error and its causes on one line.
+pub fn chain(error: &(dyn Error + 'static)) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
 }
 
 /// The text in lines, broken at spaces, but not within backticks: what stands there is quoted.

@@ -127,6 +127,11 @@ impl Params {
         }
     }
 
+    /// What places the surface among others.
+    pub fn coordinates(&self) -> Table {
+        Table::new(1, description::coordinates(self))
+    }
+
     /// The surface's name, the same whatever becomes of its heights.
     fn surface_key(&self) -> TaskKey {
         let recipe = Recipe::Generate(self.with(Heights::Redraw));

@@ -77,6 +77,16 @@ impl Params {
         }
     }
 
+    /// What places the block among others, but for its loads.
+    pub fn coordinates(&self) -> Table {
+        let columns = [
+            (YOUNGS_MODULUS, self.youngs_modulus),
+            (TOLERANCE, self.tolerance),
+        ];
+        let columns = columns.map(|(column, value)| (column, reals([value])));
+        Table::new(1, columns.into())
+    }
+
     fn settings(&self) -> Settings {
         Settings {
             tolerance: self.tolerance,
@@ -267,12 +277,15 @@ impl Rows {
     }
 }
 
+/// The word for loads that were given up.
+pub const GIVEN_UP: &str = "pair-limit";
+
 /// The word in the `stop` column.
 fn stop_name(stop: Stop) -> &'static str {
     match stop {
         Stop::Converged => "converged",
         Stop::FullContact => "full-contact",
-        Stop::PairLimit => "pair-limit",
+        Stop::PairLimit => GIVEN_UP,
         Stop::Interrupted => "interrupted",
     }
 }

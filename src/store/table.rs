@@ -202,6 +202,17 @@ impl Table {
         Table::of(rows.len(), schema, arrays.collect())
     }
 
+    /// The columns that hold the same in every row, as one row.
+    pub fn common(&self) -> Table {
+        let is_common = |name: &str| {
+            let values = self.0.column_by_name(name).map(|array| array.to_data());
+            values.is_some_and(|values| {
+                (1..values.len()).all(|row| values.slice(row, 1) == values.slice(0, 1))
+            })
+        };
+        self.keep(|name, _| is_common(name)).pick(&[0])
+    }
+
     /// This table with more columns on its right.
     pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
         let schema = self.0.schema_ref();

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use super::{LONGEST_NAME, is_plain};
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
+use crate::failures;
 use crate::manifest::StageTable;
 use crate::manifest::written::Written;
 
@@ -46,6 +47,11 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
     let mut folded = BTreeMap::new();
     for Written { value, span } in stages.iter().map(|stage| &stage.name) {
         check_name("stage", value, span.clone(), problems);
+        if value.eq_ignore_ascii_case(failures::NAME) {
+            let message = format!("a stage cannot be called `{value}`");
+            let label = "the table of failed tasks is called so";
+            problems.push(Problem::new(message, span.clone(), label));
+        }
         let before = folded.insert(value.to_lowercase(), span);
         if let Some(before) = before {
             problems.push(

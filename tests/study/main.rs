@@ -8,6 +8,7 @@ mod crashes;
 mod disk;
 mod disturbance;
 mod explain;
+mod failures;
 mod faults;
 mod heights;
 mod memory;

@@ -67,13 +67,8 @@ impl Description {
 
     /// The surface's row.
     pub fn row(&self, params: &Params, nodes: usize, side: f64) -> Vec<(Column, ArrayRef)> {
-        let mut columns = vec![
-            (SURFACE, texts([params.surface_key().to_string()])),
-            (METHOD, texts([method(&params.form)])),
-            (NODES, integers([nodes as i64])),
-            (SIDE, reals([side])),
-            (RMS_SLOPE, reals([self.rms_slope])),
-        ];
+        let mut columns = place(params, nodes, side);
+        columns.push((RMS_SLOPE, reals([self.rms_slope])));
         columns.extend(own_coordinates(&params.form));
         let described = self.descriptors(side);
         columns.extend(
@@ -130,6 +125,23 @@ impl Expected {
             Some(self.lattice.effective_modes()),
         ]
     }
+}
+
+/// What places a surface among others, before it is drawn.
+pub fn coordinates(params: &Params) -> Vec<(Column, ArrayRef)> {
+    let mut columns = place(params, params.nodes(), params.side);
+    columns.extend(own_coordinates(&params.form));
+    columns
+}
+
+/// What places a surface among those of other methods.
+fn place(params: &Params, nodes: usize, side: f64) -> Vec<(Column, ArrayRef)> {
+    vec![
+        (SURFACE, texts([params.surface_key().to_string()])),
+        (METHOD, texts([method(&params.form)])),
+        (NODES, integers([nodes as i64])),
+        (SIDE, reals([side])),
+    ]
 }
 
 fn method(form: &Form) -> &'static str {

@@ -1,0 +1,218 @@
+//! Failure as data: what a run could not compute, and loads that it gave up, as a table beside
+//! those of the stages.
+//!
+//! Everything that does not depend on it goes on. The table is there as long as it has a row.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::diagnostics::chain;
+use crate::plan::{Plan, PlannedStage};
+use crate::results::{ResultsError, StageTable, path};
+use crate::runner::{Outcome, TaskError};
+use crate::stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
+use crate::stages::solve::GIVEN_UP;
+use crate::stages::{Kind, Recipe};
+use crate::store::column::{Column, ColumnKind::Text, texts};
+use crate::store::files::{Existing, read_whole, write_whole};
+use crate::store::key::TaskKey;
+use crate::store::parquet::{self, Columns, Metadata};
+use crate::store::table::{Table, TableError};
+use crate::store::{Store, StoreError};
+
+/// The table's name; no stage has it.
+pub const NAME: &str = "failures";
+
+/// Values of `outcome`: the work itself failed …
+pub const FAILED: &str = "failed";
+/// … or what it reads …
+pub const NOT_STARTED: &str = "not-started";
+/// … or it has a load that was given up, whose row is there all the same.
+pub const NOT_CONVERGED: &str = "not-converged";
+
+pub const STAGE: Column = Column::result("stage", Text, "", "stage of the task");
+pub const TASK: Column = Column::result("task", Text, "", "key of the task");
+pub const OUTCOME: Column = Column::result(
+    "outcome",
+    Text,
+    "",
+    "failed, not-started because of another task, or not-converged at a load",
+);
+pub const REASON: Column = Column::result("reason", Text, "", "what went wrong");
+pub const COMMAND: Column =
+    Column::result("command", Text, "", "what computes the task again, alone");
+
+/// The columns that every row has; its coordinates come after them.
+const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
+
+/// What went wrong in a study.
+pub struct Failures<'a> {
+    /// Its tasks.
+    pub plan: &'a Plan,
+    /// How to compute a task alone.
+    pub command: &'a dyn Fn(TaskKey) -> String,
+}
+
+impl Failures<'_> {
+    /// The tasks that a run could not compute, a row each.
+    pub fn of_run(&self, outcome: &Outcome) -> Table {
+        let rows = outcome.failed.iter().map(|(task, error)| {
+            let kind = match error {
+                TaskError::Upstream(_) => NOT_STARTED,
+                _ => FAILED,
+            };
+            self.row(*task, kind, chain(error))
+        });
+        stacked(&rows.collect::<Vec<_>>())
+    }
+
+    /// The loads that were given up, a row each.
+    ///
+    /// # Errors
+    /// When the tables cannot be read.
+    pub fn of_loads(&self, tables: &[StageTable]) -> Result<Table, ResultsError> {
+        let stages = self.plan.stages.iter().zip(tables);
+        let solved =
+            stages.filter(|(stage, table)| stage.kind == Kind::Solve && table.finished > 0);
+        let rows = solved.map(|(stage, table)| {
+            let table = table.read()?;
+            let given_up = self.given_up(stage, &table);
+            given_up.map_err(|source| ResultsError::Table {
+                stage: stage.name.clone(),
+                source,
+            })
+        });
+        let mut tables = rows.collect::<Result<Vec<_>, _>>()?;
+        tables.retain(|table| table.rows() > 0);
+        Ok(stacked(&tables))
+    }
+
+    fn given_up(&self, stage: &PlannedStage, table: &Table) -> Result<Table, TableError> {
+        let stops = table.texts(STOP.name)?;
+        let is_given_up = |row: &usize| stops.value(*row) == GIVEN_UP;
+        let rows: Vec<usize> = (0..table.rows()).filter(is_given_up).collect();
+        let table = table.pick(&rows);
+        let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| table.reals(column.name));
+        let (pairs, residual, tolerance) = (table.integers(PAIRS.name)?, residual?, tolerance?);
+        let reason = |row: usize| {
+            format!(
+                "given up after {} pairs of transforms, see `max_pairs`: residual {:.2e}, \
+                 tolerance {:.2e}",
+                pairs.value(row),
+                residual.value(row),
+                tolerance.value(row),
+            )
+        };
+        let keys = table.texts(TASK.name)?;
+        let tasks = keys.iter().flatten();
+        let command = |key: &str| key.parse().map_or_else(|_| String::new(), self.command);
+        let columns = [
+            texts(vec![stage.name.clone(); rows.len()]),
+            texts(tasks.clone()),
+            texts(vec![NOT_CONVERGED; rows.len()]),
+            texts((0..rows.len()).map(reason)),
+            texts(tasks.map(command)),
+        ];
+        let own = Table::new(rows.len(), OWN.into_iter().zip(columns).collect());
+        Ok(own.beside(&table.coordinates()))
+    }
+
+    fn row(&self, task: usize, outcome: &str, reason: String) -> Table {
+        let key = self.plan.tasks[task].key;
+        let stage = self.plan.stage_of(task);
+        let values = [
+            stage.map_or_else(String::new, |stage| stage.name.clone()),
+            key.to_string(),
+            outcome.to_owned(),
+            reason,
+            (self.command)(key),
+        ];
+        let columns = values.map(|value| texts([value]));
+        let own = Table::new(1, OWN.into_iter().zip(columns).collect());
+        own.beside(&coordinates(self.plan, task))
+    }
+
+    /// Rows that a run has left which this one did not touch: their tasks are missing still.
+    pub fn kept(
+        &self,
+        before: &Table,
+        tried: &[usize],
+        store: &Store,
+    ) -> Result<Table, TableError> {
+        let keys = before.texts(TASK.name)?;
+        let outcomes = before.texts(OUTCOME.name)?;
+        let is_left = |task: usize| {
+            tried.binary_search(&task).is_err() && !store.has(self.plan.tasks[task].key)
+        };
+        let is_kept = |row: &usize| {
+            let task = keys.value(*row).parse().ok();
+            let task = task.and_then(|key: TaskKey| self.plan.task_of(key));
+            outcomes.value(*row) != NOT_CONVERGED && task.is_some_and(is_left)
+        };
+        let rows: Vec<usize> = (0..before.rows()).filter(is_kept).collect();
+        Ok(before.pick(&rows))
+    }
+}
+
+/// The table of a study's last runs; without rows if there is none.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
+    match read_whole(&path(folder, study, NAME), Columns::All) {
+        Ok((table, _)) => Ok(table),
+        Err(StoreError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+            Ok(Table::empty(&OWN))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Puts the table in the place of the one before; none if it has no row. Where it is.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf>, StoreError> {
+    let path = path(folder, study, NAME);
+    if table.rows() == 0 {
+        return match fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(StoreError::Write { path, source })
+            }
+            _ => Ok(None),
+        };
+    }
+    let columns = serde_json::to_string(&table.descriptions()).expect("plain text");
+    let metadata = Metadata {
+        key: None,
+        entries: vec![
+            ("study".to_owned(), study.to_owned()),
+            ("columns".to_owned(), columns),
+        ],
+    };
+    let bytes = parquet::encode(table, &metadata);
+    let beside = path.parent().unwrap_or(folder);
+    write_whole(&path, &bytes, Existing::Replace, beside)?;
+    Ok(Some(path))
+}
+
+/// Tables of failures, one under the other.
+pub fn stacked(tables: &[Table]) -> Table {
+    let empty = Table::empty(&OWN);
+    let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();
+    Table::stack(&tables).expect("a coordinate has one type in all of a study")
+}
+
+/// What places a task in its study, as one row: of several surfaces, what they have in common.
+fn coordinates(plan: &Plan, task: usize) -> Table {
+    let task = &plan.tasks[task];
+    let own = task.recipe.coordinates();
+    if matches!(task.recipe, Recipe::Generate(_)) {
+        return own;
+    }
+    let above = task.inputs.iter().map(|&input| coordinates(plan, input));
+    let above = Table::stack(&above.collect::<Vec<_>>());
+    let above = above.expect("a coordinate has one type in all of a study");
+    above.common().beside(&own)
+}
