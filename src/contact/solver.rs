@@ -20,9 +20,11 @@ mod passes;
 mod release;
 mod search;
 mod start;
+mod steps;
 mod survey;
 
-use search::{Evaluation, Reached, Search, Steps};
+use search::{Evaluation, Reached, Search};
+use steps::Steps;
 use survey::Standing;
 
 /// How far an evaluation in single precision is trusted to have reduced the residual of the last

@@ -34,16 +34,6 @@ use super::survey::{Standing, Survey};
 const MEMORY: f32 = 0.5;
 const COMPLIANCE: f64 = 1.4;
 
-/// Iterations of one load whose steps are told apart; later ones share the last.
-const STEPS: usize = 16;
-
-/// The step before any was learnt: between those of first iterations, 0.7, and of later ones, 0.35.
-const UNTRIED_STEP: f64 = 0.5;
-
-/// Steps stay within what surfaces of all kinds were seen to need, 0.15 to 1, with a margin: a load
-/// that ends in rounding must not teach the next.
-const STEP_RANGE: (f64, f64) = (0.1, 1.5);
-
 /// The largest share of the last move in a direction: more would make it grow from one iteration
 /// to the next, which a predicted step does not bear.
 const LARGEST_SHARE: f64 = 2.0;
@@ -54,28 +44,6 @@ const SMALLEST_PART: f64 = 0.5;
 
 /// Where less than this part would have been best, the next steps are shortened.
 const RECKLESS_PART: f64 = 0.25;
-
-/// The steps that each iteration of a load learnt from earlier loads.
-pub struct Steps([f64; STEPS]);
-
-impl Default for Steps {
-    fn default() -> Self {
-        Self([UNTRIED_STEP; STEPS])
-    }
-}
-
-impl Steps {
-    fn of(&self, iteration: usize) -> f64 {
-        self.0[iteration.min(STEPS - 1)]
-    }
-
-    /// Learns, by half, that `best` times the step would have been right.
-    fn learn(&mut self, iteration: usize, best: f64) {
-        let (least, most) = STEP_RANGE;
-        let step = &mut self.0[iteration.min(STEPS - 1)];
-        *step = (*step * (0.5 + 0.5 * best.min(2.0))).clamp(least, most);
-    }
-}
 
 /// What an iteration leaves to the next one of the same load.
 pub struct Search {
