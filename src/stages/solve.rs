@@ -58,7 +58,7 @@ impl Params {
 
     /// See [`Recipe::effort`].
     pub fn effort(&self, nodes: usize) -> Effort {
-        Effort::pairs(pace::expected_pairs(nodes, &self.loads))
+        Effort::pairs(pace::expected_pairs(nodes, &self.loads, self.tolerance))
     }
 
     /// See [`Recipe::footprint`]: the peak of a run on one thread, at 512² and 1024². Besides the
@@ -147,7 +147,7 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
     let mut solver = Solver::new(surface.nodes(), &scales.reduced(surface));
     let mut rows = Rows::default();
     let surface_nodes = scales.nodes;
-    let expected = |loads: &[f64]| pace::expected_pairs(surface_nodes, loads);
+    let expected = |loads: &[f64]| pace::expected_pairs(surface_nodes, loads, params.tolerance);
     for (index, &given) in params.loads.iter().enumerate() {
         let load = match params.load_unit {
             LoadUnit::Relative => given,

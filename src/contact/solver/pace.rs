@@ -4,16 +4,22 @@ use std::time::Instant;
 
 use super::super::fft::Transform;
 use super::super::half_space;
+use super::Settings;
 
 /// Cost of a whole iteration over that of its transforms, in pairs: measured from 512² to 1024².
 const OVERHEAD: f64 = 1.9;
 
+/// What a tenth of the tolerance adds to the pairs at the default one, counted down to 1e-10.
+const PER_DECADE: f64 = 0.29;
+
 /// Transform pairs that ascending loads, in units of E* × rms slope, are expected to take.
 ///
-/// A rough fit to counts on self-affine surfaces at the default tolerance, good to a quarter:
-/// loads between a tenth of the area and nearly all of it are the hardest, the first one has no
-/// guess to start from, coarser steps guess worse, and each doubling of the mesh adds a quarter.
-pub fn expected_pairs(nodes: usize, loads: &[f64]) -> f64 {
+/// A rough fit to counts on self-affine surfaces, good to a quarter: loads between a tenth of the
+/// area and nearly all of it are the hardest, the first one has no guess to start from, coarser
+/// steps guess worse, and each doubling of the mesh adds a quarter.
+pub fn expected_pairs(nodes: usize, loads: &[f64], tolerance: f64) -> f64 {
+    let decades = (Settings::default().tolerance / tolerance).log10();
+    let patience = (1.0 + PER_DECADE * decades).max(PER_DECADE);
     let growth = (nodes as f64 / 512.0).powf(0.31);
     let mut before = None;
     let at_512 = loads.iter().map(|&load| {
@@ -27,7 +33,7 @@ pub fn expected_pairs(nodes: usize, loads: &[f64]) -> f64 {
             .map_or(8.0, |before: f64| load / before);
         hardness * (1.0 + 0.5 * step.log2().clamp(0.0, 3.0))
     });
-    growth * at_512.sum::<f64>()
+    patience * growth * at_512.sum::<f64>()
 }
 
 /// Seconds of one core that a pair takes on this machine, everything included; measured here and
@@ -64,15 +70,18 @@ mod tests {
     fn the_campaign_costs_what_was_counted() {
         // Means over three spectra: 1558 pairs at 256², 1890 at 512², 2333 at 1024².
         for (nodes, counted) in [(256, 1558.0), (512, 1890.0), (1024, 2333.0)] {
-            let ratio = expected_pairs(nodes, &campaign()) / counted;
+            let ratio = expected_pairs(nodes, &campaign(), 7e-5) / counted;
             assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
         }
+        // And of six sweeps at 1e-10.
+        let ratio = expected_pairs(1024, &campaign(), 1e-10) / 6571.0;
+        assert!((0.75..1.25).contains(&ratio), "{ratio}");
     }
 
     #[test]
     fn more_loads_and_finer_meshes_cost_more() {
         let loads = campaign();
-        assert!(expected_pairs(512, &loads[..10]) < expected_pairs(512, &loads));
-        assert!(expected_pairs(256, &loads) < expected_pairs(512, &loads));
+        assert!(expected_pairs(512, &loads[..10], 7e-5) < expected_pairs(512, &loads, 7e-5));
+        assert!(expected_pairs(256, &loads, 7e-5) < expected_pairs(512, &loads, 7e-5));
     }
 }
