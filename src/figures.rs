@@ -12,3 +12,4 @@ pub mod raster;
 pub mod sheet;
 pub mod style;
 pub mod svg;
+pub mod words;

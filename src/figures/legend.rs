@@ -8,11 +8,12 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 use super::chart::Series;
 use super::ink::Ink;
 use super::style::Style;
+use super::words::width_of;
 
 /// Between the left ends of a sample and of its words.
-const SAMPLE: f64 = 34.0;
+const SAMPLE: f64 = 32.0;
 /// Between two columns.
-const GUTTER: f64 = 18.0;
+const GUTTER: f64 = 16.0;
 
 /// An entry: how a series looks and what it is.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,26 +37,50 @@ pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
     entries
 }
 
-/// The entries laid out in columns that fit a width.
+/// What has markers, and below it what has none, each laid out in columns that fit a width.
 pub struct Legend {
-    entries: Vec<Entry>,
-    columns: usize,
-    column: f64,
+    blocks: Vec<Block>,
     words: u32,
 }
 
-impl Legend {
-    /// As many columns as the longest entry allows.
-    pub fn new(entries: Vec<Entry>, width: f64, words: u32) -> Legend {
+/// Entries in columns of one width.
+struct Block {
+    entries: Vec<Entry>,
+    columns: usize,
+    column: f64,
+}
+
+impl Block {
+    /// As many columns as the longest entry allows, of rows as even as can be.
+    fn new(entries: Vec<Entry>, width: f64, words: u32) -> Block {
         let longest = entries.iter().map(|entry| width_of(&entry.label, words));
         let column = SAMPLE + longest.fold(0.0, f64::max) + GUTTER;
-        let most = ((width / column) as usize).clamp(1, entries.len().max(1));
-        // Rows as even as can be.
+        let most = (((width + GUTTER) / column) as usize).max(1);
         let rows = entries.len().div_ceil(most).max(1);
-        Legend {
-            columns: entries.len().div_ceil(rows),
+        Block {
+            columns: entries.len().div_ceil(rows).max(1),
             entries,
             column,
+        }
+    }
+
+    fn rows(&self) -> usize {
+        self.entries.len().div_ceil(self.columns)
+    }
+
+    fn width(&self) -> f64 {
+        self.column * self.columns as f64 - GUTTER
+    }
+}
+
+impl Legend {
+    /// Lays the entries out.
+    pub fn new(entries: Vec<Entry>, width: f64, words: u32) -> Legend {
+        let has_marker = |entry: &Entry| entry.style.marker.is_some();
+        let (data, curves) = entries.into_iter().partition(has_marker);
+        let blocks = [data, curves].map(|entries| Block::new(entries, width, words));
+        Legend {
+            blocks: blocks.into(),
             words,
         }
     }
@@ -66,18 +91,23 @@ impl Legend {
 
     /// In pixels.
     pub fn height(&self) -> f64 {
-        let rows = self.entries.len().div_ceil(self.columns.max(1));
+        let rows: usize = self.blocks.iter().map(Block::rows).sum();
         self.row() * rows as f64
     }
 
     /// Draws it centred below `top`, down the columns.
     pub fn draw(&self, scene: &mut Scene, top: f64, width: f64) {
-        let rows = self.entries.len().div_ceil(self.columns.max(1));
-        let left = (width - self.column * self.columns as f64 + GUTTER).max(0.0) / 2.0;
-        for (place, entry) in self.entries.iter().enumerate() {
-            let x = left + self.column * (place / rows) as f64;
-            let y = top + self.row() * (0.5 + (place % rows) as f64);
-            self.draw_entry(scene, entry, x, y);
+        let widest = self.blocks.iter().map(Block::width).fold(0.0, f64::max);
+        let left = (width - widest).max(0.0) / 2.0;
+        let mut top = top;
+        for block in &self.blocks {
+            let rows = block.rows();
+            for (place, entry) in block.entries.iter().enumerate() {
+                let x = left + block.column * (place / rows) as f64;
+                let y = top + self.row() * (0.5 + (place % rows) as f64);
+                self.draw_entry(scene, entry, x, y);
+            }
+            top += self.row() * rows as f64;
         }
     }
 
@@ -136,15 +166,4 @@ fn alone(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
     }
     kept.push(Primitive::GroupEnd);
     kept
-}
-
-/// Roughly how wide words are, in pixels: no narrower than they will be.
-pub fn width_of(text: &str, words: u32) -> f64 {
-    let share = |letter: char| match letter {
-        'i' | 'j' | 'l' | '.' | ',' | '\'' | '|' | 'ₗ' | ' ' | 'f' | 't' | '(' | ')' => 0.36,
-        'm' | 'w' | 'M' | 'W' | '—' | '–' => 0.98,
-        'A'..='Z' | '=' | '+' | '√' | '±' | '<' | '>' | '−' | '…' => 0.8,
-        _ => 0.635,
-    };
-    f64::from(words) * text.chars().map(share).sum::<f64>()
 }

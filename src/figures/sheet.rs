@@ -10,6 +10,7 @@ use super::ink::Ink;
 use super::legend::{self, Legend};
 use super::raster::Raster;
 use super::svg::finished;
+use super::words::width_of;
 
 /// The family of all words: the font that travels with the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
@@ -69,7 +70,11 @@ impl Sheet {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let [panel_width, panel_height] = self.panel;
         let width = (columns * (panel_width + GAP) - GAP + 2.0 * MARGIN).ceil();
-        let legend = Legend::new(legend::entries(self.series()), width, WORDS);
+        let legend = Legend::new(
+            legend::entries(self.series()),
+            width - 2.0 * MARGIN,
+            WORDS - 1,
+        );
         let top = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
         let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
         scene.background_color = None;
@@ -191,7 +196,7 @@ fn wrapped(text: &str, width: f64) -> Vec<String> {
     for part in text.split(" · ") {
         let joined = lines.last().map(|line| format!("{line} · {part}"));
         match joined {
-            Some(line) if legend::width_of(&line, WORDS) <= width => {
+            Some(line) if width_of(&line, WORDS) <= width => {
                 lines.pop();
                 lines.push(line);
             }
