@@ -81,6 +81,7 @@ fn a_study_that_has_not_been_run_has_a_page_that_says_what_is_missing() {
     let (said, page) = report(&bench);
     assert_eq!(said["drawn"].as_array().unwrap().len(), 0);
     assert!(page.contains("unfinished: 0 of"));
+    assert!(page.contains("Not finished yet: surfaces"), "{page}");
 }
 
 #[test]

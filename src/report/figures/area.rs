@@ -15,13 +15,17 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
+/// Lighter loads touch so few nodes that their secants would fill the inset.
+const SECANT_FROM: f64 = LIGHT / 20.0;
+
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis.clone(), Axis::linear(AREA_LABEL));
     let mut secants = Chart::new(axis, Axis::linear("secant A/(A₀ y)"));
     for ensemble in &evidence.measured {
         let means = up_to(LIGHT, ensemble.mean(COUNTED)?);
-        let secant: Vec<Mean> = means.iter().map(Mean::secant).collect();
+        let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
+        let secant: Vec<Mean> = seen.map(Mean::secant).collect();
         let style = evidence.looks.markers(&ensemble.point);
         secants.series.push(series(&secant, style));
         chart.series.push(evidence.points(ensemble, &means));
@@ -39,8 +43,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let chart = chart.with_inset(secants, [0.115, 0.03, 0.37, 0.42]);
     let caption = format!(
-        "Contact area fraction against load, and in the inset its secant, from {}; area as counted \
-         on the mesh. Points are means over the surfaces, bars their standard errors.",
+        "Contact area fraction against load, and in the inset its secant under loads from \
+         {SECANT_FROM} on, from {}; area as counted on the mesh. Points are means over the \
+         surfaces, bars their standard errors.",
         sample(&evidence.sample()),
     );
     Ok(Drawn::figure(Sheet::of(chart), caption))

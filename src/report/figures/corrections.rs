@@ -100,8 +100,9 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
         .map(|one| one.surfaces)
         .collect();
     let caption = format!(
-        "Corrected contact area (points, with standard errors) beside the counted one (lines of \
-         the same colour) and, to the right, the secants of both, from {}; corrections: {}.",
+        "Corrected contact area (points at some of the loads, with standard errors) beside the \
+         counted one (lines of the same colour) and, to the right, the secants of both, from {}; \
+         corrections: {}.",
         sample(&surfaces),
         corrections
             .iter()
@@ -129,6 +130,7 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
         let line = evidence.looks.joins(&ensemble.point);
         let label = evidence.looks.label(&ensemble.point);
         area.series.push(series(&counted, line).without_bars());
+        let corrected = spaced(LIGHT / 20.0, &corrected);
         area.series.push(series(&corrected, markers).named(label));
         secant
             .series
