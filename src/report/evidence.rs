@@ -1,13 +1,17 @@
 //! A study's tables as figures need them: curves of ensembles, and how their points look.
 
+use arrow::array::Array;
+
 use super::ensembles::{self, Ensemble, Mean, Point};
 use super::looks::Looks;
-use super::tables::Finished;
+use super::tables::{Finished, Stage};
 use crate::contact::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;
-use crate::stages::columns::{AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, METHOD, SURFACE};
+use crate::stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
+};
 use crate::stages::generate::{self, Form};
 use crate::stages::{Kind, Recipe};
 use crate::store::table::{Table, TableError};
@@ -43,7 +47,7 @@ impl<'a> Evidence<'a> {
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name)?;
         let mut points: Vec<Point> = match measured.is_empty() {
             false => measured.iter().map(|one| one.point.clone()).collect(),
-            true => points_of_surfaces(finished),
+            true => points_of_surfaces(finished)?,
         };
         // What is still to come must not change the looks of what is there.
         if let Some(like) = points.first().cloned() {
@@ -146,22 +150,25 @@ fn curves<'a>(
     Ok(ensembles)
 }
 
-/// The distinct points of the study's surfaces, in order of appearance.
-fn points_of_surfaces(finished: &Finished) -> Vec<Point> {
+/// The distinct points of the study's surfaces, in order of appearance; their first realizations
+/// stand for all.
+fn points_of_surfaces(finished: &Finished) -> Result<Vec<Point>, TableError> {
     let mut points: Vec<Point> = Vec::new();
-    for stage in finished
-        .stages
-        .iter()
-        .filter(|stage| stage.table.has(METHOD.name))
-    {
-        for row in 0..stage.table.rows() {
-            let point = ensembles::point(&stage.table, row);
-            if points.last() != Some(&point) && !points.contains(&point) {
+    let stages = finished.stages.iter();
+    for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
+        let has_realizations = table.has(REALIZATION.name);
+        let realizations = has_realizations.then(|| table.integers(REALIZATION.name));
+        let realizations = realizations.transpose()?;
+        let is_another =
+            |row| realizations.is_some_and(|all| all.is_valid(row) && all.value(row) > 0);
+        for row in (0..table.rows()).filter(|&row| row == 0 || !is_another(row)) {
+            let point = ensembles::point(table, row);
+            if !points.contains(&point) {
                 points.push(point);
             }
         }
     }
-    points
+    Ok(points)
 }
 
 /// The spectra of all random surfaces of a study, with what else they share with a point of it.
