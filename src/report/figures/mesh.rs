@@ -11,7 +11,7 @@ use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Ensemble, Point};
 use crate::report::evidence::{Evidence, LIGHT, LOAD_LABEL};
-use crate::report::figure::{Definition, Drawn};
+use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::looks::Looks;
 use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD, NODES};
 use crate::store::table::{Table, TableError};
@@ -64,7 +64,8 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         "Coefficient c of A_N = A* + c S_d Δx for each load, over all meshes and surfaces, with \
          bootstrap intervals; and the deviation of the area from A* on each mesh under the load \
          nearest to {LIGHT}, as counted and corrected. S_d is the Manhattan perimeter, Δx the mesh \
-         step; means over the surfaces."
+         step; from {}.",
+        sample(&evidence.sample()),
     );
     Ok(Drawn::figure(
         Sheet::of_charts(rows, [430.0, 310.0]),
