@@ -56,7 +56,10 @@ pub struct Failures<'a> {
 
 impl Failures<'_> {
     /// The tasks that a run could not compute, a row each.
-    pub fn of_run(&self, outcome: &Outcome) -> Table {
+    ///
+    /// # Errors
+    /// When coordinates of one name have different types: a stage has a bug.
+    pub fn of_run(&self, outcome: &Outcome) -> Result<Table, TableError> {
         let rows = outcome.failed.iter().map(|(task, error)| {
             let kind = match error {
                 TaskError::Upstream(_) => NOT_STARTED,
@@ -64,7 +67,7 @@ impl Failures<'_> {
             };
             self.row(*task, kind, chain(error))
         });
-        stacked(&rows.collect::<Vec<_>>())
+        stacked(&rows.collect::<Result<Vec<_>, _>>()?)
     }
 
     /// The loads that were given up, a row each.
@@ -85,7 +88,10 @@ impl Failures<'_> {
         });
         let mut tables = rows.collect::<Result<Vec<_>, _>>()?;
         tables.retain(|table| table.rows() > 0);
-        Ok(stacked(&tables))
+        stacked(&tables).map_err(|source| ResultsError::Table {
+            stage: NAME.to_owned(),
+            source,
+        })
     }
 
     fn given_up(&self, stage: &PlannedStage, table: &Table) -> Result<Table, TableError> {
@@ -118,7 +124,7 @@ impl Failures<'_> {
         Ok(own.beside(&table.coordinates()))
     }
 
-    fn row(&self, task: usize, outcome: &str, reason: String) -> Table {
+    fn row(&self, task: usize, outcome: &str, reason: String) -> Result<Table, TableError> {
         let key = self.plan.tasks[task].key;
         let stage = self.plan.stage_of(task);
         let values = [
@@ -130,7 +136,7 @@ impl Failures<'_> {
         ];
         let columns = values.map(|value| texts([value]));
         let own = Table::new(1, OWN.into_iter().zip(columns).collect());
-        own.beside(&coordinates(self.plan, task))
+        Ok(own.beside(&coordinates(self.plan, task)?))
     }
 
     /// Rows that a run has left which this one did not touch: their tasks are missing still.
@@ -198,21 +204,23 @@ pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf
 }
 
 /// Tables of failures, one under the other.
-pub fn stacked(tables: &[Table]) -> Table {
+///
+/// # Errors
+/// When they are not all of this program.
+pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
     let empty = Table::empty(&OWN);
     let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();
-    Table::stack(&tables).expect("a coordinate has one type in all of a study")
+    Table::stack(&tables)
 }
 
 /// What places a task in its study, as one row: of several surfaces, what they have in common.
-fn coordinates(plan: &Plan, task: usize) -> Table {
+fn coordinates(plan: &Plan, task: usize) -> Result<Table, TableError> {
     let task = &plan.tasks[task];
     let own = task.recipe.coordinates();
     if matches!(task.recipe, Recipe::Generate(_)) {
-        return own;
+        return Ok(own);
     }
     let above = task.inputs.iter().map(|&input| coordinates(plan, input));
-    let above = Table::stack(&above.collect::<Vec<_>>());
-    let above = above.expect("a coordinate has one type in all of a study");
-    above.common().beside(&own)
+    let above = Table::stack(&above.collect::<Result<Vec<_>, _>>()?)?;
+    Ok(above.common().beside(&own))
 }

@@ -35,7 +35,7 @@ impl Trouble<'_> {
             warn(&format!("warning: {cause}; set aside as `{aside}`"));
         }
         let command = |key| self.command(key);
-        let failures = self.failures(&command).of_run(outcome);
+        let failures = self.failures(&command).of_run(outcome)?;
         let outcomes = failures.texts(OUTCOME.name)?;
         let with = |outcome: &'static str| {
             (0..failures.rows()).filter(move |&row| outcomes.value(row) == outcome)
@@ -63,19 +63,20 @@ impl Trouble<'_> {
         store: &Store,
     ) -> Result<Option<PathBuf>, Failure> {
         let (folder, study) = (self.data.results(), &self.plan.study);
-        // A damaged table of old failures is no reason for a new one.
-        let before = failures::read(&folder, study).unwrap_or_else(|_| stacked(&[]));
-        if tried.is_empty() && before.rows() == 0 {
+        let before = failures::read(&folder, study);
+        if tried.is_empty() && before.as_ref().is_ok_and(|table| table.rows() == 0) {
             return Ok(None);
         }
         let command = |key| self.command(key);
         let failures = self.failures(&command);
-        let all = stacked(&[
-            failed,
-            failures.kept(&before, tried, store)?,
-            failures.of_loads(tables)?,
-        ]);
-        Ok(failures::write(&all, &folder, study)?)
+        let now = stacked(&[failed, failures.of_loads(tables)?])?;
+        // What cannot be read of earlier failures is lost, and no failure of this run.
+        let kept = before
+            .ok()
+            .map(|before| failures.kept(&before, tried, store));
+        let kept = kept.and_then(Result::ok);
+        let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
+        Ok(failures::write(&all.unwrap_or(now), &folder, study)?)
     }
 
     fn failures<'a>(&'a self, command: &'a dyn Fn(TaskKey) -> String) -> Failures<'a> {

@@ -182,6 +182,24 @@ fn a_load_that_did_not_converge_is_a_row_and_no_error() {
 }
 
 #[test]
+fn earlier_failures_that_cannot_be_read_are_no_failure() {
+    let blocked = Blocked::at("light");
+    let file = blocked.bench.data().join("results/small/failures.parquet");
+    blocked.run();
+    let sound = fs::read(&file).unwrap();
+    let damages: [&[u8]; 3] = [b"no table", &[], &sound[..sound.len() / 2]];
+    for bytes in damages {
+        fs::write(&file, bytes).unwrap();
+        assert_eq!(blocked.run().status.code(), Some(1));
+        assert!(fs::read(&file).unwrap() == sound);
+    }
+    // The table of a stage has other columns.
+    fs::copy(file.with_file_name("surfaces.parquet"), &file).unwrap();
+    assert_eq!(blocked.run().status.code(), Some(1));
+    assert!(fs::read(&file).unwrap() == sound);
+}
+
+#[test]
 fn no_stage_has_the_name_of_the_table_of_failures() {
     let bench = Bench::new();
     let path = bench.write(&STUDY.replace("stage.curves", "stage.Failures"));
