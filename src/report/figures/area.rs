@@ -41,7 +41,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .series
             .extend(theories::asperity_curves(quantity, range));
     }
-    let chart = chart.with_inset(secants, [0.115, 0.03, 0.37, 0.42]);
+    let chart = chart.with_inset(secants, [0.135, 0.045, 0.36, 0.42]);
     let caption = format!(
         "Contact area fraction against load, and in the inset its secant under loads from \
          {SECANT_FROM} on, from {}; area as counted on the mesh. Points are means over the \

@@ -18,6 +18,9 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
+/// Curves that end before this load leave no room for an inset below them.
+const INSET_FROM: f64 = 1.0;
+
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(
         Axis::linear(LOAD_LABEL),
@@ -73,13 +76,22 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             chart.notes.push((beside, 0.95, letter.to_string()));
         }
     }
-    let chart = chart.with_inset(slopes, [0.46, 0.40, 0.51, 0.44]);
+    let (sheet, place) = match heaviest < INSET_FROM {
+        true => {
+            let charts = vec![vec![chart, slopes]];
+            (Sheet::of_charts(charts, [430.0, 320.0]), "To the right")
+        }
+        false => {
+            let chart = chart.with_inset(slopes, [0.46, 0.40, 0.51, 0.44]);
+            (Sheet::of(chart), "In the inset")
+        }
+    };
     let caption = format!(
         "Contact area fraction against load up to the first surface in full contact, from {}; \
-         area as counted on the mesh. In the inset the slope of the mean curves. The dashed line is \
+         area as counted on the mesh. {place} the slope of the mean curves. The dashed line is \
          Persson's theory, the dotted one the asymptote of the model of Bush, Gibson & Thomas; \
          letters mark the loads near which contact maps are shown.",
         sample(&evidence.sample()),
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(sheet, caption))
 }
