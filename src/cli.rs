@@ -34,6 +34,7 @@ use clap::{Parser, Subcommand};
 use outlook::Outlook;
 
 use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
+use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
 use crate::store::{Store, StoreError};
@@ -166,10 +167,16 @@ impl Data {
         self.0.join("plans")
     }
 
-    /// What a study has and what it would compute.
-    fn outlook(&self, study: &Study) -> Result<Outlook, Failure> {
-        let record = Record::read(&self.records(), &study.name);
-        Ok(Outlook::of(study, &self.look()?, record.as_ref()))
+    /// A manifest's study, with as many surfaces as the tables in the store ask for.
+    fn grown(&self, manifest: &Path) -> Result<Grown, Failure> {
+        Ok(Grown::of(study(manifest)?, &self.look()?)?)
+    }
+
+    /// What a manifest's study has and what it would compute.
+    fn outlook(&self, manifest: &Path) -> Result<Outlook, Failure> {
+        let grown = self.grown(manifest)?;
+        let record = Record::read(&self.records(), &grown.study.name);
+        Ok(Outlook::of(grown, &self.look()?, record.as_ref()))
     }
 
     fn with_folders<T>(&self, act: impl FnOnce(&Folders) -> T) -> T {

@@ -15,6 +15,8 @@
 //! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
 //! needs any more.
 //!
+//! [`growth`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run.
+//!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
 //! introduces them to each other.
@@ -27,6 +29,8 @@ pub mod manifest;
 pub mod study;
 
 pub mod plan;
+
+pub mod growth;
 
 pub mod reasons;
 

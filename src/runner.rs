@@ -4,7 +4,7 @@
 //! go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
 //! table that turns out to be damaged is set aside and computed again before it is read.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -42,6 +42,26 @@ impl Outcome {
         self.damaged.extend(later.damaged);
         self.interrupted |= later.interrupted;
         self.halted |= later.halted;
+    }
+}
+
+impl Outcome {
+    /// The same, told of the tasks of a plan that has grown.
+    pub fn moved(mut self, from: &Plan, to: &Plan) -> Outcome {
+        let places = to.tasks.iter().enumerate();
+        let places: HashMap<TaskKey, usize> =
+            places.map(|(place, task)| (task.key, place)).collect();
+        let place = |task: usize| places.get(&from.tasks[task].key).copied();
+        self.computed = self.computed.into_iter().filter_map(place).collect();
+        self.computed.sort_unstable();
+        let failed = self.failed.into_iter();
+        self.failed = failed
+            .filter_map(|(task, error)| Some((place(task)?, error)))
+            .collect();
+        for damage in &mut self.damaged {
+            damage.task = place(damage.task).unwrap_or(damage.task);
+        }
+        self
     }
 }
 

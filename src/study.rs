@@ -14,6 +14,7 @@ mod judge;
 mod loads;
 mod maps;
 mod surfaces;
+mod until;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,6 +24,8 @@ use crate::diagnostics::{ManifestErrors, Problem, Problems};
 use crate::manifest::Manifest;
 use crate::sources::{Sources, read_regular};
 use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
+
+pub use until::{Limit, Until};
 
 /// Names of studies and stages: they become files, folders and tables of queries.
 pub const NAME_PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_-]*$";
@@ -76,8 +79,27 @@ pub enum Work {
 pub struct Ensemble {
     /// The first of them.
     pub params: generate::Params,
-    /// How many there are, at least one.
+    /// How many there are, at least one; at first, if their number grows.
     pub realizations: u32,
+    /// Until when more are drawn, if their number is not given. Equal for all of a stage.
+    pub growth: Option<Arc<Growth>>,
+}
+
+/// How the number of surfaces of a stage grows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Growth {
+    /// Where it ends in any case.
+    pub at_most: u32,
+    /// What is to be reached.
+    pub until: Until,
+}
+
+impl Ensemble {
+    /// The most surfaces that there may be.
+    fn at_most(&self) -> u32 {
+        let growth = self.growth.as_ref();
+        growth.map_or(self.realizations, |growth| growth.at_most)
+    }
 }
 
 /// How an aggregate stage reduces its input.
@@ -111,9 +133,7 @@ impl Work {
     fn tasks(&self, inputs: usize) -> usize {
         match self {
             Work::Generate(ensembles) => {
-                let realizations = ensembles
-                    .iter()
-                    .map(|ensemble| ensemble.realizations as usize);
+                let realizations = ensembles.iter().map(|ensemble| ensemble.at_most() as usize);
                 realizations.fold(0, usize::saturating_add)
             }
             Work::Solve(blocks) => inputs.saturating_mul(blocks.len()),
@@ -150,6 +170,14 @@ impl Study {
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
         Study::parse(&text, &file, folder)
+    }
+
+    /// Whether numbers of surfaces are yet to be found.
+    pub fn grows(&self) -> bool {
+        self.stages.iter().any(|stage| match &stage.work {
+            Work::Generate(ensembles) => ensembles.iter().any(|ensemble| ensemble.growth.is_some()),
+            _ => false,
+        })
     }
 
     /// Reads a manifest's text; `file` is what messages call it, and paths of surface files are

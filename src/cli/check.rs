@@ -17,9 +17,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
     let plan = Plan::of(&study);
     let mut out = stdout().lock();
+    let at_least = if study.grows() { " at least" } else { "" };
     writeln!(
         out,
-        "`{}` is sound: study `{}`, {}, {}",
+        "`{}` is sound: study `{}`, {}, {}{at_least}",
         arguments.manifest.display(),
         plan.study,
         counted(plan.stages.len(), "stage"),

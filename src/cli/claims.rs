@@ -10,6 +10,7 @@ use super::{Data, Failure, counted};
 use crate::claims::evidence::Finished;
 use crate::claims::intervals::RESAMPLING;
 use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Verdict};
+use crate::growth::Grown;
 use crate::plan::{Plan, PlannedStage};
 use crate::results;
 use crate::stages::Recipe;
@@ -25,8 +26,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
-    let plan = Plan::of(&study);
+    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
     // The tables are brought up to the manifest first: a claim rests on what it says now.
     let published = results::publish(&plan, &data.look()?, &study.sources, &data.results())?;
     let mut finished: Vec<Finished> = Vec::new();

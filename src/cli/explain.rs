@@ -22,21 +22,18 @@ pub struct Arguments {
     stage: Option<String>,
 
     /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons":
-    /// [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours"}`.
+    /// [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours",
+    /// "growing"}`, `growing` as `plan` has it.
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
-    let outlook = data.outlook(&study)?;
+    let outlook = data.outlook(&arguments.manifest)?;
     let mut stages = outlook.stages();
     if let Some(wanted) = &arguments.stage {
-        let names: Vec<&str> = study
-            .stages
-            .iter()
-            .map(|stage| stage.name.as_str())
-            .collect();
+        let names = stages.iter().map(|stage| &*stage.count.stage.name);
+        let names: Vec<&str> = names.collect();
         let place = super::place_of(&names, wanted)?;
         stages = vec![stages.swap_remove(place)];
     }
@@ -47,7 +44,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         writeln!(
             out,
             "{:#}",
-            json!({ "stages": stages, "core_hours": core_hours })
+            json!({ "stages": stages, "core_hours": core_hours, "growing": outlook.growing() })
         )?;
     } else {
         for stage in &stages {

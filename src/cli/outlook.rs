@@ -3,9 +3,12 @@
 use std::thread::available_parallelism;
 use std::time::Duration;
 
+use serde_json::json;
+
 use super::counted;
 use super::plan::{Count, Counts};
 use super::progress::duration;
+use crate::growth::{GrowingStage, Grown};
 use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::reasons::cause::Cause;
@@ -13,11 +16,11 @@ use crate::reasons::record::Record;
 use crate::reasons::{Group, Reasons};
 use crate::runner;
 use crate::store::Store;
-use crate::study::Study;
 
 /// A plan beside the store and the last run.
 pub struct Outlook {
     plan: Plan,
+    growing: Vec<GrowingStage>,
     missing: Vec<usize>,
     reasons: Reasons,
     pace: Pace,
@@ -35,13 +38,18 @@ pub struct StageOutlook<'a> {
 
 impl Outlook {
     /// Looks at the store and the study's record, and writes nothing.
-    pub fn of(study: &Study, store: &Store, record: Option<&Record>) -> Outlook {
-        let plan = Plan::of(study);
+    pub fn of(grown: Grown, store: &Store, record: Option<&Record>) -> Outlook {
+        let Grown {
+            study,
+            plan,
+            stages,
+        } = grown;
         let missing = runner::missing(&plan, store);
-        let now = Record::of(study, &plan, &missing);
+        let now = Record::of(&study, &plan, &missing);
         Outlook {
             reasons: Reasons::of(&plan, &now, record, &missing, store),
             plan,
+            growing: stages,
             missing,
             pace: Pace::default(),
         }
@@ -84,8 +92,18 @@ impl Outlook {
         &self.plan.stages[cause.stage].name
     }
 
-    /// What is to come, in time of this machine.
+    /// The stages whose number of surfaces is not given, for programs.
+    pub fn growing(&self) -> serde_json::Value {
+        growing(&self.growing)
+    }
+
+    /// What is to come, in time of this machine, and where more may come.
     pub fn forecast(&self) -> String {
+        let growing = self.growing.iter().map(|stage| format!("{stage}\n"));
+        growing.collect::<String>() + &self.cost()
+    }
+
+    fn cost(&self) -> String {
         if self.missing.is_empty() {
             return "nothing to do".to_owned();
         }
@@ -96,6 +114,20 @@ impl Outlook {
         let cost = core_hours(seconds);
         format!("{cost} expected: {wall} on {}", counted(cores, "core"))
     }
+}
+
+/// Stages whose number of surfaces is not given, for programs.
+pub fn growing(stages: &[GrowingStage]) -> serde_json::Value {
+    let stages = stages.iter().map(|stage| {
+        json!({
+            "name": stage.name,
+            "surfaces": stage.surfaces,
+            "at_most": stage.growth.at_most,
+            "until": stage.growth.until.to_string(),
+            "holds": stage.holds(),
+        })
+    });
+    stages.collect()
 }
 
 /// Time of one core, with two digits that mean something.

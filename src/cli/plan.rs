@@ -16,14 +16,14 @@ pub struct Arguments {
     /// The manifest.
     manifest: PathBuf,
 
-    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours"}`.
+    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
+    /// "growing": [{"name", "surfaces", "at_most", "until", "holds"}, …]}`.
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
-    let outlook = data.outlook(&study)?;
+    let outlook = data.outlook(&arguments.manifest)?;
     let stages = outlook.stages();
     let mut out = stdout().lock();
     if arguments.json {
@@ -37,7 +37,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         writeln!(
             out,
             "{:#}",
-            json!({ "stages": stages, "core_hours": core_hours })
+            json!({ "stages": stages, "core_hours": core_hours, "growing": outlook.growing() })
         )?;
     } else {
         writeln!(out, "{}\n{}", table(&outlook, &stages), outlook.forecast())?;

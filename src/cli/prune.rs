@@ -10,7 +10,6 @@ use indicatif::DecimalBytes;
 use serde_json::json;
 
 use super::{Data, Failure, counted};
-use crate::plan::Plan;
 use crate::prune;
 use crate::store::listing::{Found, What};
 use crate::store::lock::Lock;
@@ -36,7 +35,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let plans = arguments
         .manifests
         .iter()
-        .map(|path| Ok(Plan::of(&super::study(path)?)));
+        .map(|path| Ok(data.grown(path)?.plan));
     let plans = plans.collect::<Result<Vec<_>, Failure>>()?;
     // Who has the store alone looks at it without sharing it: nothing changes until the end.
     let alone = match arguments.yes {

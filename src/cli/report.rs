@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::{Data, Failure, counted};
-use crate::plan::Plan;
+use crate::growth::Grown;
 use crate::report::{self, Report, Subject};
 use crate::results;
 
@@ -20,8 +20,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
-    let plan = Plan::of(&study);
+    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
     let store = data.look()?;
     let published = results::publish(&plan, &store, &study.sources, &data.results())?;
     let manifest = std::fs::read_to_string(&arguments.manifest)?;

@@ -10,10 +10,12 @@ use std::time::Duration;
 use bytesize::ByteSize;
 use serde_json::json;
 
+use super::outlook::growing;
 use super::plan::Counts;
 use super::progress::Progress;
 use super::trouble::Trouble;
 use super::{Data, Failure, chain, counted, summary, tasks};
+use crate::growth::Grown;
 use crate::memory;
 use crate::pace::Pace;
 use crate::plan::Plan;
@@ -21,7 +23,6 @@ use crate::reasons::record::Record;
 use crate::results::{self, ResultsError, StageTable};
 use crate::runner::{self, Damage, Outcome};
 use crate::store::Store;
-use crate::study::Study;
 
 /// How a process ends that its user stopped.
 const STOPPED: u8 = 130;
@@ -48,7 +49,7 @@ pub struct Arguments {
     only: Option<String>,
 
     /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage,
-    /// `"damaged": [{"task", "cause", "aside"}, …]`, and the path of the table of `failures`, if
+    /// `"damaged": [{"task", "cause", "aside"}, …]`, `growing` as `plan` has it, and the path of the table of `failures`, if
     /// there is one.
     #[arg(long)]
     json: bool,
@@ -56,30 +57,36 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
-    let plan = Plan::of(&study);
     let store = data.open()?;
-    let missing = runner::missing(&plan, &store);
-    let wanted = match &arguments.only {
-        Some(key) => runner::alone(&plan, tasks::planned(key, &plan)?, &store),
-        None => missing.clone(),
-    };
-    remember(data, &study, &plan, &missing);
-    let work = Work {
-        study: &study,
-        plan: &plan,
+    let mut work = Work {
+        grown: Grown::of(study, &store)?,
         store: &store,
         jobs: arguments.jobs,
         memory: arguments.memory,
         stopped: stop_on_signal()?,
     };
+    remember(data, &work);
+    let grown = match arguments.only {
+        Some(_) => Outcome::default(),
+        None => work.grow()?,
+    };
+    let plan = work.plan();
+    let missing = work.missing();
+    let wanted = match &arguments.only {
+        Some(key) => runner::alone(plan, tasks::planned(key, plan)?, &store),
+        None => missing.clone(),
+    };
     let mut outcome = work.compute(&wanted);
+    // What was drawn on the way was missing and wanted, too.
+    let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &grown.computed));
+    outcome.append(grown);
     // Where no task's table can be stored, no stage's table can.
     let tables = match outcome.halted {
         true => Ok(None),
         false => work.publish(&data.results(), &mut outcome).map(Some),
     };
     let trouble = Trouble {
-        plan: &plan,
+        plan,
         manifest: &arguments.manifest,
         data,
     };
@@ -89,19 +96,22 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         Some(tables) => trouble.write(failed, &wanted, tables, &store)?,
         None => None,
     };
-    report_orphans(&plan, data)?;
+    report_orphans(plan, data)?;
     if !outcome.halted {
-        remember(data, &study, &plan, &runner::missing(&plan, &store));
+        remember(data, &work);
     }
 
     let mut out = stdout().lock();
     if arguments.json {
-        let mut json = as_json(&plan, &missing, &outcome);
+        let mut json = as_json(&work.grown, &missing, &outcome);
         json["failures"] = json!(failures);
         writeln!(out, "{json:#}")?;
     } else {
         if let Some(tables) = tables {
-            write!(out, "{}", summary::text(&plan, &tables)?)?;
+            write!(out, "{}", summary::text(plan, &tables)?)?;
+        }
+        for stage in &work.grown.stages {
+            writeln!(out, "{stage}")?;
         }
         if let Some(path) = failures {
             writeln!(out, "failures: {}", path.display())?;
@@ -111,10 +121,17 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     Ok(exit_code(&outcome))
 }
 
+/// Tasks of two lists, in order.
+fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
+    tasks.extend(others);
+    tasks.sort_unstable();
+    tasks.dedup();
+    tasks
+}
+
 /// What is to be done, and with what.
 struct Work<'a> {
-    study: &'a Study,
-    plan: &'a Plan,
+    grown: Grown,
     store: &'a Store,
     jobs: Option<u16>,
     memory: Option<ByteSize>,
@@ -122,16 +139,47 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
+    fn plan(&self) -> &Plan {
+        &self.grown.plan
+    }
+
+    fn missing(&self) -> Vec<usize> {
+        runner::missing(self.plan(), self.store)
+    }
+
+    /// Draws surfaces until their number is settled, and computes what settles it.
+    fn grow(&mut self) -> Result<Outcome, Failure> {
+        let mut outcome = Outcome::default();
+        loop {
+            for (task, cause) in self.grown.take_damaged() {
+                let damage = Damage::set_aside(self.plan(), task, self.store, cause)?;
+                outcome.damaged.extend(damage);
+            }
+            let mut missing = self.grown.deciding();
+            missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
+            let round = self.compute(&missing);
+            if round.computed.is_empty() {
+                return Ok(outcome);
+            }
+            outcome.append(round);
+            // What has failed is tried again, and told of, with all the rest.
+            outcome.failed.clear();
+            let grown = Grown::of(self.grown.study.clone(), self.store)?;
+            outcome = outcome.moved(self.plan(), &grown.plan);
+            self.grown = grown;
+        }
+    }
+
     fn compute(&self, missing: &[usize]) -> Outcome {
         if missing.is_empty() {
             return Outcome::default();
         }
-        let progress = Progress::new(self.plan, missing, &Pace::default());
+        let progress = Progress::new(self.plan(), missing, &Pace::default());
         let outcome = runner::run(
-            self.plan,
+            self.plan(),
             missing,
             self.store,
-            &self.study.sources,
+            &self.grown.study.sources,
             self.workers(missing),
             &progress,
             &self.stopped,
@@ -144,7 +192,7 @@ impl Work<'_> {
     fn workers(&self, missing: &[usize]) -> usize {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let jobs = self.jobs.map_or_else(cores, usize::from).min(missing.len());
-        let largest = memory::of_largest(self.plan, missing);
+        let largest = memory::of_largest(self.plan(), missing);
         let memory = self
             .memory
             .unwrap_or_else(|| ByteSize(memory::of_machine().0 / 8 * 7));
@@ -163,14 +211,15 @@ impl Work<'_> {
     /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
     /// other task has read them, are computed again.
     fn publish(&self, results: &Path, outcome: &mut Outcome) -> Result<Vec<StageTable>, Failure> {
-        let publish = || results::publish(self.plan, self.store, &self.study.sources, results);
+        let sources = &self.grown.study.sources;
+        let publish = || results::publish(self.plan(), self.store, sources, results);
         let tables = match publish() {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),
         };
         let mut tasks = Vec::new();
         for (task, cause) in tables {
-            let damage = Damage::set_aside(self.plan, task, self.store, cause)?;
+            let damage = Damage::set_aside(self.plan(), task, self.store, cause)?;
             outcome.damaged.extend(damage);
             tasks.push(task);
         }
@@ -183,8 +232,9 @@ impl Work<'_> {
 
 /// Writes down what the study is and how far it came, for the next plan to say what has changed.
 /// No result depends on it, so that no run fails for it.
-fn remember(data: &Data, study: &Study, plan: &Plan, missing: &[usize]) {
-    let record = Record::of(study, plan, missing);
+fn remember(data: &Data, work: &Work) {
+    let study = &work.grown.study;
+    let record = Record::of(study, work.plan(), &work.missing());
     if let Err(error) = record.write(&data.records(), &study.name) {
         eprintln!(
             "warning: {}; `explain` will not know this run",
@@ -212,7 +262,8 @@ fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     Ok(stopped)
 }
 
-fn as_json(plan: &Plan, missing: &[usize], outcome: &Outcome) -> serde_json::Value {
+fn as_json(grown: &Grown, missing: &[usize], outcome: &Outcome) -> serde_json::Value {
+    let plan = &grown.plan;
     let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
     let counts = Counts::of(plan, missing);
     let stages = counts.0.iter().map(|count| {
@@ -229,7 +280,11 @@ fn as_json(plan: &Plan, missing: &[usize], outcome: &Outcome) -> serde_json::Val
         let cause = chain(&damage.cause);
         json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.aside })
     });
-    json!({ "stages": stages.collect::<Vec<_>>(), "damaged": damaged.collect::<Vec<_>>() })
+    json!({
+        "stages": stages.collect::<Vec<_>>(),
+        "damaged": damaged.collect::<Vec<_>>(),
+        "growing": growing(&grown.stages),
+    })
 }
 
 fn closing(missing: &[usize], outcome: &Outcome) -> String {

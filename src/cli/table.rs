@@ -13,7 +13,7 @@ use super::grid::{self, Layout};
 use super::tables::Tables;
 use super::{Data, Failure, Misused, unknown};
 use crate::failures;
-use crate::plan::Plan;
+use crate::growth::Grown;
 use crate::stages::StageError;
 use crate::stages::aggregate::{Sql, sql};
 use crate::store::table::Table;
@@ -53,10 +53,10 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
+    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
     let tables = Tables {
         manifest: &arguments.manifest,
-        plan: &Plan::of(&study),
+        plan: &plan,
         store: &data.look()?,
         sources: &study.sources,
         folder: &data.results(),

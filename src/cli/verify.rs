@@ -8,7 +8,6 @@ use indicatif::ProgressBar;
 use serde_json::json;
 
 use super::{Data, Failure, chain, counted};
-use crate::plan::Plan;
 use crate::verify::{self, Finding};
 
 #[derive(clap::Args)]
@@ -22,12 +21,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = arguments
-        .manifest
-        .as_deref()
-        .map(super::study)
-        .transpose()?;
-    let plan = study.as_ref().map(Plan::of);
+    let grown = arguments.manifest.as_deref();
+    let grown = grown.map(|manifest| data.grown(manifest)).transpose()?;
+    let plan = grown.map(|grown| grown.plan);
     let store = data.look()?;
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
     // It draws on a terminal only.

@@ -17,7 +17,7 @@ use self::picture::Picture;
 use super::tables::Tables;
 use super::{Data, Failure, Misused, tasks};
 use crate::diagnostics::listed;
-use crate::plan::Plan;
+use crate::growth::Grown;
 use crate::sources::Sources;
 use crate::store::StoreError;
 use crate::store::key::TaskKey;
@@ -114,10 +114,10 @@ fn task(arguments: &Arguments, data: &Data) -> Result<(TaskKey, Sources), Failur
             Sources::default(),
         ));
     };
-    let study = super::study(&arguments.what)?;
+    let Grown { study, plan, .. } = data.grown(&arguments.what)?;
     let tables = Tables {
         manifest: &arguments.what,
-        plan: &Plan::of(&study),
+        plan: &plan,
         store: &data.look()?,
         sources: &study.sources,
         folder: &data.results(),

@@ -2,11 +2,15 @@
 //!
 //! The comments of the keys are what editors show and what messages quote.
 
+use std::fmt;
+
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::layout::table;
-use super::written::Key;
+use super::written::{Key, deserialize_either};
 
 /// Random self-affine surfaces: a plateau up to `k_rolloff`, then a power law up to `k_upper`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -38,9 +42,10 @@ pub struct RandomTable {
     /// Seed of the draws; that of the study when left out.
     #[schemars(range(min = 0))]
     pub seed: Key<i64>,
-    /// Number of surfaces drawn for each point of the grid. More of them change none before.
-    #[schemars(range(min = 1, max = 1_000_000), extend("default" = 1))]
-    pub realizations: Key<i64>,
+    /// Number of surfaces drawn for each point of the grid, or until when more are drawn:
+    /// `{ at_least, at_most, until }`. More of them change none before.
+    #[schemars(extend("default" = 1))]
+    pub realizations: Key<Realizations>,
     /// Whether heights are stored, drawn again when needed, or left out: `"none"` describes
     /// surfaces by their modes alone, many times faster, for statistics and not for contact.
     #[schemars(extend("default" = "keep"))]
@@ -52,6 +57,44 @@ table!(
     swept: ["nodes", "side", "hurst", "k_lower", "k_rolloff", "k_upper", "rms_slope", "seed"],
     lists: []
 );
+
+/// How many surfaces are drawn for each point of the grid.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Realizations {
+    /// So many.
+    Number(#[schemars(range(min = 1, max = 1_000_000))] i64),
+    /// As many as it takes to know a mean.
+    Until(Growing),
+}
+
+/// As many surfaces as it takes to know a mean.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Growing {
+    /// Surfaces to begin with.
+    #[schemars(range(min = 2, max = 1_000_000), extend("default" = 10))]
+    pub at_least: Key<i64>,
+    /// Surfaces at which to give up.
+    #[schemars(required, range(min = 2, max = 1_000_000))]
+    pub at_most: Key<i64>,
+    /// What must hold at each point and each load: `"sem(STAGE.COLUMN) < 0.5 %"` of the mean, or
+    /// without `%` in the unit of the column. `sem` is the standard error of the mean over surfaces.
+    #[schemars(required)]
+    pub until: Key<String>,
+}
+
+deserialize_either! {
+    'de, Realizations, "a whole number or a table `{ at_least, at_most, until }`",
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Realizations, E> {
+        Ok(Realizations::Number(number))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Realizations, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Realizations::Until)
+    }
+}
 
 /// A measured surface.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

@@ -130,7 +130,8 @@ impl<'a> Checks<'a> {
         None
     }
 
-    fn is_whole_in<T>(
+    /// A whole number within a range.
+    pub fn is_whole_in<T>(
         &mut self,
         name: &str,
         written: &Written<i64>,

@@ -6,7 +6,7 @@ use super::checks::Checks;
 use super::columns::{empty_table, stacked};
 use super::flow::{self, Rows};
 use super::graph::{self, Graph};
-use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces};
+use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces, until};
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
 use crate::sources::Sources;
@@ -33,9 +33,14 @@ pub fn judge(manifest: &Manifest, folder: &Path, problems: &mut Problems) -> Opt
     for &input in graph.inputs.iter().flatten().flatten() {
         judge.is_read[input] = true;
     }
+    for stage in until::looked_at(&manifest.stages) {
+        judge.is_read[stage] = true;
+    }
     for &stage in &graph.order {
         judge.judged[stage] = judge.stage(stage, graph.inputs[stage].as_deref(), problems);
     }
+    let empty = |stage: usize| judge.judged[stage].empty.as_ref();
+    until::check(&manifest.stages, &graph, empty, problems);
     let mut place = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
     sorted.for_each(|(position, &stage)| place[stage] = position);
@@ -82,7 +87,7 @@ struct Judge<'a> {
     stages: &'a [StageTable],
     seed: u64,
     sources: Sources,
-    /// Whether another stage reads it, by the stage's position in the manifest.
+    /// Whether another stage, or a condition, reads it, by the stage's position in the manifest.
     is_read: Vec<bool>,
     /// Tasks of the stages so far, or inputs of tasks, whichever are more.
     tasks: usize,

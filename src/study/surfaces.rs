@@ -2,8 +2,8 @@
 
 use std::ops::Bound;
 
-use super::Ensemble;
 use super::checks::{Checks, QUANTITY, report_equal_points};
+use super::{Ensemble, until};
 use crate::contact::shapes::Shape;
 use crate::contact::spectrum::Spectrum;
 use crate::contact::surface::{Amplitude, RandomSurface};
@@ -18,7 +18,6 @@ use crate::stages::generate::{Form as Surface, Heights, Params};
 /// Meshes, in nodes per side.
 pub const NODES: std::ops::RangeInclusive<u32> = 4..=16384;
 const WAVENUMBERS: std::ops::RangeInclusive<u32> = 1..=*NODES.end() / 2;
-const MOST_REALIZATIONS: u32 = 1_000_000;
 
 /// The surfaces of a stage, point by point of its grid.
 pub fn ensembles<T: Table>(
@@ -61,8 +60,7 @@ pub fn random(
         };
         let rms_slope = checks.number_or("rms_slope", &table.rms_slope, QUANTITY, 1.0);
         let seed = checks.whole_or("seed", &table.seed, 0..=i64::MAX as u64, study_seed);
-        let realizations = 1..=MOST_REALIZATIONS;
-        let realizations = checks.whole_or("realizations", &table.realizations, realizations, 1);
+        let realizations = until::realizations(&table.realizations, checks);
         let spectrum = Spectrum {
             hurst: hurst?,
             k_lower: k_lower?,
@@ -85,13 +83,15 @@ pub fn random(
             realization: 0,
         };
         let nodes = nodes?;
+        let (realizations, growth) = realizations?;
         Some(Ensemble {
             params: Params {
                 heights: random_heights(&table.heights),
                 side: side?,
                 form: Surface::Random { nodes, surface },
             },
-            realizations: realizations?,
+            realizations,
+            growth,
         })
     })
 }
@@ -240,5 +240,6 @@ pub fn single(heights: &Key<generate::Heights>, side: f64, form: Surface) -> Ens
             form,
         },
         realizations: 1,
+        growth: None,
     }
 }

@@ -10,6 +10,7 @@ mod disturbance;
 mod explain;
 mod failures;
 mod faults;
+mod growth;
 mod heights;
 mod memory;
 mod nayak;
