@@ -1,0 +1,1 @@
+"""One module per tool: how it is told to run chains of three trivial tasks."""
