@@ -200,6 +200,20 @@ fn growing_stages(
     growing.collect()
 }
 
+/// The plan of a study with as many surfaces as its manifest allows.
+pub fn at_most(mut study: Study) -> Plan {
+    for stage in &mut study.stages {
+        if let Work::Generate(ensembles) = &mut stage.work {
+            for ensemble in ensembles {
+                let growth = ensemble.growth.as_ref();
+                ensemble.realizations =
+                    growth.map_or(ensemble.realizations, |growth| growth.at_most);
+            }
+        }
+    }
+    Plan::of(&study)
+}
+
 fn draw(study: &mut Study, stage: usize, surfaces: u32) {
     if let Work::Generate(ensembles) = &mut study.stages[stage].work {
         ensembles

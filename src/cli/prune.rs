@@ -10,6 +10,7 @@ use indicatif::DecimalBytes;
 use serde_json::json;
 
 use super::{Data, Failure, counted};
+use crate::growth;
 use crate::prune;
 use crate::store::listing::{Found, What};
 use crate::store::lock::Lock;
@@ -32,11 +33,12 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let plans = arguments
-        .manifests
-        .iter()
-        .map(|path| Ok(data.grown(path)?.plan));
-    let plans = plans.collect::<Result<Vec<_>, Failure>>()?;
+    let mut plans = Vec::new();
+    for manifest in &arguments.manifests {
+        plans.push(data.grown(manifest)?.plan);
+        // Surfaces that were drawn are needed, even where a table that asked for them is missing.
+        plans.push(growth::at_most(super::study(manifest)?));
+    }
     // Who has the store alone looks at it without sharing it: nothing changes until the end.
     let alone = match arguments.yes {
         true => Some(alone(data)?),

@@ -173,3 +173,24 @@ fn wrong_conditions_are_met_with_place_and_advice() {
         );
     }
 }
+
+#[test]
+fn prune_keeps_the_surfaces_that_were_drawn_where_a_table_that_asked_for_them_is_missing() {
+    let bench = Bench::new();
+    let manifest = growing(200);
+    bench.run(&manifest);
+    let before = bench.files();
+    let areas = bench.table("small", "area");
+    let task = areas.texts("task").unwrap().value(0).to_owned();
+    let missing = bench
+        .data()
+        .join(format!("store/{}/{task}.parquet", &task[..2]));
+    std::fs::remove_file(missing).unwrap();
+    let path = bench.write(&manifest);
+    let output = bench.output(&["prune", "--yes", path.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let counts = bench.run(&manifest);
+    let computed = ["surfaces", "light", "area"].map(|stage| counts[stage].computed);
+    assert_eq!(computed, [0, 0, 1]);
+    assert!(bench.files() == before);
+}
