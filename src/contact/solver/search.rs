@@ -168,11 +168,7 @@ impl Solver {
             length: step,
             scale: self.load * self.pressure.len() as f64 / pressure_sum,
         };
-        let (mut reached, course) = if landing {
-            self.land(step, standing.level)
-        } else {
-            self.glide(step, standing.level)
-        };
+        let (mut reached, course) = self.follow(step, standing.level, landing);
 
         // A move of no length, or one against the slope: only rounding is left in it.
         let best = -course.slope / course.curvature;
@@ -252,56 +248,47 @@ impl Solver {
         .sum()
     }
 
-    /// Moves along `direction`, in single precision: one pair.
-    fn glide(&mut self, step: Step, level: f64) -> (Reached, Course) {
-        let mut pass = Glide {
-            motion: Move {
-                step,
-                level: level as f32,
-                pressure: &mut self.pressure,
-                active: &mut self.active,
-                direction: &mut self.direction,
-                image: &mut self.image,
-                gap: &mut self.gap,
-                course: Course::default(),
-            },
-            survey: Survey::new(),
+    /// Moves along `direction`, and updates the gap in single precision or, if `landing`, evaluates
+    /// it in double: one pair.
+    fn follow(&mut self, step: Step, level: f64, landing: bool) -> (Reached, Course) {
+        let motion = Move {
+            step,
+            level: level as f32,
+            pressure: &mut self.pressure,
+            active: &mut self.active,
+            direction: &mut self.direction,
+            image: &mut self.image,
+            gap: &mut self.gap,
+            course: Course::default(),
         };
-        self.single.convolve_rows(
-            &self.single_displacement,
-            &mut Wide(&mut pass),
-            &mut self.single_scratch,
-        );
         self.pairs += 1;
-        let standing = pass.survey.standing();
-        (Reached::Estimate(standing), pass.motion.course)
-    }
-
-    /// Moves along `direction` and evaluates where that leads, in double precision: one pair.
-    fn land(&mut self, step: Step, level: f64) -> (Reached, Course) {
-        let mut pass = Land {
-            motion: Move {
-                step,
-                level: level as f32,
-                pressure: &mut self.pressure,
-                active: &mut self.active,
-                direction: &mut self.direction,
-                image: &mut self.image,
-                gap: &mut self.gap,
-                course: Course::default(),
-            },
-            heights: &self.heights,
-            datum: self.datum,
-            tally: Tally::new(),
-        };
-        self.double.convolve_rows(
-            &self.displacement,
-            &mut Wide(&mut pass),
-            &mut self.double_scratch,
-        );
-        self.pairs += 1;
-        let (tally, course) = (pass.tally, pass.motion.course);
-        (Reached::Evaluated(self.settle(&tally)), course)
+        if landing {
+            let mut pass = Land {
+                motion,
+                heights: &self.heights,
+                datum: self.datum,
+                tally: Tally::new(),
+            };
+            self.double.convolve_rows(
+                &self.displacement,
+                &mut Wide(&mut pass),
+                &mut self.double_scratch,
+            );
+            let (tally, course) = (pass.tally, pass.motion.course);
+            (Reached::Evaluated(self.settle(&tally)), course)
+        } else {
+            let mut pass = Glide {
+                motion,
+                survey: Survey::new(),
+            };
+            self.single.convolve_rows(
+                &self.single_displacement,
+                &mut Wide(&mut pass),
+                &mut self.single_scratch,
+            );
+            let standing = pass.survey.standing();
+            (Reached::Estimate(standing), pass.motion.course)
+        }
     }
 
     /// Takes a part of the last move back.

@@ -1,13 +1,16 @@
 //! Where the search at a new load starts: the solutions before it, or the pressure of full contact.
 
+use std::ops::RangeInclusive;
+
 use super::Solver;
 use super::lanes::total;
 use super::survey::{Standing, Survey};
 use crate::contact::half_space;
 
-/// How far beyond the last load, in units of the last two loads' distance, a straight line through
-/// both is a better guess than the last solution scaled.
-const LONGEST_REACH: f64 = 4.0;
+/// How far from the last load, in units of the way to it from the one before, a straight line
+/// through both solutions is a better guess than the last one scaled: back to the one before, or
+/// some steps on.
+const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
 /// Halvings that find a shift of the full-contact pressure to the last bit.
 const BISECTIONS: u32 = 60;
@@ -20,7 +23,7 @@ impl Solver {
     /// It may leave pressures below zero, which the first move of a search clips.
     pub(super) fn guess(&mut self, load: f64) -> Option<Standing> {
         let reach = (load - self.load) / (self.load - self.earlier_load);
-        if self.load > 0.0 && self.earlier_load > 0.0 && (-1.0..=LONGEST_REACH).contains(&reach) {
+        if self.load > 0.0 && self.earlier_load > 0.0 && REACH.contains(&reach) {
             self.extrapolate(reach);
             self.load = load;
             return Some(self.survey());
