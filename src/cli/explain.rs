@@ -39,18 +39,15 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     }
     let mut out = stdout().lock();
     if arguments.json {
-        let stages: Vec<Value> = stages.iter().map(|stage| json(&outlook, stage)).collect();
-        let core_hours = outlook.total_seconds() / 3600.0;
-        writeln!(
-            out,
-            "{:#}",
-            json!({ "stages": stages, "core_hours": core_hours, "growing": outlook.growing() })
-        )?;
+        let stages = stages.iter().map(|stage| json(&outlook, stage));
+        writeln!(out, "{:#}", outlook.json(stages))?;
     } else {
         for stage in &stages {
             write!(out, "{}", text(&outlook, stage))?;
         }
-        writeln!(out, "{}", outlook.forecast())?;
+        if arguments.stage.is_none() {
+            writeln!(out, "{}", outlook.forecast())?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -3,7 +3,7 @@
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::counted;
 use super::plan::{Count, Counts};
@@ -74,7 +74,7 @@ impl Outlook {
     }
 
     /// What everything missing is expected to take of one core: a task of two stages counts once.
-    pub fn total_seconds(&self) -> f64 {
+    fn total_seconds(&self) -> f64 {
         self.pace.seconds_of(&self.plan, &self.missing)
     }
 
@@ -92,9 +92,13 @@ impl Outlook {
         &self.plan.stages[cause.stage].name
     }
 
-    /// The stages whose number of surfaces is not given, for programs.
-    pub fn growing(&self) -> serde_json::Value {
-        growing(&self.growing)
+    /// What is told of stages, and of the study, for programs.
+    pub fn json(&self, stages: impl Iterator<Item = Value>) -> Value {
+        json!({
+            "stages": stages.collect::<Value>(),
+            "core_hours": self.total_seconds() / 3600.0,
+            "growing": growing(&self.growing),
+        })
     }
 
     /// What is to come, in time of this machine, and where more may come.
@@ -117,7 +121,7 @@ impl Outlook {
 }
 
 /// Stages whose number of surfaces is not given, for programs.
-pub fn growing(stages: &[GrowingStage]) -> serde_json::Value {
+pub fn growing(stages: &[GrowingStage]) -> Value {
     let stages = stages.iter().map(|stage| {
         json!({
             "name": stage.name,

@@ -32,13 +32,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
             json["reasons"] = json!(reasons(&outlook, stage));
             json
         });
-        let stages: Vec<_> = stages.collect();
-        let core_hours = outlook.total_seconds() / 3600.0;
-        writeln!(
-            out,
-            "{:#}",
-            json!({ "stages": stages, "core_hours": core_hours, "growing": outlook.growing() })
-        )?;
+        writeln!(out, "{:#}", outlook.json(stages))?;
     } else {
         writeln!(out, "{}\n{}", table(&outlook, &stages), outlook.forecast())?;
     }
