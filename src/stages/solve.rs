@@ -72,7 +72,7 @@ impl Params {
             Pressures::At(loads) => loads.len() as f64,
         };
         Footprint {
-            work: 58.0,
+            work: 62.0,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }

@@ -6,8 +6,8 @@ use super::super::fft::Transform;
 use super::super::half_space;
 use super::Settings;
 
-/// Cost of a whole iteration over that of its transforms, in pairs: measured from 512² to 1024².
-const OVERHEAD: f64 = 1.9;
+/// Cost of a whole iteration over that of its transforms, in pairs: 2.1 at 512² and 2.5 at 1024².
+const OVERHEAD: f64 = 2.4;
 
 /// What a tenth of the tolerance adds to the pairs at the default one, counted down to 1e-10.
 const PER_DECADE: f64 = 0.29;
