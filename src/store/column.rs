@@ -164,7 +164,8 @@ impl Role {
 }
 
 impl ColumnKind {
-    const ALL: [ColumnKind; 6] = [
+    /// Every kind.
+    pub const ALL: [ColumnKind; 6] = [
         ColumnKind::Real,
         ColumnKind::Integer,
         ColumnKind::Flag,

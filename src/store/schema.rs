@@ -81,22 +81,13 @@ mod tests {
     use super::*;
     use crate::store::provenance::Provenance;
 
-    const KINDS: [ColumnKind; 6] = [
-        ColumnKind::Real,
-        ColumnKind::Integer,
-        ColumnKind::Flag,
-        ColumnKind::Text,
-        ColumnKind::Bytes,
-        ColumnKind::Reals,
-    ];
-
     fn schema() -> Schema {
         let names = ["a", "b", "c", "d", "e", "f"];
         let column = |(name, kind)| Column::result(name, kind, "m", "a \"word\" on {it}");
         Schema::new(
             names
                 .into_iter()
-                .zip(KINDS)
+                .zip(ColumnKind::ALL)
                 .map(|pair| column(pair).field())
                 .collect::<Vec<_>>(),
         )
@@ -123,7 +114,7 @@ mod tests {
     #[test]
     fn columns_of_every_kind_come_back_with_unit_and_meaning() {
         let empty = schema();
-        let arrays = KINDS.map(|kind| arrow::array::new_null_array(&kind.data_type(), 2));
+        let arrays = ColumnKind::ALL.map(|kind| arrow::array::new_null_array(&kind.data_type(), 2));
         let table = Table::of(2, empty, arrays.to_vec());
         assert_eq!(read(&parquet::encode(&table, &a_task())).unwrap(), table);
     }
