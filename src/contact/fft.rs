@@ -11,6 +11,10 @@
 //! `half_spectrum` does all this on any mesh, with rustfft. A sweep of loads is little else than
 //! convolutions, so these have a second way, `packed`, which takes half the time on meshes of
 //! 2^a·3^b·5^c nodes with enough twos and on processors whose `registers` it knows.
+//!
+//! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
+//! result of one makes the map of the next, row by row, both happen in one turn, and memory is
+//! passed over once.
 
 use rustfft::{FftNum, num_complex::Complex};
 
@@ -48,15 +52,13 @@ impl Real for f64 {
     }
 }
 
-/// What goes into a convolution and what becomes of its result, row by row.
+/// What a pass over a map does with its rows.
 ///
 /// Masks, casts and sums done here cost no pass over memory of their own.
 pub trait Rows<T> {
-    /// Writes row `row` of the map to convolve; called once per row, in ascending order.
-    fn fill(&mut self, row: usize, values: &mut [T]);
-    /// Reads row `row` of the convolved map, and may overwrite it; called once per row, in ascending
-    /// order, after all rows have been filled.
-    fn take(&mut self, row: usize, values: &mut [T]);
+    /// Writes row `row` of a map, reads it, or replaces it by that of another one; called once per
+    /// row, in ascending order.
+    fn row(&mut self, row: usize, values: &mut [T]);
 }
 
 /// Planned transforms of one mesh in one precision; cheap to share, since buffers are the caller's.
@@ -66,7 +68,7 @@ pub struct Transform<T> {
     packed: Option<Packed<T>>,
 }
 
-/// What a [`Transform`] writes on the way; any contents will do.
+/// What a [`Transform`] writes on the way, a convolution in progress among it.
 pub struct Scratch<T> {
     half_spectrum: half_spectrum::Scratch<T>,
     /// Allocated by the first convolution.
@@ -149,7 +151,7 @@ impl<T: Real> Transform<T> {
             .inverse(spectrum, field, &mut scratch.half_spectrum);
     }
 
-    /// Convolves a map with a kernel: forward, multiply, inverse, a few columns at a time.
+    /// Convolves a map with a kernel.
     pub fn convolve(
         &self,
         kernel: &Kernel<T>,
@@ -159,43 +161,93 @@ impl<T: Real> Transform<T> {
     ) {
         let (nodes, cells) = (self.nodes, self.nodes * self.nodes);
         assert_eq!((field.len(), out.len()), (cells, cells));
-        self.convolve_rows(kernel, &mut Maps { nodes, field, out }, scratch);
+        self.begin(&mut Source { nodes, field }, scratch);
+        self.multiply(kernel, scratch);
+        self.finish(&mut Sink { nodes, out }, scratch);
     }
 
-    /// The convolution of [`Transform::convolve`], of rows that its user fills and takes.
-    pub fn convolve_rows(
-        &self,
-        kernel: &Kernel<T>,
-        rows: &mut impl Rows<T>,
-        scratch: &mut Scratch<T>,
-    ) {
+    /// Begins a convolution of the map whose rows are written.
+    pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.way(scratch) {
+            Way::Packed(packed, scratch) => packed.begin(rows, scratch),
+            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.begin(rows, scratch),
+        }
+    }
+
+    /// Goes on with a convolution: forward, multiply, inverse, a few columns at a time. Returns the
+    /// sum of map × convolved map.
+    pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
         assert_eq!(kernel.nodes, self.nodes, "a kernel is made for one mesh");
+        match self.way(scratch) {
+            Way::Packed(packed, scratch) => packed.multiply(&kernel.factors, scratch),
+            Way::HalfSpectrum(half_spectrum, scratch) => {
+                half_spectrum.multiply(&kernel.factors, scratch)
+            }
+        }
+    }
+
+    /// Ends a convolution, whose rows are read, and begins that of the map by which they are
+    /// replaced.
+    pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.way(scratch) {
+            Way::Packed(packed, scratch) => packed.turn(rows, scratch),
+            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.turn(rows, scratch),
+        }
+    }
+
+    /// Ends a convolution, whose rows are read.
+    pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.way(scratch) {
+            Way::Packed(packed, scratch) => packed.finish(rows, scratch),
+            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.finish(rows, scratch),
+        }
+    }
+
+    /// Reads rows 2 `pair` and, if there is one, 2 `pair` + 1 of a convolution about to end.
+    pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.way(scratch) {
+            Way::Packed(packed, scratch) => packed.peek(pair, rows, scratch),
+            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.peek(pair, rows, scratch),
+        }
+    }
+
+    fn way<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Way<'a, T> {
         match &self.packed {
             Some(packed) => {
                 let scratch = scratch.packed.get_or_insert_with(|| packed.scratch());
-                packed.convolve_rows(&kernel.factors, rows, scratch);
+                Way::Packed(packed, scratch)
             }
-            None => {
-                self.half_spectrum
-                    .convolve_rows(&kernel.factors, rows, &mut scratch.half_spectrum)
-            }
+            None => Way::HalfSpectrum(&self.half_spectrum, &mut scratch.half_spectrum),
         }
     }
 }
 
-/// Rows of whole maps, for a convolution that does nothing on the way.
-struct Maps<'a, T> {
+/// How a mesh is convolved.
+enum Way<'a, T> {
+    Packed(&'a Packed<T>, &'a mut packed::Scratch<T>),
+    HalfSpectrum(&'a HalfSpectrum<T>, &'a mut half_spectrum::Scratch<T>),
+}
+
+/// Rows of a map to convolve.
+struct Source<'a, T> {
     nodes: usize,
     field: &'a [T],
+}
+
+impl<T: Real> Rows<T> for Source<'_, T> {
+    fn row(&mut self, row: usize, values: &mut [T]) {
+        values.copy_from_slice(&self.field[row * self.nodes..][..self.nodes]);
+    }
+}
+
+/// Rows of a convolved map.
+struct Sink<'a, T> {
+    nodes: usize,
     out: &'a mut [T],
 }
 
-impl<T: Real> Rows<T> for Maps<'_, T> {
-    fn fill(&mut self, row: usize, values: &mut [T]) {
-        values.copy_from_slice(&self.field[row * self.nodes..][..self.nodes]);
-    }
-
-    fn take(&mut self, row: usize, values: &mut [T]) {
+impl<T: Real> Rows<T> for Sink<'_, T> {
+    fn row(&mut self, row: usize, values: &mut [T]) {
         self.out[row * self.nodes..][..self.nodes].copy_from_slice(values);
     }
 }

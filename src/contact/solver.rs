@@ -7,14 +7,17 @@
 //! serve as a guess.
 //!
 //! `start` guesses, `search` holds the iteration, in the line of Polonsky & Keer (*Wear* 231, 1999,
-//! 206) with a preconditioner, and `release` lets go what is in contact by an oversight. The search
-//! runs in single precision on increments; what it finds is evaluated in double precision, and the
-//! residual found there is where it goes on: iterative refinement.
+//! 206) with a preconditioner, `landing` evaluates where it led, and `release` lets go what is in
+//! contact by an oversight. The search runs in single precision on increments; what it finds is
+//! evaluated in double precision, and the residual found there is where it goes on: iterative
+//! refinement.
 
 use super::fft::{Kernel, Scratch, Transform};
 use super::half_space;
 
+mod landing;
 mod lanes;
+mod line;
 pub mod pace;
 mod passes;
 mod release;
@@ -23,17 +26,15 @@ mod start;
 mod steps;
 mod survey;
 
-use search::{Evaluation, Reached, Search};
+use landing::Evaluation;
+use passes::{Base, Sample};
+use search::Search;
+use start::Start;
 use steps::Steps;
-use survey::Standing;
 
 /// How far an evaluation in single precision is trusted to have reduced the residual of the last
 /// one in double precision: far from its rounding, 1e-7.
 const SINGLE_REDUCTION: f64 = 1e-4;
-
-/// The least by which an iteration is expected to reduce the residual, nearly always: what comes
-/// that close to the goal is moved and evaluated in double precision at once.
-const EXPECTED_REDUCTION: f64 = 0.5;
 
 /// When a load counts as solved, and when to give up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +50,7 @@ impl Default for Settings {
     /// At this tolerance contact counts are within 4 nodes of a million, 0.4 on average.
     fn default() -> Self {
         Self {
-            tolerance: 7e-5,
+            tolerance: 6e-5,
             pair_limit: 2000,
         }
     }
@@ -89,9 +90,10 @@ pub struct Outcome {
 
 /// One rough surface, and its contact at the last load.
 ///
-/// Holds about 61 bytes a node: heights and pressure in double precision, the previous pressure,
-/// gap and previous gap, correction, direction and its displacement in single, a mask, a half
-/// spectrum of each precision, and three kernels of half the mesh.
+/// Holds about 57 bytes a node: heights and pressure in double precision; heights, the search's
+/// pressure, the previous pressure, gap and previous gap, and what nodes carry from iteration to
+/// iteration in single; a half spectrum of each precision, and three kernels of half the mesh. For
+/// tolerances below 1e-5, 4 more.
 pub struct Solver {
     nodes: usize,
     heights: Vec<f64>,
@@ -108,13 +110,18 @@ pub struct Solver {
     datum: f64,
     earlier_gap: Vec<f32>,
     earlier_datum: f64,
-    /// Nodes with pressure; inside an iteration, free nodes.
-    active: Vec<bool>,
-    correction: Vec<f32>,
-    /// The last move; inside an iteration, the direction of the next.
-    direction: Vec<f32>,
-    /// Displacement under the last move.
-    image: Vec<f32>,
+    /// Mean of the gap in contact, less the datum.
+    level: f64,
+    earlier_level: f64,
+    single_heights: Vec<f32>,
+    /// Pressures of a search are counted from here,
+    base: Base,
+    /// and are so much higher.
+    rise: Vec<f32>,
+    /// The last move of free nodes; elsewhere, the extension of the gap. Marked, see `passes`.
+    carry: Vec<f32>,
+    sample: Sample,
+    free_nodes: f64,
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
@@ -144,6 +151,7 @@ impl Solver {
         let full_contact_load = -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p));
         Self {
             nodes,
+            single_heights: heights.iter().map(|height| *height as f32).collect(),
             heights,
             full_contact_load,
             pressure,
@@ -155,10 +163,13 @@ impl Solver {
             datum: 0.0,
             earlier_gap: vec![0.0; cells],
             earlier_datum: 0.0,
-            active: vec![false; cells],
-            correction: vec![0.0; cells],
-            direction: vec![0.0; cells],
-            image: vec![0.0; cells],
+            level: 0.0,
+            earlier_level: 0.0,
+            carry: vec![0.0; cells],
+            base: Base::new(nodes),
+            rise: vec![0.0; cells],
+            sample: Sample::new(nodes),
+            free_nodes: 0.0,
             double,
             double_scratch,
             displacement: half_space::displacement(nodes),
@@ -193,6 +204,7 @@ impl Solver {
     ) -> Outcome {
         assert!(load.is_finite() && load > 0.0, "a load presses");
         self.pairs = 0;
+        self.base.prepare(settings.tolerance);
         if load >= self.full_contact_load {
             self.flatten(load);
             let evaluation = self.evaluate();
@@ -203,48 +215,39 @@ impl Solver {
         }
         let mut search = Search::default();
         let mut evaluation = match self.guess(load) {
-            Some(standing) => self.refine(&mut search, standing, settings, interrupted),
+            Some(start) => self.approach(&mut search, start, settings, interrupted),
             None => self.evaluate(),
         };
         loop {
             let residual = self.residual(evaluation.standing.error);
             let stop = if residual <= settings.tolerance {
-                self.release();
+                self.release(evaluation.standing.level);
                 Stop::Converged
             } else if self.pairs >= settings.pair_limit {
                 Stop::PairLimit
             } else if interrupted() {
                 Stop::Interrupted
             } else {
-                evaluation = self.refine(&mut search, evaluation.standing, settings, interrupted);
+                let start = self.ask(evaluation.standing.level);
+                evaluation = self.approach(&mut search, start, settings, interrupted);
                 continue;
             };
             return self.outcome(stop, evaluation);
         }
     }
 
-    /// Iterates, at least once, until single precision has done what it can or need do, and
-    /// evaluates where that led.
-    fn refine(
+    /// Iterates to where the tolerance is met, or as far as single precision reaches.
+    fn approach(
         &mut self,
         search: &mut Search,
-        mut standing: Standing,
+        start: Start,
         settings: &Settings,
         interrupted: &dyn Fn() -> bool,
     ) -> Evaluation {
-        let begun = self.residual(standing.error);
+        let begun = self.residual(start.standing.error);
         let goal = settings.tolerance.max(SINGLE_REDUCTION * begun);
-        loop {
-            let landing = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
-            standing = match self.advance(search, standing, landing) {
-                Reached::Evaluated(evaluation) => return evaluation,
-                Reached::Estimate(standing) => standing,
-            };
-            let enough = self.residual(standing.error) <= goal;
-            if enough || search.is_stuck() || self.pairs >= settings.pair_limit || interrupted() {
-                return self.evaluate();
-            }
-        }
+        let stop = |pairs| pairs >= settings.pair_limit || interrupted();
+        self.refine(search, start, goal, &stop)
     }
 
     /// An error of the gap in mesh steps of a surface of unit rms slope.
@@ -252,15 +255,16 @@ impl Solver {
         self.nodes as f64 * error
     }
 
-    fn outcome(&self, stop: Stop, evaluation: Evaluation) -> Outcome {
+    fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {
+        let (contact_nodes, peak_pressure) = self.conclude();
         Outcome {
             stop,
             pairs: self.pairs,
             residual: self.residual(evaluation.standing.error),
-            contact_nodes: self.pressure.iter().filter(|p| **p > 0.0).count(),
+            contact_nodes,
             mean_gap: evaluation.mean_gap,
             energy: evaluation.energy,
-            peak_pressure: self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p)),
+            peak_pressure,
         }
     }
 }

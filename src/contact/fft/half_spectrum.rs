@@ -29,7 +29,7 @@ pub struct Scratch<T> {
     spectrum: Vec<Complex<T>>,
 }
 
-/// The factors of a convolution as [`HalfSpectrum::convolve_rows`] reads them: (|k_x|, |k_y|) at
+/// The factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
 /// `|k_y| * (N/2 + 1) + |k_x|`.
 pub fn kernel<T: Real>(nodes: usize, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
     let columns = nodes / 2 + 1;
@@ -95,21 +95,56 @@ impl<T: Real> HalfSpectrum<T> {
         });
     }
 
-    /// Forward, multiply, inverse, one tile of columns at a time.
-    pub fn convolve_rows(&self, kernel: &[T], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
         spectrum.resize(self.len(), Complex::default());
-        self.forward_rows(&mut spectrum, scratch, |i, row| rows.fill(i, row));
+        self.forward_rows(&mut spectrum, scratch, |i, row| rows.row(i, row));
+        scratch.spectrum = spectrum;
+    }
+
+    /// Forward, multiply, inverse, one tile of columns at a time.
+    pub fn multiply(&self, kernel: &[T], scratch: &mut Scratch<T>) -> f64 {
+        let mut spectrum = std::mem::take(&mut scratch.spectrum);
+        let mut sum = 0.0;
         self.transform_columns(&mut spectrum, scratch, |tile, first, butterflies| {
             self.column_forward.process_with_scratch(tile, butterflies);
-            let columns = kernel.chunks_exact(self.columns()).skip(first);
-            for (column, symbol) in tile.chunks_exact_mut(self.nodes).zip(columns) {
-                multiply_by_even(column, symbol);
+            let columns = (first..).zip(kernel.chunks_exact(self.columns()).skip(first));
+            for (column, (k_y, symbol)) in tile.chunks_exact_mut(self.nodes).zip(columns) {
+                // All but the lowest and the Nyquist column stand for their opposites too.
+                let alone = k_y == 0 || 2 * k_y == self.nodes;
+                sum += multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 };
             }
             self.column_inverse.process_with_scratch(tile, butterflies);
         });
-        self.inverse_rows(&mut spectrum, scratch, |i, row| rows.take(i, row));
         scratch.spectrum = spectrum;
+        sum
+    }
+
+    pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let mut spectrum = std::mem::take(&mut scratch.spectrum);
+        for (i, row) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
+            self.inverse_row(row, &mut scratch.row, &mut scratch.butterflies);
+            rows.row(i, &mut scratch.row);
+            self.forward_row(&mut scratch.row, row, &mut scratch.butterflies);
+        }
+        scratch.spectrum = spectrum;
+    }
+
+    pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let mut spectrum = std::mem::take(&mut scratch.spectrum);
+        self.inverse_rows(&mut spectrum, scratch, |i, row| rows.row(i, row));
+        scratch.spectrum = spectrum;
+    }
+
+    pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        for row in [2 * pair, 2 * pair + 1] {
+            let Some(half) = scratch.spectrum.chunks_exact(self.columns()).nth(row) else {
+                return;
+            };
+            let half = &mut half.to_vec();
+            self.inverse_row(half, &mut scratch.row, &mut scratch.butterflies);
+            rows.row(row, &mut scratch.row);
+        }
     }
 
     fn forward_rows(
@@ -120,9 +155,7 @@ impl<T: Real> HalfSpectrum<T> {
     ) {
         for (i, out) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
             read(i, &mut scratch.row);
-            self.row_forward
-                .process_with_scratch(&mut scratch.row, out, &mut scratch.butterflies)
-                .expect("buffers are sized by the plan");
+            self.forward_row(&mut scratch.row, out, &mut scratch.butterflies);
         }
     }
 
@@ -133,16 +166,26 @@ impl<T: Real> HalfSpectrum<T> {
         mut write: impl FnMut(usize, &mut [T]),
     ) {
         for (i, row) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
-            // Zero for a real map, but for rounding; the complex-to-real plan insists.
-            row[0].im = T::zero();
-            if self.nodes.is_multiple_of(2) {
-                row[self.nodes / 2].im = T::zero();
-            }
-            self.row_inverse
-                .process_with_scratch(row, &mut scratch.row, &mut scratch.butterflies)
-                .expect("buffers are sized by the plan");
+            self.inverse_row(row, &mut scratch.row, &mut scratch.butterflies);
             write(i, &mut scratch.row);
         }
+    }
+
+    fn forward_row(&self, row: &mut [T], half: &mut [Complex<T>], butterflies: &mut [Complex<T>]) {
+        self.row_forward
+            .process_with_scratch(row, half, butterflies)
+            .expect("buffers are sized by the plan");
+    }
+
+    fn inverse_row(&self, half: &mut [Complex<T>], row: &mut [T], butterflies: &mut [Complex<T>]) {
+        // Zero for a real map, but for rounding; the complex-to-real plan insists.
+        half[0].im = T::zero();
+        if self.nodes.is_multiple_of(2) {
+            half[self.nodes / 2].im = T::zero();
+        }
+        self.row_inverse
+            .process_with_scratch(half, row, butterflies)
+            .expect("buffers are sized by the plan");
     }
 
     /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies)` change
@@ -172,13 +215,17 @@ impl<T: Real> HalfSpectrum<T> {
     }
 }
 
-/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude.
-fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) {
+/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude. Returns the sum of what they
+/// were times what they are.
+fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
     let (positive, negative) = column.split_at_mut(symbol.len());
-    for (value, factor) in positive.iter_mut().zip(symbol) {
+    let positive = positive.iter_mut().zip(symbol);
+    let waves = positive.chain(negative.iter_mut().rev().zip(&symbol[1..]));
+    let mut sum = 0.0;
+    for (value, factor) in waves {
+        let product = value.norm_sqr() * *factor;
+        sum += product.into();
         *value = *value * *factor;
     }
-    for (value, factor) in negative.iter_mut().rev().zip(&symbol[1..]) {
-        *value = *value * *factor;
-    }
+    sum
 }

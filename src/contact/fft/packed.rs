@@ -78,7 +78,7 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// The kernel with `factor(|k_x|, |k_y|)`, as [`Packed::convolve_rows`] reads it.
+    /// The kernel with `factor(|k_x|, |k_y|)`, as [`Packed::multiply`] reads it.
     pub fn kernel(&self, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
         self.columns.kernel(factor)
     }
@@ -95,40 +95,93 @@ impl<T: Real> Packed<T> {
         (self.nodes + PADDING) * self.lanes
     }
 
-    pub fn convolve_rows(&self, kernel: &[T], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let Scratch {
-            rows: batch,
-            tiles,
-            spare,
+            rows: batch, tiles, ..
         } = scratch;
         for first in (0..self.nodes).step_by(2 * BATCH) {
             for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
-                rows.fill(row, values);
+                rows.row(row, values);
             }
-            let work = Forward(RowPass::new(self, first / 2, batch, tiles));
-            T::vectorize(self.instructions, work);
+            self.forward(first / 2, batch, tiles);
         }
+    }
+
+    pub fn multiply(&self, kernel: &[T], scratch: &mut Scratch<T>) -> f64 {
+        let mut sum = 0.0;
         let work = columns::Convolve {
             columns: &self.columns,
             places: self.rows.places(),
             kernel,
-            tiles,
+            tiles: &mut scratch.tiles,
             tile_len: self.tile_len(),
-            spare,
+            spare: &mut scratch.spare,
+            sum: &mut sum,
         };
         T::vectorize(self.instructions, work);
+        sum
+    }
+
+    pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let Scratch {
+            rows: batch, tiles, ..
+        } = scratch;
         for first in (0..self.nodes).step_by(2 * BATCH) {
-            let work = Inverse(RowPass::new(self, first / 2, batch, tiles));
-            T::vectorize(self.instructions, work);
+            self.inverse::<BATCH>(first / 2, batch, tiles);
             for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
-                rows.take(row, values);
+                rows.row(row, values);
+            }
+            self.forward(first / 2, batch, tiles);
+        }
+    }
+
+    pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let Scratch {
+            rows: batch, tiles, ..
+        } = scratch;
+        for first in (0..self.nodes).step_by(2 * BATCH) {
+            self.inverse::<BATCH>(first / 2, batch, tiles);
+            for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
+                rows.row(row, values);
             }
         }
     }
+
+    pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        let batch = &mut scratch.rows[..2 * self.nodes];
+        self.inverse::<1>(pair, batch, &scratch.tiles);
+        for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(self.nodes)) {
+            rows.row(row, values);
+        }
+    }
+
+    fn forward(&self, first: usize, batch: &mut [T], tiles: &mut [T]) {
+        let work = Forward {
+            stages: &self.rows,
+            nodes: self.nodes,
+            tile_len: self.tile_len(),
+            first,
+            batch,
+            tiles,
+        };
+        T::vectorize(self.instructions, work);
+    }
+
+    fn inverse<const ROWS: usize>(&self, first: usize, batch: &mut [T], tiles: &[T]) {
+        let work = Inverse::<ROWS, T> {
+            stages: &self.rows,
+            nodes: self.nodes,
+            tile_len: self.tile_len(),
+            first,
+            batch,
+            tiles,
+        };
+        T::vectorize(self.instructions, work);
+    }
 }
 
-/// A batch of complex rows on its way to or from the tiles.
-struct RowPass<'a, T> {
+/// Takes a batch of complex rows to the tiles.
+struct Forward<'a, T> {
     stages: &'a Stages<T, true>,
     /// Numbers in a row.
     nodes: usize,
@@ -140,37 +193,21 @@ struct RowPass<'a, T> {
     tiles: &'a mut [T],
 }
 
-impl<'a, T: Real> RowPass<'a, T> {
-    fn new(plan: &'a Packed<T>, first: usize, batch: &'a mut [T], tiles: &'a mut [T]) -> Self {
-        Self {
-            stages: &plan.rows,
-            nodes: plan.nodes,
-            tile_len: plan.tile_len(),
-            first,
-            batch,
-            tiles,
-        }
-    }
-}
-
-struct Forward<'a, T>(RowPass<'a, T>);
-
 impl<T: Real> Work<T> for Forward<'_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
-        let pass = self.0;
-        let registers = pass.nodes / R::LANES;
-        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(pass.batch);
+        let registers = self.nodes / R::LANES;
+        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
         for row in batch.chunks_exact_mut(2 * registers) {
             let (re, im) = row.split_at_mut(registers);
-            pass.stages.forward(r, re, im);
+            self.stages.forward(r, re, im);
         }
-        let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(pass.tiles);
-        let tiles = tiles.chunks_exact_mut(pass.tile_len / R::LANES);
+        let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
+        let tiles = tiles.chunks_exact_mut(self.tile_len / R::LANES);
         for (j, tile) in tiles.enumerate() {
-            let (re, im) = tile.split_at_mut(pass.nodes / 2);
-            let re = &mut re[pass.first..][..BATCH];
-            let im = &mut im[pass.first..][..BATCH];
+            let (re, im) = tile.split_at_mut(self.nodes / 2);
+            let re = &mut re[self.first..][..BATCH];
+            let im = &mut im[self.first..][..BATCH];
             for k in 0..BATCH {
                 re[k] = batch[2 * k * registers + j];
                 im[k] = batch[(2 * k + 1) * registers + j];
@@ -179,28 +216,35 @@ impl<T: Real> Work<T> for Forward<'_, T> {
     }
 }
 
-struct Inverse<'a, T>(RowPass<'a, T>);
+/// Brings so many complex rows back from the tiles.
+struct Inverse<'a, const ROWS: usize, T> {
+    stages: &'a Stages<T, true>,
+    nodes: usize,
+    tile_len: usize,
+    first: usize,
+    batch: &'a mut [T],
+    tiles: &'a [T],
+}
 
-impl<T: Real> Work<T> for Inverse<'_, T> {
+impl<const ROWS: usize, T: Real> Work<T> for Inverse<'_, ROWS, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
-        let pass = self.0;
-        let registers = pass.nodes / R::LANES;
-        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(pass.batch);
-        let tiles: &[R::Lanes] = bytemuck::cast_slice(pass.tiles);
-        let tiles = tiles.chunks_exact(pass.tile_len / R::LANES);
+        let registers = self.nodes / R::LANES;
+        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
+        let tiles: &[R::Lanes] = bytemuck::cast_slice(self.tiles);
+        let tiles = tiles.chunks_exact(self.tile_len / R::LANES);
         for (j, tile) in tiles.enumerate() {
-            let (re, im) = tile.split_at(pass.nodes / 2);
-            let re = &re[pass.first..][..BATCH];
-            let im = &im[pass.first..][..BATCH];
-            for k in 0..BATCH {
+            let (re, im) = tile.split_at(self.nodes / 2);
+            let re = &re[self.first..][..ROWS];
+            let im = &im[self.first..][..ROWS];
+            for k in 0..ROWS {
                 batch[2 * k * registers + j] = re[k];
                 batch[(2 * k + 1) * registers + j] = im[k];
             }
         }
         for row in batch.chunks_exact_mut(2 * registers) {
             let (re, im) = row.split_at_mut(registers);
-            pass.stages.inverse(r, re, im);
+            self.stages.inverse(r, re, im);
         }
     }
 }

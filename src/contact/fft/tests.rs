@@ -131,8 +131,10 @@ fn packed_error<T: Real>(nodes: usize, instructions: InstructionSet) -> Option<f
     let packed = Packed::<T>::new(nodes, instructions)?;
     Some(worst_error(nodes, |field, out| {
         let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / (nodes * nodes) as f64);
-        let mut rows = Maps { nodes, field, out };
-        packed.convolve_rows(&kernel, &mut rows, &mut packed.scratch());
+        let mut scratch = packed.scratch();
+        packed.begin(&mut Source { nodes, field }, &mut scratch);
+        packed.multiply(&kernel, &mut scratch);
+        packed.finish(&mut Sink { nodes, out }, &mut scratch);
     }))
 }
 
@@ -180,33 +182,106 @@ fn meshes_of_other_factors_are_left_to_rustfft() {
     }
 }
 
+/// Meshes of either way to convolve.
+const EITHER_WAY: [usize; 5] = [1, 7, 36, 64, 480];
+
 #[test]
-fn every_row_is_filled_and_then_taken_in_ascending_order() {
-    struct Calls {
-        filled: usize,
-        taken: usize,
-    }
+fn every_row_is_seen_once_in_ascending_order() {
+    struct Calls(usize);
     impl Rows<f64> for Calls {
-        fn fill(&mut self, row: usize, values: &mut [f64]) {
-            assert_eq!((row, 0), (self.filled, self.taken));
-            self.filled += 1;
+        fn row(&mut self, row: usize, values: &mut [f64]) {
+            assert_eq!(row, self.0);
+            self.0 += 1;
             values.fill(1.0);
         }
-        fn take(&mut self, row: usize, _: &mut [f64]) {
-            assert_eq!(row, self.taken);
-            self.taken += 1;
+    }
+    for nodes in EITHER_WAY {
+        let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
+        let mut scratch = transform.scratch();
+        let mut calls = [Calls(0), Calls(0), Calls(0)];
+        transform.begin(&mut calls[0], &mut scratch);
+        transform.multiply(&kernel, &mut scratch);
+        transform.turn(&mut calls[1], &mut scratch);
+        transform.multiply(&kernel, &mut scratch);
+        transform.finish(&mut calls[2], &mut scratch);
+        assert!(calls.iter().all(|calls| calls.0 == nodes));
+    }
+}
+
+#[test]
+fn a_turn_is_an_end_and_a_beginning() {
+    /// Hands rows on, three times as large.
+    struct Triple;
+    impl Rows<f64> for Triple {
+        fn row(&mut self, _: usize, values: &mut [f64]) {
+            values.iter_mut().for_each(|value| *value *= 3.0);
         }
     }
-    for nodes in [7, 64] {
-        let (transform, mut calls) = (
-            Transform::new(nodes),
-            Calls {
-                filled: 0,
-                taken: 0,
-            },
+    for nodes in EITHER_WAY {
+        let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
+        let mut scratch = transform.scratch();
+        let field = map(nodes);
+        let [mut apart, mut at_once] = [field.clone(), field.clone()];
+        transform.convolve(&kernel, &field, &mut apart, &mut scratch);
+        apart.iter_mut().for_each(|value| *value *= 3.0);
+        transform.convolve(&kernel, &apart.clone(), &mut apart, &mut scratch);
+
+        let field = &field;
+        transform.begin(&mut Source { nodes, field }, &mut scratch);
+        transform.multiply(&kernel, &mut scratch);
+        transform.turn(&mut Triple, &mut scratch);
+        transform.multiply(&kernel, &mut scratch);
+        let out = &mut at_once;
+        transform.finish(&mut Sink { nodes, out }, &mut scratch);
+        assert_eq!(apart, at_once);
+    }
+}
+
+#[test]
+fn a_peek_shows_two_rows_of_what_is_to_come() {
+    struct Seen<'a> {
+        map: &'a [f64],
+        rows: Vec<usize>,
+    }
+    impl Rows<f64> for Seen<'_> {
+        fn row(&mut self, row: usize, values: &mut [f64]) {
+            assert_eq!(values, &self.map[row * values.len()..][..values.len()]);
+            self.rows.push(row);
+        }
+    }
+    for nodes in EITHER_WAY {
+        let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
+        let mut scratch = transform.scratch();
+        let field = &map(nodes);
+        let mut convolved = vec![0.0; nodes * nodes];
+        transform.convolve(&kernel, field, &mut convolved, &mut scratch);
+        transform.begin(&mut Source { nodes, field }, &mut scratch);
+        transform.multiply(&kernel, &mut scratch);
+        let mut seen = Seen {
+            map: &convolved,
+            rows: Vec::new(),
+        };
+        for pair in 0..nodes.div_ceil(2) {
+            transform.peek(pair, &mut seen, &mut scratch);
+        }
+        assert_eq!(seen.rows, Vec::from_iter(0..nodes));
+    }
+}
+
+#[test]
+fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
+    for nodes in MESHES.into_iter().chain(EITHER_WAY) {
+        let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
+        let mut scratch = transform.scratch();
+        let (field, mut convolved) = (&map(nodes), vec![0.0; nodes * nodes]);
+        transform.begin(&mut Source { nodes, field }, &mut scratch);
+        let told = transform.multiply(&kernel, &mut scratch);
+        let out = &mut convolved;
+        transform.finish(&mut Sink { nodes, out }, &mut scratch);
+        let work: f64 = field.iter().zip(&convolved).map(|(a, b)| a * b).sum();
+        assert!(
+            (told - work).abs() < 1e-13 * work,
+            "{nodes}: {told}, {work}"
         );
-        let kernel = Kernel::new(nodes, factor);
-        transform.convolve_rows(&kernel, &mut calls, &mut transform.scratch());
-        assert_eq!((calls.filled, calls.taken), (nodes, nodes));
     }
 }

@@ -1,71 +1,191 @@
-//! Arithmetic on rows that compilers turn into vector instructions, and whose order is fixed.
+//! Arithmetic on rows, as many numbers at a time as a register holds.
 //!
-//! Sums run in [`LANES`] interleaved partial sums, and masks multiply instead of branching. Wider
-//! registers change the speed and no bit of the result.
+//! pulp finds out what the processor can do. All that runs on registers is `#[inline(always)]` and
+//! free of closures: only so is it compiled with the instructions that were found.
+
+use std::ops::{Add, BitOr, Mul, Neg, Sub};
 
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::fft::{Real, Rows};
 
-/// Partial sums of a row: the widest register, in single precision.
+/// Partial sums of a row where compilers choose the registers: the widest, in single precision.
 pub const LANES: usize = 16;
 
-/// Work on a row. A trait and not a closure, since `#[inline(always)]` is heeded only here.
-pub trait Work {
-    type Output;
-    /// Gains by [`wide`] only if it, and all that it calls, is `#[inline(always)]`.
-    fn run(self) -> Self::Output;
+/// What a pass over the mesh does with its rows, in the registers that it is given.
+pub trait Pass<T> {
+    /// As [`Rows::row`].
+    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [T]);
 }
 
-/// Runs `work`, compiled for the widest registers that the processor has.
-#[inline(always)]
-pub fn wide<W: Work>(work: W) -> W::Output {
-    Arch::new().dispatch(Run(work))
-}
+/// The rows of a pass, in the widest registers that the processor has.
+pub struct Wide<'a, P>(pub &'a mut P);
 
-struct Run<W>(W);
-
-impl<W: Work> WithSimd for Run<W> {
-    type Output = W::Output;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> W::Output {
-        self.0.run()
+impl<T, P: Pass<T>> Rows<T> for Wide<'_, P> {
+    fn row(&mut self, row: usize, values: &mut [T]) {
+        Arch::new().dispatch(Row(self.0, row, values));
     }
 }
 
-/// Rows whose arithmetic is [`wide`].
-pub struct Wide<'a, R>(pub &'a mut R);
+struct Row<'a, T, P>(&'a mut P, usize, &'a mut [T]);
 
-impl<T, R: Rows<T>> Rows<T> for Wide<'_, R> {
-    fn fill(&mut self, row: usize, values: &mut [T]) {
-        wide(Fill(self.0, row, values));
-    }
-
-    fn take(&mut self, row: usize, values: &mut [T]) {
-        wide(Take(self.0, row, values));
-    }
-}
-
-struct Fill<'a, T, R>(&'a mut R, usize, &'a mut [T]);
-
-impl<T, R: Rows<T>> Work for Fill<'_, T, R> {
+impl<T, P: Pass<T>> WithSimd for Row<'_, T, P> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        self.0.fill(self.1, self.2);
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.0.row(simd, self.1, self.2);
     }
 }
 
-struct Take<'a, T, R>(&'a mut R, usize, &'a mut [T]);
+/// Runs a pass over the rows of a map.
+pub fn over_rows<T>(map: &mut [T], nodes: usize, pass: &mut impl Pass<T>) {
+    for (row, values) in map.chunks_exact_mut(nodes).enumerate() {
+        Wide(pass).row(row, values);
+    }
+}
 
-impl<T, R: Rows<T>> Work for Take<'_, T, R> {
-    type Output = ();
+/// Numbers in a register.
+#[derive(Clone, Copy)]
+pub struct Lanes<S: Simd>(S, S::f32s);
+
+/// A choice for each number in a register.
+#[derive(Clone, Copy)]
+pub struct Choice<S: Simd>(S, S::m32s);
+
+impl<S: Simd> Lanes<S> {
+    #[inline(always)]
+    pub fn of(simd: S, numbers: S::f32s) -> Self {
+        Self(simd, numbers)
+    }
 
     #[inline(always)]
-    fn run(self) {
-        self.0.take(self.1, self.2);
+    pub fn all(simd: S, number: f32) -> Self {
+        Self(simd, simd.splat_f32s(number))
+    }
+
+    #[inline(always)]
+    pub fn numbers(self) -> S::f32s {
+        self.1
+    }
+
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self(self.0, self.0.max_f32s(self.1, other.1))
+    }
+
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self(self.0, self.0.min_f32s(self.1, other.1))
+    }
+
+    #[inline(always)]
+    pub fn is_below(self, other: Self) -> Choice<S> {
+        Choice(self.0, self.0.less_than_f32s(self.1, other.1))
+    }
+
+    /// self + a b
+    #[inline(always)]
+    pub fn plus(self, a: Self, b: Self) -> Self {
+        Self(self.0, self.0.mul_add_e_f32s(a.1, b.1, self.1))
+    }
+
+    /// Of the bits of each number, those of `bits`.
+    #[inline(always)]
+    fn bits(self, bits: u32) -> S::u32s {
+        let simd = self.0;
+        simd.and_u32s(simd.transmute_u32s_f32s(self.1), simd.splat_u32s(bits))
+    }
+
+    /// Whether `bit` of each number is set.
+    #[inline(always)]
+    pub fn has(self, bit: u32) -> Choice<S> {
+        let bits = self.bits(bit);
+        Choice(self.0, self.0.equal_u32s(bits, self.0.splat_u32s(bit)))
+    }
+
+    /// The numbers with the bits of `mask` replaced by `bit` where chosen, or by none.
+    #[inline(always)]
+    pub fn with(self, mask: u32, [(bit, so), (other, other_so)]: [(u32, Choice<S>); 2]) -> Self {
+        let simd = self.0;
+        let none = simd.splat_u32s(0);
+        let bits = simd.select_u32s(so.1, simd.splat_u32s(bit), none);
+        let others = simd.select_u32s(other_so.1, simd.splat_u32s(other), none);
+        let rest = self.bits(!mask);
+        let numbers = simd.or_u32s(rest, simd.or_u32s(bits, others));
+        Self(simd, simd.transmute_f32s_u32s(numbers))
+    }
+
+    #[inline(always)]
+    pub fn total(self) -> f64 {
+        f64::from(self.0.reduce_sum_f32s(self.1))
+    }
+
+    #[inline(always)]
+    pub fn highest(self) -> f32 {
+        self.0.reduce_max_f32s(self.1)
+    }
+
+    #[inline(always)]
+    pub fn lowest(self) -> f32 {
+        self.0.reduce_min_f32s(self.1)
+    }
+}
+
+impl<S: Simd> Choice<S> {
+    #[inline(always)]
+    pub fn choose(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
+        Lanes(self.0, self.0.select_f32s(self.1, yes.1, no.1))
+    }
+
+    #[inline(always)]
+    pub fn or_zero(self, yes: Lanes<S>) -> Lanes<S> {
+        self.choose(yes, Lanes::all(self.0, 0.0))
+    }
+}
+
+impl<S: Simd> BitOr for Choice<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0, self.0.or_m32s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Add for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0, self.0.add_f32s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Sub for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0, self.0.sub_f32s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Mul for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0, self.0.mul_f32s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Neg for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0, self.0.neg_f32s(self.1))
     }
 }
 
@@ -75,27 +195,9 @@ pub fn weight<T: Real>(counts: bool) -> T {
     T::from(u8::from(counts))
 }
 
-/// One of two finite numbers, without the branch that a compiler would make of a choice.
-#[inline(always)]
-pub fn either<T: Real>(first: bool, a: T, b: T) -> T {
-    let weight = weight::<T>(first);
-    weight * a + (T::one() - weight) * b
-}
-
 #[inline(always)]
 pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
-}
-
-#[inline(always)]
-pub fn lesser<T: PartialOrd>(a: T, b: T) -> T {
-    if a < b { a } else { b }
-}
-
-/// Σ a b, in the precision of its terms.
-#[inline(always)]
-pub fn dot<T: Real>(a: &[T], b: &[T]) -> f64 {
-    sum_by(a, b, |a, b| a * b)
 }
 
 /// Σ a, in the precision of its terms.

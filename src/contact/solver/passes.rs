@@ -1,9 +1,17 @@
-//! The passes over the mesh that a solution is made of, fused with the convolutions they feed.
+//! What happens to the rows of the mesh between two transforms.
 
-mod correct;
+mod ask;
+mod base;
 mod evaluate;
-mod motion;
+mod marks;
+mod respond;
+mod sample;
+mod steer;
 
-pub use correct::{Aim, Correct, Extension, Sums};
-pub use evaluate::{Evaluate, Tally};
-pub use motion::{Course, Glide, Land, Move, Retreat, Step};
+pub use ask::{Ask, Extrapolate};
+pub use base::Base;
+pub use evaluate::{Arrive, Depart, Join, Land, Landing, Settle, Withdraw};
+pub use marks::{FREE, PRESSED};
+pub use respond::{Respond, Response, Seen};
+pub use sample::{Means, Peek, Sample};
+pub use steer::{Course, Fold, Steer, Sums};

@@ -1,7 +1,9 @@
 //! Which nodes of an accepted solution are in contact.
 
+use pulp::Simd;
+
 use super::Solver;
-use super::lanes::total;
+use super::lanes::{LANES, Pass, greater, over_rows, total, weight};
 
 /// A node is let go if it carries less than this part of the pressure that its gap alone asks to
 /// be taken off it. Whoever carries more than the whole stays in contact for certain; near one half
@@ -14,18 +16,72 @@ impl Solver {
     ///
     /// Taking the pressure off such a node lowers its own gap by less than its height, so that it
     /// stays open.
-    pub(super) fn release(&mut self) {
-        let asked = UNDECIDED * self.nodal_stiffness;
-        for (p, gap) in self.pressure.iter_mut().zip(&self.gap) {
-            *p = if *p < asked * f64::from(*gap) {
-                0.0
-            } else {
-                *p
-            };
+    pub(super) fn release(&mut self, level: f64) {
+        let mut pass = Release {
+            asked: UNDECIDED * self.nodal_stiffness,
+            level,
+            gap: &self.gap,
+        };
+        over_rows(&mut self.pressure, self.nodes, &mut pass);
+    }
+
+    /// Brings the pressure to its mean, and says how many nodes have some and what is the highest.
+    pub(super) fn conclude(&mut self) -> (usize, f64) {
+        let mut sum = Total(0.0);
+        over_rows(&mut self.pressure, self.nodes, &mut sum);
+        let mut pass = Conclude {
+            scale: self.load * self.pressure.len() as f64 / sum.0,
+            nodes: 0.0,
+            peak: [0.0; LANES],
+        };
+        over_rows(&mut self.pressure, self.nodes, &mut pass);
+        let peak = pass.peak.into_iter().fold(0.0, greater);
+        (pass.nodes as usize, peak)
+    }
+}
+
+struct Release<'a> {
+    asked: f64,
+    level: f64,
+    gap: &'a [f32],
+}
+
+impl Pass<f64> for Release<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
+        let gap = &self.gap[row * pressure.len()..][..pressure.len()];
+        for (p, gap) in pressure.iter_mut().zip(gap) {
+            *p *= weight::<f64>(*p >= self.asked * (f64::from(*gap) - self.level));
         }
-        let scale = self.load * self.pressure.len() as f64 / total(&self.pressure);
-        for p in &mut self.pressure {
-            *p *= scale;
+    }
+}
+
+struct Total(f64);
+
+impl Pass<f64> for Total {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, _: usize, values: &mut [f64]) {
+        self.0 += total(values);
+    }
+}
+
+struct Conclude {
+    scale: f64,
+    nodes: f64,
+    peak: [f64; LANES],
+}
+
+impl Pass<f64> for Conclude {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, _: usize, pressure: &mut [f64]) {
+        for p in &mut *pressure {
+            *p *= self.scale;
         }
+        for chunk in pressure.chunks(LANES) {
+            for (peak, p) in self.peak.iter_mut().zip(chunk) {
+                *peak = greater(*peak, *p);
+            }
+        }
+        self.nodes += pressure.iter().filter(|p| **p > 0.0).count() as f64;
     }
 }

@@ -20,13 +20,25 @@
 //! pair, for nearly every move clips. But how long the move should have been is known after it at
 //! no cost. That teaches the step of the same iteration at the next load, and what was missed is
 //! made up for by the next move, whose direction contains the last one.
+//!
+//! On large meshes memory is the limit, and not arithmetic. So the end of each transform and the
+//! beginning of the next are one pass: the mesh is gone over twice an iteration, each time between
+//! two transforms. What a pass would have to know in advance is had in other ways. The line search
+//! after a move follows from sums over the pass that made it and from the transform (`line`), and
+//! so does the level of the gap, which here is its mean weighted by pressure. Scaling pressures
+//! back to their mean, and taking back what was too far, are left to the next pass (`Fold`). And
+//! what the corrections are like on the whole is seen in a sample of rows, before all of them are
+//! made.
 
 use super::Solver;
-use super::lanes::{Wide, wide};
+use super::landing::Evaluation;
+use super::lanes::Wide;
+use super::line::Line;
 use super::passes::{
-    Aim, Correct, Course, Evaluate, Extension, Glide, Land, Move, Retreat, Step, Sums, Tally,
+    Course, FREE, Fold, Means, PRESSED, Peek, Respond, Response, Seen, Steer, Sums,
 };
-use super::survey::{Standing, Survey};
+use super::start::Start;
+use super::survey::Standing;
 
 /// How much of the extension an iteration hands to the next, and how far it gives way to a pressure
 /// on a node that is not free, in units of the displacement that this node alone asks for. More of
@@ -45,13 +57,18 @@ const SMALLEST_PART: f64 = 0.5;
 /// Where less than this part would have been best, the next steps are shortened.
 const RECKLESS_PART: f64 = 0.25;
 
-/// What an iteration leaves to the next one of the same load.
+/// The least by which an iteration is expected to reduce the residual, nearly always: what comes
+/// that close to the goal is moved and evaluated in double precision at once.
+const EXPECTED_REDUCTION: f64 = 0.5;
+
+/// What iterations of one load leave to later ones, besides the steps.
 pub struct Search {
     iteration: usize,
     /// Shortens steps after one that went much too far. Without it, a step that clips too many
     /// nodes to go downhill would be taken back and tried again for ever.
     caution: f64,
-    last: Option<LastMove>,
+    /// The last move, if it was evaluated.
+    pub last: Option<LastMove>,
 }
 
 impl Default for Search {
@@ -64,243 +81,185 @@ impl Default for Search {
     }
 }
 
-struct LastMove {
-    /// How much of it was not taken back.
-    part: f64,
-    /// How much of the extension outlives it: nothing, if its displacement is the difference of
-    /// gaps, which far from contact are rounded more coarsely than the extension bears.
-    memory: f32,
+/// A move that has been made, but for what its fold says.
+#[derive(Clone, Copy)]
+pub struct LastMove {
+    pub fold: Fold,
     /// ⟨move, its displacement⟩, twice the elastic energy of the move alone.
-    curvature: f64,
+    pub curvature: f64,
     /// The part of the move that should be added to it.
-    missed: f64,
-    /// The level before the move.
-    level: f64,
-}
-
-impl Search {
-    /// Whether the last iteration went nowhere, so that only a new evaluation can help.
-    pub fn is_stuck(&self) -> bool {
-        self.iteration > 0 && self.last.is_none()
-    }
-}
-
-/// Where an iteration led.
-#[derive(Debug, Clone, Copy)]
-pub enum Reached {
-    /// As far as single precision sees.
-    Estimate(Standing),
-    Evaluated(Evaluation),
-}
-
-/// What only double precision tells.
-#[derive(Debug, Clone, Copy)]
-pub struct Evaluation {
-    pub standing: Standing,
-    /// Mean of the gap over the cell, zero where there is contact.
-    pub mean_gap: f64,
-    /// Half the mean of pressure × displacement.
-    pub energy: f64,
+    pub missed: f64,
+    /// How far it made the level rise.
+    pub rise: f64,
+    /// Whether the extension followed it.
+    pub extends: bool,
 }
 
 impl Solver {
-    /// Measures the present pressure in double precision and renews the gap from it: one pair.
-    pub(super) fn evaluate(&mut self) -> Evaluation {
-        let mut pass = Evaluate {
-            heights: &self.heights,
-            pressure: &self.pressure,
-            datum: self.datum,
-            gap: &mut self.gap,
-            active: &mut self.active,
-            tally: Tally::new(),
-        };
-        self.double.convolve_rows(
-            &self.displacement,
-            &mut Wide(&mut pass),
-            &mut self.double_scratch,
-        );
-        let tally = pass.tally;
-        self.pairs += 1;
-        self.settle(&tally)
-    }
-
-    /// Makes the level the datum, and says what double precision found.
-    ///
-    /// Gaps in contact are rounded relative to the datum: once it is the level, they keep all their
-    /// digits.
-    fn settle(&mut self, tally: &Tally) -> Evaluation {
-        let standing = tally.survey.standing();
-        self.datum += standing.level;
-        for gap in &mut self.gap {
-            *gap -= standing.level as f32;
-        }
-        let cells = self.pressure.len() as f64;
-        Evaluation {
-            standing: Standing {
-                level: 0.0,
-                ..standing
-            },
-            mean_gap: tally.gap_sum / cells - standing.level,
-            energy: 0.5 * tally.work / cells,
-        }
-    }
-
-    /// One iteration, from where the search stands to where it leads; evaluated in double
-    /// precision if `landing`, unless the move was too long and had to be taken back in part.
-    pub(super) fn advance(
+    /// Iterates, at least once, until single precision has done what it can or need do, and
+    /// evaluates where that led.
+    pub(super) fn refine(
         &mut self,
         search: &mut Search,
-        standing: Standing,
-        landing: bool,
-    ) -> Reached {
-        let step = search.caution * self.steps.of(search.iteration);
-        let level = self.datum + standing.level;
-        let sums = self.correct(search, standing.level);
-        let share = search.last.as_ref().map_or(0.0, |last| {
-            // Gaps count from the level, and the level has moved too.
-            let along = sums.correction_on_image - (level - last.level) * sums.correction;
-            (along / last.curvature + last.missed / step).clamp(0.0, LARGEST_SHARE)
-        });
-        // Keeps the mean pressure, were nothing clipped.
-        let mean = (share * sums.last_move - sums.correction) / sums.nodes as f64;
-        let pressure_sum = self.aim(step, share, mean, standing.level);
-        let step = Step {
-            length: step,
-            scale: self.load * self.pressure.len() as f64 / pressure_sum,
-        };
-        let (mut reached, course) = self.follow(step, standing.level, landing);
+        start: Start,
+        goal: f64,
+        stop: &dyn Fn(u32) -> bool,
+    ) -> Evaluation {
+        let full = self.load * self.pressure.len() as f64;
+        let Start {
+            mut standing,
+            base_sum,
+        } = start;
+        let mut last = search.last.take();
+        if let Some(last) = &mut last {
+            last.rise += standing.level;
+        }
+        loop {
+            let landing = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
+            self.single
+                .multiply(&self.single_stiffness, &mut self.single_scratch);
+            self.pairs += 1;
+            let step = search.caution * self.steps.of(search.iteration);
+            let course = self.course(last.as_ref(), step);
+            let sums = self.steer(course, landing);
+            let line = Line::new(&sums, base_sum, full, self.datum);
+            if line.sheds_load() {
+                search.caution *= 0.5;
+                return self.settle(Fold::ALL_BACK, standing.level);
+            }
+            if landing {
+                return self.land(search, &line, standing.level);
+            }
+            let (next, made) = self.follow(search, &line, standing.level);
+            standing = next;
+            let stuck = made.fold.part == 0.0;
+            if self.residual(standing.error) <= goal || stuck || stop(self.pairs) {
+                return self.settle(made.fold, standing.level);
+            }
+            last = Some(made);
+        }
+    }
 
-        // A move of no length, or one against the slope: only rounding is left in it.
-        let best = -course.slope / course.curvature;
-        let best = if best > 0.0 { best } else { 0.0 };
+    /// Follows a move that has been made with the gap.
+    fn follow(&mut self, search: &mut Search, line: &Line, level: f64) -> (Standing, LastMove) {
+        let own_work = self
+            .single
+            .multiply(&self.single_displacement, &mut self.single_scratch);
+        self.pairs += 1;
+        let curvature = line.curvature(own_work);
+        let best = line.best(curvature);
+        let short = self.learn(search, best);
+        let part = if short { best } else { 1.0 };
+        let fold = Fold {
+            scale: line.scale,
+            part,
+        };
+        let next_level = line.level(part, curvature);
+        let rise = next_level - level;
+        let standing = self.respond(fold, next_level, rise);
+        let made = LastMove {
+            fold,
+            curvature: part * part * curvature,
+            missed: if short { 0.0 } else { (best - 1.0).min(1.0) },
+            rise,
+            extends: true,
+        };
+        (standing, made)
+    }
+
+    /// Learns from a move of which the part `best` would have been right. Says whether that was too
+    /// little to keep it.
+    pub(super) fn learn(&mut self, search: &mut Search, best: f64) -> bool {
         if search.caution == 1.0 {
             self.steps.learn(search.iteration, best);
         }
         // What the first move clips of a guess is not to be taken back.
         let short = search.iteration > 0 && best < SMALLEST_PART;
-        if short {
-            reached = Reached::Estimate(self.retreat(1.0 - best));
-        }
         if short && best < RECKLESS_PART {
             search.caution *= 0.5;
         } else if !short {
             search.caution = (2.0 * search.caution).min(1.0);
         }
         search.iteration += 1;
-        search.last = (best > 0.0).then_some(LastMove {
-            part: if short { best } else { 1.0 },
-            memory: if landing { 0.0 } else { MEMORY },
-            curvature: course.curvature,
-            missed: if short { 0.0 } else { (best - 1.0).min(1.0) },
-            level,
-        });
-        reached
+        short
     }
 
-    /// Frees nodes, and fills `correction` with what the gap above `level` asks for: one pair.
-    fn correct(&mut self, search: &Search, level: f64) -> Sums {
-        let extension = search
-            .last
-            .as_ref()
-            .map_or(Extension::default(), |last| Extension {
-                memory: last.memory,
-                part: last.part as f32,
-                rise: (self.datum + level - last.level) as f32,
-                compliance: (COMPLIANCE / self.nodal_stiffness) as f32,
-            });
-        let mut pass = Correct {
-            level: level as f32,
+    /// Looks at the corrections of a sample of rows.
+    fn peek(&mut self) -> Means {
+        let mut peek = Peek::new(&self.carry, &self.sample);
+        for pair in self.sample.pairs() {
+            self.single
+                .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+        }
+        peek.means()
+    }
+
+    /// Chooses a direction, conjugate to the last move.
+    fn course(&mut self, last: Option<&LastMove>, step: f64) -> Course {
+        let means = self.peek();
+        let Some(last) = last else {
+            return Course::first(step, -means.correction);
+        };
+        // Gaps count from the level, and the level has moved too.
+        let along = means.correction_on_image - last.rise * means.correction;
+        let share = self.free_nodes * along / last.curvature + last.missed / step;
+        let share = share.clamp(0.0, LARGEST_SHARE);
+        let Fold { scale, part } = last.fold;
+        let cells = self.pressure.len() as f64;
+        let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
+        let mean = share * part * (means.last_move + scaling) - means.correction;
+        let compliance = if last.extends {
+            COMPLIANCE / self.nodal_stiffness
+        } else {
+            0.0
+        };
+        Course::next(last.fold, share, step, mean, compliance)
+    }
+
+    /// Moves the pressures along a new direction.
+    fn steer(&mut self, course: Course, landing: bool) -> Sums {
+        let mut pass = Steer {
+            course,
+            base: &self.base,
+            rise: &mut self.rise,
+            carry: &mut self.carry,
             gap: &self.gap,
-            active: &mut self.active,
-            correction: &mut self.correction,
-            extension,
-            last_move: &self.direction,
-            image: &self.image,
+            heights: &self.single_heights,
             sums: Sums::default(),
         };
-        self.single.convolve_rows(
-            &self.single_stiffness,
-            &mut Wide(&mut pass),
-            &mut self.single_scratch,
-        );
-        self.pairs += 1;
+        let rows = &mut Wide(&mut pass);
+        if landing {
+            self.single.finish(rows, &mut self.single_scratch);
+        } else {
+            self.single.turn(rows, &mut self.single_scratch);
+        }
         pass.sums
     }
 
-    /// Turns the last move into the direction, `share` × itself − correction − `mean`. Returns the
-    /// sum of the pressures that a step along it leaves, clipped at zero.
-    fn aim(&mut self, step: f64, share: f64, mean: f64, level: f64) -> f64 {
-        let rows = self.direction.chunks_exact_mut(self.nodes).enumerate();
-        rows.map(|(row, direction)| {
-            let range = row * self.nodes..(row + 1) * self.nodes;
-            wide(Aim {
-                share: share as f32,
-                mean: mean as f32,
-                step,
-                pressure: &self.pressure[range.clone()],
-                active: &self.active[range.clone()],
-                gap: &self.gap[range.clone()],
-                level: level as f32,
-                correction: &mut self.correction[range],
-                direction,
-            })
-        })
-        .sum()
-    }
-
-    /// Moves along `direction`, and updates the gap in single precision or, if `landing`, evaluates
-    /// it in double: one pair.
-    fn follow(&mut self, step: Step, level: f64, landing: bool) -> (Reached, Course) {
-        let motion = Move {
-            step,
+    /// Moves the gap after the pressures, and goes on with what it asks for.
+    fn respond(&mut self, fold: Fold, level: f64, rise: f64) -> Standing {
+        let response = Response {
             level: level as f32,
-            pressure: &mut self.pressure,
-            active: &mut self.active,
-            direction: &mut self.direction,
-            image: &mut self.image,
-            gap: &mut self.gap,
-            course: Course::default(),
+            rise: rise as f32,
+            on_move: (fold.part * fold.scale) as f32,
+            on_pressure: (fold.part * (fold.scale - 1.0)) as f32,
+            datum: self.datum as f32,
+            // What is taken back in part leaves pressure wherever there was some.
+            pressed: if fold.part < 1.0 { FREE } else { PRESSED },
+            memory: MEMORY,
         };
-        self.pairs += 1;
-        if landing {
-            let mut pass = Land {
-                motion,
-                heights: &self.heights,
-                datum: self.datum,
-                tally: Tally::new(),
-            };
-            self.double.convolve_rows(
-                &self.displacement,
-                &mut Wide(&mut pass),
-                &mut self.double_scratch,
-            );
-            let (tally, course) = (pass.tally, pass.motion.course);
-            (Reached::Evaluated(self.settle(&tally)), course)
-        } else {
-            let mut pass = Glide {
-                motion,
-                survey: Survey::new(),
-            };
-            self.single.convolve_rows(
-                &self.single_displacement,
-                &mut Wide(&mut pass),
-                &mut self.single_scratch,
-            );
-            let standing = pass.survey.standing();
-            (Reached::Estimate(standing), pass.motion.course)
-        }
-    }
-
-    /// Takes a part of the last move back.
-    fn retreat(&mut self, part: f64) -> Standing {
-        let retreat = Retreat {
-            part,
-            pressure: &mut self.pressure,
-            active: &mut self.active,
+        let mut pass = Respond {
+            response,
+            heights: &self.single_heights,
             gap: &mut self.gap,
-            last_move: &self.direction,
-            image: &self.image,
+            carry: &mut self.carry,
+            sample: &mut self.sample,
+            seen: Seen::NOTHING,
         };
-        retreat.survey().standing()
+        self.single
+            .turn(&mut Wide(&mut pass), &mut self.single_scratch);
+        let seen = pass.seen;
+        self.free_nodes = seen.free_nodes;
+        seen.extremes.seen_from(level)
     }
 }

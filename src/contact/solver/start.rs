@@ -3,8 +3,9 @@
 use std::ops::RangeInclusive;
 
 use super::Solver;
-use super::lanes::total;
-use super::survey::{Standing, Survey};
+use super::lanes::Wide;
+use super::passes::{Ask, Extrapolate, Response, Seen};
+use super::survey::Standing;
 use crate::contact::half_space;
 
 /// How far from the last load, in units of the way to it from the one before, a straight line
@@ -15,18 +16,26 @@ const REACH: RangeInclusive<f64> = -1.0..=4.0;
 /// Halvings that find a shift of the full-contact pressure to the last bit.
 const BISECTIONS: u32 = 60;
 
+/// Where a search starts: what its first correction is to close is in the single-precision
+/// transform.
+pub struct Start {
+    pub standing: Standing,
+    /// Σ of what pressures are counted from.
+    pub base_sum: f64,
+}
+
 impl Solver {
-    /// Replaces pressure and gap by a guess at `load`, of that mean pressure. Returns where it
-    /// stands, if it is known without an evaluation.
+    /// Replaces pressure and gap by a guess at `load`, of that mean pressure, and begins the search
+    /// there, if the gap is known without an evaluation.
     ///
     /// A straight line through two solutions costs no transform, for gaps are linear in pressures.
     /// It may leave pressures below zero, which the first move of a search clips.
-    pub(super) fn guess(&mut self, load: f64) -> Option<Standing> {
+    pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
         let reach = (load - self.load) / (self.load - self.earlier_load);
         if self.load > 0.0 && self.earlier_load > 0.0 && REACH.contains(&reach) {
-            self.extrapolate(reach);
+            let start = self.extrapolate(reach);
             self.load = load;
-            return Some(self.survey());
+            return Some(start);
         }
         if self.load == 0.0 {
             self.guess_from_full_contact(load);
@@ -34,10 +43,7 @@ impl Solver {
             self.remember();
         }
         self.load = load;
-        let scale = load * self.pressure.len() as f64 / total(&self.pressure);
-        for p in &mut self.pressure {
-            *p *= scale;
-        }
+        self.conclude();
         None
     }
 
@@ -49,36 +55,63 @@ impl Solver {
             *p += load;
         }
         self.load = load;
+        self.datum = 0.0;
     }
 
     /// Along the straight line through the last two solutions. While the contact does not change,
     /// the solution is linear in the load.
-    fn extrapolate(&mut self, reach: f64) {
-        for (p, earlier) in self.pressure.iter_mut().zip(&mut self.earlier_pressure) {
-            let last = *p;
-            *p = last + reach * (last - f64::from(*earlier));
-            *earlier = last as f32;
-        }
-        let single_reach = reach as f32;
-        for (gap, earlier) in self.gap.iter_mut().zip(&mut self.earlier_gap) {
-            let last = *gap;
-            *gap = last + single_reach * (last - *earlier);
+    fn extrapolate(&mut self, reach: f64) -> Start {
+        let onwards = |last: f64, earlier: &mut f64| {
+            let guess = last + reach * (last - *earlier);
             *earlier = last;
-        }
-        let last = self.datum;
-        self.datum = last + reach * (last - self.earlier_datum);
-        self.earlier_datum = last;
+            guess
+        };
+        self.datum = onwards(self.datum, &mut self.earlier_datum);
+        self.level = onwards(self.level, &mut self.earlier_level);
         self.earlier_load = self.load;
+        let mut pass = Extrapolate {
+            reach,
+            response: Response::to_a_start(self.level),
+            pressure: &mut self.pressure,
+            earlier_pressure: &mut self.earlier_pressure,
+            gap: &mut self.gap,
+            earlier_gap: &mut self.earlier_gap,
+            carry: &mut self.carry,
+            base: &mut self.base,
+            rise: &mut self.rise,
+            seen: Seen::NOTHING,
+            base_sum: 0.0,
+        };
+        self.single
+            .begin(&mut Wide(&mut pass), &mut self.single_scratch);
+        let (seen, base_sum) = (pass.seen, pass.base_sum);
+        self.begun(seen, self.level, base_sum)
     }
 
-    /// Where the present pressure and gap stand; nodes with pressure become the active ones.
-    fn survey(&mut self) -> Standing {
-        for (active, p) in self.active.iter_mut().zip(&self.pressure) {
-            *active = *p > 0.0;
+    /// Begins a search where pressure and gap are.
+    pub(super) fn ask(&mut self, level: f64) -> Start {
+        let mut pass = Ask {
+            response: Response::to_a_start(level),
+            gap: &self.gap,
+            pressure: &self.pressure,
+            carry: &mut self.carry,
+            base: &mut self.base,
+            rise: &mut self.rise,
+            seen: Seen::NOTHING,
+            base_sum: 0.0,
+        };
+        self.single
+            .begin(&mut Wide(&mut pass), &mut self.single_scratch);
+        let (seen, base_sum) = (pass.seen, pass.base_sum);
+        self.begun(seen, level, base_sum)
+    }
+
+    fn begun(&mut self, seen: Seen, level: f64, base_sum: f64) -> Start {
+        self.free_nodes = seen.free_nodes;
+        Start {
+            standing: seen.extremes.seen_from(level),
+            base_sum,
         }
-        let mut survey = Survey::new();
-        survey.add(&self.active, &self.gap);
-        survey.standing()
     }
 
     fn remember(&mut self) {
@@ -87,6 +120,7 @@ impl Solver {
         }
         self.earlier_gap.copy_from_slice(&self.gap);
         self.earlier_datum = self.datum;
+        self.earlier_level = self.level;
         self.earlier_load = self.load;
     }
 

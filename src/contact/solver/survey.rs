@@ -1,7 +1,9 @@
 //! What a pass over the gap reveals: the contact, its level, and how far off it is.
 
-use super::lanes::{LANES, greater, lesser, weight};
-use crate::contact::fft::Real;
+use pulp::Simd;
+
+use super::lanes::Lanes;
+use super::passes::PRESSED;
 
 /// Where a search stands.
 #[derive(Debug, Clone, Copy)]
@@ -12,62 +14,71 @@ pub struct Standing {
     pub error: f64,
 }
 
-/// A standing in the making, row by row.
-pub struct Survey<T> {
-    contact_nodes: usize,
-    contact_sum: f64,
-    highest_in_contact: [T; LANES],
-    lowest: [T; LANES],
+/// The lowest gap, and the highest in contact.
+#[derive(Debug, Clone, Copy)]
+pub struct Extremes {
+    pub highest_in_contact: f32,
+    pub lowest: f32,
 }
 
-impl<T: Real> Survey<T> {
-    pub fn new() -> Self {
-        Self {
-            contact_nodes: 0,
-            contact_sum: 0.0,
-            highest_in_contact: [-T::MAX; LANES],
-            lowest: [T::MAX; LANES],
+impl Extremes {
+    pub const NONE: Self = Self {
+        highest_in_contact: -f32::MAX,
+        lowest: f32::MAX,
+    };
+
+    pub fn seen_from(self, level: f64) -> Standing {
+        let highest = f64::from(self.highest_in_contact) - level;
+        let lowest = f64::from(self.lowest) - level;
+        Standing {
+            level,
+            error: highest.max(-lowest),
         }
     }
 
-    /// Adds a row: where it carries pressure, and its gap.
     #[inline(always)]
-    pub fn add(&mut self, contact: &[bool], gap: &[T]) {
-        self.contact_nodes += contact.iter().filter(|contact| **contact).count();
-        let (contact, contact_rest) = contact.as_chunks::<LANES>();
-        let (gap, gap_rest) = gap.as_chunks::<LANES>();
-        let mut sum = [T::zero(); LANES];
-        // Copies, which stay in registers as fields would not.
-        let (mut highest, mut lowest) = (self.highest_in_contact, self.lowest);
-        let mut node = |lane: usize, contact: bool, gap: T| {
-            let weight = weight::<T>(contact);
-            sum[lane] = sum[lane] + weight * gap;
-            highest[lane] = greater(highest[lane], gap - (T::one() - weight) * T::MAX);
-            lowest[lane] = lesser(lowest[lane], gap);
-        };
-        for (contact, gap) in contact.iter().zip(gap) {
-            for lane in 0..LANES {
-                node(lane, contact[lane], gap[lane]);
-            }
+    pub fn add<S: Simd>(&mut self, highest_in_contact: Lanes<S>, lowest: Lanes<S>) {
+        self.highest_in_contact = self.highest_in_contact.max(highest_in_contact.highest());
+        self.lowest = self.lowest.min(lowest.lowest());
+    }
+}
+
+/// A standing in the making, row by row.
+#[derive(Debug, Clone, Copy)]
+pub struct Survey {
+    contact_nodes: f64,
+    /// Σ gap over the contact, left to whoever knows it in double precision.
+    pub contact_sum: f64,
+    extremes: Extremes,
+}
+
+impl Survey {
+    pub const NOTHING: Self = Self {
+        contact_nodes: 0.0,
+        contact_sum: 0.0,
+        extremes: Extremes::NONE,
+    };
+
+    /// Adds a row of gaps but to their sum, and of numbers that are marked where there is pressure.
+    #[inline(always)]
+    pub fn add<S: Simd>(&mut self, simd: S, gap: &[S::f32s], carry: &[S::f32s]) {
+        let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
+        let mut nodes = zero;
+        let mut highest = Lanes::all(simd, -f32::MAX);
+        let mut lowest = Lanes::all(simd, f32::MAX);
+        for (gap, carry) in gap.iter().zip(carry) {
+            let gap = Lanes::of(simd, *gap);
+            let pressed = Lanes::of(simd, *carry).has(PRESSED);
+            nodes = nodes + pressed.or_zero(one);
+            highest = pressed.choose(highest.max(gap), highest);
+            lowest = lowest.min(gap);
         }
-        for (lane, (contact, gap)) in contact_rest.iter().zip(gap_rest).enumerate() {
-            node(lane, *contact, *gap);
-        }
-        self.contact_sum += sum.into_iter().map(Into::into).sum::<f64>();
-        (self.highest_in_contact, self.lowest) = (highest, lowest);
+        self.contact_nodes += nodes.total();
+        self.extremes.add(highest, lowest);
     }
 
     pub fn standing(&self) -> Standing {
-        let level = self.contact_sum / self.contact_nodes as f64;
-        let highest: f64 = self
-            .highest_in_contact
-            .into_iter()
-            .fold(-T::MAX, greater)
-            .into();
-        let lowest: f64 = self.lowest.into_iter().fold(T::MAX, lesser).into();
-        Standing {
-            level,
-            error: (highest - level).max(level - lowest),
-        }
+        let level = self.contact_sum / self.contact_nodes;
+        self.extremes.seen_from(level)
     }
 }

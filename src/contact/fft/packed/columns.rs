@@ -76,6 +76,8 @@ pub struct Convolve<'a, T> {
     pub tile_len: usize,
     /// Room for a tile.
     pub spare: &'a mut [T],
+    /// Set to Σ of map × convolved map.
+    pub sum: &'a mut f64,
 }
 
 impl<T: Real> Work<T> for Convolve<'_, T> {
@@ -93,7 +95,8 @@ impl<T: Real> Work<T> for Convolve<'_, T> {
                 let start = place * self.tile_len / R::LANES;
                 start..start + nodes
             });
-            let mut pair = if here == there {
+            let alone = here == there;
+            let mut pair = if alone {
                 let spare = &mut spare[..nodes];
                 spare.copy_from_slice(&tiles[here.clone()]);
                 [&mut tiles[here], spare]
@@ -106,7 +109,8 @@ impl<T: Real> Work<T> for Convolve<'_, T> {
                 stages.forward(r, re, im);
             }
             let [here, there] = &mut pair;
-            multiply(r, self.columns, kernel, here, there, k == 0);
+            let [sum, opposite_sum] = multiply(r, self.columns, kernel, here, there, k == 0);
+            *self.sum += total::<R>(sum) + if alone { 0.0 } else { total::<R>(opposite_sum) };
             for tile in &mut pair {
                 let (re, im) = tile.split_at_mut(nodes / 2);
                 stages.inverse(r, re, im);
@@ -115,7 +119,15 @@ impl<T: Real> Work<T> for Convolve<'_, T> {
     }
 }
 
+#[inline(always)]
+fn total<R: Registers<Number: Real>>(lanes: R::Lanes) -> f64 {
+    let numbers: &[R::Number] = bytemuck::cast_slice(std::slice::from_ref(&lanes));
+    numbers.iter().map(|number| (*number).into()).sum()
+}
+
 /// Finishes the transforms of a tile and of its opposite, multiplies, and begins the way back.
+/// Returns the sums, over either tile, of what it was times what it is: by Parseval's theorem, over
+/// both, those of map × convolved map.
 #[inline(always)]
 fn multiply<R: Registers<Number: Real>>(
     r: R,
@@ -124,7 +136,8 @@ fn multiply<R: Registers<Number: Real>>(
     here: &mut [R::Lanes],
     there: &mut [R::Lanes],
     lowest_tile: bool,
-) {
+) -> [R::Lanes; 2] {
+    let mut sums = [r.splat(R::Number::default()); 2];
     let places = columns.stages.places();
     let blocks = places.len();
     let turns: &[R::Lanes] = bytemuck::cast_slice(&columns.turns);
@@ -150,10 +163,15 @@ fn multiply<R: Registers<Number: Real>>(
                 re: r.add_product(r.mul(direct_opposite, b.re), crossed, a.im),
                 im: r.add_product(r.mul(direct_opposite, b.im), crossed, a.re),
             };
+            for (sum, (before, after)) in sums.iter_mut().zip([(a, x[p]), (b, y[q])]) {
+                *sum = r.add_product(*sum, before.re, after.re);
+                *sum = r.add_product(*sum, before.im, after.im);
+            }
         }
         leave(r, here, places[k], Order::Ascending, &mut x);
         leave(r, there, places[opposite], Order::opposite(k == 0), &mut y);
     }
+    sums
 }
 
 /// Where the frequencies of a block go.

@@ -1,82 +1,221 @@
-//! From pressure to gap, in double precision.
+//! From pressure to gap, in double precision: the way to the displacement, and the way back.
 
-use super::super::lanes::{dot, total};
+use pulp::{Scalar, Simd};
+
+use super::super::lanes::{Lanes, Pass, greater, sum_by, weight};
 use super::super::survey::Survey;
-use crate::contact::fft::Rows;
+use super::base::Base;
+use super::marks::{FREE, PRESSED, has, mark, marked};
+use super::sample::Sample;
 
-/// From pressure to gap and energy, in double precision.
-pub struct Evaluate<'a> {
-    pub heights: &'a [f64],
+/// Departs from a pressure as it is.
+pub struct Depart<'a> {
     pub pressure: &'a [f64],
+    /// Emptied, and marked where there is pressure.
+    pub carry: &'a mut [f32],
+}
+
+impl Pass<f64> for Depart<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        values.copy_from_slice(&self.pressure[range.clone()]);
+        for (carry, p) in self.carry[range].iter_mut().zip(values) {
+            *carry = marked(0.0, false, *p > 0.0);
+        }
+    }
+}
+
+/// Departs from the pressure of a search, which it brings up to date.
+pub struct Settle<'a> {
+    /// Brings pressures to their mean.
+    pub scale: f64,
+    pub base: &'a Base,
+    pub rise: &'a [f32],
+    pub pressure: &'a mut [f64],
+}
+
+impl Pass<f64> for Settle<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let (base, rise) = (self.base.row(range.clone()), &self.rise[range.clone()]);
+        let pressure = &mut self.pressure[range];
+        join(self.scale, base, rise, pressure);
+        values.copy_from_slice(pressure);
+    }
+}
+
+#[inline(always)]
+fn join(factor: f64, base: &[f32], rise: &[f32], pressure: &mut [f64]) {
+    for ((p, base), rise) in pressure.iter_mut().zip(base).zip(rise) {
+        *p = factor * (f64::from(*base) + f64::from(*rise));
+    }
+}
+
+/// Brings pressures up to date, where no transform is to follow.
+pub struct Join<'a> {
+    pub factor: f64,
+    pub base: &'a Base,
+    pub rise: &'a [f32],
+}
+
+impl Pass<f64> for Join<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
+        let range = row * pressure.len()..(row + 1) * pressure.len();
+        let (base, rise) = (self.base.row(range.clone()), &self.rise[range]);
+        join(self.factor, base, rise, pressure);
+    }
+}
+
+/// Takes a part of the last move back from pressures.
+pub struct Withdraw<'a> {
+    pub part: f64,
+    /// Moves of free nodes, marked.
+    pub carry: &'a [f32],
+}
+
+impl Pass<f64> for Withdraw<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
+        let carry = &self.carry[row * pressure.len()..][..pressure.len()];
+        for (p, carry) in pressure.iter_mut().zip(carry) {
+            let last_move = weight::<f64>(has(*carry, FREE)) * f64::from(*carry);
+            // Rounding must not leave a pressure below zero.
+            *p = greater(*p - self.part * last_move, 0.0);
+        }
+    }
+}
+
+/// Arrives at a gap.
+pub struct Arrive<'a> {
+    pub heights: &'a [f64],
     /// Subtracted from the gap before it is rounded to single precision.
     pub datum: f64,
     pub gap: &'a mut [f32],
-    /// Set to where there is pressure.
-    pub active: &'a mut [bool],
-    pub tally: Tally,
+    /// Marked where there is pressure.
+    pub carry: &'a [f32],
+    pub survey: Survey,
 }
 
-/// What only double precision tells, in the making.
-pub struct Tally {
-    pub survey: Survey<f64>,
-    /// Σ (gap − datum).
-    pub gap_sum: f64,
-    /// Σ pressure × displacement.
-    pub work: f64,
-}
-
-impl Tally {
-    pub fn new() -> Self {
-        Self {
-            survey: Survey::new(),
-            gap_sum: 0.0,
-            work: 0.0,
-        }
-    }
-
-    /// Adds a row, and turns its displacements into gaps less the datum.
+impl Pass<f64> for Arrive<'_> {
     #[inline(always)]
-    pub(super) fn add(
-        &mut self,
-        active: &[bool],
-        pressure: &[f64],
-        heights: &[f64],
-        datum: f64,
-        values: &mut [f64],
-    ) {
-        self.work += dot(pressure, values);
-        for (value, height) in values.iter_mut().zip(heights) {
-            *value -= height + datum;
-        }
-        self.gap_sum += total(values);
-        self.survey.add(active, values);
-    }
-}
-
-impl Rows<f64> for Evaluate<'_> {
-    #[inline(always)]
-    fn fill(&mut self, row: usize, values: &mut [f64]) {
+    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f64]) {
         let range = row * values.len()..(row + 1) * values.len();
-        let pressure = &self.pressure[range.clone()];
-        let active = &mut self.active[range.clone()];
-        for (active, p) in active.iter_mut().zip(pressure) {
-            *active = *p > 0.0;
-        }
-        values.copy_from_slice(pressure);
-    }
-
-    #[inline(always)]
-    fn take(&mut self, row: usize, values: &mut [f64]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        let pressure = &self.pressure[range.clone()];
-        let heights = &self.heights[range.clone()];
         let gap = &mut self.gap[range.clone()];
-        let active = &self.active[range.clone()];
+        above(values, &self.heights[range.clone()], self.datum, gap);
+        let carry = &self.carry[range];
+        self.survey.contact_sum += contact_sum(values, carry);
+        let (gap, last_gap) = S::as_simd_f32s(gap);
+        let (carry, last_carry) = S::as_simd_f32s(carry);
+        self.survey.add(simd, gap, carry);
+        self.survey.add(Scalar, last_gap, last_carry);
+    }
+}
 
-        self.tally
-            .add(active, pressure, heights, self.datum, values);
-        for (gap, value) in gap.iter_mut().zip(&*values) {
-            *gap = *value as f32;
+#[inline(always)]
+fn above(values: &mut [f64], heights: &[f64], datum: f64, gap: &mut [f32]) {
+    for ((gap, value), height) in gap.iter_mut().zip(values).zip(heights) {
+        *value -= height + datum;
+        *gap = *value as f32;
+    }
+}
+
+/// Σ of gaps where numbers are marked for pressure.
+#[inline(always)]
+fn contact_sum(gap: &[f64], carry: &[f32]) -> f64 {
+    sum_by(gap, carry, |gap, carry| {
+        weight::<f64>(has(carry, PRESSED)) * gap
+    })
+}
+
+/// Arrives at the gap after a move that was followed at once, and sees what the move did.
+pub struct Land<'a> {
+    pub heights: &'a [f64],
+    pub datum: f64,
+    pub landing: Landing,
+    pub base: &'a Base,
+    pub rise: &'a [f32],
+    pub gap: &'a mut [f32],
+    /// Moves of free nodes, before pressures were scaled, to be scaled too; emptied elsewhere.
+    pub carry: &'a mut [f32],
+    /// Set to displacements under the move.
+    pub sample: &'a mut Sample,
+    /// A row of gaps.
+    pub found: Vec<f32>,
+}
+
+/// What each node does, and what is seen.
+#[derive(Clone, Copy)]
+pub struct Landing {
+    pub scale: f32,
+    /// How much the datum rose.
+    pub datum_rise: f32,
+    pub survey: Survey,
+    /// Σ move × displacement under it.
+    pub curvature: f64,
+}
+
+impl Pass<f64> for Land<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f64]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        above(
+            values,
+            &self.heights[range.clone()],
+            self.datum,
+            &mut self.found,
+        );
+        {
+            let (found, last_found) = S::as_mut_simd_f32s(&mut self.found);
+            let (gap, last_gap) = S::as_mut_simd_f32s(&mut self.gap[range.clone()]);
+            let carry = &mut self.carry[range.clone()];
+            self.landing.survey.contact_sum += contact_sum(values, carry);
+            let (carry, last_carry) = S::as_mut_simd_f32s(carry);
+            let (base, last_base) = S::as_simd_f32s(self.base.row(range.clone()));
+            let (rise, last_rise) = S::as_simd_f32s(&self.rise[range]);
+            let landing = &mut self.landing;
+            landing.survey.add(simd, found, carry);
+            landing.survey.add(Scalar, last_found, last_carry);
+            landing.finish(simd, found, gap, carry, base, rise);
+            if !last_found.is_empty() {
+                landing.finish(
+                    Scalar, last_found, last_gap, last_carry, last_base, last_rise,
+                );
+            }
         }
+        self.sample.keep(row, &self.found);
+    }
+}
+
+impl Landing {
+    /// Takes the gaps that were `found` over, and turns them into displacements under the move.
+    #[inline(always)]
+    fn finish<S: Simd>(
+        &mut self,
+        simd: S,
+        found: &mut [S::f32s],
+        gap: &mut [S::f32s],
+        carry: &mut [S::f32s],
+        base: &[S::f32s],
+        rise: &[S::f32s],
+    ) {
+        let scaling = Lanes::all(simd, self.scale - 1.0);
+        let datum_rise = Lanes::all(simd, self.datum_rise);
+        let mut curvature = Lanes::all(simd, 0.0);
+        let nodes = found.iter_mut().zip(gap).zip(carry);
+        for (((found, gap), carry), (base, rise)) in nodes.zip(base.iter().zip(rise)) {
+            let image = Lanes::of(simd, *found) - Lanes::of(simd, *gap) + datum_rise;
+            *gap = *found;
+            *found = image.numbers();
+            let c = Lanes::of(simd, *carry);
+            let free = c.has(FREE);
+            let pressure = Lanes::of(simd, *base) + Lanes::of(simd, *rise);
+            let moved = free.or_zero(c.plus(scaling, pressure));
+            curvature = curvature.plus(moved, image);
+            *carry = mark(moved, free, c.has(PRESSED)).numbers();
+        }
+        self.curvature += curvature.total();
     }
 }

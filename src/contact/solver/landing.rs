@@ -1,0 +1,143 @@
+//! From single precision to double: what a search found is evaluated.
+
+use super::Solver;
+use super::lanes::{Wide, over_rows};
+use super::line::Line;
+use super::passes::{Arrive, Depart, Fold, Join, Land, Landing, Settle, Withdraw};
+use super::search::{LastMove, Search};
+use super::survey::{Standing, Survey};
+
+/// What only double precision tells.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluation {
+    pub standing: Standing,
+    /// Mean of the gap over the cell, zero where there is contact.
+    pub mean_gap: f64,
+    /// Half the mean of pressure × displacement.
+    pub energy: f64,
+}
+
+impl Solver {
+    /// Measures the present pressure and renews the gap from it: one pair.
+    pub(super) fn evaluate(&mut self) -> Evaluation {
+        let mut pass = Depart {
+            pressure: &self.pressure,
+            carry: &mut self.carry,
+        };
+        self.double
+            .begin(&mut Wide(&mut pass), &mut self.double_scratch);
+        self.arrive()
+    }
+
+    /// The same of the pressure where a search led. Gaps are to be counted from `level`, near to that
+    /// which will be found, so that gaps in contact keep all their digits.
+    pub(super) fn settle(&mut self, fold: Fold, level: f64) -> Evaluation {
+        if fold.part == 1.0 {
+            self.depart(fold.scale, level);
+            return self.arrive();
+        }
+        let mut join = Join {
+            factor: fold.of_pressure(),
+            base: &self.base,
+            rise: &self.rise,
+        };
+        over_rows(&mut self.pressure, self.nodes, &mut join);
+        self.withdraw(1.0 - fold.part, level)
+    }
+
+    /// The same without so much of the last move.
+    fn withdraw(&mut self, part: f64, level: f64) -> Evaluation {
+        let mut pass = Withdraw {
+            part,
+            carry: &self.carry,
+        };
+        over_rows(&mut self.pressure, self.nodes, &mut pass);
+        self.conclude();
+        self.datum += level;
+        self.evaluate()
+    }
+
+    /// Evaluates a move at once, and once more if only a part of it is kept.
+    pub(super) fn land(&mut self, search: &mut Search, line: &Line, level: f64) -> Evaluation {
+        let rise = line.expected_level();
+        self.depart(line.scale, rise);
+        let work = self
+            .double
+            .multiply(&self.displacement, &mut self.double_scratch);
+        let mut pass = Land {
+            heights: &self.heights,
+            datum: self.datum,
+            landing: Landing {
+                scale: line.scale as f32,
+                datum_rise: rise as f32,
+                survey: Survey::NOTHING,
+                curvature: 0.0,
+            },
+            base: &self.base,
+            rise: &self.rise,
+            gap: &mut self.gap,
+            carry: &mut self.carry,
+            sample: &mut self.sample,
+            found: vec![0.0; self.nodes],
+        };
+        self.double
+            .finish(&mut Wide(&mut pass), &mut self.double_scratch);
+        let Landing {
+            survey, curvature, ..
+        } = pass.landing;
+        let evaluation = self.evaluation(&survey, work);
+        let best = line.best(curvature);
+        if self.learn(search, best) {
+            return self.withdraw(1.0 - best, evaluation.standing.level);
+        }
+        search.last = (best > 0.0).then_some(LastMove {
+            fold: Fold::NOTHING,
+            curvature,
+            missed: (best - 1.0).min(1.0),
+            rise: rise - level,
+            extends: false,
+        });
+        evaluation
+    }
+
+    fn depart(&mut self, scale: f64, level: f64) {
+        self.datum += level;
+        let mut pass = Settle {
+            scale,
+            base: &self.base,
+            rise: &self.rise,
+            pressure: &mut self.pressure,
+        };
+        self.double
+            .begin(&mut Wide(&mut pass), &mut self.double_scratch);
+    }
+
+    fn arrive(&mut self) -> Evaluation {
+        let work = self
+            .double
+            .multiply(&self.displacement, &mut self.double_scratch);
+        let mut pass = Arrive {
+            heights: &self.heights,
+            datum: self.datum,
+            gap: &mut self.gap,
+            carry: &self.carry,
+            survey: Survey::NOTHING,
+        };
+        self.double
+            .finish(&mut Wide(&mut pass), &mut self.double_scratch);
+        let survey = pass.survey;
+        self.evaluation(&survey, work)
+    }
+
+    fn evaluation(&mut self, survey: &Survey, work: f64) -> Evaluation {
+        let standing = survey.standing();
+        self.pairs += 1;
+        self.level = standing.level;
+        Evaluation {
+            standing,
+            // Displacements and heights have no mean.
+            mean_gap: -(self.datum + standing.level),
+            energy: 0.5 * work / self.pressure.len() as f64,
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! What a move does, before the gap under it is known.
+//!
+//! A move m, from clipping alone, is followed by scaling all pressures by s, so that they keep
+//! their mean: together, from pressure p with gap g and displacement u, these are the move
+//! d = s m + (s − 1) p, with displacement A d = s A m + (s − 1) u. All that a line search asks for
+//! follows from sums over m, p, g and u, and from ⟨m, A m⟩.
+
+use super::passes::Sums;
+
+/// The most that pressures may have to be scaled by after a move.
+const WORST_SCALE: f64 = 2.0;
+
+/// The whole move as a line from the pressure before it.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// s
+    pub scale: f64,
+    /// ⟨d, g⟩: for d has no mean, whatever level gaps are counted from.
+    slope: f64,
+    /// ⟨p, A d⟩
+    along: f64,
+    /// ⟨p, g⟩
+    pressure_on_gap: f64,
+    /// ⟨m, u⟩ and ⟨p, u⟩
+    move_on_displacement: f64,
+    work: f64,
+    /// Σ p
+    full: f64,
+}
+
+impl Line {
+    /// A move whose pressures come to `base + sums.rise`, and are to come to `full`; gaps are u less
+    /// height and `datum`.
+    pub fn new(sums: &Sums, base: f64, full: f64, datum: f64) -> Self {
+        let after = base + sums.rise;
+        let scale = full / after;
+        let pressure_on_gap = sums.pressure_on_gap - sums.move_on_gap;
+        let pressure_on_height = sums.pressure_on_height - sums.move_on_height;
+        let move_on_displacement = sums.move_on_gap + sums.move_on_height + datum * (after - full);
+        let work = pressure_on_gap + pressure_on_height + datum * full;
+        Self {
+            scale,
+            slope: scale * sums.move_on_gap + (scale - 1.0) * pressure_on_gap,
+            along: scale * move_on_displacement + (scale - 1.0) * work,
+            pressure_on_gap,
+            move_on_displacement,
+            work,
+            full,
+        }
+    }
+
+    /// ⟨d, A d⟩, twice the elastic energy of the move alone, from ⟨m, A m⟩.
+    pub fn curvature(&self, own_work: f64) -> f64 {
+        let rest = self.scale - 1.0;
+        self.scale * self.scale * own_work
+            + rest * (2.0 * self.scale * self.move_on_displacement + rest * self.work)
+    }
+
+    /// Whether the move sheds so much of the load that it is better not made: all of it, perhaps,
+    /// if the direction follows a sample that missed what matters.
+    pub fn sheds_load(&self) -> bool {
+        self.scale.is_nan() || self.scale > WORST_SCALE
+    }
+
+    /// Which part of the move leads to the lowest energy; zero for a move of no length or against
+    /// the slope: only rounding is left in it.
+    pub fn best(&self, curvature: f64) -> f64 {
+        let best = -self.slope / curvature;
+        if best > 0.0 { best } else { 0.0 }
+    }
+
+    /// The mean of the gap, weighted by pressure, after `part` of the move.
+    pub fn level(&self, part: f64, curvature: f64) -> f64 {
+        let linear = self.slope + self.along;
+        (self.pressure_on_gap + part * (linear + part * curvature)) / self.full
+    }
+
+    /// What [`Line::level`] will be after the whole move, if that is about the best part.
+    pub fn expected_level(&self) -> f64 {
+        self.level(1.0, self.slope.abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::fft::Transform;
+    use crate::contact::half_space;
+
+    const NODES: usize = 12;
+
+    fn noise(seed: u64) -> Vec<f64> {
+        let mut state = seed;
+        let mut draw = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..NODES * NODES).map(|_| draw()).collect()
+    }
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    fn sunk(pressure: &[f64]) -> Vec<f64> {
+        let transform = Transform::new(NODES);
+        let (kernel, mut scratch) = (half_space::displacement(NODES), transform.scratch());
+        let mut sunk = vec![0.0; pressure.len()];
+        transform.convolve(&kernel, pressure, &mut sunk, &mut scratch);
+        sunk
+    }
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-12 * (1.0 + b.abs())
+    }
+
+    /// Pressure and gap before, the move before scaling, and the line along it all.
+    fn example() -> ([Vec<f64>; 3], Line) {
+        let (pressure, heights, datum) = (noise(1), noise(2), 0.3);
+        let gap: Vec<f64> = sunk(&pressure)
+            .iter()
+            .zip(&heights)
+            .map(|(u, height)| u - height - datum)
+            .collect();
+        let after = noise(3);
+        let moved: Vec<f64> = after.iter().zip(&pressure).map(|(a, p)| a - p).collect();
+        let sums = Sums {
+            // Counted from a base of one.
+            rise: after.iter().map(|p| p - 1.0).sum(),
+            move_on_gap: dot(&moved, &gap),
+            pressure_on_gap: dot(&after, &gap),
+            move_on_height: dot(&moved, &heights),
+            pressure_on_height: dot(&after, &heights),
+        };
+        let full = pressure.iter().sum();
+        let line = Line::new(&sums, (NODES * NODES) as f64, full, datum);
+        ([pressure, gap, moved], line)
+    }
+
+    #[test]
+    fn sums_tell_what_the_scaled_move_does() {
+        let ([pressure, gap, moved], line) = example();
+        let whole: Vec<f64> = moved
+            .iter()
+            .zip(&pressure)
+            .map(|(m, p)| line.scale * (p + m) - p)
+            .collect();
+        assert!(whole.iter().sum::<f64>().abs() < 1e-12, "keeps the mean");
+        let image = sunk(&whole);
+        let curvature = line.curvature(dot(&moved, &sunk(&moved)));
+        assert!(close(curvature, dot(&whole, &image)));
+        assert!(close(
+            line.best(-curvature) * curvature,
+            dot(&whole, &gap).max(0.0)
+        ));
+        for part in [0.0, 0.3, 1.0] {
+            let along = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                a.iter().zip(b).map(|(a, b)| a + part * b).collect()
+            };
+            let (p, g) = (along(&pressure, &whole), along(&gap, &image));
+            let level = dot(&p, &g) / p.iter().sum::<f64>();
+            assert!(close(line.level(part, curvature), level));
+        }
+    }
+
+    #[test]
+    fn a_move_that_takes_all_pressure_away_sheds_the_load() {
+        let nothing_left = Sums {
+            rise: -1.0,
+            ..Sums::default()
+        };
+        assert!(Line::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());
+        let (_, line) = example();
+        assert!(!line.sheds_load());
+    }
+}

@@ -1,0 +1,45 @@
+//! What the pressures of a search are counted from.
+
+use std::ops::Range;
+
+/// Single precision holds a pressure to 6e-8 of it, and a gap to about as much of a mesh step at
+/// unit rms slope. A finer search counts pressures from where it started.
+const FINE: f64 = 1e-5;
+
+/// Zero, or for a fine search a map of its own.
+pub struct Base {
+    zeros: Vec<f32>,
+    map: Vec<f32>,
+}
+
+impl Base {
+    pub fn new(nodes: usize) -> Self {
+        Self {
+            zeros: vec![0.0; nodes],
+            map: Vec::new(),
+        }
+    }
+
+    /// Gets ready for a search to a residual of `tolerance`.
+    pub fn prepare(&mut self, tolerance: f64) {
+        let cells = self.zeros.len() * self.zeros.len();
+        self.map
+            .resize(if tolerance < FINE { cells } else { 0 }, 0.0);
+    }
+
+    /// The nodes of a row.
+    #[inline(always)]
+    pub fn row(&self, range: Range<usize>) -> &[f32] {
+        self.map.get(range).unwrap_or(&self.zeros)
+    }
+
+    /// Sets a row to what single precision holds of pressures, if this search is a fine one.
+    #[inline(always)]
+    pub fn set_row(&mut self, range: Range<usize>, pressure: &[f64]) {
+        if let Some(base) = self.map.get_mut(range) {
+            for (base, p) in base.iter_mut().zip(pressure) {
+                *base = *p as f32;
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! From the displacement under a move to the gap after it, and to what is asked of the next.
+
+use pulp::{Scalar, Simd};
+
+use super::super::lanes::{Lanes, Pass};
+use super::super::survey::Extremes;
+use super::marks::{FREE, PRESSED, mark};
+use super::sample::Sample;
+
+/// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is
+/// to close: the gap of free nodes and its extension over the others.
+pub struct Respond<'a> {
+    pub response: Response,
+    pub heights: &'a [f32],
+    pub gap: &'a mut [f32],
+    /// Moves of free nodes, extension on the others.
+    pub carry: &'a mut [f32],
+    pub sample: &'a mut Sample,
+    pub seen: Seen,
+}
+
+/// What each node does.
+#[derive(Clone, Copy)]
+pub struct Response {
+    /// Level of the gap after the move.
+    pub level: f32,
+    /// How far it rose.
+    pub rise: f32,
+    /// Of the displacement under the move before it is scaled.
+    pub on_move: f32,
+    /// Of the displacement under the pressure before the move.
+    pub on_pressure: f32,
+    /// Subtracted from gaps.
+    pub datum: f32,
+    /// The mark of nodes that may have pressure.
+    pub pressed: u32,
+    /// How much of the extension is kept.
+    pub memory: f32,
+}
+
+/// What is seen on the way.
+#[derive(Clone, Copy)]
+pub struct Seen {
+    pub free_nodes: f64,
+    pub extremes: Extremes,
+}
+
+impl Seen {
+    pub const NOTHING: Self = Self {
+        free_nodes: 0.0,
+        extremes: Extremes::NONE,
+    };
+}
+
+impl Pass<f32> for Respond<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let response = self.response;
+        {
+            let (values, last_values) = S::as_mut_simd_f32s(values);
+            let (gap, last_gap) = S::as_mut_simd_f32s(&mut self.gap[range.clone()]);
+            let (heights, last_heights) = S::as_simd_f32s(&self.heights[range.clone()]);
+            response.shift(simd, values, gap, heights);
+            response.shift(Scalar, last_values, last_gap, last_heights);
+        }
+        self.sample.keep(row, values);
+        let (gap, carry) = (&self.gap[range.clone()], &mut self.carry[range]);
+        response.ask_row(simd, values, gap, carry, &mut self.seen);
+    }
+}
+
+impl Response {
+    /// To a gap that has not moved, and that nothing extends.
+    pub fn to_a_start(level: f64) -> Self {
+        Self {
+            level: level as f32,
+            rise: 0.0,
+            on_move: 0.0,
+            on_pressure: 0.0,
+            datum: 0.0,
+            pressed: PRESSED,
+            memory: 0.0,
+        }
+    }
+
+    /// Moves gaps, and turns displacements into those under the whole move.
+    #[inline(always)]
+    fn shift<S: Simd>(
+        self,
+        simd: S,
+        values: &mut [S::f32s],
+        gap: &mut [S::f32s],
+        heights: &[S::f32s],
+    ) {
+        let on_move = Lanes::all(simd, self.on_move);
+        let on_pressure = Lanes::all(simd, self.on_pressure);
+        let datum = Lanes::all(simd, self.datum);
+        for ((value, gap), height) in values.iter_mut().zip(gap).zip(heights) {
+            let (g, h) = (Lanes::of(simd, *gap), Lanes::of(simd, *height));
+            let displacement = g + h + datum;
+            let image = (on_pressure * displacement).plus(on_move, Lanes::of(simd, *value));
+            *value = image.numbers();
+            *gap = (g + image).numbers();
+        }
+    }
+
+    /// Turns a row of displacements into what the next correction is to close.
+    #[inline(always)]
+    pub fn ask_row<S: Simd>(
+        self,
+        simd: S,
+        values: &mut [f32],
+        gap: &[f32],
+        carry: &mut [f32],
+        seen: &mut Seen,
+    ) {
+        let (values, last_values) = S::as_mut_simd_f32s(values);
+        let (gap, last_gap) = S::as_simd_f32s(gap);
+        let (carry, last_carry) = S::as_mut_simd_f32s(carry);
+        self.ask(simd, values, gap, carry, seen);
+        if !last_values.is_empty() {
+            self.ask(Scalar, last_values, last_gap, last_carry, seen);
+        }
+    }
+
+    #[inline(always)]
+    fn ask<S: Simd>(
+        self,
+        simd: S,
+        values: &mut [S::f32s],
+        gap: &[S::f32s],
+        carry: &mut [S::f32s],
+        seen: &mut Seen,
+    ) {
+        let level = Lanes::all(simd, self.level);
+        let rise = Lanes::all(simd, self.rise);
+        let memory = Lanes::all(simd, self.memory);
+        let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
+        let mut free_nodes = zero;
+        let mut highest = Lanes::all(simd, -f32::MAX);
+        let mut lowest = Lanes::all(simd, f32::MAX);
+        for ((value, gap), carry) in values.iter_mut().zip(gap).zip(carry) {
+            let (g, c) = (Lanes::of(simd, *gap), Lanes::of(simd, *carry));
+            let above = g - level;
+            let was_free = c.has(FREE);
+            let pressed = c.has(self.pressed);
+            let free = pressed | above.is_below(zero);
+            highest = pressed.choose(highest.max(g), highest);
+            lowest = lowest.min(g);
+            free_nodes = free_nodes + free.or_zero(one);
+            let extended = c + Lanes::of(simd, *value) - rise;
+            let extension = memory * was_free.choose(above, extended);
+            *value = free.choose(above, extension).numbers();
+            let next = free.choose(was_free.or_zero(c), extension);
+            *carry = mark(next, free, pressed).numbers();
+        }
+        seen.free_nodes += free_nodes.total();
+        seen.extremes.add(highest, lowest);
+    }
+}

@@ -1,0 +1,142 @@
+//! A look at some rows, where a sum over all would cost a pass of its own.
+
+use pulp::Simd;
+
+use super::super::lanes::{Pass, sum_by, total, weight};
+use super::marks::{FREE, has};
+
+/// The fewest pairs of rows in a sample: on smaller meshes, it is the whole mesh.
+const FEWEST: usize = 32;
+
+/// The sparsest sample, one pair of rows in so many.
+const SPARSEST: usize = 8;
+
+/// Rows of a map, evenly spread over it in pairs.
+pub struct Sample {
+    nodes: usize,
+    stride: usize,
+    kept: Vec<f32>,
+}
+
+impl Sample {
+    pub fn new(nodes: usize) -> Self {
+        let pairs = nodes.div_ceil(2);
+        let stride = (pairs / FEWEST).clamp(1, SPARSEST);
+        Self {
+            nodes,
+            stride,
+            kept: vec![0.0; 2 * pairs.div_ceil(stride) * nodes],
+        }
+    }
+
+    /// The pairs of rows in the sample.
+    pub fn pairs(&self) -> impl Iterator<Item = usize> + use<> {
+        (self.stride / 2..self.nodes.div_ceil(2)).step_by(self.stride)
+    }
+
+    /// Where a row of the sample is kept.
+    fn place(&self, row: usize) -> Option<usize> {
+        let pair = row / 2;
+        let sampled = pair % self.stride == self.stride / 2;
+        sampled.then(|| (pair / self.stride * 2 + row % 2) * self.nodes)
+    }
+
+    #[inline(always)]
+    pub fn keep(&mut self, row: usize, values: &[f32]) {
+        if let Some(place) = self.place(row) {
+            self.kept[place..][..values.len()].copy_from_slice(values);
+        }
+    }
+}
+
+/// Means over the free nodes of a sample; nothing, where it has none.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Means {
+    pub correction: f64,
+    /// Correction × displacement under the last move.
+    pub correction_on_image: f64,
+    /// The last move, before it was scaled.
+    pub last_move: f64,
+}
+
+/// Sums for them.
+pub struct Peek<'a> {
+    /// Last moves, marked where nodes are free.
+    carry: &'a [f32],
+    /// Displacements under the last move.
+    sample: &'a Sample,
+    free_nodes: f64,
+    sums: Means,
+}
+
+impl<'a> Peek<'a> {
+    pub fn new(carry: &'a [f32], sample: &'a Sample) -> Self {
+        Self {
+            carry,
+            sample,
+            free_nodes: 0.0,
+            sums: Means::default(),
+        }
+    }
+
+    pub fn means(&self) -> Means {
+        let nodes = self.free_nodes.max(1.0);
+        Means {
+            correction: self.sums.correction / nodes,
+            correction_on_image: self.sums.correction_on_image / nodes,
+            last_move: self.sums.last_move / nodes,
+        }
+    }
+}
+
+impl Pass<f32> for Peek<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f32]) {
+        let carry = &self.carry[row * values.len()..][..values.len()];
+        let place = self.sample.place(row);
+        let place = place.expect("only sampled rows are peeked at");
+        let image = &self.sample.kept[place..][..values.len()];
+        for (value, carry) in values.iter_mut().zip(carry) {
+            *value *= weight::<f32>(has(*carry, FREE));
+        }
+        let free = |carry| weight::<f32>(has(carry, FREE));
+        self.free_nodes += sum_by(carry, carry, |carry, _| free(carry));
+        self.sums.last_move += sum_by(carry, carry, |carry, _| free(carry) * carry);
+        self.sums.correction += total(values);
+        self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_meshes_are_sampled_whole() {
+        for nodes in [1, 2, 7, 64, 126] {
+            let pairs = Vec::from_iter(Sample::new(nodes).pairs());
+            assert_eq!(pairs, Vec::from_iter(0..nodes.div_ceil(2)));
+        }
+    }
+
+    #[test]
+    fn large_meshes_are_sampled_evenly() {
+        for (nodes, stride) in [(128, 2), (250, 3), (256, 4), (1024, 8), (4096, 8)] {
+            let pairs = Vec::from_iter(Sample::new(nodes).pairs());
+            assert!(pairs.windows(2).all(|pair| pair[1] - pair[0] == stride));
+            assert!(pairs.len().abs_diff(nodes / 2 / stride) <= 1);
+        }
+    }
+
+    #[test]
+    fn rows_of_the_sample_are_kept_and_no_others() {
+        let mut sample = Sample::new(256);
+        for row in 0..256 {
+            sample.keep(row, &[row as f32; 256]);
+        }
+        let rows = sample.pairs().flat_map(|pair| [2 * pair, 2 * pair + 1]);
+        let kept: Vec<f32> = rows.map(|row| row as f32).collect();
+        let first = sample.kept.iter().step_by(256);
+        assert_eq!(Vec::from_iter(first.copied()), kept);
+    }
+}

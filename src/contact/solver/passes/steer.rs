@@ -1,0 +1,203 @@
+//! From correction to move.
+
+use pulp::{Scalar, Simd};
+
+use super::super::lanes::{Lanes, Pass, sum_by};
+use super::base::Base;
+use super::marks::{FREE, mark};
+
+/// What is still to be done to pressures after a move: scale them, and take part of it back.
+#[derive(Debug, Clone, Copy)]
+pub struct Fold {
+    /// The move that the pressures took was to be scaled by this after it.
+    pub scale: f64,
+    /// And so much of all that was to be done.
+    pub part: f64,
+}
+
+impl Fold {
+    pub const NOTHING: Self = Self {
+        scale: 1.0,
+        part: 1.0,
+    };
+
+    pub const ALL_BACK: Self = Self {
+        scale: 1.0,
+        part: 0.0,
+    };
+
+    /// What pressures are to be multiplied by, before the rest of the move is taken back.
+    pub fn of_pressure(self) -> f64 {
+        1.0 + self.part * (self.scale - 1.0)
+    }
+}
+
+/// Makes of a correction a direction, conjugate to the last move, and moves the pressures along it
+/// as far as they stay positive.
+pub struct Steer<'a> {
+    pub course: Course,
+    pub base: &'a Base,
+    pub rise: &'a mut [f32],
+    /// Moves of free nodes, extension on the others.
+    pub carry: &'a mut [f32],
+    pub gap: &'a [f32],
+    pub heights: &'a [f32],
+    pub sums: Sums,
+}
+
+impl Pass<f32> for Steer<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
+        let range = row * values.len()..(row + 1) * values.len();
+        let row_range = range.clone();
+        let (values, last_values) = S::as_mut_simd_f32s(values);
+        let (base, last_base) = S::as_simd_f32s(self.base.row(range.clone()));
+        let (rise, last_rise) = S::as_mut_simd_f32s(&mut self.rise[range.clone()]);
+        let (carry, last_carry) = S::as_mut_simd_f32s(&mut self.carry[range.clone()]);
+        let (gap, last_gap) = S::as_simd_f32s(&self.gap[range.clone()]);
+        let (heights, last_heights) = S::as_simd_f32s(&self.heights[range]);
+        let course = self.course;
+        course.follow(
+            simd,
+            values,
+            base,
+            rise,
+            carry,
+            gap,
+            heights,
+            &mut self.sums,
+        );
+        if !last_values.is_empty() {
+            course.follow(
+                Scalar,
+                last_values,
+                last_base,
+                last_rise,
+                last_carry,
+                last_gap,
+                last_heights,
+                &mut self.sums,
+            );
+        }
+        let rise = &self.rise[row_range];
+        self.sums.rise += sum_by(rise, rise, |rise, _| f64::from(rise));
+    }
+}
+
+/// What each node does.
+#[derive(Clone, Copy)]
+pub struct Course {
+    /// Of the pressure, and of the last move, still to be added.
+    of_pressure: f32,
+    of_move: f32,
+    /// Of the last move, and of the pressure, in the direction.
+    share: f32,
+    scaling: f32,
+    /// Subtracted from the direction, to keep the mean pressure were nothing clipped.
+    mean: f32,
+    /// How far the direction is followed.
+    step: f32,
+    /// Displacement per pressure by which the extension gives way to corrections where nodes are
+    /// not free.
+    compliance: f32,
+}
+
+impl Course {
+    /// Down the correction, from pressures that are as they should be.
+    pub fn first(step: f64, mean: f64) -> Self {
+        Self {
+            of_pressure: 0.0,
+            of_move: 0.0,
+            share: 0.0,
+            scaling: 0.0,
+            mean: mean as f32,
+            step: step as f32,
+            compliance: 0.0,
+        }
+    }
+
+    /// With `share` of the last move, of which `fold` is still to be done.
+    pub fn next(fold: Fold, share: f64, step: f64, mean: f64, compliance: f64) -> Self {
+        let share = share * fold.part;
+        Self {
+            of_pressure: (fold.part * (fold.scale - 1.0)) as f32,
+            of_move: (fold.part - 1.0) as f32,
+            share: share as f32,
+            scaling: (share * (fold.scale - 1.0)) as f32,
+            mean: mean as f32,
+            step: step as f32,
+            compliance: compliance as f32,
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a row of each map")]
+    fn follow<S: Simd>(
+        self,
+        simd: S,
+        values: &mut [S::f32s],
+        base: &[S::f32s],
+        rise: &mut [S::f32s],
+        carry: &mut [S::f32s],
+        gap: &[S::f32s],
+        heights: &[S::f32s],
+        sums: &mut Sums,
+    ) {
+        let of_pressure = Lanes::all(simd, self.of_pressure);
+        let of_move = Lanes::all(simd, self.of_move);
+        let share = Lanes::all(simd, self.share);
+        let scaling = Lanes::all(simd, self.scaling);
+        let mean = Lanes::all(simd, self.mean);
+        let step = Lanes::all(simd, self.step);
+        let compliance = Lanes::all(simd, self.compliance);
+        let zero = Lanes::all(simd, 0.0);
+        let mut move_on_gap = zero;
+        let mut pressure_on_gap = zero;
+        let mut move_on_height = zero;
+        let mut pressure_on_height = zero;
+
+        let nodes = values.iter_mut().zip(base).zip(rise).zip(carry);
+        for ((((value, b), rise), carry), (g, h)) in nodes.zip(gap.iter().zip(heights)) {
+            let correction = Lanes::of(simd, *value);
+            let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *rise));
+            let c = Lanes::of(simd, *carry);
+            let free = c.has(FREE);
+            let last_move = free.or_zero(c);
+            let direction = (scaling * (b + r) - correction - mean).plus(share, last_move);
+            let due = (of_pressure * (b + r)).plus(of_move, last_move);
+            let old = r + due;
+            let new = free.choose(old.plus(step, direction).max(-b), -b);
+            // Of what was stored before, so that rounding is part of the move.
+            let m = (new - r) - due;
+            let next = free.choose(m, c - compliance * correction);
+            *value = m.numbers();
+            *rise = new.numbers();
+            *carry = mark(next, free, (-b).is_below(new)).numbers();
+
+            let (p, g, h) = (b + new, Lanes::of(simd, *g), Lanes::of(simd, *h));
+            move_on_gap = move_on_gap.plus(m, g);
+            pressure_on_gap = pressure_on_gap.plus(p, g);
+            move_on_height = move_on_height.plus(m, h);
+            pressure_on_height = pressure_on_height.plus(p, h);
+        }
+        sums.move_on_gap += move_on_gap.total();
+        sums.pressure_on_gap += pressure_on_gap.total();
+        sums.move_on_height += move_on_height.total();
+        sums.pressure_on_height += pressure_on_height.total();
+    }
+}
+
+/// Sums over the mesh; the move is the one before the pressures are scaled to their mean.
+#[derive(Default, Clone, Copy)]
+pub struct Sums {
+    /// Σ pressure after the move − base, in double precision.
+    pub rise: f64,
+    /// Σ move × gap.
+    pub move_on_gap: f64,
+    /// Σ pressure after the move × gap.
+    pub pressure_on_gap: f64,
+    /// Σ move × height.
+    pub move_on_height: f64,
+    /// Σ pressure after the move × height.
+    pub pressure_on_height: f64,
+}
