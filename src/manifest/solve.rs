@@ -32,7 +32,7 @@ pub struct SolveTable {
     pub load_unit: Key<LoadUnit>,
     /// When to stop: largest gap in contact and largest penetration outside it, over rms slope ×
     /// mesh step.
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 7e-5))]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 6e-5))]
     pub tolerance: Key<f64>,
     /// Pairs of Fourier transforms after which a load is given up; its row says so.
     #[schemars(range(min = 1, max = 1_000_000), extend("default" = 2000))]

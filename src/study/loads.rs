@@ -40,7 +40,7 @@ pub fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<
 fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let youngs_modulus = modulus(table, checks);
     let loads = loads(table, checks);
-    let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, 7e-5);
+    let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, 6e-5);
     let max_pairs = checks.whole_or("max_pairs", &table.max_pairs, 1..=1_000_000, 2000);
     let load_unit = match table.load_unit.written().map(|unit| unit.value) {
         Some(solve::LoadUnit::Absolute) => LoadUnit::Absolute,
