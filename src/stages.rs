@@ -229,7 +229,7 @@ impl Recipe {
             Recipe::Measure(_) => Effort::pairs(2.0),
             Recipe::Correct(_) => Effort::seconds(1e-3),
             Recipe::Fit(params) => params.effort(),
-            Recipe::Aggregate(_) => Effort::seconds(0.1),
+            Recipe::Aggregate(params) => params.effort(),
         }
     }
 }

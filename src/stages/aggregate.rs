@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Input, StageError};
+use super::{Effort, Input, StageError};
 use crate::store::column::Column;
 use crate::store::table::Table;
 
@@ -42,6 +42,22 @@ pub struct Groups {
     /// Theories whose areas stand beside.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub models: Vec<Model>,
+}
+
+impl Params {
+    /// See [`super::Recipe::effort`].
+    pub fn effort(&self) -> Effort {
+        let slow_models = match self {
+            Params::Groups(groups) => {
+                let models = groups.models.iter();
+                models
+                    .filter(|model| model.integrates_over_summits())
+                    .count()
+            }
+            Params::Sql(_) => 0,
+        };
+        Effort::seconds(0.1 + 2.0 * slow_models as f64)
+    }
 }
 
 /// A statistic over the rows of a group.

@@ -63,6 +63,15 @@ impl Model {
         Model::PennyCrack,
     ];
 
+    /// Whether it integrates over summits of all heights and curvatures, load by load, which takes
+    /// seconds.
+    pub fn integrates_over_summits(self) -> bool {
+        matches!(
+            self,
+            Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature
+        )
+    }
+
     /// The columns that it fills: area, slope, secant, approach to full contact.
     pub fn columns(self) -> [Column; 4] {
         match self {
