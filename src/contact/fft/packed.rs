@@ -96,15 +96,7 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let Scratch {
-            rows: batch, tiles, ..
-        } = scratch;
-        for first in (0..self.nodes).step_by(2 * BATCH) {
-            for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
-                rows.row(row, values);
-            }
-            self.forward(first / 2, batch, tiles);
-        }
+        self.pass::<false, true>(rows, scratch);
     }
 
     pub fn multiply(&self, kernel: &[T], scratch: &mut Scratch<T>) -> f64 {
@@ -123,26 +115,29 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let Scratch {
-            rows: batch, tiles, ..
-        } = scratch;
-        for first in (0..self.nodes).step_by(2 * BATCH) {
-            self.inverse::<BATCH>(first / 2, batch, tiles);
-            for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
-                rows.row(row, values);
-            }
-            self.forward(first / 2, batch, tiles);
-        }
+        self.pass::<true, true>(rows, scratch);
     }
 
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let Scratch {
-            rows: batch, tiles, ..
-        } = scratch;
+        self.pass::<true, false>(rows, scratch);
+    }
+
+    /// Goes over all rows, which may come from the tiles and may go there.
+    fn pass<const COME: bool, const GO: bool>(
+        &self,
+        rows: &mut impl Rows<T>,
+        scratch: &mut Scratch<T>,
+    ) {
+        let batch = &mut scratch.rows;
         for first in (0..self.nodes).step_by(2 * BATCH) {
-            self.inverse::<BATCH>(first / 2, batch, tiles);
+            if COME {
+                self.inverse::<BATCH>(first / 2, batch, &scratch.tiles);
+            }
             for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
                 rows.row(row, values);
+            }
+            if GO {
+                self.forward(first / 2, batch, &mut scratch.tiles);
             }
         }
     }
