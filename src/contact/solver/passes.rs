@@ -8,7 +8,7 @@ mod respond;
 mod sample;
 mod steer;
 
-pub use ask::{Ask, Extrapolate};
+pub use ask::{Ask, Onwards};
 pub use base::Base;
 pub use evaluate::{Arrive, Depart, Join, Land, Landing, Settle, Withdraw};
 pub use marks::{FREE, PRESSED};

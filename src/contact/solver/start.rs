@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use super::Solver;
 use super::lanes::Wide;
-use super::passes::{Ask, Extrapolate, Response, Seen};
+use super::passes::{Ask, Onwards, Response, Seen};
 use super::survey::Standing;
 use crate::contact::half_space;
 
@@ -69,31 +69,26 @@ impl Solver {
         self.datum = onwards(self.datum, &mut self.earlier_datum);
         self.level = onwards(self.level, &mut self.earlier_level);
         self.earlier_load = self.load;
-        let mut pass = Extrapolate {
-            reach,
-            response: Response::to_a_start(self.level),
-            pressure: &mut self.pressure,
-            earlier_pressure: &mut self.earlier_pressure,
-            gap: &mut self.gap,
-            earlier_gap: &mut self.earlier_gap,
-            carry: &mut self.carry,
-            base: &mut self.base,
-            rise: &mut self.rise,
-            seen: Seen::NOTHING,
-            base_sum: 0.0,
-        };
-        self.single
-            .begin(&mut Wide(&mut pass), &mut self.single_scratch);
-        let (seen, base_sum) = (pass.seen, pass.base_sum);
-        self.begun(seen, self.level, base_sum)
+        self.begin(self.level, Some(reach))
     }
 
     /// Begins a search where pressure and gap are.
     pub(super) fn ask(&mut self, level: f64) -> Start {
+        self.begin(level, None)
+    }
+
+    /// Begins a search `reach` beyond pressure and gap, or where they are.
+    fn begin(&mut self, level: f64, reach: Option<f64>) -> Start {
+        let onwards = reach.map(|reach| Onwards {
+            reach,
+            earlier_pressure: &mut self.earlier_pressure,
+            earlier_gap: &mut self.earlier_gap,
+        });
         let mut pass = Ask {
+            onwards,
             response: Response::to_a_start(level),
-            gap: &self.gap,
-            pressure: &self.pressure,
+            gap: &mut self.gap,
+            pressure: &mut self.pressure,
             carry: &mut self.carry,
             base: &mut self.base,
             rise: &mut self.rise,
@@ -103,10 +98,6 @@ impl Solver {
         self.single
             .begin(&mut Wide(&mut pass), &mut self.single_scratch);
         let (seen, base_sum) = (pass.seen, pass.base_sum);
-        self.begun(seen, level, base_sum)
-    }
-
-    fn begun(&mut self, seen: Seen, level: f64, base_sum: f64) -> Start {
         self.free_nodes = seen.free_nodes;
         Start {
             standing: seen.extremes.seen_from(level),

@@ -7,11 +7,13 @@ use super::base::Base;
 use super::marks::marked;
 use super::respond::{Response, Seen};
 
-/// From the last gap and pressure as they are.
+/// Starts from the last gap and pressure, or from a guess along the straight line through them.
 pub struct Ask<'a> {
+    /// Where to go on to first.
+    pub onwards: Option<Onwards<'a>>,
     pub response: Response,
-    pub gap: &'a [f32],
-    pub pressure: &'a [f64],
+    pub gap: &'a mut [f32],
+    pub pressure: &'a mut [f64],
     /// Marked where there is pressure; the last move on free nodes, if there is one to go on from.
     pub carry: &'a mut [f32],
     pub base: &'a mut Base,
@@ -22,16 +24,39 @@ pub struct Ask<'a> {
     pub base_sum: f64,
 }
 
+/// The straight line through the last gap and pressure and the ones before.
+pub struct Onwards<'a> {
+    /// How far, in units of the way from the earlier ones to the last.
+    pub reach: f64,
+    /// Set to the last pressure.
+    pub earlier_pressure: &'a mut [f32],
+    /// Set to the last gap.
+    pub earlier_gap: &'a mut [f32],
+}
+
 impl Pass<f32> for Ask<'_> {
     #[inline(always)]
     fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
         let range = row * values.len()..(row + 1) * values.len();
-        let pressure = &self.pressure[range.clone()];
+        let pressure = &mut self.pressure[range.clone()];
+        let gap = &mut self.gap[range.clone()];
+        let carry = &mut self.carry[range.clone()];
+        if let Some(onwards) = &mut self.onwards {
+            let earlier = &mut onwards.earlier_pressure[range.clone()];
+            extrapolate(onwards.reach, pressure, earlier);
+            let (gap, last_gap) = S::as_mut_simd_f32s(gap);
+            let earlier = &mut onwards.earlier_gap[range.clone()];
+            let (earlier, last_earlier) = S::as_mut_simd_f32s(earlier);
+            extrapolate_single(simd, onwards.reach, gap, earlier);
+            extrapolate_single(Scalar, onwards.reach, last_gap, last_earlier);
+            for (carry, p) in carry.iter_mut().zip(&*pressure) {
+                *carry = marked(0.0, false, *p > 0.0);
+            }
+        }
         self.base.set_row(range.clone(), pressure);
         let base = self.base.row(range.clone());
-        split(pressure, base, &mut self.rise[range.clone()]);
+        split(pressure, base, &mut self.rise[range]);
         self.base_sum += sum_by(base, base, |base, _| f64::from(base));
-        let (gap, carry) = (&self.gap[range.clone()], &mut self.carry[range]);
         values.fill(0.0);
         self.response
             .ask_row(simd, values, gap, carry, &mut self.seen);
@@ -42,54 +67,6 @@ impl Pass<f32> for Ask<'_> {
 fn split(pressure: &[f64], base: &[f32], rise: &mut [f32]) {
     for ((p, base), rise) in pressure.iter().zip(base).zip(rise) {
         *rise = (p - f64::from(*base)) as f32;
-    }
-}
-
-/// From the straight line through the last gaps and pressures and the ones before.
-pub struct Extrapolate<'a> {
-    /// How far, in units of the way from the earlier ones to the last.
-    pub reach: f64,
-    pub response: Response,
-    pub pressure: &'a mut [f64],
-    /// Set to the last pressure.
-    pub earlier_pressure: &'a mut [f32],
-    pub gap: &'a mut [f32],
-    /// Set to the last gap.
-    pub earlier_gap: &'a mut [f32],
-    pub carry: &'a mut [f32],
-    pub base: &'a mut Base,
-    pub rise: &'a mut [f32],
-    pub seen: Seen,
-    /// Σ base.
-    pub base_sum: f64,
-}
-
-impl Pass<f32> for Extrapolate<'_> {
-    #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        let pressure = &mut self.pressure[range.clone()];
-        let earlier = &mut self.earlier_pressure[range.clone()];
-        extrapolate(self.reach, pressure, earlier);
-        self.base.set_row(range.clone(), pressure);
-        let base = self.base.row(range.clone());
-        let rise = &mut self.rise[range.clone()];
-        split(pressure, base, rise);
-        self.base_sum += sum_by(base, base, |base, _| f64::from(base));
-        let gap = &mut self.gap[range.clone()];
-        {
-            let (gap, last_gap) = S::as_mut_simd_f32s(gap);
-            let (earlier, last_earlier) = S::as_mut_simd_f32s(&mut self.earlier_gap[range.clone()]);
-            extrapolate_single(simd, self.reach, gap, earlier);
-            extrapolate_single(Scalar, self.reach, last_gap, last_earlier);
-        }
-        let carry = &mut self.carry[range];
-        for (carry, p) in carry.iter_mut().zip(pressure) {
-            *carry = marked(0.0, false, *p > 0.0);
-        }
-        values.fill(0.0);
-        self.response
-            .ask_row(simd, values, gap, carry, &mut self.seen);
     }
 }
 
