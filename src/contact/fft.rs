@@ -30,23 +30,17 @@ use registers::{InstructionSet, Vectorize};
 
 /// Single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
-    /// The largest finite number.
-    const MAX: Self;
     /// The nearest number of this precision.
     fn nearest(value: f64) -> Self;
 }
 
 impl Real for f32 {
-    const MAX: Self = Self::MAX;
-
     fn nearest(value: f64) -> Self {
         value as Self
     }
 }
 
 impl Real for f64 {
-    const MAX: Self = Self::MAX;
-
     fn nearest(value: f64) -> Self {
         value
     }

@@ -141,8 +141,9 @@ impl<T: Real> HalfSpectrum<T> {
             let Some(half) = scratch.spectrum.chunks_exact(self.columns()).nth(row) else {
                 return;
             };
-            let half = &mut half.to_vec();
-            self.inverse_row(half, &mut scratch.row, &mut scratch.butterflies);
+            let copy = &mut scratch.tile[..half.len()];
+            copy.copy_from_slice(half);
+            self.inverse_row(copy, &mut scratch.row, &mut scratch.butterflies);
             rows.row(row, &mut scratch.row);
         }
     }
