@@ -184,12 +184,18 @@ impl Solver {
         short
     }
 
-    /// Looks at the corrections of a sample of rows.
+    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.
     fn peek(&mut self) -> Means {
         let mut peek = Peek::new(&self.carry, &self.sample);
         for pair in self.sample.pairs() {
             self.single
                 .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+        }
+        if peek.saw_too_little() {
+            for pair in self.sample.other_pairs() {
+                self.single
+                    .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+            }
         }
         peek.means()
     }
@@ -201,7 +207,7 @@ impl Solver {
             return Course::first(step, -means.correction);
         };
         // Gaps count from the level, and the level has moved too.
-        let along = means.correction_on_image - last.rise * means.correction;
+        let along = means.correction_on_image - last.rise * means.sampled_correction;
         let share = self.free_nodes * along / last.curvature + last.missed / step;
         let share = share.clamp(0.0, LARGEST_SHARE);
         let Fold { scale, part } = last.fold;

@@ -11,6 +11,9 @@ const FEWEST: usize = 32;
 /// The sparsest sample, one pair of rows in so many.
 const SPARSEST: usize = 8;
 
+/// Free nodes of which a sample must show so many, or else all rows are looked at.
+const FEWEST_NODES: f64 = 64.0;
+
 /// Rows of a map, evenly spread over it in pairs.
 pub struct Sample {
     nodes: usize,
@@ -34,6 +37,12 @@ impl Sample {
         (self.stride / 2..self.nodes.div_ceil(2)).step_by(self.stride)
     }
 
+    /// The pairs of rows that are not.
+    pub fn other_pairs(&self) -> impl Iterator<Item = usize> + use<> {
+        let stride = self.stride;
+        (0..self.nodes.div_ceil(2)).filter(move |pair| pair % stride != stride / 2)
+    }
+
     /// Where a row of the sample is kept.
     fn place(&self, row: usize) -> Option<usize> {
         let pair = row / 2;
@@ -49,14 +58,16 @@ impl Sample {
     }
 }
 
-/// Means over the free nodes of a sample; nothing, where it has none.
+/// Means over free nodes; nothing, where none were seen.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Means {
     pub correction: f64,
-    /// Correction × displacement under the last move.
-    pub correction_on_image: f64,
     /// The last move, before it was scaled.
     pub last_move: f64,
+    /// Correction, in the sample alone,
+    pub sampled_correction: f64,
+    /// and times the displacement under the last move.
+    pub correction_on_image: f64,
 }
 
 /// Sums for them.
@@ -66,6 +77,7 @@ pub struct Peek<'a> {
     /// Displacements under the last move.
     sample: &'a Sample,
     free_nodes: f64,
+    sampled_nodes: f64,
     sums: Means,
 }
 
@@ -75,16 +87,25 @@ impl<'a> Peek<'a> {
             carry,
             sample,
             free_nodes: 0.0,
+            sampled_nodes: 0.0,
             sums: Means::default(),
         }
     }
 
+    /// Whether too little was seen to go by: a direction that does not keep the mean pressure may
+    /// shed all of it.
+    pub fn saw_too_little(&self) -> bool {
+        self.free_nodes < FEWEST_NODES
+    }
+
     pub fn means(&self) -> Means {
         let nodes = self.free_nodes.max(1.0);
+        let sampled = self.sampled_nodes.max(1.0);
         Means {
             correction: self.sums.correction / nodes,
-            correction_on_image: self.sums.correction_on_image / nodes,
             last_move: self.sums.last_move / nodes,
+            sampled_correction: self.sums.sampled_correction / sampled,
+            correction_on_image: self.sums.correction_on_image / sampled,
         }
     }
 }
@@ -93,17 +114,21 @@ impl Pass<f32> for Peek<'_> {
     #[inline(always)]
     fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f32]) {
         let carry = &self.carry[row * values.len()..][..values.len()];
-        let place = self.sample.place(row);
-        let place = place.expect("only sampled rows are peeked at");
-        let image = &self.sample.kept[place..][..values.len()];
         for (value, carry) in values.iter_mut().zip(carry) {
             *value *= weight::<f32>(has(*carry, FREE));
         }
         let free = |carry| weight::<f32>(has(carry, FREE));
-        self.free_nodes += sum_by(carry, carry, |carry, _| free(carry));
+        let nodes = sum_by(carry, carry, |carry, _| free(carry));
+        let correction = total(values);
+        self.free_nodes += nodes;
+        self.sums.correction += correction;
         self.sums.last_move += sum_by(carry, carry, |carry, _| free(carry) * carry);
-        self.sums.correction += total(values);
-        self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
+        if let Some(place) = self.sample.place(row) {
+            let image = &self.sample.kept[place..][..values.len()];
+            self.sampled_nodes += nodes;
+            self.sums.sampled_correction += correction;
+            self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
+        }
     }
 }
 
