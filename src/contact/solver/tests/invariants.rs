@@ -104,7 +104,7 @@ fn what_a_sample_of_rows_does_not_show_is_found_all_the_same() {
     // On this mesh every fourth pair of rows is sampled, and the peak is in the first.
     let peak = map(256, |x, y| if x == 0.0 && y == 0.0 { 0.1 } else { 0.0 });
     let ridge = map(256, |x, _| if x == 0.0 { 0.01 } else { 0.0 });
-    for heights in [peak, ridge] {
+    for heights in [peak, ridge, noise(256, 4), noise(256, 5)] {
         let mut solver = Solver::new(256, &heights);
         let full = solver.full_contact_load();
         for load in [1e-8, 1e-6, 1e-3 * full, 0.3 * full, 0.9 * full] {
