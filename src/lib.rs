@@ -62,6 +62,8 @@ pub mod sources;
 
 pub mod diagnostics;
 
+pub mod decimal;
+
 pub mod pace;
 
 pub mod memory;

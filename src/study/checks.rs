@@ -6,6 +6,7 @@ use std::ops::{Bound, RangeBounds, RangeInclusive};
 
 use serde::Serialize;
 
+use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::written::{Key, Written};
 use crate::manifest::{Layout, Point, Section, Table};
@@ -103,7 +104,7 @@ impl<'a> Checks<'a> {
         }
     }
 
-    /// A finite number within bounds. Zero has one sign, so that equal numbers have equal keys.
+    /// A finite number within bounds, as a person would write it: equal numbers have equal keys.
     pub fn is_in(&mut self, name: &str, written: &Written<f64>, bounds: Bounds) -> Option<f64> {
         self.finite(&format!("`{name}` is"), name, written, bounds)
     }
@@ -120,10 +121,11 @@ impl<'a> Checks<'a> {
         written: &Written<f64>,
         bounds: Bounds,
     ) -> Option<f64> {
-        let value = written.value;
+        let value = decimal::nearest(written.value);
         if value.is_finite() && bounds.contains(&value) {
-            return Some(value + 0.0);
+            return Some(value);
         }
+        let value = written.value;
         let must = format!("must be {}", described(bounds, value));
         let problem = Problem::new(format!("{what} {value:?}"), written.span.clone(), must);
         self.report(name, problem);

@@ -4,6 +4,7 @@ use std::ops::Bound;
 use std::sync::Arc;
 
 use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points};
+use crate::decimal;
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::Section;
 use crate::manifest::solve::{
@@ -122,16 +123,24 @@ fn listed(list: &[Written<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
         .map(|load| checks.holds("loads", load, QUANTITY))
         .collect();
     let loads: Vec<f64> = loads.into_iter().collect::<Option<_>>()?;
-    let descent = (1..loads.len()).find(|&index| loads[index] <= loads[index - 1]);
-    if let Some(index) = descent {
-        let (before, after) = (loads[index - 1], loads[index]);
-        let message = format!("`loads` must ascend: {after:?} follows {before:?}");
-        let problem = Problem::new(
-            message,
-            list[index].span.clone(),
-            "not above the load before",
-        )
-        .help("each load starts from the contact of the load before it");
+    if let Some(index) = (1..loads.len()).find(|&index| !ascends(&loads[index - 1..=index])) {
+        let [before, after] = [index - 1, index].map(|index| list[index].value);
+        let place = list[index].span.clone();
+        let differ_by_rounding = before != after && decimal::is_same(before, after);
+        let problem = match differ_by_rounding {
+            true => Problem::new(
+                format!("`loads` holds {before:?} and {after:?}, one load but for rounding"),
+                place,
+                "no step above the load before",
+            )
+            .help("slopes between them would be noise: leave one of them out"),
+            false => Problem::new(
+                format!("`loads` must ascend: {after:?} follows {before:?}"),
+                place,
+                "not above the load before",
+            )
+            .help("each load starts from the contact of the load before it"),
+        };
         checks.problems.push(problem);
         return None;
     }
@@ -146,7 +155,12 @@ fn listed(list: &[Written<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
     Some(loads)
 }
 
-/// Loads between two, the last of them exact.
+/// Whether each load is above the one before by more than rounding.
+fn ascends(loads: &[f64]) -> bool {
+    loads.is_sorted_by(|before, after| before < after && !decimal::is_same(*before, *after))
+}
+
+/// Loads between two, as a person would write them, the last of them as it is given.
 fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> Option<Vec<f64>> {
     let from = checks.number_or("from", &range.from, NOT_NEGATIVE, 0.0);
     let mut given = |name, is_given: bool| {
@@ -194,12 +208,12 @@ fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> O
         Some(Spacing::Linear) | None => Box::new(move |share| from + (to - from) * share),
     };
     let share = |step: u32| f64::from(step) / f64::from(steps);
-    let inner = (1..steps).map(|step| load(share(step)));
+    let inner = (1..steps).map(|step| decimal::nearest(load(share(step))));
     let loads: Vec<f64> = inner.chain([to]).collect();
-    if loads[0] > from && loads.is_sorted_by(|before, after| before < after) {
+    if loads[0] > from && ascends(&loads) {
         return Some(loads);
     }
-    let message = format!("{steps} loads from {from:?} to {to:?} are closer than numbers can be");
+    let message = format!("{steps} loads from {from:?} to {to:?} differ by no more than rounding");
     checks.problems.push(Problem::new(
         message,
         written.span.clone(),
@@ -236,14 +250,12 @@ fn pressures(table: &SolveTable, loads: Option<&[f64]>, checks: &mut Checks) -> 
 }
 
 fn chosen(load: &Written<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
-    /// A load written with 12 digits is the one that is meant.
-    const ROUNDING: f64 = 1e-12;
     let value = checks.holds("pressures", load, POSITIVE)?;
     let distance = |other: &&f64| (**other - value).abs();
     let nearest = *loads
         .iter()
         .min_by(|one, other| distance(one).total_cmp(&distance(other)))?;
-    if (nearest - value).abs() <= ROUNDING * value {
+    if decimal::is_same(nearest, value) {
         return Some(nearest);
     }
     let message = format!("`pressures` asks for the load {value:?}, which is not in `loads`");

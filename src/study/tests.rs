@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::*;
 use crate::contact::surface::RandomSurface;
+use crate::decimal;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/manifests")
@@ -228,18 +229,46 @@ fn block(loads: &str) -> solve::Params {
 #[test]
 fn a_block_leaves_its_start_out_and_ends_exactly() {
     let linear = block("loads = { from = 0.1, to = 0.7, steps = 3 }").loads;
-    assert_eq!(
-        linear,
-        [
-            0.1 + (0.7 - 0.1) / 3.0,
-            0.1 + (0.7 - 0.1) * (2.0 / 3.0),
-            0.7
-        ]
-    );
+    assert_eq!(linear, [0.3, 0.5, 0.7]);
     let geometric = block("loads = { from = 0.01, to = 1, steps = 2, spacing = \"geometric\" }");
-    // A power and a product, each right to the last bit or the one before.
-    assert!((geometric.loads[0] - 0.1).abs() < 1e-16 && geometric.loads[1] == 1.0);
+    assert_eq!(geometric.loads, [0.1, 1.0]);
     assert_eq!(block("loads = { to = 2, steps = 1 }").loads, [2.0]);
+}
+
+#[test]
+fn spaced_loads_are_the_numbers_that_a_person_would_write() {
+    let loads = block("loads = { to = 0.06, steps = 6 }").loads;
+    assert_eq!(loads, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]);
+    let octaves = block("loads = { from = 1e-3, to = 0.008, steps = 3, spacing = \"geometric\" }");
+    assert_eq!(octaves.loads, [0.002, 0.004, 0.008]);
+    let to_full_contact =
+        block("loads = { from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
+    for load in to_full_contact.loads {
+        let written = format!("{load:e}");
+        let digits = written.split('e').next().unwrap().replace('.', "");
+        assert!(digits.len() <= decimal::DIGITS, "{load}");
+    }
+}
+
+#[test]
+fn a_load_with_a_computers_rounding_is_the_one_that_was_meant() {
+    let computed = block("loads = [0.019999999999999997, 0.06000000000000001]");
+    assert_eq!(computed.loads, block("loads = [0.02, 0.06]").loads);
+}
+
+#[test]
+fn swept_numbers_that_differ_by_rounding_are_one() {
+    let surface = surface("nodes = 64\nk_lower = 2\nk_upper = 32\n");
+    for text in [
+        surface.replace("0.8", "[0.3, 0.30000000000000004]"),
+        format!("{surface}rms_slope = [0.1, 0.09999999999999999]\n"),
+        format!("{surface}side = [1, 1.0000000000000002]\n"),
+    ] {
+        let page = message(&text);
+        assert!(page.contains("two cases come to the same"), "{page}");
+    }
+    let computed = surfaces(&surface.replace("0.8", "0.30000000000000004"));
+    assert_eq!(computed[0].1.spectrum.hurst, 0.3);
 }
 
 #[test]
