@@ -16,8 +16,10 @@ pub mod intervals;
 mod light;
 mod mesh;
 mod quantities;
+mod setting;
 
 pub use evidence::Evidence;
+pub use setting::{LeftOut, Setting};
 
 use intervals::Bound;
 

@@ -34,7 +34,7 @@ mod tests {
             (0.06 * (2.0 / 6.0), 0.02),
             (0.1 + 0.2, 0.3),
             (1.0 - 0.9, 0.1),
-            (3.0 * 1.1e-7, 3.3e-7),
+            (3.0 * 1.1, 3.3),
         ] {
             assert_ne!(computed, meant);
             assert_eq!(nearest(computed), meant);

@@ -216,7 +216,7 @@ pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
 /// What places a task in its study, as one row: of several surfaces, what they have in common.
 fn coordinates(plan: &Plan, task: usize) -> Result<Table, TableError> {
     let task = &plan.tasks[task];
-    let own = task.recipe.coordinates();
+    let own = Table::row(&task.recipe.coordinates());
     if matches!(task.recipe, Recipe::Generate(_)) {
         return Ok(own);
     }

@@ -28,6 +28,8 @@ pub mod manifest;
 
 pub mod study;
 
+pub mod ensemble;
+
 pub mod plan;
 
 pub mod growth;

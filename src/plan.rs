@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
+use crate::ensemble::Point;
 use crate::failures;
 use crate::stages::{Kind, Recipe, aggregate};
 use crate::store::key::{Digest, TaskKey};
@@ -207,12 +208,16 @@ impl Builder {
         task
     }
 
-    /// Tasks that differ only by realization and block of loads, together; in the order in
-    /// which each group first appears.
+    /// Tasks that differ only by surface and block of loads, together; in the order in which each
+    /// group first appears. Of tasks that differ only by what they keep, the first stands.
     fn by_point(&self, tasks: &[usize]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         let mut known = BTreeMap::new();
+        let mut essences = HashSet::new();
         for &task in tasks {
+            if !essences.insert(self.tasks[task].essence) {
+                continue;
+            }
             let group = *known.entry(self.point(task)).or_insert(groups.len());
             if group == groups.len() {
                 groups.push(Vec::new());
@@ -222,11 +227,13 @@ impl Builder {
         groups
     }
 
-    /// The parameter point of a task, spelled out.
-    fn point(&self, task: usize) -> String {
+    /// The parameter point of a task.
+    fn point(&self, task: usize) -> Point {
         let task = &self.tasks[task];
         let upstream = task.inputs.first().map(|&input| self.point(input));
-        upstream.unwrap_or_default() + &task.recipe.point()
+        upstream
+            .unwrap_or_default()
+            .and(Point::of(task.recipe.coordinates()))
     }
 
     fn reduction(&self, reduction: &Reduction, stage: &Stage, all: &[Stage]) -> aggregate::Params {

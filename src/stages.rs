@@ -22,7 +22,7 @@ use crate::contact::map::MapError;
 use crate::contact::measured::MeasuredError;
 use crate::contact::surface::SurfaceError;
 use crate::sources::{SourceError, Sources};
-use crate::store::column::Column;
+use crate::store::column::{Column, Value};
 use crate::store::table::{Table, TableError};
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
@@ -185,28 +185,18 @@ impl Recipe {
         }
     }
 
-    /// The recipe's part in the name of a parameter point: nothing that differs between
-    /// surfaces of one spectrum, or between blocks of loads.
-    pub fn point(&self) -> String {
-        match self {
-            Recipe::Generate(params) => params.point(),
-            Recipe::Solve(params) => params.point(),
-            _ => String::new(),
-        }
-    }
-
     /// Whether one task reads all surfaces of a parameter point.
     pub fn pools_surfaces(&self) -> bool {
         matches!(self, Recipe::Measure(params) if params.pools_surfaces())
     }
 
-    /// The coordinates that the task adds to those of what it reads, as one row, where they are
-    /// known before it has run.
-    pub fn coordinates(&self) -> Table {
+    /// The coordinates that the task adds to those of what it reads, where they are known before
+    /// it has run.
+    pub fn coordinates(&self) -> Vec<(Column, Value)> {
         match self {
             Recipe::Generate(params) => params.coordinates(),
             Recipe::Solve(params) => params.coordinates(),
-            _ => Table::new(1, vec![]),
+            _ => Vec::new(),
         }
     }
 

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use arrow::array::Array;
+use arrow::array::{Array, Float64Array};
 
+use super::setting::Setting;
+use crate::ensemble::{self, Member, Members, ensembles};
 use crate::stages::Kind;
 use crate::stages::columns::*;
 use crate::store::table::{Table, TableError};
@@ -48,7 +50,7 @@ pub struct Ensemble {
 pub struct PerSurface {
     /// The spectrum.
     pub spectrum: Spectrum,
-    /// The numbers, by realization.
+    /// The numbers, by seed and realization.
     pub values: Vec<f64>,
 }
 
@@ -74,6 +76,8 @@ pub struct Evidence {
     surfaces: Vec<Table>,
     /// Tables of measured contacts.
     contacts: Vec<Table>,
+    /// What all of them have in common, and what is left out.
+    pub setting: Setting,
 }
 
 impl Evidence {
@@ -84,34 +88,40 @@ impl Evidence {
     pub fn of(stages: &[Finished]) -> Result<Evidence, TableError> {
         let of_kind = |kind: Kind| {
             let own = stages.iter().filter(move |stage| stage.kind == kind);
-            own.map(|stage| stage.table.clone()).collect::<Vec<_>>()
+            own.map(|stage| &stage.table)
         };
-        let contacts: Vec<Table> = of_kind(Kind::Measure)
-            .into_iter()
-            .filter(|table| table.has(CONTACT_NODES.name))
-            .collect();
-        let corrected = of_kind(Kind::Correct);
-        let mut ensembles = Vec::new();
-        for table in corrected.iter().chain(&contacts) {
-            for ensemble in curves(table)? {
-                let known = |other: &Ensemble| {
-                    (&other.spectrum, &other.correction)
-                        == (&ensemble.spectrum, &ensemble.correction)
-                };
-                if !ensembles.iter().any(known) {
-                    ensembles.push(ensemble);
-                }
+        let is_contacts = |table: &&Table| table.has(CONTACT_NODES.name);
+        let contacts: Vec<&Table> = of_kind(Kind::Measure).filter(is_contacts).collect();
+        let corrected: Vec<&Table> = of_kind(Kind::Correct).collect();
+        let setting = match (contacts.is_empty(), corrected.is_empty()) {
+            (false, _) => Setting::of(contacts.iter().copied()),
+            (true, false) => Setting::of(corrected.iter().copied()),
+            (true, true) => Setting::of(of_kind(Kind::Generate)),
+        };
+        let within = |table: &Table| setting.rows(table);
+        let contacts: Vec<Table> = contacts.into_iter().map(within).collect();
+        let corrected: Vec<Table> = corrected.into_iter().map(within).collect();
+        let surfaces = of_kind(Kind::Generate).map(within).collect();
+        let fits = stages.iter().filter(|stage| stage.kind == Kind::Fit);
+        let fits = fits.map(|stage| Finished {
+            table: within(&stage.table),
+            ..stage.clone()
+        });
+        let fits = fits.collect();
+        // Several stages may measure the same surfaces under other loads.
+        let mut ensembles = curves(&Table::stack(&contacts)?)?;
+        for ensemble in curves(&Table::stack(&corrected)?)? {
+            let is_counted = ensembles.iter().any(|known| known.is_of(&ensemble));
+            if !is_counted {
+                ensembles.push(ensemble);
             }
         }
         Ok(Evidence {
             ensembles,
-            fits: stages
-                .iter()
-                .filter(|stage| stage.kind == Kind::Fit)
-                .cloned()
-                .collect(),
-            surfaces: of_kind(Kind::Generate),
+            fits,
+            surfaces,
             contacts,
+            setting,
         })
     }
 
@@ -163,6 +173,11 @@ impl Evidence {
 }
 
 impl Ensemble {
+    /// Whether it tells the same areas as another: what is corrected by nothing was counted before.
+    fn is_of(&self, other: &Ensemble) -> bool {
+        (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
+    }
+
     /// Number of surfaces.
     pub fn surfaces(&self) -> usize {
         self.areas.first().map_or(0, Vec::len)
@@ -209,59 +224,54 @@ fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
     (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
 }
 
-/// Areas by load, of each realization.
-type BySurface = BTreeMap<i64, BTreeMap<u64, f64>>;
-
 fn curves(table: &Table) -> Result<Vec<Ensemble>, TableError> {
+    if table.rows() == 0 {
+        return Ok(Vec::new());
+    }
     let is_corrected = table.has(CORRECTION.name);
     let area = if is_corrected {
         AREA_CORRECTED
     } else {
         AREA_FRACTION
     };
-    let (areas, loads) = (table.reals(area.name)?, table.reals(LOAD.name)?);
-    let mut known: BTreeMap<_, (Spectrum, String, BySurface)> = BTreeMap::new();
-    for row in 0..table.rows() {
-        let Some(spectrum) = spectrum(table, row)? else {
+    let areas = table.reals(area.name)?;
+    let mut curves = Vec::new();
+    for rows in ensembles(table)? {
+        let Some(spectrum) = spectrum(table, rows.first)? else {
             continue;
         };
         let correction = match is_corrected {
-            true => table.texts(CORRECTION.name)?.value(row).to_owned(),
+            true => table.texts(CORRECTION.name)?.value(rows.first).to_owned(),
             false => COUNTED.to_owned(),
         };
-        let surface = table.integers(REALIZATION.name)?.value(row);
-        let entry = known.entry((key(&spectrum), correction.clone()));
-        let (_, _, surfaces) = entry.or_insert((spectrum, correction, BTreeMap::new()));
-        let curve = surfaces.entry(surface).or_default();
-        curve
-            .entry(loads.value(row).to_bits())
-            .or_insert(areas.value(row));
+        curves.push(ensemble(spectrum, correction, &rows, areas));
     }
-    let ensembles = known.into_values();
-    Ok(ensembles
-        .map(|(spectrum, correction, surfaces)| ensemble(spectrum, correction, &surfaces))
-        .collect())
+    curves.sort_by_key(|ensemble| (key(&ensemble.spectrum), ensemble.correction.clone()));
+    Ok(curves)
 }
 
-fn ensemble(spectrum: Spectrum, correction: String, surfaces: &BySurface) -> Ensemble {
-    let mut all: Vec<u64> = surfaces
-        .values()
-        .flat_map(BTreeMap::keys)
-        .copied()
-        .collect();
-    // Positive numbers sort as their bits do.
-    all.sort_unstable();
-    all.dedup();
-    let area = |curve: &BTreeMap<u64, f64>, load: u64| {
+fn ensemble(
+    spectrum: Spectrum,
+    correction: String,
+    rows: &ensemble::Ensemble,
+    areas: &Float64Array,
+) -> Ensemble {
+    let members = 0..rows.members.len();
+    let last =
+        |member: usize| (0..rows.loads.len()).rfind(|&load| rows.row(member, load).is_some());
+    let lasts: Vec<Option<usize>> = members.clone().map(last).collect();
+    let area = |member: usize, load: usize| {
         let left_behind = || {
-            let (&last, &area) = curve.last_key_value()?;
-            (load > last && area == 1.0).then_some(1.0)
+            let last = lasts[member].filter(|&last| load > last)?;
+            rows.row(member, last)
+                .filter(|&row| areas.value(row) == 1.0)
         };
-        curve.get(&load).copied().or_else(left_behind)
+        let row = rows.row(member, load).or_else(left_behind)?;
+        Some(areas.value(row))
     };
-    let common = all.into_iter().filter_map(|load| {
-        let areas: Option<Vec<f64>> = surfaces.values().map(|curve| area(curve, load)).collect();
-        Some((f64::from_bits(load), areas?))
+    let common = rows.loads.iter().enumerate().filter_map(|(place, &load)| {
+        let areas: Option<Vec<f64>> = members.clone().map(|member| area(member, place)).collect();
+        Some((load, areas?))
     });
     let (loads, areas) = common.unzip();
     Ensemble {
@@ -276,16 +286,16 @@ fn per_surface(
     tables: &[Table],
     value: impl Fn(&Table, usize) -> Result<Option<f64>, TableError>,
 ) -> Result<Vec<PerSurface>, TableError> {
-    let mut known: BTreeMap<_, (Spectrum, BTreeMap<i64, f64>)> = BTreeMap::new();
+    let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
     for table in tables {
+        let members = Members::of(table)?;
         for row in 0..table.rows() {
             let (Some(spectrum), Some(value)) = (spectrum(table, row)?, value(table, row)?) else {
                 continue;
             };
-            let surface = table.integers(REALIZATION.name)?.value(row);
             let entry = known.entry(key(&spectrum));
             let (_, values) = entry.or_insert((spectrum, BTreeMap::new()));
-            values.entry(surface).or_insert(value);
+            values.entry(members.of_row(row)).or_insert(value);
         }
     }
     let found = known.into_values().map(|(spectrum, values)| PerSurface {

@@ -309,7 +309,7 @@ const fn real(name: &'static str) -> Column {
 fn mesh_fit(coefficient: f64, half_width: f64) -> Vec<Claim> {
     fit(vec![
         (
-            Column::coordinate("pooled", ColumnKind::Text, "", ""),
+            Column::parameter("pooled", ColumnKind::Text, "", ""),
             texts(["surfaces and loads"]),
         ),
         (real("mesh_coefficient"), reals([coefficient])),

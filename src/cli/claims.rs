@@ -9,18 +9,21 @@ use serde_json::{Value, json};
 use super::{Data, Failure, counted};
 use crate::claims::evidence::Finished;
 use crate::claims::intervals::RESAMPLING;
-use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Verdict};
+use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Setting, Verdict};
+use crate::ensemble::Point;
 use crate::growth::Grown;
 use crate::plan::{Plan, PlannedStage};
 use crate::results;
 use crate::stages::Recipe;
+use crate::store::column::Value as Cell;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The manifest of a study that has been run.
     manifest: PathBuf,
 
-    /// Print JSON: `{"level", "claims": [{"name", "says", "data", "verdict", …}, …]}`.
+    /// Print JSON: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "claims": [{"name",
+    /// "says", "data", "verdict", …}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -39,7 +42,8 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
             });
         }
     }
-    let claims = claims::all(&Evidence::of(&finished)?);
+    let evidence = Evidence::of(&finished)?;
+    let claims = claims::all(&evidence);
     let missing = published
         .iter()
         .zip(&plan.stages)
@@ -49,15 +53,49 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     if arguments.json {
         let claims: Vec<Value> = claims.iter().map(as_json).collect();
         let level = RESAMPLING.level;
-        let json = json!({ "level": level, "missing_tasks": missing, "claims": claims });
+        let left_out = evidence.setting.left_out.iter();
+        let left_out =
+            left_out.map(|left| json!({ "rows": left.rows, "with": place(&left.differs) }));
+        let json = json!({
+            "level": level,
+            "missing_tasks": missing,
+            "rests_on": place(&evidence.setting.point),
+            "left_out": left_out.collect::<Vec<_>>(),
+            "claims": claims,
+        });
         writeln!(out, "{json:#}")?;
     } else {
         for claim in &claims {
             write!(out, "{}", text(claim))?;
         }
         writeln!(out, "{}", closing(&claims, missing))?;
+        write!(out, "{}", left_out(&evidence.setting))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Parameters for programs.
+fn place(point: &Point) -> Value {
+    let value = |value: &Cell| match value {
+        Cell::Real(number) => json!(number),
+        Cell::Integer(number) => json!(number),
+        Cell::Text(text) => json!(text),
+    };
+    let entries = point.iter().map(|(name, of)| (name.to_owned(), value(of)));
+    Value::Object(entries.collect())
+}
+
+/// What claims do not look at, and what they look at instead.
+fn left_out(setting: &Setting) -> String {
+    let lines = setting.left_out.iter().map(|left| {
+        let instead = setting.point.clone().beyond(&left.differs);
+        let names: Vec<&str> = left.differs.iter().map(|(name, _)| name).collect();
+        format!(
+            "left out: {left}; the claims rest on {}\n",
+            instead.only(&names)
+        )
+    });
+    lines.collect()
 }
 
 /// The level of the intervals of a fit: a stage has one for all its points.

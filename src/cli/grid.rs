@@ -135,8 +135,8 @@ mod tests {
     use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
-    const NODES: Column = Column::coordinate("nodes", ColumnKind::Integer, "1", "nodes");
-    const LOAD: Column = Column::coordinate("load", ColumnKind::Real, "1", "load");
+    const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
+    const LOAD: Column = Column::parameter("load", ColumnKind::Real, "1", "load");
 
     fn printed(table: &Table, rows: usize) -> String {
         let mut out = Vec::new();

@@ -24,8 +24,7 @@ pub struct SolveTable {
     /// `youngs_modulus`.
     #[schemars(length(min = 1, max = 2))]
     pub bodies: Key<Vec<Written<Body>>>,
-    /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`. As all numbers,
-    /// they count to twelve significant digits, so that computed loads are those that were meant.
+    /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
     #[schemars(required)]
     pub loads: Key<Loads>,
     /// What `loads` and `pressures` are measured in.

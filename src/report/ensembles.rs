@@ -3,12 +3,9 @@
 use std::collections::BTreeMap;
 
 use arrow::array::Array;
-use arrow::util::display::array_value_to_string;
 
-use crate::stages::aggregate::ONE_SURFACE;
-use crate::stages::columns::{
-    COEFFICIENT, CONTENT, CORRECTION, K_LOWER, K_ROLLOFF, LOAD, PRESSURE, SURFACE,
-};
+use crate::ensemble;
+use crate::stages::columns::{COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF};
 use crate::store::table::{Table, TableError};
 
 /// Where a group of surfaces stands in the study: its coordinates, as text, by name.
@@ -24,8 +21,7 @@ pub struct Ensemble<'a> {
     /// Number of surfaces.
     pub surfaces: usize,
     table: &'a Table,
-    /// The rows of each load, one of each surface that has the load.
-    rows: BTreeMap<u64, Vec<usize>>,
+    rows: ensemble::Ensemble,
 }
 
 /// A quantity under one load, over the surfaces of an ensemble.
@@ -67,86 +63,34 @@ pub struct Slope {
     pub error: Option<f64>,
 }
 
-/// Columns that tell rows of one ensemble apart, or that follow from others.
-const WITHIN: [&str; 5] = [
-    LOAD.name,
-    PRESSURE.name,
-    CORRECTION.name,
-    COEFFICIENT.name,
-    CONTENT.name,
-];
-
 /// The ensembles of a table of loads, in order of appearance.
 ///
 /// # Errors
-/// When the table has no loads or names no surfaces.
+/// When the table has no loads.
 pub fn of(table: &Table) -> Result<Vec<Ensemble<'_>>, TableError> {
-    let (surfaces, loads) = (table.texts(SURFACE.name)?, table.reals(LOAD.name)?);
-    let tasks = table.texts("task")?;
-    let corrections = table.has(CORRECTION.name);
-    let corrections = corrections
-        .then(|| table.texts(CORRECTION.name))
-        .transpose()?;
-    let correction = |row: usize| corrections.map(|column| column.value(row));
-    let mut order: Vec<(Point, Option<String>)> = Vec::new();
-    let mut members: Vec<BTreeMap<(u64, &str), usize>> = Vec::new();
-    let mut at = 0;
-    for row in 0..table.rows() {
-        // Rows of one task and correction differ by their load alone.
-        let goes_on = row > 0
-            && tasks.value(row) == tasks.value(row - 1)
-            && correction(row) == correction(row - 1);
-        if !goes_on {
-            let place = (point(table, row), correction(row).map(str::to_owned));
-            at = order
-                .iter()
-                .position(|known| *known == place)
-                .unwrap_or(order.len());
-            if at == order.len() {
-                order.push(place);
-                members.push(BTreeMap::new());
-            }
-        }
-        // Positive numbers sort as their bits do. Two blocks that share a load count once.
-        let key = (loads.value(row).to_bits(), surfaces.value(row));
-        members[at].entry(key).or_insert(row);
-    }
-    let ensembles = order
-        .into_iter()
-        .zip(members)
-        .map(|((point, correction), members)| {
-            let mut rows: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
-            for (&(load, _), &row) in &members {
-                rows.entry(load).or_default().push(row);
-            }
-            let surfaces: std::collections::BTreeSet<&str> =
-                members.keys().map(|&(_, surface)| surface).collect();
-            Ensemble {
-                point,
-                correction,
-                surfaces: surfaces.len(),
-                table,
-                rows,
-            }
-        });
-    Ok(ensembles.collect())
+    let ensembles = ensemble::ensembles(table)?.into_iter();
+    Ok(ensembles
+        .map(|rows| Ensemble {
+            point: told(rows.point.clone()),
+            correction: rows.point.get(CORRECTION.name).map(ToString::to_string),
+            surfaces: rows.members.len(),
+            rows,
+            table,
+        })
+        .collect())
 }
 
-/// The coordinates of a row, but those that tell surfaces of one point apart.
+/// The parameters of a row.
 pub fn point(table: &Table, row: usize) -> Point {
-    let coordinates = table.coordinates();
-    let batch = coordinates.batch();
-    let names = coordinates.names();
-    let mut point: Point = names
-        .into_iter()
-        .zip(batch.columns())
-        .filter(|(name, column)| {
-            !WITHIN.contains(name) && !ONE_SURFACE.contains(name) && column.is_valid(row)
-        })
-        .map(|(name, column)| {
-            let value = array_value_to_string(column, row).unwrap_or_default();
-            (name.to_owned(), value)
-        })
+    told(ensemble::Point::of_row(table, row))
+}
+
+/// Parameters as text, but for the estimator of the area.
+fn told(point: ensemble::Point) -> Point {
+    let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
+    let mut point: Point = point
+        .iter()
+        .map(|(name, value)| (name.to_owned(), value.to_string()))
         .collect();
     // A spectrum without a plateau is told by two wavenumbers.
     if point.get(K_ROLLOFF.name) == point.get(K_LOWER.name) {
@@ -216,12 +160,10 @@ impl Ensemble<'_> {
         Ok(growth.collect())
     }
 
-    fn complete(&self) -> impl Iterator<Item = (f64, &Vec<usize>)> {
-        let all = self
-            .rows
-            .iter()
-            .filter(|(_, rows)| rows.len() == self.surfaces);
-        all.map(|(&load, rows)| (f64::from_bits(load), rows))
+    /// The loads that all surfaces have, with a row of each.
+    fn complete(&self) -> impl Iterator<Item = (f64, Vec<usize>)> {
+        let loads = self.rows.loads.iter().enumerate();
+        loads.filter_map(|(place, &load)| Some((load, self.rows.complete(place)?)))
     }
 }
 
@@ -240,11 +182,12 @@ pub fn mean_and_error(values: &[f64]) -> (f64, Option<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stages::columns::{LOAD, REALIZATION, SURFACE};
     use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
-    const NODES: Column = Column::coordinate("nodes", ColumnKind::Integer, "1", "nodes");
+    const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
 
     /// Two surfaces in two blocks of loads that share 0.2; the second surface has no 0.4.
     fn table() -> Table {
@@ -261,6 +204,10 @@ mod tests {
             rows.len(),
             vec![
                 (SURFACE, texts(rows.map(|row| row.1))),
+                (
+                    REALIZATION,
+                    integers(rows.map(|row| i64::from(row.1 == "b"))),
+                ),
                 (NODES, integers([64; 7])),
                 (LOAD, reals(rows.map(|row| row.2))),
                 (AREA, reals(rows.map(|row| row.3))),

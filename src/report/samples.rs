@@ -4,6 +4,7 @@ use super::ReportError;
 use super::ensembles::{self, Point};
 use super::evidence::Evidence;
 use crate::contact::surface::{RandomSurface, Surface};
+use crate::ensemble;
 use crate::stages::generate::{self, Form};
 use crate::stages::{Recipe, StageError};
 use crate::store::parquet::Columns;
@@ -55,7 +56,7 @@ impl Sample<'_> {
 /// When a surface's table cannot be read.
 pub fn of<'a>(evidence: &Evidence<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let plan = evidence.finished.plan;
-    let mut seen: Vec<String> = Vec::new();
+    let mut seen: Vec<ensemble::Point> = Vec::new();
     let mut first = Vec::new();
     for (task, params) in
         plan.tasks
@@ -66,12 +67,12 @@ pub fn of<'a>(evidence: &Evidence<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
                 _ => None,
             })
     {
-        let name = params.point();
-        if seen.last() != Some(&name)
-            && !seen.contains(&name)
+        let point = ensemble::Point::of(params.coordinates());
+        if seen.last() != Some(&point)
+            && !seen.contains(&point)
             && evidence.finished.store.has(plan.tasks[task].key)
         {
-            seen.push(name);
+            seen.push(point);
             first.push((task, params));
         }
     }

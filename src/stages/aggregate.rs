@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::columns::*;
 use super::{Effort, Input, StageError};
 use crate::store::column::Column;
 use crate::store::table::Table;
@@ -18,7 +17,7 @@ pub use groups::reduce as grouped;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// One reduction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -104,9 +103,6 @@ pub struct Meaning {
     /// One phrase.
     pub meaning: String,
 }
-
-/// Columns that never name a group unless asked for: they tell surfaces of one spectrum apart.
-pub const ONE_SURFACE: [&str; 3] = [SURFACE.name, SEED.name, REALIZATION.name];
 
 /// Every column that statistics may add, but those of the reduced columns themselves: these are
 /// called after them, as in `area_fraction_mean`.

@@ -1,22 +1,22 @@
 //! Every column of every stage: its name, unit and meaning, said once.
 
-use crate::store::column::Column;
 use crate::store::column::ColumnKind::{Bytes, Flag, Integer, Real, Reals, Text};
+use crate::store::column::{Column, Role};
 
-const fn coordinate_text(name: &'static str, meaning: &'static str) -> Column {
-    Column::coordinate(name, Text, "", meaning)
+const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {
+    Column::parameter(name, Text, "", meaning)
 }
 
-const fn coordinate_integer(
+const fn parameter_integer(
     name: &'static str,
     unit: &'static str,
     meaning: &'static str,
 ) -> Column {
-    Column::coordinate(name, Integer, unit, meaning)
+    Column::parameter(name, Integer, unit, meaning)
 }
 
-const fn coordinate(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
-    Column::coordinate(name, Real, unit, meaning)
+const fn parameter(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+    Column::parameter(name, Real, unit, meaning)
 }
 
 const fn real(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
@@ -36,55 +36,65 @@ const fn text(name: &'static str, meaning: &'static str) -> Column {
 }
 
 // Where a row belongs.
-pub const SURFACE: Column = coordinate_text(
+pub const SURFACE: Column = parameter_text(
     "surface",
     "name of the surface, the same in every stage's table",
-);
-pub const METHOD: Column = coordinate_text("method", "how the surface was made");
-pub const NODES: Column = coordinate_integer("nodes", "1", "nodes per side of the mesh");
-pub const SIDE: Column = coordinate("side", "length", "side of the periodic cell");
-pub const RMS_SLOPE: Column = coordinate("rms_slope", "1", "root mean square of the gradient");
-pub const HURST: Column = coordinate("hurst", "1", "Hurst exponent");
+)
+.with_role(Role::Surface);
+pub const METHOD: Column = parameter_text("method", "how the surface was made");
+pub const NODES: Column = parameter_integer("nodes", "1", "nodes per side of the mesh");
+pub const SIDE: Column = parameter("side", "length", "side of the periodic cell");
+pub const RMS_SLOPE: Column = parameter("rms_slope", "1", "root mean square of the gradient");
+pub const HURST: Column = parameter("hurst", "1", "Hurst exponent");
 pub const K_LOWER: Column =
-    coordinate_integer("k_lower", "2π/side", "lower cutoff wavenumber, inclusive");
-pub const K_ROLLOFF: Column = coordinate_integer(
+    parameter_integer("k_lower", "2π/side", "lower cutoff wavenumber, inclusive");
+pub const K_ROLLOFF: Column = parameter_integer(
     "k_rolloff",
     "2π/side",
     "wavenumber at which the plateau ends",
 );
 pub const K_UPPER: Column =
-    coordinate_integer("k_upper", "2π/side", "upper cutoff wavenumber, inclusive");
-pub const SEED: Column = coordinate_integer("seed", "", "seed of the draws");
-pub const REALIZATION: Column = coordinate_integer(
+    parameter_integer("k_upper", "2π/side", "upper cutoff wavenumber, inclusive");
+pub const SEED: Column =
+    parameter_integer("seed", "", "seed of the draws").with_role(Role::Surface);
+pub const REALIZATION: Column = parameter_integer(
     "realization",
     "",
     "number of the surface among those of one spectrum",
-);
-pub const CONTENT: Column = coordinate_text("content", "hash of the measured surface's file");
-pub const UNIT: Column = coordinate_text("unit", "unit of length of the measured surface");
-pub const EDGES: Column = coordinate_text("edges", "how the map's edges are made to meet");
-pub const HEIGHT_SCALE: Column = coordinate(
+)
+.with_role(Role::Surface);
+pub const CONTENT: Column = parameter_text("content", "hash of the measured surface's file");
+pub const UNIT: Column = parameter_text("unit", "unit of length of the measured surface");
+pub const EDGES: Column = parameter_text("edges", "how the map's edges are made to meet");
+pub const HEIGHT_SCALE: Column = parameter(
     "height_scale",
     "1",
     "factor from the file's heights to lengths",
 );
-pub const TAPER_FRACTION: Column = coordinate(
+pub const TAPER_FRACTION: Column = parameter(
     "taper_fraction",
     "1",
     "share of the side over which heights fade at each edge",
 );
-pub const RADIUS: Column = coordinate("radius", "length", "radius of the shape");
-pub const AMPLITUDE: Column = coordinate("amplitude", "length", "amplitude of the wave");
-pub const WAVES: Column = coordinate_integer("waves", "1", "wavelengths per side");
-pub const DEPTH: Column = coordinate("depth", "length", "depth of the shape's foot");
-pub const YOUNGS_MODULUS: Column = coordinate("youngs_modulus", "pressure", "effective modulus E*");
-pub const TOLERANCE: Column = coordinate(
+pub const RADIUS: Column = parameter("radius", "length", "radius of the shape");
+pub const AMPLITUDE: Column = parameter("amplitude", "length", "amplitude of the wave");
+pub const WAVES: Column = parameter_integer("waves", "1", "wavelengths per side");
+pub const DEPTH: Column = parameter("depth", "length", "depth of the shape's foot");
+pub const YOUNGS_MODULUS: Column = parameter("youngs_modulus", "pressure", "effective modulus E*");
+pub const TOLERANCE: Column = parameter(
     "tolerance",
     "rms slope × mesh step",
     "largest gap in contact and penetration outside it that is accepted",
 );
-pub const LOAD: Column = coordinate("load", "E* × rms slope", "mean pressure, reduced");
-pub const PRESSURE: Column = coordinate("pressure", "pressure", "mean pressure");
+pub const MAX_PAIRS: Column = parameter_integer(
+    "max_pairs",
+    "1",
+    "pairs of transforms after which a load is given up",
+);
+pub const LOAD: Column =
+    parameter("load", "E* × rms slope", "mean pressure, reduced").with_role(Role::Load);
+pub const PRESSURE: Column =
+    parameter("pressure", "pressure", "mean pressure").with_role(Role::Load);
 
 /// What describes a surface.
 pub const DESCRIPTORS: [Column; 14] = [
@@ -298,7 +308,7 @@ pub const CONTACT_MEASURES: [Column; 21] = [
 ];
 
 // What is counted in heights.
-pub const BIN: Column = coordinate("bin", "rms height", "centre of the bin");
+pub const BIN: Column = parameter("bin", "rms height", "centre of the bin");
 pub const COUNT: Column = integer("nodes_in_bin", "1", "nodes whose height lies in the bin");
 pub const DENSITY: Column = real(
     "density",
@@ -324,8 +334,8 @@ pub const DENSITY_NORMAL: Column = real(
 
 // What a correction does.
 pub const CORRECTION: Column =
-    coordinate_text("correction", "name of the estimator of the true area");
-pub const COEFFICIENT: Column = coordinate(
+    parameter_text("correction", "name of the estimator of the true area");
+pub const COEFFICIENT: Column = parameter(
     "coefficient",
     "1",
     "share of the Manhattan perimeter × mesh step taken off",
@@ -366,9 +376,10 @@ pub const OF_MEASURED_SURFACES: [Column; 5] = [CONTENT, UNIT, HEIGHT_SCALE, EDGE
 pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
 
 /// What is solved for under a load.
-pub const SOLVED: [Column; 11] = [
+pub const SOLVED: [Column; 12] = [
     YOUNGS_MODULUS,
     TOLERANCE,
+    MAX_PAIRS,
     LOAD,
     PRESSURE,
     CONTACT_NODES,

@@ -12,14 +12,14 @@ use crate::contact::periodic::Edges;
 use crate::contact::shapes::Shape;
 use crate::contact::surface::{RandomSurface, Surface};
 use crate::sources::{ContentHash, Sources};
-use crate::store::column::{Column, lists};
+use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::table::Table;
 
 mod description;
 
 /// Raise it when the numbers change.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// One surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -106,15 +106,6 @@ impl Params {
         }
     }
 
-    /// What all realizations share, of whatever seed, spelled out.
-    pub fn point(&self) -> String {
-        let mut common = self.essence().realization(0);
-        if let Form::Random { surface, .. } = &mut common.form {
-            surface.seed = 0;
-        }
-        serde_json::to_string(&common).expect("parameters are plain data")
-    }
-
     /// Whether its heights are stored.
     pub fn keeps_heights(&self) -> bool {
         self.heights == Heights::Keep
@@ -128,8 +119,8 @@ impl Params {
     }
 
     /// What places the surface among others.
-    pub fn coordinates(&self) -> Table {
-        Table::new(1, description::coordinates(self))
+    pub fn coordinates(&self) -> Vec<(Column, Value)> {
+        description::coordinates(self)
     }
 
     /// The surface's name, the same whatever becomes of its heights.
@@ -221,7 +212,7 @@ pub fn own_columns(form: &Form) -> Vec<Column> {
 
 /// What places a surface among others of its method, in one row.
 pub fn own_row(form: &Form) -> Table {
-    Table::new(1, description::own_coordinates(form))
+    Table::row(&description::own_coordinates(form))
 }
 
 /// Draws one surface and describes it in one row.

@@ -8,18 +8,17 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::aggregate::ONE_SURFACE;
 use super::columns::*;
 use super::{Context, Footprint, Input, Recipe, StageError, generate};
 use crate::contact::area::ContactArea;
 use crate::contact::clusters::Clusters;
 use crate::contact::histogram::{Histogram, Pool};
 use crate::contact::map::ContactMap;
-use crate::store::column::{flags, integers, optional_reals, reals};
+use crate::store::column::{Role, flags, integers, optional_reals, reals};
 use crate::store::table::Table;
 
 /// Raise it when the numbers change.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// What is measured; it follows from what the stage reads.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -180,7 +179,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
         (DENSITY_SD, optional_reals(bins.iter().map(|bin| bin.sd))),
         (DENSITY_NORMAL, reals(bins.iter().map(|bin| bin.normal))),
     ];
-    let point = inputs[0].table.coordinates().without(&ONE_SURFACE);
+    let point = inputs[0].table.in_role(Role::Parameter);
     Ok(point.pick(&vec![0; bins.len()]).with(columns))
 }
 

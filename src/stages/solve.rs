@@ -1,6 +1,6 @@
 //! Presses a surface through a block of loads.
 
-use arrow::array::Float64Builder;
+use arrow::array::{ArrayRef, Float64Builder};
 use serde::Serialize;
 
 use super::columns::*;
@@ -8,11 +8,12 @@ use super::{Context, Effort, Footprint, Input, Recipe, StageError};
 use crate::contact::map::ContactMap;
 use crate::contact::solver::{Outcome, Settings, Solver, Stop, pace};
 use crate::contact::surface::Surface;
-use crate::store::column::{bytes, integers, lists, reals, texts};
+use crate::decimal;
+use crate::store::column::{Column, Value, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
 
 /// Raise it when the numbers change.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// One block of loads; warm starts go on inside it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,17 +46,6 @@ impl Params {
         }
     }
 
-    /// What all blocks of one parameter point share, spelled out.
-    pub fn point(&self) -> String {
-        let common = (
-            self.youngs_modulus,
-            self.load_unit,
-            self.tolerance,
-            self.max_pairs,
-        );
-        serde_json::to_string(&common).expect("parameters are plain data")
-    }
-
     /// See [`Recipe::effort`].
     pub fn effort(&self, nodes: usize) -> Effort {
         Effort::pairs(pace::expected_pairs(nodes, &self.loads, self.tolerance))
@@ -78,13 +68,12 @@ impl Params {
     }
 
     /// What places the block among others, but for its loads.
-    pub fn coordinates(&self) -> Table {
-        let columns = [
-            (YOUNGS_MODULUS, self.youngs_modulus),
-            (TOLERANCE, self.tolerance),
-        ];
-        let columns = columns.map(|(column, value)| (column, reals([value])));
-        Table::new(1, columns.into())
+    pub fn coordinates(&self) -> Vec<(Column, Value)> {
+        vec![
+            (YOUNGS_MODULUS, Value::Real(self.youngs_modulus)),
+            (TOLERANCE, Value::Real(self.tolerance)),
+            (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
+        ]
     }
 
     fn settings(&self) -> Settings {
@@ -149,10 +138,7 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
     let surface_nodes = scales.nodes;
     let expected = |loads: &[f64]| pace::expected_pairs(surface_nodes, loads, params.tolerance);
     for (index, &given) in params.loads.iter().enumerate() {
-        let load = match params.load_unit {
-            LoadUnit::Relative => given,
-            LoadUnit::Absolute => given / scales.pressure,
-        };
+        let load = scales.load(given, params.load_unit);
         let outcome = solver.press(load, &params.settings(), context.interrupted);
         if outcome.stop == Stop::Interrupted {
             return Err(StageError::Interrupted);
@@ -199,6 +185,19 @@ impl Scales {
     fn length(&self) -> f64 {
         self.side * self.slope
     }
+
+    /// A load in units of E* × rms slope; blocks in either unit agree on it.
+    fn load(&self, given: f64, unit: LoadUnit) -> f64 {
+        match unit {
+            LoadUnit::Relative => given,
+            LoadUnit::Absolute => decimal::nearest(given / self.pressure),
+        }
+    }
+
+    /// The mean pressure of a load.
+    fn mean_pressure(&self, load: f64) -> f64 {
+        decimal::nearest(load * self.pressure)
+    }
 }
 
 /// What has been computed so far.
@@ -240,13 +239,15 @@ impl Rows {
             reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
         };
         let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
-        let mut columns = vec![
-            (YOUNGS_MODULUS, reals(vec![params.youngs_modulus; count])),
-            (TOLERANCE, reals(vec![params.tolerance; count])),
+        let place = params.coordinates().into_iter();
+        let mut columns: Vec<(Column, ArrayRef)> = place
+            .map(|(column, value)| (column, value.repeated(count)))
+            .collect();
+        columns.extend([
             (LOAD, reals(self.loads.iter().copied())),
             (
                 PRESSURE,
-                reals(self.loads.iter().map(|load| load * scales.pressure)),
+                reals(self.loads.iter().map(|&load| scales.mean_pressure(load))),
             ),
             (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
             (
@@ -268,7 +269,7 @@ impl Rows {
                 texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
             ),
             (CONTACT, bytes(&self.maps)),
-        ];
+        ]);
         if params.pressures != Pressures::None {
             let values = self.pressures.finish();
             columns.push((PRESSURES, lists(values, self.kept.iter().copied())));

@@ -1,12 +1,15 @@
 //! What a column holds: name, role, type, unit and meaning, said once and carried into every file.
 
+use std::cmp::Ordering;
+use std::fmt;
 use std::sync::Arc;
 
 use arrow::array::{
-    ArrayRef, BooleanArray, Float64Array, Int64Array, LargeBinaryArray, LargeListArray, StringArray,
+    Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
+    LargeListArray, StringArray,
 };
 use arrow::buffer::OffsetBuffer;
-use arrow::datatypes::{DataType, Field, Metadata};
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata};
 use serde::Serialize;
 
 /// What a column holds, said once and carried into every file.
@@ -24,11 +27,15 @@ pub struct Column {
     pub meaning: &'static str,
 }
 
-/// What a column is for.
+/// What a column is for. The first three place a row in the study and go on into later stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// It says where in the study a row belongs, and goes on into later stages.
-    Coordinate,
+    /// What surfaces of one statistical ensemble share, and what is done to all of them alike.
+    Parameter,
+    /// It tells surfaces of one ensemble apart.
+    Surface,
+    /// It tells states of one surface apart.
+    Load,
     /// It was computed.
     Result,
     /// It was computed and fills disks: it stays in the store.
@@ -53,8 +60,8 @@ pub enum ColumnKind {
 }
 
 impl Column {
-    /// A column whose values place a row in the study.
-    pub const fn coordinate(
+    /// A column whose values are the same for all surfaces of an ensemble.
+    pub const fn parameter(
         name: &'static str,
         kind: ColumnKind,
         unit: &'static str,
@@ -62,11 +69,16 @@ impl Column {
     ) -> Column {
         Column {
             name,
-            role: Role::Coordinate,
+            role: Role::Parameter,
             kind,
             unit,
             meaning,
         }
+    }
+
+    /// The same column in another role.
+    pub const fn with_role(self, role: Role) -> Column {
+        Column { role, ..self }
     }
 
     /// A computed column.
@@ -124,7 +136,7 @@ pub struct Description {
     /// The type of its values.
     #[serde(rename = "type")]
     pub kind: &'static str,
-    /// `coordinate`, `result` or `heavy`.
+    /// `parameter`, `surface`, `load`, `result` or `heavy`.
     pub role: String,
     /// Unit of its values.
     pub unit: String,
@@ -153,15 +165,118 @@ impl From<&Field> for Description {
 }
 
 impl Role {
+    const ALL: [Role; 5] = [
+        Role::Parameter,
+        Role::Surface,
+        Role::Load,
+        Role::Result,
+        Role::Heavy,
+    ];
+
     /// The word in a field's metadata.
     pub fn name(self) -> &'static str {
         match self {
-            Role::Coordinate => "coordinate",
+            Role::Parameter => "parameter",
+            Role::Surface => "surface",
+            Role::Load => "load",
             Role::Result => "result",
             Role::Heavy => "heavy",
         }
     }
+
+    /// The role that a field's metadata name, if it is a column of ours.
+    pub fn of(field: &Field) -> Option<Role> {
+        let name = field.metadata().get("role")?;
+        Role::ALL.into_iter().find(|role| role.name() == name)
+    }
+
+    /// Whether columns of this role place a row in the study.
+    pub fn is_coordinate(self) -> bool {
+        matches!(self, Role::Parameter | Role::Surface | Role::Load)
+    }
 }
+
+/// One value that places rows.
+#[derive(Debug, Clone)]
+pub enum Value {
+    /// Of a real column.
+    Real(f64),
+    /// Of an integer column.
+    Integer(i64),
+    /// Of a column of text.
+    Text(String),
+}
+
+impl Value {
+    /// A column that holds it in each of so many rows.
+    pub fn repeated(&self, rows: usize) -> ArrayRef {
+        match self {
+            Value::Real(value) => reals(std::iter::repeat_n(*value, rows)),
+            Value::Integer(value) => integers(std::iter::repeat_n(*value, rows)),
+            Value::Text(value) => texts(std::iter::repeat_n(value, rows)),
+        }
+    }
+
+    /// The value of a row; none if it is null, or of a type that places no rows.
+    pub fn of(array: &dyn Array, row: usize) -> Option<Value> {
+        if array.is_null(row) {
+            return None;
+        }
+        let real = array.as_primitive_opt::<Float64Type>();
+        let integer = || array.as_primitive_opt::<Int64Type>();
+        let text = || array.as_string_opt::<i32>();
+        real.map(|values| Value::Real(values.value(row)))
+            .or_else(|| integer().map(|values| Value::Integer(values.value(row))))
+            .or_else(|| text().map(|values| Value::Text(values.value(row).to_owned())))
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Real(value) => write!(formatter, "{value}"),
+            Value::Integer(value) => write!(formatter, "{value}"),
+            Value::Text(value) => write!(formatter, "{value}"),
+        }
+    }
+}
+
+/// Numbers by size and before text.
+impl Ord for Value {
+    fn cmp(&self, other: &Value) -> Ordering {
+        match (self, other) {
+            (Value::Integer(one), Value::Integer(other)) => one.cmp(other),
+            (Value::Real(one), Value::Real(other)) => one.total_cmp(other),
+            (Value::Text(one), Value::Text(other)) => one.cmp(other),
+            (one, other) => one.rank().cmp(&other.rank()),
+        }
+    }
+}
+
+impl Value {
+    /// A column holds values of one type; between types the order has no meaning.
+    fn rank(&self) -> u8 {
+        match self {
+            Value::Integer(_) => 0,
+            Value::Real(_) => 1,
+            Value::Text(_) => 2,
+        }
+    }
+}
+
+impl PartialOrd for Value {
+    fn partial_cmp(&self, other: &Value) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Value) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Value {}
 
 impl ColumnKind {
     /// Every kind.

@@ -10,7 +10,7 @@ use arrow::compute::{concat, take};
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
 use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
-use super::column::{Column, Description, Role};
+use super::column::{Column, Description, Role, Value};
 
 /// Rows under named columns; cheap to clone.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +51,17 @@ impl Table {
             .map(|(column, array)| (column.field(), array))
             .unzip();
         Table::of(rows, Schema::new(fields), arrays)
+    }
+
+    /// One row.
+    pub fn row(cells: &[(Column, Value)]) -> Table {
+        let cells = cells.iter();
+        Table::new(
+            1,
+            cells
+                .map(|(column, value)| (*column, value.repeated(1)))
+                .collect(),
+        )
     }
 
     /// No rows under these columns.
@@ -157,12 +168,22 @@ impl Table {
 
     /// The columns that later stages carry on: where in the study each row belongs.
     pub fn coordinates(&self) -> Table {
-        self.keep(|_, role| role == Role::Coordinate.name())
+        self.keep(|_, role| role.is_some_and(Role::is_coordinate))
+    }
+
+    /// The columns of one role.
+    pub fn in_role(&self, wanted: Role) -> Table {
+        self.keep(|_, role| role == Some(wanted))
+    }
+
+    /// All columns but those of one role.
+    pub fn not_in_role(&self, unwanted: Role) -> Table {
+        self.keep(|_, role| role != Some(unwanted))
     }
 
     /// All columns but those that fill disks.
     pub fn light(&self) -> Table {
-        self.keep(|_, role| role != Role::Heavy.name())
+        self.not_in_role(Role::Heavy)
     }
 
     /// These columns alone, in the table's order.
@@ -175,13 +196,12 @@ impl Table {
         self.keep(|name, _| !names.contains(&name))
     }
 
-    fn keep(&self, wanted: impl Fn(&str, &str) -> bool) -> Table {
+    fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
         let schema = self.0.schema_ref();
         let chosen: Vec<usize> = (0..schema.fields().len())
             .filter(|&index| {
                 let field = schema.field(index);
-                let role = field.metadata().get("role").map_or("", String::as_str);
-                wanted(field.name(), role)
+                wanted(field.name(), Role::of(field))
             })
             .collect();
         let batch = self.0.project(&chosen);
@@ -223,6 +243,17 @@ impl Table {
             arrays.push(array);
         }
         Table::of(self.rows(), Schema::new(fields), arrays)
+    }
+
+    /// This table with other values in one of its columns.
+    pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
+        let schema = self.0.schema_ref();
+        let arrays = schema.fields().iter().zip(self.0.columns());
+        let arrays = arrays.map(|(field, array)| match field.name() == name {
+            true => values.clone(),
+            false => array.clone(),
+        });
+        Table::of(self.rows(), schema.as_ref().clone(), arrays.collect())
     }
 
     /// This table with the columns of another of as many rows on its right.
@@ -280,7 +311,7 @@ mod tests {
     use super::super::column::{ColumnKind, bytes, reals};
     use super::*;
 
-    const LOAD: Column = Column::coordinate("load", ColumnKind::Real, "1", "load");
+    const LOAD: Column = Column::parameter("load", ColumnKind::Real, "1", "load");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const MAP: Column = Column::heavy("map", ColumnKind::Bytes, "", "map");
 

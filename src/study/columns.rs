@@ -1,11 +1,11 @@
 //! The tables of a study before it is run: every column, and no row.
 
 use super::{Reduction, Study, Work};
-use crate::stages::aggregate::{self, ONE_SURFACE, Sql};
+use crate::stages::aggregate::{self, Sql};
 use crate::stages::columns::*;
 use crate::stages::generate::Form;
 use crate::stages::{StageError, fit, generate, measure};
-use crate::store::column::Column;
+use crate::store::column::{Column, Role};
 use crate::store::table::{Table, TableError};
 
 impl Study {
@@ -49,7 +49,7 @@ pub fn empty_table(work: &Work, inputs: &[(String, Table)]) -> Result<Table, Sta
             let own = Table::empty(&own_columns(work));
             let above = stacked(inputs)?.coordinates();
             let above = match work {
-                Work::Measure(measure::Params::Pool { .. }) => above.without(&ONE_SURFACE),
+                Work::Measure(measure::Params::Pool { .. }) => above.in_role(Role::Parameter),
                 _ => above,
             };
             let names = above.names();

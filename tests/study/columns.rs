@@ -50,7 +50,7 @@ fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit(
                 let lacks_unit = column.kind == "real" && column.unit.is_empty();
                 assert!(!lacks_unit, "{place}: {column:?}");
                 assert!(
-                    ["coordinate", "result"].contains(&column.role.as_str()),
+                    ["parameter", "surface", "load", "result"].contains(&column.role.as_str()),
                     "{column:?}"
                 );
             }
@@ -104,7 +104,7 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
     assert_eq!(
         said[..3],
         [
-            ["coordinate", "E* × rms slope", "mean pressure, reduced"],
+            ["load", "E* × rms slope", "mean pressure, reduced"],
             ["result", "1/2", "double the area"],
             ["result", "", "as the query computes it"],
         ]

@@ -7,6 +7,7 @@ mod commands;
 mod crashes;
 mod disk;
 mod disturbance;
+mod ensembles;
 mod explain;
 mod failures;
 mod faults;

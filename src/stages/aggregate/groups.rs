@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Schema};
 use polars::prelude::{
-    DataFrame, Expr, IntoLazy, LazyFrame, QuantileMethod, SortMultipleOptions, UniqueKeepStrategy,
-    col, len, lit,
+    DataFrame, Expr, IntoLazy, QuantileMethod, SortMultipleOptions, col, len, lit,
 };
 
 use super::super::StageError;
 use super::super::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP,
 };
 use super::frame::{self, polars_error};
-use super::{Groups, ONE_SURFACE, Statistic, theory};
-use crate::store::column::{Column, ColumnKind};
+use super::{Groups, Statistic, theory};
+use crate::ensemble;
+use crate::store::column::{Column, ColumnKind, Role};
 use crate::store::table::Table;
 
 pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
@@ -44,12 +44,14 @@ const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, EN
 /// When a column is missing or holds no numbers.
 pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let names = group_names(table, groups);
+    let table = &ensemble::each_once(table)?;
     let frame = frame::of(table)?;
     for name in names.iter().chain(&groups.over) {
         require(&frame, name)?;
     }
     let keys: Vec<Expr> = names.iter().map(|name| col(name.as_str())).collect();
-    let mut reduced = each_row_once(frame, table)
+    let mut reduced = frame
+        .lazy()
         .group_by_stable(keys.clone())
         .agg(aggregations(table, groups))
         .sort_by_exprs(
@@ -75,24 +77,6 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     theory::complete(&reduced, &names, groups)
 }
 
-/// Rows with the coordinates of an earlier one are left out: two blocks of loads that share a load
-/// would count each surface twice. Both solve it to the same tolerance.
-fn each_row_once(frame: DataFrame, table: &Table) -> LazyFrame {
-    if !(table.has(SURFACE.name) && table.has(LOAD.name)) {
-        return frame.lazy();
-    }
-    let coordinates = table.coordinates();
-    // The mean pressure of a load is the same in all blocks, but for rounding.
-    let names = coordinates
-        .names()
-        .into_iter()
-        .filter(|&name| name != PRESSURE.name);
-    let place: Vec<Expr> = names.map(col).collect();
-    frame
-        .lazy()
-        .unique_stable_generic(Some(place), UniqueKeepStrategy::First)
-}
-
 /// Whether as many rows are in a group as in the fullest of its curve.
 ///
 /// A surface has no rows beyond its first load in full contact. Averages over those that are left
@@ -116,10 +100,12 @@ fn of_a_curve(names: &[String]) -> Vec<Expr> {
 
 /// The columns that name a group.
 fn group_names(table: &Table, groups: &Groups) -> Vec<String> {
-    let coordinates = table.coordinates();
-    let all = coordinates.names().into_iter().map(str::to_owned);
+    let of_all_surfaces = table.coordinates().not_in_role(Role::Surface);
     let default = || {
-        all.filter(|name| !ONE_SURFACE.contains(&name.as_str()))
+        of_all_surfaces
+            .names()
+            .into_iter()
+            .map(str::to_owned)
             .collect()
     };
     groups.group_by.clone().unwrap_or_else(default)
@@ -268,13 +254,11 @@ fn inherited(source: &Field, name: &str) -> arrow::datatypes::Metadata {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::columns::{REALIZATION, SURFACE};
     use super::*;
     use crate::store::column::{integers, reals, texts};
 
-    const HURST: Column = Column::coordinate("hurst", ColumnKind::Real, "1", "Hurst exponent");
-    const REALIZATION: Column =
-        Column::coordinate("realization", ColumnKind::Integer, "", "realization");
-
+    const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
     /// Two spectra × two surfaces × two loads; the area is easy to average.
     fn table() -> Table {
         Table::new(

@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::store::column::{Column, ColumnKind, integers, reals};
 
-    const POINT: Column = Column::coordinate("point", ColumnKind::Integer, "", "point");
+    const POINT: Column = Column::parameter("point", ColumnKind::Integer, "", "point");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
 
     const TOTAL: Meaning = Meaning {

@@ -4,32 +4,27 @@
 //! load; all surfaces under all loads. A point is everything but the mesh.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Int64Array};
 
+use super::Params;
 use super::rows::{self, Row};
-use super::{Params, points};
 use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::ensemble::{self, Member, ensembles};
 use crate::fitting::FitError;
 use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
 use crate::stages::columns::{
-    AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, PRESSURE, REALIZATION, SURFACE, SWITCHES,
+    AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, REALIZATION, SEED, SWITCHES,
 };
-use crate::store::column::{Column, ColumnKind, optional_reals, texts};
+use crate::store::column::{Column, ColumnKind, Role, optional_reals, texts};
 use crate::store::table::{Table, TableError};
 
-/// What tells rows of one parameter point apart.
-const WITHIN_A_POINT: [&str; 7] = [
-    SURFACE.name,
-    REALIZATION.name,
-    LOAD.name,
-    PRESSURE.name,
-    NODES.name,
-    CORRECTION.name,
-    COEFFICIENT.name,
-];
+/// Parameters in which the rows of a point may differ: the mesh, and how its areas are corrected,
+/// for it is the counted ones that are compared.
+const VARIED: [&str; 3] = [NODES.name, CORRECTION.name, COEFFICIENT.name];
 
-const POOLED: Column = Column::coordinate(
+const POOLED: Column = Column::parameter(
     "pooled",
     ColumnKind::Text,
     "",
@@ -66,16 +61,19 @@ pub const COLUMNS: [Column; 6] = [
 /// Areas and edges of one surface under one load, by nodes per side.
 type Meshes = BTreeMap<i64, (f64, f64)>;
 
-/// The refinements of one parameter point, by realization and load.
+/// A surface and a load: positive numbers sort as their bits do.
+type State = (Member, u64);
+
+/// The refinements of one parameter point, by surface and load.
 struct Point {
     row: usize,
-    refinements: BTreeMap<(i64, u64), Result<Refinement, FitError>>,
+    refinements: BTreeMap<State, Result<Refinement, FitError>>,
 }
 
 /// A line of the table.
 struct Line {
     point: usize,
-    realization: Option<i64>,
+    member: Option<Member>,
     load: Option<f64>,
     pooled: &'static str,
     limit: Option<f64>,
@@ -92,10 +90,10 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let mut lines = Vec::new();
     for point in points(table, params)? {
         let keys = || point.refinements.keys();
-        for &(realization, load) in keys() {
-            let line = point.line(|key| key == (realization, load), "nothing", params);
+        for &(member, load) in keys() {
+            let line = point.line(|state| state == (member, load), "nothing", params);
             lines.push(Line {
-                realization: table.has(REALIZATION.name).then_some(realization),
+                member: Some(member),
                 load: Some(f64::from_bits(load)),
                 ..line
             });
@@ -106,7 +104,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         for load in loads {
             lines.push(Line {
                 load: Some(f64::from_bits(load)),
-                ..point.line(|key| key.1 == load, "surfaces", params)
+                ..point.line(|state| state.1 == load, "surfaces", params)
             });
         }
         lines.push(point.line(|_| true, "surfaces and loads", params));
@@ -115,60 +113,59 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 }
 
 fn points(table: &Table, params: &Params) -> Result<Vec<Point>, TableError> {
-    let (areas, loads) = (table.reals(AREA_FRACTION.name)?, table.reals(LOAD.name)?);
+    let areas = table.reals(AREA_FRACTION.name)?;
     let (nodes, switches) = (table.integers(NODES.name)?, table.integers(SWITCHES.name)?);
-    let realizations = table.has(REALIZATION.name);
-    let realizations = realizations.then(|| table.integers(REALIZATION.name));
-    let realizations = realizations.transpose()?;
     let window = params.window();
-    let points = points::groups(table, &WITHIN_A_POINT)
-        .into_iter()
-        .map(|rows| {
-            let mut meshes: BTreeMap<(i64, u64), Meshes> = BTreeMap::new();
-            for &row in rows
-                .iter()
-                .filter(|&&row| window.contains(loads.value(row)))
-            {
-                let realization = realizations.map_or(0, |numbers| numbers.value(row));
-                let cell = (nodes.value(row) as f64).powi(2);
-                // Rows of several corrections, or of blocks that share a load, tell the same.
-                meshes
-                    .entry((realization, loads.value(row).to_bits()))
-                    .or_default()
-                    .entry(nodes.value(row))
-                    .or_insert((areas.value(row), switches.value(row) as f64 / cell));
+    let mut order: Vec<ensemble::Point> = Vec::new();
+    let mut points: Vec<(usize, BTreeMap<State, Meshes>)> = Vec::new();
+    for ensemble in ensembles(table)? {
+        let point = ensemble.point.clone().without(&VARIED);
+        let known = order.iter().position(|other| *other == point);
+        let at = known.unwrap_or(order.len());
+        if known.is_none() {
+            order.push(point);
+            points.push((ensemble.first, BTreeMap::new()));
+        }
+        for (member, load, row) in ensemble.states() {
+            if window.contains(load) {
+                let meshes = points[at].1.entry((member, load.to_bits())).or_default();
+                let edge = switches.value(row) as f64 / (nodes.value(row) as f64).powi(2);
+                // Rows of several corrections tell the same.
+                let mesh = meshes.entry(nodes.value(row));
+                mesh.or_insert((areas.value(row), edge));
             }
-            let refined = meshes.into_iter().map(|(key, meshes)| {
-                let (areas, edges) = meshes.into_values().unzip();
-                (key, Refinement::new(edges, areas))
-            });
-            Point {
-                row: rows[0],
-                refinements: refined.collect(),
-            }
-        });
-    Ok(points.collect())
+        }
+    }
+    let refined = |(row, states): (usize, BTreeMap<State, Meshes>)| Point {
+        row,
+        refinements: states.into_iter().map(refinement).collect(),
+    };
+    Ok(points.into_iter().map(refined).collect())
+}
+
+fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, FitError>) {
+    let (areas, edges) = meshes.into_values().unzip();
+    (state, Refinement::new(edges, areas))
 }
 
 impl Point {
     /// The common fit of the refinements that belong to it; those that are none are left out.
-    fn line(
-        &self,
-        belongs: impl Fn((i64, u64)) -> bool,
-        pooled: &'static str,
-        params: &Params,
-    ) -> Line {
-        let mut surfaces: BTreeMap<i64, Vec<&Refinement>> = BTreeMap::new();
+    fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
+        let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         let mut failure = None;
-        for (&key, refinement) in self.refinements.iter().filter(|&(&key, _)| belongs(key)) {
+        let own = self
+            .refinements
+            .iter()
+            .filter(|&(&state, _)| belongs(state));
+        for (&(member, _), refinement) in own {
             match refinement {
-                Ok(refinement) => surfaces.entry(key.0).or_default().push(refinement),
+                Ok(refinement) => surfaces.entry(member).or_default().push(refinement),
                 Err(error) => failure = Some(error),
             }
         }
         let empty = Line {
             point: self.row,
-            realization: None,
+            member: None,
             load: None,
             pooled,
             limit: None,
@@ -205,15 +202,18 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
     let real = |column: Column, value: &dyn Fn(&Line) -> Option<f64>| {
         (column, optional_reals(lines.iter().map(value)))
     };
-    let numbers: Int64Array = lines.iter().map(|line| line.realization).collect();
-    let numbers: ArrayRef = std::sync::Arc::new(numbers);
+    let whole = |value: fn(Member) -> Option<i64>| -> ArrayRef {
+        let values = lines.iter().map(|line| line.member.and_then(value));
+        Arc::new(values.collect::<Int64Array>())
+    };
     let pooled = texts(lines.iter().map(|line| line.pooled));
     let fits: Vec<&Row> = lines.iter().map(|line| &line.fit).collect();
     let surfaces: Vec<usize> = lines.iter().map(|line| line.surfaces).collect();
     let mut columns = rows::placed(params, lines.len());
     columns.push((POOLED, pooled));
     if input.has(REALIZATION.name) {
-        columns.push((REALIZATION, numbers));
+        columns.push((SEED, whole(Member::seed)));
+        columns.push((REALIZATION, whole(Member::realization)));
     }
     columns.push(real(LOAD, &|line| line.load));
     columns.extend(rows::estimates(params, &fits));
@@ -224,7 +224,7 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
     }
     // The errors above say how well; a share of the variance between meshes says nothing.
     columns.extend(rows::quality(&surfaces, params, &fits));
-    let place = input.coordinates().without(&WITHIN_A_POINT);
+    let place = input.in_role(Role::Parameter).without(&VARIED);
     let table = place.pick(&standing).with(columns);
     table.without(&["rms_residual", "r_squared", "reduced_chi_square"])
 }
@@ -237,7 +237,7 @@ mod tests {
     use super::*;
     use crate::store::column::{integers, reals};
 
-    const HURST: Column = Column::coordinate("hurst", ColumnKind::Real, "1", "Hurst exponent");
+    const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
 
     /// Two surfaces under two loads on three meshes: A_N = A* + 0.1 S_d Δx, A* = load × (2 + r).
     /// Ten edges a side, whatever the mesh: S_d Δx = 10/nodes.

@@ -1,24 +1,13 @@
 //! Rows of many surfaces and loads, sorted into the curves of parameter points.
 
-use std::collections::BTreeMap;
+use arrow::array::Float64Array;
 
-use arrow::util::display::array_value_to_string;
-
+use crate::ensemble::{Ensemble, ensembles};
 use crate::fitting::FitError;
 use crate::fitting::curves::Curves;
-use crate::stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CORRECTION, LOAD, PRESSURE, REALIZATION, SEED, STOP, SURFACE,
-};
+use crate::stages::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, STOP};
+use crate::stages::solve::GIVEN_UP;
 use crate::store::table::{Table, TableError};
-
-/// What tells rows of one parameter point apart.
-pub const WITHIN_A_POINT: [&str; 5] = [
-    SURFACE.name,
-    SEED.name,
-    REALIZATION.name,
-    LOAD.name,
-    PRESSURE.name,
-];
 
 /// The curves of all surfaces of one parameter point, under one correction.
 pub struct Point {
@@ -49,29 +38,17 @@ impl Point {
         } else {
             AREA_FRACTION
         };
-        let (areas, loads) = (table.reals(area.name)?, table.reals(LOAD.name)?);
-        let surfaces = table.texts(SURFACE.name)?;
+        let areas = table.reals(area.name)?;
         let stops = table.texts(STOP.name)?;
-        let points = groups(table, &WITHIN_A_POINT).into_iter().map(|rows| {
-            let mut of_surface: BTreeMap<&str, BTreeMap<u64, f64>> = BTreeMap::new();
-            for &row in &rows {
-                let curve = of_surface.entry(surfaces.value(row)).or_default();
-                // Positive numbers sort as their bits do. Two blocks that share a load agree on
-                // it to the solver's tolerance; the first one stands.
-                curve
-                    .entry(loads.value(row).to_bits())
-                    .or_insert(areas.value(row));
-            }
-            Point {
-                row: rows[0],
-                correction: corrections.map(|names| names.value(rows[0]).to_owned()),
-                surfaces: of_surface.len(),
-                unconverged: rows
-                    .iter()
-                    .filter(|&&row| stops.value(row) == "pair-limit")
-                    .count(),
-                curves: common_loads(of_surface.into_values().collect()),
-            }
+        let points = ensembles(table)?.into_iter().map(|ensemble| Point {
+            row: ensemble.first,
+            correction: corrections.map(|names| names.value(ensemble.first).to_owned()),
+            surfaces: ensemble.members.len(),
+            unconverged: ensemble
+                .states()
+                .filter(|&(_, _, row)| stops.value(row) == GIVEN_UP)
+                .count(),
+            curves: curves(&ensemble, areas),
         });
         Ok(points.collect())
     }
@@ -88,39 +65,11 @@ pub fn corrections(points: &[Point]) -> Vec<Option<String>> {
     found
 }
 
-/// Rows that differ in these coordinates only, together; in the order of their first rows.
-pub fn groups(table: &Table, within: &[&str]) -> Vec<Vec<usize>> {
-    let coordinates = table.coordinates().without(within);
-    let mut known = BTreeMap::new();
-    let mut points: Vec<Vec<usize>> = Vec::new();
-    for row in 0..table.rows() {
-        let columns = coordinates.batch().columns().iter();
-        let values: Vec<String> = columns
-            .map(|column| array_value_to_string(column, row).unwrap_or_default())
-            .collect();
-        let point = *known.entry(values).or_insert(points.len());
-        if point == points.len() {
-            points.push(Vec::new());
-        }
-        points[point].push(row);
-    }
-    points
-}
-
 /// Surfaces in full contact have no rows beyond it, so a mean exists only where all still have.
-fn common_loads(curves: Vec<BTreeMap<u64, f64>>) -> Result<Curves, FitError> {
-    let first = curves
-        .first()
-        .map(|curve| curve.keys().copied().collect::<Vec<_>>());
-    let in_all = |load: &u64| curves.iter().all(|curve| curve.contains_key(load));
-    let loads: Vec<u64> = first
-        .unwrap_or_default()
-        .into_iter()
-        .filter(in_all)
-        .collect();
-    let areas = curves
-        .iter()
-        .map(|curve| loads.iter().map(|load| curve[load]).collect());
-    let areas = areas.collect();
-    Curves::new(loads.into_iter().map(f64::from_bits).collect(), areas)
+fn curves(ensemble: &Ensemble, areas: &Float64Array) -> Result<Curves, FitError> {
+    let complete = ensemble.loads.iter().enumerate();
+    let complete = complete.filter_map(|(place, &load)| Some((load, ensemble.complete(place)?)));
+    let (loads, rows): (Vec<f64>, Vec<Vec<usize>>) = complete.unzip();
+    let curve = |member: usize| rows.iter().map(|rows| areas.value(rows[member])).collect();
+    Curves::new(loads, (0..ensemble.members.len()).map(curve).collect())
 }

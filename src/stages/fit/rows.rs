@@ -2,12 +2,12 @@
 
 use arrow::array::ArrayRef;
 
-use super::points::{Point, WITHIN_A_POINT};
+use super::points::Point;
 use super::{Datum, Kappa, Law, Params};
 use crate::fitting::FitError;
 use crate::fitting::bootstrap::{Interval, Intervals};
 use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
-use crate::store::column::{Column, integers, optional_flags, optional_reals, reals, texts};
+use crate::store::column::{Column, Role, integers, optional_flags, optional_reals, reals, texts};
 use crate::store::table::Table;
 
 /// Share of the data that may be left out.
@@ -159,16 +159,18 @@ const MESH_COEFFICIENT: Parameter = parameter(
     "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
 );
 
-const LAW: Column = Column::coordinate("law", Text, "", "the law that is fitted");
-const DATUM: Column = Column::coordinate("fitted_to", Text, "", "what the residuals are taken of");
-const KAPPA_IS: Column = Column::coordinate("kappa_is", Text, "", "given, free or minimal-convex");
-const WINDOW_LOWER: Column = Column::coordinate(
+const LAW: Column = Column::parameter("law", Text, "", "the law that is fitted");
+const DATUM: Column = Column::parameter("fitted_to", Text, "", "what the residuals are taken of");
+const KAPPA_IS: Column = Column::parameter("kappa_is", Text, "", "given, free or minimal-convex");
+const KAPPA_GIVEN: Column =
+    Column::parameter("kappa_given", Real, "1", "κ that is given, if it is");
+const WINDOW_LOWER: Column = Column::parameter(
     "window_lower",
     Real,
     "E* × rms slope",
     "smallest load that counts",
 );
-const WINDOW_UPPER: Column = Column::coordinate(
+const WINDOW_UPPER: Column = Column::parameter(
     "window_upper",
     Real,
     "E* × rms slope",
@@ -234,7 +236,14 @@ pub fn columns() -> Vec<Column> {
         ERF_SCALE,
         MESH_COEFFICIENT,
     ];
-    let placed = [LAW, DATUM, KAPPA_IS, WINDOW_LOWER, WINDOW_UPPER];
+    let placed = [
+        LAW,
+        DATUM,
+        KAPPA_IS,
+        KAPPA_GIVEN,
+        WINDOW_LOWER,
+        WINDOW_UPPER,
+    ];
     let estimates = parameters.into_iter().flat_map(|parameter| {
         [
             parameter.value,
@@ -269,11 +278,8 @@ pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> 
     columns.extend(estimates(params, &rows));
     let surfaces: Vec<usize> = points.iter().map(|point| point.surfaces).collect();
     columns.extend(quality(&surfaces, params, &rows));
-    input
-        .coordinates()
-        .without(&WITHIN_A_POINT)
-        .pick(&standing)
-        .with(columns)
+    let parameters = input.in_role(Role::Parameter);
+    parameters.pick(&standing).with(columns)
 }
 
 /// What places a fit among others of its points.
@@ -319,14 +325,15 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
         Datum::Slope => "slope",
         Datum::Area => "area",
     };
-    let kappa = match kappa {
-        Kappa::Given(_) => "given",
-        Kappa::Free => "free",
-        Kappa::MinimalConvex => "minimal-convex",
+    let (kappa_is, given) = match kappa {
+        Kappa::Given(kappa) => ("given", Some(*kappa)),
+        Kappa::Free => ("free", None),
+        Kappa::MinimalConvex => ("minimal-convex", None),
     };
     vec![
         (DATUM, texts(vec![to; count])),
-        (KAPPA_IS, texts(vec![kappa; count])),
+        (KAPPA_IS, texts(vec![kappa_is; count])),
+        (KAPPA_GIVEN, optional_reals(vec![given; count])),
     ]
 }
 

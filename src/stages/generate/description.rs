@@ -10,7 +10,7 @@ use crate::contact::periodic::Edges;
 use crate::contact::shapes::Shape;
 use crate::contact::surface::{Amplitude, RandomSurface, Surface};
 use crate::stages::columns::*;
-use crate::store::column::{Column, integers, optional_reals, reals, texts};
+use crate::store::column::{Column, Value, optional_reals};
 
 /// What is known of a surface.
 pub struct Description {
@@ -67,9 +67,10 @@ impl Description {
 
     /// The surface's row.
     pub fn row(&self, params: &Params, nodes: usize, side: f64) -> Vec<(Column, ArrayRef)> {
-        let mut columns = place(params, nodes, side);
-        columns.push((RMS_SLOPE, reals([self.rms_slope])));
-        columns.extend(own_coordinates(&params.form));
+        let rms_slope = Some(self.rms_slope);
+        let place = coordinates_of(params, nodes, side, rms_slope).into_iter();
+        let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
+        let mut columns: Vec<(Column, ArrayRef)> = place.map(cell).collect();
         let described = self.descriptors(side);
         columns.extend(
             DESCRIPTORS
@@ -127,21 +128,30 @@ impl Expected {
     }
 }
 
-/// What places a surface among others, before it is drawn.
-pub fn coordinates(params: &Params) -> Vec<(Column, ArrayRef)> {
-    let mut columns = place(params, params.nodes(), params.side);
-    columns.extend(own_coordinates(&params.form));
-    columns
+/// What places a surface among others, as far as it is known before it is drawn.
+pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
+    let rms_slope = match &params.form {
+        Form::Random { surface, .. } => Some(surface.rms_slope),
+        Form::File(_) | Form::Shape { .. } => None,
+    };
+    coordinates_of(params, params.nodes(), params.side, rms_slope)
 }
 
-/// What places a surface among those of other methods.
-fn place(params: &Params, nodes: usize, side: f64) -> Vec<(Column, ArrayRef)> {
-    vec![
-        (SURFACE, texts([params.surface_key().to_string()])),
-        (METHOD, texts([method(&params.form)])),
-        (NODES, integers([nodes as i64])),
-        (SIDE, reals([side])),
-    ]
+fn coordinates_of(
+    params: &Params,
+    nodes: usize,
+    side: f64,
+    rms_slope: Option<f64>,
+) -> Vec<(Column, Value)> {
+    let mut place = vec![
+        (SURFACE, Value::Text(params.surface_key().to_string())),
+        (METHOD, Value::Text(method(&params.form).to_owned())),
+        (NODES, Value::Integer(nodes as i64)),
+        (SIDE, Value::Real(side)),
+    ];
+    place.extend(rms_slope.map(|slope| (RMS_SLOPE, Value::Real(slope))));
+    place.extend(own_coordinates(&params.form));
+    place
 }
 
 fn method(form: &Form) -> &'static str {
@@ -162,24 +172,25 @@ fn method(form: &Form) -> &'static str {
 }
 
 /// What places a surface among others of its method.
-pub fn own_coordinates(form: &Form) -> Vec<(Column, ArrayRef)> {
-    let whole = |column: Column, value: u32| (column, integers([i64::from(value)]));
-    let real = |column: Column, value: f64| (column, reals([value]));
+pub fn own_coordinates(form: &Form) -> Vec<(Column, Value)> {
+    let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
+    let real = |column: Column, value: f64| (column, Value::Real(value));
+    let text = |column: Column, value: String| (column, Value::Text(value));
     match form {
         Form::Random { surface, .. } => vec![
             real(HURST, surface.spectrum.hurst),
             whole(K_LOWER, surface.spectrum.k_lower),
             whole(K_ROLLOFF, surface.spectrum.k_rolloff),
             whole(K_UPPER, surface.spectrum.k_upper),
-            (SEED, integers([surface.seed.cast_signed()])),
+            (SEED, Value::Integer(surface.seed.cast_signed())),
             whole(REALIZATION, surface.realization),
         ],
         Form::File(file) => {
             let mut columns = vec![
-                (CONTENT, texts([file.content.to_string()])),
-                (UNIT, texts([&file.unit])),
+                text(CONTENT, file.content.to_string()),
+                text(UNIT, file.unit.clone()),
                 real(HEIGHT_SCALE, file.height_scale),
-                (EDGES, texts([file.edges.name()])),
+                text(EDGES, file.edges.name().to_owned()),
             ];
             if let Edges::Taper { taper_fraction } = file.edges {
                 columns.push(real(TAPER_FRACTION, taper_fraction));

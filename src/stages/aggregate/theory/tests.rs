@@ -117,7 +117,7 @@ fn no_approach_is_told_where_contact_is_full() {
 
 #[test]
 fn rows_without_a_spectrum_have_no_asperity_model() {
-    const CONTENT: Column = Column::coordinate("content", ColumnKind::Text, "", "a file");
+    const CONTENT: Column = Column::parameter("content", ColumnKind::Text, "", "a file");
     let file = Table::new(
         1,
         vec![

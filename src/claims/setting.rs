@@ -1,0 +1,107 @@
+//! The one setting that claims rest on.
+//!
+//! Spectra are compared with each other, and so are meshes and corrections. Whatever else a study
+//! varies – tolerance, modulus, slope, method – would put the same surfaces beside themselves, or
+//! make one curve of two: claims rest on one such setting and name the rows that they leave out.
+
+use std::cmp::Reverse;
+use std::fmt;
+
+use crate::ensemble::{Point, grouped};
+use crate::stages::columns::*;
+use crate::store::column::{Role, Value};
+use crate::store::table::Table;
+
+/// Parameters that claims compare.
+const COMPARED: [&str; 7] = [
+    HURST.name,
+    K_LOWER.name,
+    K_ROLLOFF.name,
+    K_UPPER.name,
+    NODES.name,
+    CORRECTION.name,
+    COEFFICIENT.name,
+];
+
+/// What all rows have in common that claims rest on, and what is left out.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Setting {
+    /// The parameters that claims do not compare.
+    pub point: Point,
+    /// Rows in other settings.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Rows that no claim looks at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// Where they differ from the setting.
+    pub differs: Point,
+    /// How many there are.
+    pub rows: usize,
+}
+
+impl Setting {
+    /// The setting of most rows of random surfaces in these tables; of several, the one of the
+    /// tightest tolerance, or else the first.
+    pub fn of<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
+        let mut settings = Counts::default();
+        let mut not_drawn = Counts::default();
+        for table in tables {
+            let parameters = table.in_role(Role::Parameter);
+            for rows in grouped(&parameters) {
+                let point = Point::of_row(&parameters, rows[0]);
+                match point.get(HURST.name) {
+                    Some(_) => settings.add(point.without(&COMPARED), rows.len()),
+                    None => not_drawn.add(point.only(&[METHOD.name]), rows.len()),
+                }
+            }
+        }
+        let chosen = settings.0.iter().min_by_key(|(point, rows)| {
+            let tolerance = point.get(TOLERANCE.name).cloned();
+            (Reverse(*rows), tolerance)
+        });
+        let chosen = chosen.map(|(point, _)| point.clone()).unwrap_or_default();
+        let others = settings.0.into_iter().chain(not_drawn.0);
+        let others = others.filter(|(point, _)| *point != chosen);
+        let left_out = others.map(|(point, rows)| LeftOut {
+            differs: point.beyond(&chosen),
+            rows,
+        });
+        Setting {
+            left_out: left_out.collect(),
+            point: chosen,
+        }
+    }
+
+    /// The rows of a table that are in the setting, as far as it has its columns.
+    pub fn rows(&self, table: &Table) -> Table {
+        let batch = table.batch();
+        let asked = self.point.iter();
+        let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
+        let mut rows: Vec<usize> = (0..table.rows()).collect();
+        for (column, value) in asked {
+            rows.retain(|&row| Value::of(column, row).as_ref() == Some(value));
+        }
+        table.pick(&rows)
+    }
+}
+
+/// Points in order of appearance, each with its number of rows.
+#[derive(Default)]
+struct Counts(Vec<(Point, usize)>);
+
+impl Counts {
+    fn add(&mut self, point: Point, rows: usize) {
+        match self.0.iter_mut().find(|(known, _)| *known == point) {
+            Some((_, count)) => *count += rows,
+            None => self.0.push((point, rows)),
+        }
+    }
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} rows with {}", self.rows, self.differs)
+    }
+}

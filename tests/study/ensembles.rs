@@ -1,0 +1,173 @@
+//! Rows sorted into parameter points, surfaces and loads: nothing is lost, nothing counts twice.
+
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY};
+
+/// The claims of a study that has been run, as JSON.
+fn claims(bench: &Bench) -> Value {
+    let path = bench.path("study.toml");
+    let output = bench.output(&["claims", path.to_str().unwrap(), "--json"]);
+    assert!(output.status.success(), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_load_of_two_blocks_is_one_load_however_it_was_computed() {
+    let bench = Bench::new();
+    let one_block = STUDY.replace("{ to = 0.1, steps = 4 }", "{ to = 0.06, steps = 6 }");
+    let more = r#"
+[stage.more]
+kind = "solve"
+from = "surfaces"
+loads = [0.02, 0.04, 0.05, 0.06]
+"#;
+    let statistics = r#"statistics = ["mean", "sd"]"#;
+    let slopes = r#"statistics = ["mean", "sd", "slope"]"#;
+    let one_block = one_block.replace(statistics, slopes);
+    let two_blocks = one_block.replace("from = \"light\"", "from = [\"light\", \"more\"]");
+    bench.run(&one_block);
+    let alone = bench.table("small", "curves");
+    bench.run(&format!("{two_blocks}{more}"));
+    let together = bench.table("small", "curves");
+    assert_eq!(together.rows(), alone.rows());
+    for column in ["load", "area_corrected_mean", "area_corrected_slope"] {
+        let [alone, together] = [&alone, &together].map(|table| table.reals(column).unwrap());
+        assert_eq!(alone, together, "{column}");
+    }
+    let path = bench.path("study.toml");
+    let query = "select count(*) as rows from curves where load = 0.06";
+    let asked = ["table", path.to_str().unwrap(), "--sql", query, "--json"];
+    let answer: Value = serde_json::from_slice(&bench.output(&asked).stdout).unwrap();
+    // Two spectra, counted and corrected.
+    assert_eq!(answer["rows"], 4);
+}
+
+#[test]
+fn loads_in_pascals_and_reduced_ones_are_the_same_loads() {
+    let bench = Bench::new();
+    let reduced = STUDY.replace("{ to = 0.1, steps = 4 }", "[0.025, 0.05, 0.075]");
+    let pascals = r#"
+[stage.pascals]
+kind = "solve"
+from = "surfaces"
+load_unit = "absolute"
+loads = [0.0005, 0.001, 0.0015]
+"#;
+    // E* = 1 and a slope of 0.02, which no sum of powers of two is.
+    let sloped = reduced.replace("hurst = 0.8", "hurst = 0.8\nrms_slope = 0.02");
+    let both = sloped.replace("from = \"light\"", "from = [\"light\", \"pascals\"]");
+    bench.run(&format!("{both}{pascals}"));
+    let [light, pascals] = ["light", "pascals"].map(|stage| bench.table("small", stage));
+    for column in ["load", "pressure", "contact_nodes"] {
+        let [light, pascals] = [&light, &pascals].map(|table| {
+            let column = table.batch().column_by_name(column).unwrap();
+            column.to_data()
+        });
+        assert_eq!(light, pascals, "{column}");
+    }
+    let counts = bench.table("small", "curves");
+    let counts = counts.integers("count").unwrap().values();
+    assert!(counts.iter().all(|&count| count == 2), "{counts:?}");
+}
+
+#[test]
+fn claims_rest_on_the_surfaces_of_every_seed() {
+    let bench = Bench::new();
+    let study = STUDY.replace("realizations = 2", "realizations = 3");
+    let with = |seeds: &str| study.replace("hurst = 0.8", &format!("hurst = 0.8\nseed = {seeds}"));
+    let found = |seeds: &str| {
+        bench.run(&with(seeds));
+        claims(&bench)["claims"].clone()
+    };
+    let [both, reversed, one] = [found("[1, 2]"), found("[2, 1]"), found("1")];
+    assert_eq!(both, reversed, "no seed comes first");
+    assert_ne!(both, one);
+    // Six surfaces of two seeds have intervals that three of one have not.
+    let verdict = |claims: &Value| {
+        let all = claims.as_array().unwrap().iter();
+        let mut named = all.filter(|claim| claim["name"] == "area-above-persson");
+        named.next().unwrap()["verdict"].clone()
+    };
+    assert_eq!(verdict(&one), "not computed");
+    assert_ne!(verdict(&both), "not computed");
+}
+
+#[test]
+fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
+    let bench = Bench::new();
+    let study = STUDY.replace("realizations = 2", "realizations = 5");
+    let loads = "loads = { to = 0.1, steps = 4 }";
+    bench.run(&study);
+    let tight = claims(&bench);
+    assert_eq!(tight["left_out"].as_array().map(Vec::len), Some(0));
+    for sweep in ["[0.5, 6e-5]", "[6e-5, 0.5]"] {
+        bench.run(&study.replace(loads, &format!("{loads}\ntolerance = {sweep}")));
+        let swept = claims(&bench);
+        assert_eq!(swept["claims"], tight["claims"]);
+        assert_eq!(swept["rests_on"]["tolerance"], 6e-5);
+        // Two spectra × five surfaces × four loads.
+        assert_eq!(swept["left_out"][0]["rows"], 40);
+        assert_eq!(swept["left_out"][0]["with"]["tolerance"], 0.5);
+    }
+    let path = bench.path("study.toml");
+    let told = bench.output(&["claims", path.to_str().unwrap()]);
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert!(
+        told.contains("left out: 40 rows with tolerance 0.5"),
+        "{told}"
+    );
+}
+
+/// Whatever is swept, to two values each.
+fn sweeps() -> Vec<(&'static str, String)> {
+    let swept = [
+        ("hurst = 0.8", "hurst = [0.3, 0.8]"),
+        ("k_lower = 2", "k_lower = [1, 2]"),
+        ("k_lower = 2", "k_lower = 2\nk_rolloff = [2, 3]"),
+        ("nodes = 32", "nodes = [32, 64]"),
+        ("nodes = 32", "nodes = 32\nside = [1, 2]"),
+        ("nodes = 32", "nodes = 32\nrms_slope = [0.1, 1]"),
+        ("nodes = 32", "nodes = 32\nseed = [1, 2]"),
+        ("\nloads", "\nyoungs_modulus = [1, 2]\nloads"),
+        ("\nloads", "\ntolerance = [1e-3, 1e-4]\nloads"),
+    ];
+    let swept = swept.map(|(key, sweep)| (sweep, STUDY.replacen(key, sweep, 1)));
+    let again = r#"
+[stage.again]
+kind = "solve"
+from = "surfaces"
+loads = { to = 0.1, steps = 4 }
+max_pairs = 501
+"#;
+    let both = STUDY.replace("from = \"light\"", "from = [\"light\", \"again\"]");
+    let mut sweeps = Vec::from(swept);
+    sweeps.push(("max_pairs", format!("{both}{again}")));
+    sweeps
+}
+
+#[test]
+fn plan_and_tables_agree_on_parameter_points_whatever_is_swept() {
+    for (sweep, manifest) in sweeps() {
+        let bench = Bench::new();
+        bench.run(&manifest);
+        // Surfaces of two seeds are of one point, everything else makes two of one.
+        let (points, surfaces) = if sweep.contains("seed") {
+            (2, 4)
+        } else {
+            (4, 2)
+        };
+        let corrections = 2;
+        let law = bench.table("small", "law");
+        assert_eq!(law.rows(), corrections * points, "{sweep}");
+        let pooled = law.integers("surfaces").unwrap().values();
+        assert!(
+            pooled.iter().all(|&pooled| pooled == surfaces),
+            "{sweep}: {pooled:?}"
+        );
+        let curves = bench.table("small", "curves");
+        let counted: i64 = curves.integers("count").unwrap().values().iter().sum();
+        let rows = bench.table("small", "corrected").rows();
+        assert_eq!(counted as usize, rows, "{sweep}");
+    }
+}
