@@ -1,38 +1,78 @@
 //! What Yastrebov, Anciaux & Molinari (2015) say, put to the tables of a study.
 //!
 //! A claim is a set of quantities and what they must be for it to hold: positive, or within a range.
-//! Every quantity has an interval, from resampling whole surfaces, wide enough that all intervals of
-//! a claim cover together; the same realizations are drawn for every spectrum, so that differences
-//! between spectra are paired. A claim **holds** if every interval agrees with it, **does not hold**
-//! if one contradicts it, and otherwise nothing is said.
+//! It **holds** if every quantity, at one-sided 95 % each, is as expected: that all of them are is
+//! then as sure as that (an intersection–union test). It **does not hold** if one of them is not, in
+//! intervals that cover all quantities together at 95 %. Otherwise nothing is said but how many more
+//! surfaces would tell.
+//!
+//! What the paper claims, what it misprints, and what is ours are kept apart.
 
 use std::fmt;
 
+mod alpha;
 pub mod closed_forms;
+mod collapse;
 pub mod evidence;
-mod fits;
 mod full_contact;
+mod groups;
 pub mod intervals;
+mod kappa;
 mod light;
 mod mesh;
+mod misprints;
+pub mod power;
 mod quantities;
 mod setting;
+mod slope;
+mod steps;
+mod surfaces;
 
 pub use evidence::Evidence;
 pub use setting::{LeftOut, Setting};
 
 use intervals::Bound;
 
+/// What is claimed, where, and what would bear it out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Statement {
+    /// Its name, the same in every study.
+    pub name: &'static str,
+    /// Whose it is.
+    pub origin: Origin,
+    /// What is said; of the paper, in its own words.
+    pub says: &'static str,
+    /// Section and equation or figure of the paper; of ours, what it rests on.
+    pub place: &'static str,
+    /// What is computed of it, with units and range of loads.
+    pub quantity: &'static str,
+    /// What all quantities must be.
+    pub expected: Expectation,
+    /// Why that range, and what else a reader must know.
+    pub because: &'static str,
+    /// The figure of the report that shows it.
+    pub figure: Option<&'static str>,
+}
+
+/// Whose a claim is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// The paper's.
+    Paper,
+    /// A slip in its print: a note without a verdict.
+    Misprint,
+    /// Ours: what later work, or this program, adds.
+    Ours,
+}
+
 /// One claim, and what became of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// Its name, the same in every study.
-    pub name: &'static str,
-    /// What the paper says.
-    pub says: &'static str,
+    /// What is claimed.
+    pub statement: Statement,
     /// What it was put to: `counted area`, `area corrected by 2017`, `closed form` …
-    pub data: String,
-    /// What was found, or which stage would tell.
+    pub data: &'static str,
+    /// What was found, or what would tell.
     pub outcome: Outcome,
 }
 
@@ -41,21 +81,21 @@ pub struct Claim {
 pub enum Outcome {
     /// Its quantities are known.
     Judged(Judgement),
-    /// They are not: what would have to be there.
+    /// They are not: what the study lacks.
     NotComputed(String),
+    /// There is nothing to compute.
+    Noted,
 }
 
-/// A verdict, and the quantity that decides it.
+/// A verdict, and the quantities that it rests on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// Whether the claim holds.
     pub verdict: Verdict,
-    /// What all quantities must be.
-    pub expected: Expectation,
-    /// The quantity that speaks most against the claim, or least for it.
-    pub deciding: Bound,
-    /// How many quantities there are.
-    pub quantities: usize,
+    /// The quantities.
+    pub bounds: Vec<Bound>,
+    /// The place of the one that speaks most against the claim, or least for it.
+    pub deciding: usize,
     /// How many of them contradict the claim.
     pub contradicting: usize,
     /// How many say neither.
@@ -65,9 +105,9 @@ pub struct Judgement {
 /// Whether a claim holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Every interval agrees with it.
+    /// Every quantity is as expected.
     Holds,
-    /// Some interval contradicts it.
+    /// Some quantity is not.
     DoesNotHold,
     /// Some interval is too wide to tell, and none contradicts it.
     CannotSay,
@@ -80,6 +120,17 @@ pub enum Expectation {
     Positive,
     /// From one number to another: a printed number, as widely as its words allow.
     Within(f64, f64),
+}
+
+impl Origin {
+    /// The word for programs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Origin::Paper => "paper",
+            Origin::Misprint => "misprint",
+            Origin::Ours => "ours",
+        }
+    }
 }
 
 impl Verdict {
@@ -105,28 +156,32 @@ impl fmt::Display for Expectation {
 }
 
 impl Expectation {
-    fn verdict(self, bound: &Bound) -> Verdict {
+    /// What one of so many quantities says.
+    pub fn verdict(self, bound: &Bound, quantities: usize) -> Verdict {
         let (low, high) = self.range();
-        if bound.lower >= low && bound.upper <= high {
+        let [least, most] = bound.single();
+        let [lower, upper] = bound.together(quantities);
+        if least >= low && most <= high {
             Verdict::Holds
-        } else if bound.upper < low || bound.lower > high {
+        } else if upper < low || lower > high {
             Verdict::DoesNotHold
         } else {
             Verdict::CannotSay
         }
     }
 
-    /// How far inside the expected range a quantity lies, in half widths of its interval.
+    /// Whether a quantity, as it was found, is as expected.
+    pub fn contains(self, value: f64) -> bool {
+        let (low, high) = self.range();
+        value >= low && value <= high
+    }
+
+    /// How far inside the expected range a quantity lies, in standard errors.
     fn margin(self, bound: &Bound) -> f64 {
         let (low, high) = self.range();
         let inside = (bound.value - low).min(high - bound.value);
-        let half_width = 0.5 * (bound.upper - bound.lower);
-        if half_width > 0.0 {
-            inside / half_width
-        } else {
-            // Exact: any interval would have been wider.
-            inside / f64::EPSILON
-        }
+        // Of a number known to rounding, any interval would have been wider.
+        inside / bound.error.max(f64::EPSILON)
     }
 
     fn range(self) -> (f64, f64) {
@@ -138,38 +193,42 @@ impl Expectation {
 }
 
 impl Judgement {
-    /// Judges quantities with intervals; none without any quantity.
-    pub fn of(expected: Expectation, bounds: &[Bound]) -> Option<Judgement> {
-        let verdicts: Vec<Verdict> = bounds.iter().map(|bound| expected.verdict(bound)).collect();
+    /// Judges quantities; none without any.
+    pub fn of(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
+        let verdict = |bound: &Bound| expected.verdict(bound, bounds.len());
+        let verdicts: Vec<Verdict> = bounds.iter().map(verdict).collect();
         let count = |verdict| verdicts.iter().filter(|&&found| found == verdict).count();
         let contradicting = count(Verdict::DoesNotHold);
         let undecided = count(Verdict::CannotSay);
-        let verdict = match (contradicting, undecided) {
-            (0, 0) => Verdict::Holds,
-            (0, _) => Verdict::CannotSay,
-            _ => Verdict::DoesNotHold,
-        };
-        let deciding = bounds
-            .iter()
-            .min_by(|one, other| expected.margin(one).total_cmp(&expected.margin(other)))?;
+        let margin = |place: &usize| expected.margin(&bounds[*place]);
+        let deciding = (0..bounds.len()).min_by(|a, b| margin(a).total_cmp(&margin(b)))?;
         Some(Judgement {
-            verdict,
-            expected,
-            deciding: deciding.clone(),
-            quantities: bounds.len(),
+            verdict: match (contradicting, undecided) {
+                (0, 0) => Verdict::Holds,
+                (0, _) => Verdict::CannotSay,
+                _ => Verdict::DoesNotHold,
+            },
+            deciding,
             contradicting,
             undecided,
+            bounds,
         })
     }
 }
 
-/// Every claim, in the order of the paper.
+/// Every claim: those of the paper in its order, ours beside them, and its misprints at the end.
 pub fn all(evidence: &Evidence) -> Vec<Claim> {
-    let mut claims = light::claims(evidence);
-    claims.extend(fits::claims(evidence));
+    let mut claims = surfaces::claims(evidence);
+    claims.extend(light::claims(evidence));
+    claims.extend(groups::claims(evidence));
+    claims.extend(alpha::claims(evidence));
+    claims.extend(slope::claims(evidence));
+    claims.extend(kappa::claims(evidence));
     claims.extend(full_contact::claims(evidence));
     claims.extend(mesh::claims(evidence));
+    claims.extend(collapse::claims(evidence));
     claims.extend(closed_forms::claims());
+    claims.extend(misprints::claims());
     claims
 }
 

@@ -128,6 +128,13 @@ pub fn write(subject: &Subject, folder: &Path) -> Result<Report, ReportError> {
     })
 }
 
+/// Whether there is a figure of this name.
+pub fn has_figure(name: &str) -> bool {
+    figures::ALL
+        .iter()
+        .any(|definition| definition.name == name)
+}
+
 /// Draws one figure and writes its two files, or takes away those of an earlier report.
 fn draw(
     definition: &Definition,

@@ -4,10 +4,14 @@ use std::collections::BTreeMap;
 
 use arrow::array::{Array, Float64Array};
 
+use super::intervals::Weights;
 use super::setting::Setting;
+use crate::contact::nayak::Continuum;
 use crate::ensemble::{self, Member, Members, ensembles};
+use crate::fitting::{Curves, Window};
 use crate::stages::Kind;
 use crate::stages::columns::*;
+use crate::stages::fit::meshes::refinements;
 use crate::store::table::{Table, TableError};
 
 /// The correction of the counted area.
@@ -16,6 +20,9 @@ pub const COUNTED: &str = "none";
 pub const OF_2017: &str = "2017";
 /// The correction of the 2015 paper.
 pub const OF_2015: &str = "pi/8";
+
+/// Nodes to the shortest wavelength of the paper's coarsest meshes.
+const COARSEST: i64 = 8;
 
 /// A spectrum on a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +37,27 @@ pub struct Spectrum {
     pub k_upper: i64,
     /// Nodes per side.
     pub nodes: i64,
+}
+
+impl Spectrum {
+    /// Whether it has no plateau.
+    pub fn is_plain(&self) -> bool {
+        self.k_lower == self.k_rolloff
+    }
+
+    /// Whether the paper's words are about such spectra.
+    pub fn is_of_the_paper(&self) -> bool {
+        self.hurst == 0.8 && self.is_plain()
+    }
+
+    /// The same over continuous wavenumbers.
+    pub fn continuum(&self) -> Continuum {
+        Continuum {
+            hurst: self.hurst,
+            plateau: self.k_lower as f64 / self.k_rolloff as f64,
+            magnification: self.k_upper as f64 / self.k_rolloff as f64,
+        }
+    }
 }
 
 /// The area curves of the surfaces of one spectrum, under one correction.
@@ -54,28 +82,47 @@ pub struct PerSurface {
     pub values: Vec<f64>,
 }
 
+/// One number per surface of a spectrum, under a load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtLoad {
+    /// The spectrum.
+    pub spectrum: Spectrum,
+    /// The load.
+    pub load: f64,
+    /// The numbers, by seed and realization.
+    pub values: Vec<f64>,
+}
+
+/// What several meshes say of the error of the area, for one spectrum: per surface, covariance of
+/// area and edge and variance of the edge, summed over loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OverMeshes {
+    /// The spectrum, in words.
+    pub name: String,
+    /// Covariances and variances, by surface.
+    pub moments: [Vec<f64>; 2],
+}
+
 /// What a stage has finished.
 #[derive(Debug, Clone)]
 pub struct Finished {
     /// What the stage does.
     pub kind: Kind,
-    /// The level of its intervals, of a fit.
-    pub level: Option<f64>,
     /// Its table.
     pub table: Table,
 }
 
 /// Everything that a study has computed, as far as claims ask for it.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Evidence {
     /// Area curves.
     pub ensembles: Vec<Ensemble>,
-    /// Fits.
-    pub fits: Vec<Finished>,
-    /// Tables of surfaces.
-    surfaces: Vec<Table>,
-    /// Tables of measured contacts.
-    contacts: Vec<Table>,
+    /// All surfaces.
+    surfaces: Table,
+    /// All measured contacts.
+    contacts: Table,
+    /// What tells spectra from each other, and belongs into their names.
+    varied: Varied,
     /// What all of them have in common, and what is left out.
     pub setting: Setting,
 }
@@ -99,30 +146,52 @@ impl Evidence {
             (true, true) => Setting::of(of_kind(Kind::Generate)),
         };
         let within = |table: &Table| setting.rows(table);
-        let contacts: Vec<Table> = contacts.into_iter().map(within).collect();
-        let corrected: Vec<Table> = corrected.into_iter().map(within).collect();
-        let surfaces = of_kind(Kind::Generate).map(within).collect();
-        let fits = stages.iter().filter(|stage| stage.kind == Kind::Fit);
-        let fits = fits.map(|stage| Finished {
-            table: within(&stage.table),
-            ..stage.clone()
-        });
-        let fits = fits.collect();
+        let stacked = |tables: Vec<&Table>| {
+            let tables: Vec<Table> = tables.into_iter().map(within).collect();
+            Table::stack(&tables)
+        };
         // Several stages may measure the same surfaces under other loads.
-        let mut ensembles = curves(&Table::stack(&contacts)?)?;
-        for ensemble in curves(&Table::stack(&corrected)?)? {
+        let contacts = stacked(contacts)?;
+        let mut ensembles = curves(&contacts)?;
+        for ensemble in curves(&stacked(corrected)?)? {
             let is_counted = ensembles.iter().any(|known| known.is_of(&ensemble));
             if !is_counted {
                 ensembles.push(ensemble);
             }
         }
+        let surfaces = stacked(of_kind(Kind::Generate).collect())?;
         Ok(Evidence {
+            varied: Varied::among(ensembles.iter().map(|ensemble| &ensemble.spectrum)),
             ensembles,
-            fits,
             surfaces,
             contacts,
             setting,
         })
+    }
+
+    /// The ensembles that the paper's words are about, under one correction, by spectrum: on meshes
+    /// no coarser than its own.
+    pub fn of_the_paper(&self, correction: &str) -> Vec<&Ensemble> {
+        let mut found = self.under(correction);
+        found.retain(|Ensemble { spectrum, .. }| {
+            spectrum.is_of_the_paper() && spectrum.nodes >= COARSEST * spectrum.k_upper
+        });
+        found
+    }
+
+    /// A spectrum among others: `k_lower 4, k_upper 32`, and what else varies.
+    pub fn name(&self, spectrum: &Spectrum) -> String {
+        let mut name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
+        if !spectrum.is_plain() {
+            name += &format!(", k_rolloff {}", spectrum.k_rolloff);
+        }
+        if self.varied.hurst {
+            name += &format!(", H {}", spectrum.hurst);
+        }
+        if self.varied.nodes {
+            name += &format!(", {} nodes", spectrum.nodes);
+        }
+        name
     }
 
     /// The ensembles under one correction, by spectrum.
@@ -136,39 +205,77 @@ impl Evidence {
         found
     }
 
-    /// A column of the surfaces' tables, by spectrum.
-    pub fn of_surfaces(&self, name: &str) -> Result<Vec<PerSurface>, TableError> {
-        per_surface(&self.surfaces, |table, row| {
-            let column = table.reals(name)?;
-            Ok(column.is_valid(row).then(|| column.value(row)))
-        })
+    /// A column of the surfaces' tables, by spectrum; none that no surface has.
+    pub fn of_surfaces(&self, name: &str) -> Vec<PerSurface> {
+        per_surface(&self.surfaces, |_, row| number(&self.surfaces, name, row))
     }
 
-    /// What a row of measured contacts amounts to, under the load nearest to one; by spectrum.
+    /// What numbers of measured contacts amount to, under the load nearest to one within a tenth of
+    /// it, of spectra that the paper's words are about.
     pub fn of_contacts(
         &self,
         load: f64,
-        value: impl Fn(&Table, usize) -> Result<f64, TableError>,
-    ) -> Result<Vec<PerSurface>, TableError> {
-        let Some(nearest) = self.nearest_load(load)? else {
-            return Ok(Vec::new());
-        };
-        per_surface(&self.contacts, |table, row| {
-            let at_load = table.reals(LOAD.name)?.value(row) == nearest;
-            at_load.then(|| value(table, row)).transpose()
-        })
+        columns: &[&'static str],
+        value: impl Fn(&BTreeMap<&'static str, f64>) -> f64,
+    ) -> Vec<AtLoad> {
+        let loads = self
+            .of_the_paper(COUNTED)
+            .into_iter()
+            .filter_map(|ensemble| {
+                let load = ensemble.loads[ensemble.at(load)?];
+                Some((key(&ensemble.spectrum), load))
+            });
+        let loads: BTreeMap<_, f64> = loads.collect();
+        let of = |name: &str, row: usize| number(&self.contacts, name, row);
+        let found = per_surface(&self.contacts, |spectrum, row| {
+            let asked = loads.get(&key(spectrum))?;
+            let numbers = columns.iter().map(|&name| Some((name, of(name, row)?)));
+            let is_asked = of(LOAD.name, row)? == *asked;
+            Some(value(&numbers.collect::<Option<_>>().filter(|_| is_asked)?))
+        });
+        let found = found
+            .into_iter()
+            .map(|PerSurface { spectrum, values }| AtLoad {
+                load: loads[&key(&spectrum)],
+                spectrum,
+                values,
+            });
+        found.collect()
     }
 
-    fn nearest_load(&self, load: f64) -> Result<Option<f64>, TableError> {
-        let mut nearest: Option<f64> = None;
-        for table in &self.contacts {
-            for found in table.reals(LOAD.name)?.iter().flatten() {
-                if nearest.is_none_or(|best| (found - load).abs() < (best - load).abs()) {
-                    nearest = Some(found);
-                }
-            }
+    /// The spectra whose surfaces were pressed on several meshes.
+    pub fn of_several_meshes(&self) -> Vec<OverMeshes> {
+        let points = refinements(&self.contacts, Window::ALL).unwrap_or_default();
+        let found = points.into_iter().filter_map(|point| {
+            let spectrum = spectrum(&self.contacts, point.row).ok()??;
+            let moments = point.moments()?;
+            let name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
+            spectrum
+                .is_of_the_paper()
+                .then_some(OverMeshes { name, moments })
+        });
+        found.collect()
+    }
+}
+
+/// What tells spectra from each other, besides their cutoffs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Varied {
+    hurst: bool,
+    nodes: bool,
+}
+
+impl Varied {
+    fn among<'a>(spectra: impl Iterator<Item = &'a Spectrum> + Clone) -> Varied {
+        let first = spectra.clone().next();
+        let differs = |differ: fn(&Spectrum, &Spectrum) -> bool| {
+            let mut spectra = spectra.clone();
+            first.is_some_and(|first| spectra.any(|other| differ(first, other)))
+        };
+        Varied {
+            hurst: differs(|one, other| one.hurst != other.hurst),
+            nodes: differs(|one, other| one.nodes != other.nodes),
         }
-        Ok(nearest)
     }
 }
 
@@ -190,6 +297,19 @@ impl Ensemble {
             distance(one).total_cmp(&distance(other))
         })?;
         ((self.loads[nearest] / load - 1.0).abs() < 0.1).then_some(nearest)
+    }
+
+    /// The curves of the surfaces that count, up to the first load at which all of them are in full
+    /// contact.
+    pub fn curves(&self, weights: &Weights) -> Option<Curves> {
+        let open = (0..self.loads.len()).take_while(|&place| self.mean(place) < 1.0);
+        let by_load: Vec<Vec<f64>> = open
+            .map(|place| weights.values(&self.areas[place]).collect())
+            .collect();
+        let loads = self.loads[..by_load.len()].to_vec();
+        let surfaces = 0..by_load.first()?.len();
+        let areas = surfaces.map(|surface| by_load.iter().map(|areas| areas[surface]).collect());
+        Curves::new(loads, areas.collect()).ok()
     }
 
     /// Area averaged over all surfaces alike.
@@ -282,25 +402,36 @@ fn ensemble(
     }
 }
 
-fn per_surface(
-    tables: &[Table],
-    value: impl Fn(&Table, usize) -> Result<Option<f64>, TableError>,
-) -> Result<Vec<PerSurface>, TableError> {
+/// A value of a row, by surface and spectrum; rows without one are left out.
+fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -> Vec<PerSurface> {
     let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
-    for table in tables {
-        let members = Members::of(table)?;
-        for row in 0..table.rows() {
-            let (Some(spectrum), Some(value)) = (spectrum(table, row)?, value(table, row)?) else {
-                continue;
-            };
-            let entry = known.entry(key(&spectrum));
-            let (_, values) = entry.or_insert((spectrum, BTreeMap::new()));
-            values.entry(members.of_row(row)).or_insert(value);
-        }
+    let Ok(members) = Members::of(table) else {
+        return Vec::new();
+    };
+    for row in 0..table.rows() {
+        let Ok(Some(spectrum)) = spectrum(table, row) else {
+            continue;
+        };
+        let Some(value) = value(&spectrum, row) else {
+            continue;
+        };
+        let (_, values) = known
+            .entry(key(&spectrum))
+            .or_insert((spectrum, BTreeMap::new()));
+        values.entry(members.of_row(row)).or_insert(value);
     }
     let found = known.into_values().map(|(spectrum, values)| PerSurface {
         spectrum,
         values: values.into_values().collect(),
     });
-    Ok(found.collect())
+    found.collect()
+}
+
+/// A number of a row, whatever its column's type; none where it is null, or there is no such column.
+fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
+    if let Ok(reals) = table.reals(name) {
+        return reals.is_valid(row).then(|| reals.value(row));
+    }
+    let integers = table.integers(name).ok()?;
+    integers.is_valid(row).then(|| integers.value(row) as f64)
 }

@@ -1,36 +1,35 @@
-//! Intervals of many quantities at once, by resampling whole surfaces.
+//! Intervals of many quantities at once, from surfaces left out one by one.
+//!
+//! A quantity is a function of means over surfaces. Its standard error is the delete-one jackknife's:
+//! the same realization is left out of every spectrum, so that differences between spectra are
+//! paired. With n surfaces, (θ̂ − θ)/error follows Student's t of n − 1 degrees of freedom: exactly for
+//! means of normal numbers, nearly for smooth functions of them. Bonferroni's inequality makes
+//! intervals of many quantities cover together. Nothing is drawn, so no verdict hangs on a seed.
+//!
+//! Resampling whole surfaces, with the largest deviation among the quantities (a max-t band),
+//! covers far less with few surfaces: it knows neither Student's tail nor √(n/(n − 1)). The tests
+//! simulate both.
 
-use std::collections::BTreeMap;
-use std::f64::consts::SQRT_2;
+use crate::fitting::student::two_sided_quantile;
 
-use crate::contact::persson::error_function::erf_inverse;
-use crate::fitting::bootstrap::Bootstrap;
+/// Probability with which intervals cover: all of a claim together, or one end of a single one.
+pub const LEVEL: f64 = 0.95;
 
-/// How to resample: enough for the far tail of the largest deviation among some hundred.
-pub const RESAMPLING: Bootstrap = Bootstrap {
-    replicates: 999,
-    seed: 2015,
-    level: 0.95,
-};
-
-/// Surfaces below which resampling says little: two of them have but three resamplings, whose
-/// spread is far below that of other surfaces.
+/// Surfaces below which nothing is judged: the t quantile of four quantities at four surfaces is
+/// eight standard errors, and a scatter of three numbers is hardly known at all.
 pub const FEWEST_SURFACES: usize = 5;
 
-/// Share of the replicates that must have a value.
-const LEAST_SUCCESS: f64 = 0.9;
-
-/// A quantity and its interval.
+/// A quantity and how well it is known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     /// Which one it is: `k_upper 8, k_lower 2 over 1, load 0.02`.
     pub label: String,
     /// Its value.
     pub value: f64,
-    /// Lower end of its interval.
-    pub lower: f64,
-    /// Upper end of its interval.
-    pub upper: f64,
+    /// Its standard error; zero for a number known to rounding.
+    pub error: f64,
+    /// The fewest surfaces that an ensemble behind it has; none of a closed form.
+    pub surfaces: Option<usize>,
 }
 
 impl Bound {
@@ -39,121 +38,123 @@ impl Bound {
         Bound {
             label: label.into(),
             value,
-            lower: value,
-            upper: value,
+            error: 0.0,
+            surfaces: None,
         }
+    }
+
+    /// Both ends of the interval that covers together with those of `quantities` in all.
+    pub fn together(&self, quantities: usize) -> [f64; 2] {
+        self.interval(
+            1.0 - (1.0 - LEVEL) / quantities.max(1) as f64,
+            self.surfaces,
+        )
+    }
+
+    /// Two ends that each hold by themselves.
+    pub fn single(&self) -> [f64; 2] {
+        self.interval(2.0 * LEVEL - 1.0, self.surfaces)
+    }
+
+    /// The same with another number of surfaces and the present scatter.
+    pub fn with_surfaces(&self, surfaces: usize) -> Bound {
+        let now = self.surfaces.unwrap_or(surfaces) as f64;
+        Bound {
+            error: self.error * (now / surfaces as f64).sqrt(),
+            surfaces: self.surfaces.map(|_| surfaces),
+            ..self.clone()
+        }
+    }
+
+    fn interval(&self, probability: f64, surfaces: Option<usize>) -> [f64; 2] {
+        let freedom = surfaces.map(|surfaces| surfaces.saturating_sub(1).max(1) as u32);
+        let factor = freedom.map_or(0.0, |freedom| two_sided_quantile(probability, freedom));
+        let half = factor * self.error;
+        [self.value - half, self.value + half]
     }
 }
 
-/// How many times each surface counts, by the number of surfaces of an ensemble.
+/// Which surfaces count: all of them, or all but one.
 ///
-/// Two ensembles of as many surfaces get the same weights: their realizations share the draws of
-/// the modes, so their differences are paired.
+/// Ensembles of as many surfaces leave out the same one: their realizations share the draws of the
+/// modes.
+#[derive(Debug, Clone, Copy)]
 pub struct Weights {
-    replicate: Option<usize>,
-    known: BTreeMap<usize, Vec<u32>>,
+    left_out: Option<LeftOut>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct LeftOut {
+    surface: usize,
+    of: usize,
 }
 
 impl Weights {
-    fn new(replicate: Option<usize>, counts: &[usize]) -> Weights {
-        let weights = |&surfaces: &usize| {
-            let mut times = vec![1; surfaces];
-            if let Some(replicate) = replicate {
-                RESAMPLING.draw(replicate, &mut times);
-            }
-            (surfaces, times)
-        };
-        let known = counts.iter().map(weights).collect();
-        Weights { replicate, known }
-    }
+    /// Every surface counts.
+    pub const ALL: Weights = Weights { left_out: None };
 
-    /// Weights that count every surface once.
-    pub fn once(counts: &[usize]) -> Weights {
-        Weights::new(None, counts)
+    /// The values of the surfaces that count.
+    pub fn values<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + Clone + 'a {
+        let left_out = self.left_out.filter(|out| out.of == values.len());
+        let left_out = left_out.map(|out| out.surface);
+        let counting = values.iter().enumerate();
+        let counting = counting.filter(move |(surface, _)| Some(*surface) != left_out);
+        counting.map(|(_, value)| *value)
     }
 
     /// The mean of one value per surface.
     pub fn mean(&self, values: &[f64]) -> f64 {
-        let Some(times) = self.known.get(&values.len()) else {
-            debug_assert!(self.replicate.is_none(), "an ensemble was not announced");
-            return values.iter().sum::<f64>() / values.len() as f64;
-        };
-        let sum: f64 = values
-            .iter()
-            .zip(times)
-            .map(|(value, &times)| value * f64::from(times))
-            .sum();
-        sum / values.len() as f64
+        mean(self.values(values))
+    }
+
+    /// The standard deviation of one value per surface.
+    pub fn deviation(&self, values: &[f64]) -> f64 {
+        deviation(self.values(values))
     }
 }
 
-/// Quantities of ensembles with these numbers of surfaces, and intervals that cover all of them
-/// together at the level of [`RESAMPLING`]; `None` for fewer than [`FEWEST_SURFACES`], or without
-/// values.
-///
-/// The half widths are one multiple of the bootstrap's standard errors: the quantile of the largest
-/// deviation among the quantities (the max-t band of Romano & Wolf 2005).
-pub fn simultaneous(
-    labels: &[String],
+/// A quantity that rests on ensembles of these numbers of surfaces; `None` without a value, or with
+/// fewer than [`FEWEST_SURFACES`].
+pub fn jackknife(
+    label: String,
     surfaces: &[usize],
-    quantities: impl Fn(&Weights) -> Option<Vec<f64>>,
-) -> Option<Vec<Bound>> {
-    let too_few = surfaces.iter().any(|&count| count < FEWEST_SURFACES);
-    if labels.is_empty() || surfaces.is_empty() || too_few {
+    quantity: impl Fn(&Weights) -> Option<f64>,
+) -> Option<Bound> {
+    let fewest = surfaces.iter().copied().min()?;
+    if fewest < FEWEST_SURFACES {
         return None;
     }
-    let values = quantities(&Weights::once(surfaces))?;
-    let replicates: Vec<Vec<f64>> = (0..RESAMPLING.replicates)
-        .filter_map(|replicate| quantities(&Weights::new(Some(replicate), surfaces)))
-        .collect();
-    if (replicates.len() as f64) < LEAST_SUCCESS * RESAMPLING.replicates as f64 {
-        return None;
+    let value = quantity(&Weights::ALL)?;
+    let mut counts = surfaces.to_vec();
+    counts.sort_unstable();
+    counts.dedup();
+    let mut variance = 0.0;
+    for of in counts {
+        let left_out = |surface| Weights {
+            left_out: Some(LeftOut { surface, of }),
+        };
+        let replicates = (0..of).map(|surface| quantity(&left_out(surface)));
+        let replicates: Vec<f64> = replicates.collect::<Option<_>>()?;
+        // (n − 1)/n Σ (θ̂₍ᵢ₎ − θ̄)²
+        let inflation = (of - 1) as f64 * (of - 1) as f64 / of as f64;
+        variance += inflation * deviation(replicates.iter().copied()).powi(2);
     }
-    let errors: Vec<f64> = (0..values.len())
-        .map(|index| standard_deviation(replicates.iter().map(|replicate| replicate[index])))
-        .collect();
-    let deviation = |replicate: &Vec<f64>| {
-        let of = |index: usize| (replicate[index] - values[index]).abs() / errors[index];
-        let scattered = (0..values.len()).filter(|&index| errors[index] > 0.0);
-        scattered.map(of).fold(0.0, f64::max)
-    };
-    let mut deviations: Vec<f64> = replicates.iter().map(deviation).collect();
-    deviations.sort_by(f64::total_cmp);
-    let rank = (RESAMPLING.level * deviations.len() as f64).ceil() as usize;
-    let factor = deviations[rank.min(deviations.len()) - 1];
-    let bound = |((label, &value), &error): ((&String, &f64), &f64)| Bound {
-        label: label.clone(),
+    Some(Bound {
+        label,
         value,
-        lower: value - factor * error,
-        upper: value + factor * error,
-    };
-    let bounds = labels.iter().zip(&values).zip(&errors).map(bound);
-    Some(bounds.collect())
+        error: variance.sqrt(),
+        surfaces: Some(fewest),
+    })
 }
 
-/// Widens intervals that each cover at a level of its own until all cover together at that of
-/// [`RESAMPLING`], as if they were normal (Bonferroni).
-pub fn widened(bounds: Vec<(Bound, f64)>) -> Vec<Bound> {
-    let together = 1.0 - (1.0 - RESAMPLING.level) / bounds.len().max(1) as f64;
-    let widen = |(bound, level): (Bound, f64)| {
-        let factor = normal_quantile(together) / normal_quantile(level);
-        Bound {
-            lower: bound.value + factor * (bound.lower - bound.value),
-            upper: bound.value + factor * (bound.upper - bound.value),
-            ..bound
-        }
-    };
-    bounds.into_iter().map(widen).collect()
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+    sum / f64::from(count)
 }
 
-/// The z for which a normal number lies in ±z with this probability.
-fn normal_quantile(probability: f64) -> f64 {
-    SQRT_2 * erf_inverse(probability).expect("a share between zero and one")
-}
-
-fn standard_deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
+fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let mean = mean(values.clone());
     let count = values.clone().count() as f64;
-    let mean = values.clone().sum::<f64>() / count;
     let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
     // A constant differs from its mean by rounding alone.
     let deviation = (squares / (count - 1.0)).sqrt();
@@ -163,3 +164,6 @@ fn standard_deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
         0.0
     }
 }
+
+#[cfg(test)]
+mod tests;

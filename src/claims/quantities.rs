@@ -1,69 +1,66 @@
 //! The quantities of a claim, gathered one by one.
 
-use super::evidence::{COUNTED, Ensemble, OF_2015, OF_2017, Spectrum};
-use super::intervals::{Bound, FEWEST_SURFACES, Weights, simultaneous};
-use super::{Claim, Expectation, Judgement, Outcome};
+use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015, OF_2017, Spectrum};
+use super::intervals::{Bound, FEWEST_SURFACES, Weights, jackknife};
+use super::{Claim, Judgement, Outcome, Statement};
 
-/// What a quantity is under given weights of the surfaces.
-type Quantity<'a> = Box<dyn Fn(&Weights) -> Option<f64> + 'a>;
-
-/// Quantities that one claim is about, all to be known together.
+/// Quantities that one claim is about.
 #[derive(Default)]
-pub struct Quantities<'a> {
-    labels: Vec<String>,
-    values: Vec<Quantity<'a>>,
-    surfaces: Vec<usize>,
+pub struct Quantities {
+    bounds: Vec<Bound>,
+    /// Whether there were some with too few surfaces to have an interval.
+    lacks_surfaces: bool,
+    /// One that has no value, of all surfaces or without one of them.
+    undefined: Option<String>,
 }
 
-impl<'a> Quantities<'a> {
+impl Quantities {
     /// Adds one that rests on ensembles of these numbers of surfaces.
     pub fn add(
         &mut self,
         label: String,
         surfaces: &[usize],
-        value: impl Fn(&Weights) -> Option<f64> + 'a,
+        value: impl Fn(&Weights) -> Option<f64>,
     ) {
-        self.labels.push(label);
-        self.surfaces.extend(surfaces);
-        self.values.push(Box::new(value));
+        let too_few = surfaces.iter().any(|&count| count < FEWEST_SURFACES);
+        self.lacks_surfaces |= too_few;
+        match jackknife(label.clone(), surfaces, value) {
+            Some(bound) => self.bounds.push(bound),
+            None if !too_few => self.undefined = Some(label),
+            None => {}
+        }
     }
 
     /// The claim that all of them are as expected; `needs` says what a study without any lacks.
-    pub fn claim(
+    pub fn judge(
         self,
-        name: &'static str,
-        says: &'static str,
-        data: &str,
-        expected: Expectation,
-        needs: &str,
+        statement: Statement,
+        data: &'static str,
+        needs: impl FnOnce() -> String,
     ) -> Claim {
-        let outcome = if self.labels.is_empty() {
-            Outcome::NotComputed(needs.to_owned())
-        } else {
-            let together = |weights: &Weights| self.values.iter().map(|of| of(weights)).collect();
-            let bounds = simultaneous(&self.labels, &self.surfaces, together);
-            judged(expected, bounds.as_deref())
-        };
+        let judgement = Judgement::of(statement.expected, self.bounds);
+        let outcome = judgement.map_or_else(
+            || {
+                let few = format!(
+                    "{FEWEST_SURFACES} surfaces or more of each spectrum: of fewer the scatter is \
+                     not known"
+                );
+                Outcome::NotComputed(match (self.lacks_surfaces, self.undefined) {
+                    (true, _) => few,
+                    (false, Some(label)) => {
+                        format!("curves that tell it: it has no value for {label}")
+                    }
+                    (false, None) => needs(),
+                })
+            },
+            Outcome::Judged,
+        );
         Claim {
-            name,
-            says,
-            data: data.to_owned(),
+            statement,
+            data,
             outcome,
         }
     }
-}
-
-/// What intervals amount to; without them, what they would take.
-pub fn judged(expected: Expectation, bounds: Option<&[Bound]>) -> Outcome {
-    let judgement = bounds.and_then(|bounds| Judgement::of(expected, bounds));
-    judgement.map_or_else(
-        || {
-            Outcome::NotComputed(format!(
-                "{FEWEST_SURFACES} surfaces or more of each spectrum: fewer have no interval"
-            ))
-        },
-        Outcome::Judged,
-    )
 }
 
 /// Words for the area under a correction.
@@ -76,17 +73,33 @@ pub fn data(correction: &str) -> &'static str {
     }
 }
 
-/// `a correct stage with correction "pi/8", over loads up to 0.06`.
-pub fn needs(correction: &str, loads: &str) -> String {
-    match correction {
-        COUNTED => format!("a `measure` stage over {loads}"),
-        _ => format!("a `correct` stage with `correction = \"{correction}\"` over {loads}"),
+/// What a study lacks for a claim about curves under a correction, at any of some loads, and about
+/// spectra of some sort: the first of these that is missing.
+pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str) -> String {
+    let all = evidence.under(correction);
+    if all.is_empty() {
+        return match correction {
+            COUNTED => "a `measure` stage over contacts of random surfaces".to_owned(),
+            _ => format!("a `correct` stage with `correction = \"{correction}\"`"),
+        };
     }
-}
-
-/// `k_lower 4, k_upper 32`.
-pub fn cutoffs(spectrum: &Spectrum) -> String {
-    format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper)
+    let own = evidence.of_the_paper(correction);
+    if own.is_empty() {
+        return "surfaces as the paper has them: `hurst = 0.8`, no plateau, eight nodes or more to the \
+                shortest wavelength"
+            .to_owned();
+    }
+    let has_one = |load: &&f64| own.iter().any(|ensemble| ensemble.at(**load).is_some());
+    if let (Some(&first), None) = (loads.first(), loads.iter().find(has_one)) {
+        let wanted: Vec<String> = loads.iter().map(f64::to_string).collect();
+        let known = own.iter().flat_map(|ensemble| &ensemble.loads);
+        let nearest = known.min_by(|a, b| (*a - first).abs().total_cmp(&(*b - first).abs()));
+        let nearest = nearest.map_or_else(String::new, |load| {
+            format!("; the nearest to {first} is {load}")
+        });
+        return format!("a load at {}{nearest}", wanted.join(" or "));
+    }
+    spectra.to_owned()
 }
 
 /// `load 0.06`, in as many digits as a reader needs.
@@ -101,11 +114,10 @@ pub fn neighbours<'a>(
     fixed: fn(&Spectrum) -> i64,
 ) -> Vec<[&'a Ensemble; 2]> {
     let alike = |one: &Spectrum, other: &Spectrum| {
-        let plain = |spectrum: &Spectrum| spectrum.k_lower == spectrum.k_rolloff;
         fixed(one) == fixed(other)
+            && one.is_plain()
+            && other.is_plain()
             && (one.hurst, one.nodes) == (other.hurst, other.nodes)
-            && plain(one)
-            && plain(other)
     };
     let next = |one: &&'a Ensemble| {
         let beyond = ensembles.iter().filter(|other| {
@@ -117,55 +129,84 @@ pub fn neighbours<'a>(
     ensembles.iter().filter_map(next).collect()
 }
 
-/// Ensembles of every combination of two cutoffs or more each, by k_lower and then k_upper; `None`
-/// where a combination is missing, or other parameters differ.
-pub fn grid<'a>(ensembles: &[&'a Ensemble]) -> Option<Vec<Vec<&'a Ensemble>>> {
-    let first = &ensembles.first()?.spectrum;
-    let same = |other: &&&Ensemble| {
-        (other.spectrum.hurst, other.spectrum.nodes) == (first.hurst, first.nodes)
-            && other.spectrum.k_lower == other.spectrum.k_rolloff
-    };
-    if ensembles.iter().filter(same).count() != ensembles.len() {
-        return None;
-    }
-    let mut rows: Vec<Vec<&Ensemble>> = Vec::new();
+/// Ensembles on one mesh and of one Hurst exponent, together.
+pub fn families<'a>(ensembles: &[&'a Ensemble]) -> Vec<Vec<&'a Ensemble>> {
+    let mut families: Vec<Vec<&Ensemble>> = Vec::new();
     for &ensemble in ensembles {
-        let k_lower = ensemble.spectrum.k_lower;
-        match rows.last_mut() {
-            Some(row) if row[0].spectrum.k_lower == k_lower => row.push(ensemble),
-            _ => rows.push(vec![ensemble]),
+        let of = |one: &Ensemble| (one.spectrum.hurst, one.spectrum.nodes);
+        match families
+            .iter_mut()
+            .find(|family| of(family[0]) == of(ensemble))
+        {
+            Some(family) => family.push(ensemble),
+            None => families.push(vec![ensemble]),
         }
     }
-    let columns = |row: &[&Ensemble]| {
-        let uppers = row.iter().map(|ensemble| ensemble.spectrum.k_upper);
-        uppers.collect::<Vec<_>>()
-    };
-    let whole = rows.iter().all(|row| columns(row) == columns(&rows[0]));
-    (whole && rows.len() > 1 && rows[0].len() > 1).then_some(rows)
+    families
 }
 
-/// How much more the area differs between k_lower than between k_upper: the difference of the
-/// standard deviations of both sets of marginal means, relative to the mean of all.
-pub fn grouping(rows: &[Vec<&Ensemble>], load: f64, weights: &Weights) -> Option<f64> {
-    let mean = |ensemble: &&Ensemble| Some(weights.mean(&ensemble.areas[ensemble.at(load)?]));
-    let areas: Option<Vec<Vec<f64>>> = rows
+/// The surfaces of some ensembles.
+pub fn surfaces(ensembles: &[&Ensemble]) -> Vec<usize> {
+    ensembles
         .iter()
-        .map(|row| row.iter().map(mean).collect())
-        .collect();
-    let areas = areas?;
-    let by_lower: Vec<f64> = areas.iter().map(|row| average(row)).collect();
-    let by_upper: Vec<f64> = (0..areas[0].len())
-        .map(|column| average(&areas.iter().map(|row| row[column]).collect::<Vec<_>>()))
-        .collect();
-    Some((deviation(&by_lower) - deviation(&by_upper)) / average(&by_lower))
+        .map(|ensemble| ensemble.surfaces())
+        .collect()
 }
 
-fn average(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
+/// How the logarithm of a quantity depends on two variables: c + s x₁ + t x₂ by least squares over
+/// ensembles. `None` where they do not tell the variables apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// s and t.
+    pub slopes: [f64; 2],
+    /// Root mean square of what is left.
+    pub rest: f64,
 }
 
-fn deviation(values: &[f64]) -> f64 {
-    let mean = average(values);
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (squares / (values.len() - 1) as f64).sqrt()
+impl Plane {
+    /// Fits points (x₁, x₂, ln q).
+    pub fn through(points: &[[f64; 3]]) -> Option<Plane> {
+        /// Variables that are this nearly proportional are one variable.
+        const LEAST_DETERMINANT: f64 = 1e-6;
+        let count = points.len() as f64;
+        let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
+        let centre = [0, 1, 2].map(mean);
+        let product = |a: usize, b: usize| {
+            let terms = points.iter();
+            let terms = terms.map(|point| (point[a] - centre[a]) * (point[b] - centre[b]));
+            terms.sum::<f64>() / count
+        };
+        let (xx, xy, yy) = (product(0, 0), product(0, 1), product(1, 1));
+        let (xz, yz) = (product(0, 2), product(1, 2));
+        let determinant = xx * yy - xy * xy;
+        if points.len() < 4 || determinant <= LEAST_DETERMINANT * xx * yy {
+            return None;
+        }
+        let slopes = [
+            (xz * yy - yz * xy) / determinant,
+            (yz * xx - xz * xy) / determinant,
+        ];
+        let rest = points.iter().map(|point| {
+            let at = |axis: usize| point[axis] - centre[axis];
+            at(2) - slopes[0] * at(0) - slopes[1] * at(1)
+        });
+        let rest = (rest.map(|rest| rest * rest).sum::<f64>() / count).sqrt();
+        Some(Plane { slopes, rest })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_is_found_and_two_proportional_variables_are_none() {
+        let grid =
+            [1.0, 2.0, 3.0].map(|x| [0.0, 1.0].map(|y: f64| [x, y, 0.3 - 0.04 * x + 0.02 * y]));
+        let plane = Plane::through(&grid.concat()).unwrap();
+        assert!((plane.slopes[0] + 0.04).abs() < 1e-15 && (plane.slopes[1] - 0.02).abs() < 1e-15);
+        assert!(plane.rest < 1e-15);
+        let line = [1.0, 2.0, 3.0, 4.0].map(|x| [x, 2.0 * x, x]);
+        assert_eq!(Plane::through(&line), None);
+    }
 }

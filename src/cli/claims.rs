@@ -1,31 +1,50 @@
 //! `asperity claims`: what the paper says, what a study found, and whether it holds.
 
+mod list;
+mod one;
+mod programs;
+
 use std::io::{Write, stdout};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use serde_json::{Value, json};
-
-use super::{Data, Failure, counted};
+use super::{Data, Failure, unknown};
 use crate::claims::evidence::Finished;
-use crate::claims::intervals::RESAMPLING;
-use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Setting, Verdict};
+use crate::claims::{self, Claim, Evidence, Judgement, Outcome};
 use crate::ensemble::Point;
 use crate::growth::Grown;
-use crate::plan::{Plan, PlannedStage};
+use crate::pace::Pace;
+use crate::plan::Plan;
 use crate::results;
-use crate::stages::Recipe;
-use crate::store::column::Value as Cell;
+use crate::stages::{Kind, Recipe};
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The manifest of a study that has been run.
     manifest: PathBuf,
 
-    /// Print JSON: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "claims": [{"name",
-    /// "says", "data", "verdict", …}, …]}`.
+    /// Explain one claim at length: what is said where, what is computed, every quantity.
+    name: Option<String>,
+
+    /// Print JSON: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "missing_tasks",
+    /// "claims": [{"name", "kind": "paper" | "misprint" | "ours", "says", "where", "quantity",
+    /// "because", "data", "verdict", "expected", "quantities": [{"label", "value", "lower", "upper",
+    /// "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours", "figure"}, …]}`. `lower` and
+    /// `upper` cover all quantities of a claim together, `least` and `most` hold one by one.
     #[arg(long)]
     json: bool,
+}
+
+/// What all claims of a study share.
+struct Told<'a> {
+    manifest: &'a Path,
+    evidence: &'a Evidence,
+    /// Tasks of the study that have not run.
+    missing: usize,
+    /// What one more surface of each spectrum is expected to take of one core.
+    seconds: f64,
+    /// Where the report puts its figures.
+    figures: PathBuf,
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
@@ -37,141 +56,105 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         if table.finished > 0 {
             finished.push(Finished {
                 kind: stage.kind,
-                level: level(&plan, stage),
                 table: table.read()?,
             });
         }
     }
+    let missing = published.iter().zip(&plan.stages);
+    let missing = missing.map(|(table, stage)| stage.tasks.len() - table.finished);
     let evidence = Evidence::of(&finished)?;
-    let claims = claims::all(&evidence);
-    let missing = published
-        .iter()
-        .zip(&plan.stages)
-        .map(|(table, stage)| stage.tasks.len() - table.finished)
-        .sum();
-    let mut out = stdout().lock();
-    if arguments.json {
-        let claims: Vec<Value> = claims.iter().map(as_json).collect();
-        let level = RESAMPLING.level;
-        let left_out = evidence.setting.left_out.iter();
-        let left_out =
-            left_out.map(|left| json!({ "rows": left.rows, "with": place(&left.differs) }));
-        let json = json!({
-            "level": level,
-            "missing_tasks": missing,
-            "rests_on": place(&evidence.setting.point),
-            "left_out": left_out.collect::<Vec<_>>(),
-            "claims": claims,
-        });
-        writeln!(out, "{json:#}")?;
-    } else {
-        for claim in &claims {
-            write!(out, "{}", text(claim))?;
+    let told = Told {
+        manifest: &arguments.manifest,
+        evidence: &evidence,
+        missing: missing.sum(),
+        seconds: seconds_of_one_surface(&plan),
+        figures: data.results().join(&plan.study).join("figures"),
+    };
+    let mut claims = claims::all(&evidence);
+    if let Some(name) = &arguments.name {
+        let names: Vec<&str> = claims.iter().map(|claim| claim.statement.name).collect();
+        if !names.contains(&name.as_str()) {
+            return Err(unknown(
+                &format!("there is no claim `{name}`"),
+                name,
+                &names,
+            ));
         }
-        writeln!(out, "{}", closing(&claims, missing))?;
-        write!(out, "{}", left_out(&evidence.setting))?;
+        claims.retain(|claim| claim.statement.name == name);
+    }
+    let mut out = stdout().lock();
+    match (arguments.json, &arguments.name) {
+        (true, _) => writeln!(out, "{:#}", programs::json(&told, &claims))?,
+        (false, Some(_)) => {
+            for claim in &claims {
+                write!(out, "{}", one::text(&told, claim))?;
+            }
+        }
+        (false, None) => write!(out, "{}", list::text(&told, &claims))?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Parameters for programs.
-fn place(point: &Point) -> Value {
-    let value = |value: &Cell| match value {
-        Cell::Real(number) => json!(number),
-        Cell::Integer(number) => json!(number),
-        Cell::Text(text) => json!(text),
-    };
-    let entries = point.iter().map(|(name, of)| (name.to_owned(), value(of)));
-    Value::Object(entries.collect())
-}
-
-/// What claims do not look at, and what they look at instead.
-fn left_out(setting: &Setting) -> String {
-    let lines = setting.left_out.iter().map(|left| {
-        let instead = setting.point.clone().beyond(&left.differs);
-        let names: Vec<&str> = left.differs.iter().map(|(name, _)| name).collect();
-        format!(
-            "left out: {left}; the claims rest on {}\n",
-            instead.only(&names)
-        )
-    });
-    lines.collect()
-}
-
-/// The level of the intervals of a fit: a stage has one for all its points.
-fn level(plan: &Plan, stage: &PlannedStage) -> Option<f64> {
-    match &plan.tasks[*stage.tasks.first()?].recipe {
-        Recipe::Fit(params) => Some(params.level),
-        _ => None,
+/// What one more surface of each spectrum costs: what hangs on surfaces, over how many of them an
+/// ensemble has.
+fn seconds_of_one_surface(plan: &Plan) -> f64 {
+    let mut points: Vec<Point> = Vec::new();
+    let mut surfaces = 0;
+    for task in &plan.tasks {
+        if let Recipe::Generate(params) = &task.recipe {
+            surfaces += 1;
+            let point = Point::of(params.coordinates());
+            if points.last() != Some(&point) && !points.contains(&point) {
+                points.push(point);
+            }
+        }
     }
+    let hangs_on_surfaces = |kind: Kind| {
+        matches!(
+            kind,
+            Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct
+        )
+    };
+    let own = plan.tasks.iter().enumerate();
+    let own = own.filter(|(_, task)| hangs_on_surfaces(task.recipe.kind()));
+    let own: Vec<usize> = own.map(|(task, _)| task).collect();
+    let of_a_point = surfaces as f64 / points.len().max(1) as f64;
+    Pace::default().seconds_of(plan, &own) / of_a_point.max(1.0)
 }
 
 fn verdict(claim: &Claim) -> &'static str {
     match &claim.outcome {
         Outcome::Judged(judgement) => judgement.verdict.name(),
         Outcome::NotComputed(_) => "not computed",
+        Outcome::Noted => "noted",
     }
 }
 
-/// Name and verdict, what the paper says, what was found.
-fn text(claim: &Claim) -> String {
-    let found = match &claim.outcome {
-        Outcome::Judged(judgement) => found(judgement),
-        Outcome::NotComputed(needs) => format!("needs {needs}"),
-    };
-    format!(
-        "{:14}{} · {}\n{}{}\n",
-        verdict(claim),
-        claim.name,
-        claim.data,
-        wrapped(claim.says),
-        wrapped(&found),
-    )
+impl Told<'_> {
+    /// How many more surfaces of each spectrum would decide a claim, and the time of one core that
+    /// they take.
+    fn power(&self, claim: &Claim, judgement: &Judgement) -> Option<(usize, f64)> {
+        let more = judgement.more_surfaces(claim.statement.expected)?;
+        Some((more, more as f64 * self.seconds))
+    }
 }
 
-/// Lines of a width that is read easily, under the claim's name.
-fn wrapped(text: &str) -> String {
-    const INDENT: usize = 14;
+/// Lines of a width that is read easily, all of them indented.
+fn wrapped(indent: usize, text: &str) -> String {
     const WIDTH: usize = 100;
     let mut lines = String::new();
     let mut column = WIDTH;
     for word in text.split_whitespace() {
         let length = word.chars().count();
         if column + 1 + length > WIDTH {
-            lines += &format!("\n{:INDENT$}{word}", "");
-            column = INDENT + length;
+            lines += &format!("\n{:indent$}{word}", "");
+            column = indent + length;
         } else {
             lines += &format!(" {word}");
             column += 1 + length;
         }
     }
     lines.trim_start_matches('\n').to_owned() + "\n"
-}
-
-fn found(judgement: &Judgement) -> String {
-    let deciding = &judgement.deciding;
-    let interval = if deciding.lower == deciding.upper {
-        "exact".to_owned()
-    } else {
-        format!("{} … {}", short(deciding.lower), short(deciding.upper))
-    };
-    let others = match (
-        judgement.quantities,
-        judgement.contradicting,
-        judgement.undecided,
-    ) {
-        (1, _, _) => String::new(),
-        (all, 0, 0) => format!("; all {all} agree"),
-        (all, against, undecided) => {
-            format!("; of {all}, {against} contradict and {undecided} are undecided")
-        }
-    };
-    format!(
-        "expected {}; decided by {} [{interval}] at {}{others}",
-        judgement.expected,
-        short(deciding.value),
-        deciding.label
-    )
 }
 
 /// Four significant digits.
@@ -181,48 +164,4 @@ fn short(value: f64) -> String {
     }
     let digits = 3 - value.abs().log10().floor() as i32;
     format!("{value:.*}", digits.clamp(0, 8) as usize)
-}
-
-fn closing(claims: &[Claim], missing: usize) -> String {
-    let count = |word: &str| claims.iter().filter(|claim| verdict(claim) == word).count();
-    let words = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
-    let parts = words.into_iter().chain(["not computed"]);
-    let parts: Vec<String> = parts
-        .map(|word| format!("{} {word}", count(word)))
-        .collect();
-    let missing = match missing {
-        0 => String::new(),
-        _ => format!(" · {} of the study not run yet", counted(missing, "task")),
-    };
-    format!(
-        "{}: {}{missing}",
-        counted(claims.len(), "claim"),
-        parts.join(" · ")
-    )
-}
-
-fn as_json(claim: &Claim) -> Value {
-    let mut json = json!({
-        "name": claim.name,
-        "says": claim.says,
-        "data": claim.data,
-        "verdict": verdict(claim),
-    });
-    match &claim.outcome {
-        Outcome::Judged(judgement) => {
-            let deciding = &judgement.deciding;
-            json["expected"] = json!(judgement.expected.to_string());
-            json["found"] = json!({
-                "at": deciding.label,
-                "value": deciding.value,
-                "lower": deciding.lower,
-                "upper": deciding.upper,
-            });
-            json["quantities"] = json!(judgement.quantities);
-            json["contradicting"] = json!(judgement.contradicting);
-            json["undecided"] = json!(judgement.undecided);
-        }
-        Outcome::NotComputed(needs) => json["needs"] = json!(needs),
-    }
-    json
 }

@@ -177,7 +177,6 @@ fn claims_take_every_row_once_or_name_it_as_left_out() {
         let contacts = swept(&column).without(&["correction", "coefficient"]);
         let finished = claims::evidence::Finished {
             kind: Kind::Measure,
-            level: None,
             table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
         };
         let evidence = claims::Evidence::of(&[finished]).unwrap();

@@ -137,6 +137,16 @@ impl<'a> MeshProblem<'a> {
         self.surfaces.iter().flatten().copied()
     }
 
+    /// Covariance of area and edge and variance of the edge, of each surface: their sums over the
+    /// surfaces, one over the other, are the coefficient.
+    pub fn moments(&self) -> Vec<(f64, f64)> {
+        let of_surface = |surface: &Vec<&Refinement>| {
+            let moments = surface.iter().map(|one| one.moments());
+            moments.fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
+        };
+        self.surfaces.iter().map(of_surface).collect()
+    }
+
     fn pooled(&self, multiplicities: &[u32]) -> f64 {
         let (mut covariance, mut variance) = (0.0, 0.0);
         for (surface, &times) in self.surfaces.iter().zip(multiplicities) {

@@ -2,6 +2,7 @@
 //! which tables, over which axes, with which words.
 
 mod area;
+mod collapse;
 mod contact_maps;
 mod corrections;
 mod full_contact;
@@ -18,7 +19,7 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 14] = [
+pub const ALL: [&Definition; 15] = [
     &spectrum::FIGURE,
     &heights::FIGURE,
     &surfaces::FIGURE,
@@ -29,6 +30,7 @@ pub const ALL: [&Definition; 14] = [
     &near_full_contact::FIGURE,
     &corrections::RELATIVE_ERROR,
     &corrections::CORRECTED,
+    &collapse::FIGURE,
     &pressure_growth::FIGURE,
     &summits::NAYAK,
     &summits::DENSITY,

@@ -13,7 +13,7 @@ use crate::fitting::scaled_erf::ScaledErfProblem;
 use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
-mod meshes;
+pub mod meshes;
 pub mod points;
 pub mod rows;
 

@@ -115,19 +115,59 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
     let after = claims(&[]);
     for part in [
         "area-above-persson",
-        "alpha-in-bgt",
+        "alpha-in-asperity-models",
         "does not hold",
-        "needs a `fit` stage",
+        "needs 5 surfaces or more",
+        "What is ours",
+        "noted",
+        "claims of the paper:",
     ] {
         assert!(after.contains(part), "{part} in\n{after}");
     }
     assert_eq!(after, claims(&[]));
     let json: serde_json::Value = serde_json::from_str(&claims(&["--json"])).unwrap();
     for claim in json["claims"].as_array().unwrap() {
-        let judged = claim["found"]["lower"].is_number() && claim["found"]["upper"].is_number();
+        let quantities = claim["quantities"].as_array().unwrap();
+        for quantity in quantities {
+            let [lower, value, upper] =
+                ["lower", "value", "upper"].map(|name| quantity[name].as_f64().unwrap());
+            assert!(lower <= value && value <= upper, "{claim}");
+        }
         let verdict = claim["verdict"].as_str().unwrap();
-        assert_eq!(judged, verdict != "not computed", "{claim}");
+        let is_judged = !["not computed", "noted"].contains(&verdict);
+        assert_eq!(quantities.is_empty(), !is_judged, "{claim}");
+        assert_eq!(
+            claim["needs"].is_string(),
+            verdict == "not computed",
+            "{claim}"
+        );
+        assert_eq!(claim["kind"] == "misprint", verdict == "noted", "{claim}");
+        assert!(
+            claim["says"].is_string() && claim["where"].is_string(),
+            "{claim}"
+        );
     }
+}
+
+#[test]
+fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
+    let bench = Bench::new();
+    let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 5"));
+    let path = path.to_str().unwrap();
+    bench.output(&["run", path]);
+    let told = text(&bench.output(&["claims", path, "area-above-persson"]).stdout);
+    for part in [
+        "the paper",
+        "section 5.2",
+        "expected    above 0",
+        "each end at 95 %",
+        "k_upper 4",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+    let unknown = bench.output(&["claims", path, "area-above-person"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(text(&unknown.stderr).contains("did you mean `area-above-persson`"));
 }
 
 #[test]

@@ -12,8 +12,8 @@ use super::Params;
 use super::rows::{self, Row};
 use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::ensemble::{self, Member, ensembles};
-use crate::fitting::FitError;
 use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
+use crate::fitting::{FitError, Window};
 use crate::stages::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, REALIZATION, SEED, SWITCHES,
 };
@@ -65,8 +65,9 @@ type Meshes = BTreeMap<i64, (f64, f64)>;
 type State = (Member, u64);
 
 /// The refinements of one parameter point, by surface and load.
-struct Point {
-    row: usize,
+pub struct Point {
+    /// A row of the table that stands for the point's coordinates.
+    pub row: usize,
     refinements: BTreeMap<State, Result<Refinement, FitError>>,
 }
 
@@ -88,7 +89,7 @@ struct Line {
 /// When the input holds no measured contacts.
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let mut lines = Vec::new();
-    for point in points(table, params)? {
+    for point in refinements(table, params.window())? {
         let keys = || point.refinements.keys();
         for &(member, load) in keys() {
             let line = point.line(|state| state == (member, load), "nothing", params);
@@ -112,10 +113,14 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     Ok(as_table(table, params, &lines))
 }
 
-fn points(table: &Table, params: &Params) -> Result<Vec<Point>, TableError> {
+/// The points of a table of measured contacts whose surfaces were pressed on several meshes, at
+/// loads inside a window.
+///
+/// # Errors
+/// When the table holds no measured contacts.
+pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableError> {
     let areas = table.reals(AREA_FRACTION.name)?;
     let (nodes, switches) = (table.integers(NODES.name)?, table.integers(SWITCHES.name)?);
-    let window = params.window();
     let mut order: Vec<ensemble::Point> = Vec::new();
     let mut points: Vec<(usize, BTreeMap<State, Meshes>)> = Vec::new();
     for ensemble in ensembles(table)? {
@@ -149,6 +154,19 @@ fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, Fi
 }
 
 impl Point {
+    /// What decides the common coefficient, by surface: covariances of area and edge, and variances
+    /// of the edge. `None` without any refinement.
+    pub fn moments(&self) -> Option<[Vec<f64>; 2]> {
+        let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
+        for (&(member, _), refinement) in &self.refinements {
+            surfaces.entry(member).or_default().extend(refinement);
+        }
+        surfaces.retain(|_, refinements| !refinements.is_empty());
+        let problem = MeshProblem::new(surfaces.into_values().collect());
+        let (covariances, variances): (Vec<f64>, Vec<f64>) = problem.moments().into_iter().unzip();
+        (!variances.is_empty()).then_some([covariances, variances])
+    }
+
     /// The common fit of the refinements that belong to it; those that are none are left out.
     fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();

@@ -1,0 +1,116 @@
+//! How many more surfaces would decide a claim.
+
+use super::intervals::Bound;
+use super::{Expectation, Judgement, Verdict};
+
+/// Surfaces of each spectrum beyond which nobody goes.
+const MOST: usize = 1_000_000;
+
+impl Judgement {
+    /// How many more surfaces of each spectrum would decide an undecided claim at the present spread,
+    /// if every quantity is as it was found; `None` for a claim that is decided, or that a million
+    /// would not decide.
+    ///
+    /// A quantity on the wrong side decides the claim once its interval, beside those of all others,
+    /// excludes what is expected; else the claim holds once each quantity does by itself.
+    pub fn more_surfaces(&self, expected: Expectation) -> Option<usize> {
+        if self.verdict != Verdict::CannotSay {
+            return None;
+        }
+        let now = self
+            .bounds
+            .iter()
+            .filter_map(|bound| bound.surfaces)
+            .min()?;
+        let all = self.bounds.len();
+        let until = |bound: &Bound, wanted: Verdict| {
+            let decided =
+                |surfaces: usize| expected.verdict(&bound.with_surfaces(surfaces), all) == wanted;
+            fewest(now, decided)
+        };
+        let (agreeing, others): (Vec<&Bound>, Vec<&Bound>) = self
+            .bounds
+            .iter()
+            .partition(|bound| expected.contains(bound.value));
+        let needed = match others.is_empty() {
+            false => {
+                let each = others.into_iter();
+                each.filter_map(|bound| until(bound, Verdict::DoesNotHold))
+                    .min()
+            }
+            true => {
+                let each = agreeing
+                    .into_iter()
+                    .map(|bound| until(bound, Verdict::Holds));
+                each.collect::<Option<Vec<usize>>>()?.into_iter().max()
+            }
+        };
+        Some(needed? - now)
+    }
+}
+
+/// The fewest surfaces, not below a number, that do; more of them do as well.
+fn fewest(from: usize, does: impl Fn(usize) -> bool) -> Option<usize> {
+    let mut above = from;
+    while !does(above) {
+        if above >= MOST {
+            return None;
+        }
+        above = (2 * above).min(MOST);
+    }
+    let mut below = above / 2;
+    while above - below > 1 {
+        let middle = below + (above - below) / 2;
+        match middle >= from && does(middle) {
+            true => above = middle,
+            false => below = middle,
+        }
+    }
+    Some(above.max(from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bound(value: f64, error: f64) -> Bound {
+        Bound {
+            label: String::new(),
+            value,
+            error,
+            surfaces: Some(10),
+        }
+    }
+
+    #[test]
+    fn as_many_surfaces_as_are_said_to_decide_do_and_one_less_does_not() {
+        for bounds in [
+            vec![bound(0.1, 0.1)],
+            vec![bound(0.1, 0.1), bound(0.3, 0.2)],
+            vec![bound(-0.1, 0.1), bound(0.3, 0.2)],
+        ] {
+            let expected = Expectation::Positive;
+            let judgement = Judgement::of(expected, bounds.clone()).unwrap();
+            assert_eq!(judgement.verdict, Verdict::CannotSay);
+            let more = judgement.more_surfaces(expected).unwrap();
+            let then = |surfaces: usize| {
+                let bounds = bounds.iter().map(|bound| bound.with_surfaces(surfaces));
+                Judgement::of(expected, bounds.collect()).unwrap().verdict
+            };
+            assert_ne!(then(10 + more), Verdict::CannotSay, "{more}");
+            assert_eq!(then(10 + more - 1), Verdict::CannotSay, "{more}");
+        }
+    }
+
+    #[test]
+    fn what_is_decided_needs_no_more_and_a_quantity_of_zero_never_is() {
+        let expected = Expectation::Positive;
+        let more = |bound: Bound| {
+            Judgement::of(expected, vec![bound])
+                .unwrap()
+                .more_surfaces(expected)
+        };
+        assert_eq!(more(bound(1.0, 0.1)), None);
+        assert_eq!(more(bound(0.0, 0.1)), None);
+    }
+}

@@ -1,0 +1,156 @@
+//! Corrected areas of all spectra on one curve against Nayak's parameter, and what the mesh makes of
+//! it: a finding of this program, beside section 5.2.2 of the paper.
+
+use crate::contact::nayak::Continuum;
+use crate::figures::axis::Axis;
+use crate::figures::chart::{Chart, Point as Place, Series};
+use crate::figures::ink::Ink;
+use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
+use crate::fitting::line;
+use crate::report::ReportError;
+use crate::report::ensembles::{Ensemble, Mean, Point};
+use crate::report::evidence::{COUNTED, Evidence};
+use crate::report::figure::{Definition, Drawn, sample};
+use crate::stages::columns::{AREA_CORRECTED, HURST, K_LOWER, K_ROLLOFF, K_UPPER};
+
+pub const FIGURE: Definition = Definition {
+    name: "collapse",
+    title: "Collapse of the corrected area on Nayak's parameter",
+    draw,
+};
+
+/// Loads whose secants lie apart: from light contact to a third of the area.
+const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
+/// How far from these a study's loads may lie.
+const NEAR: f64 = 0.1;
+/// Values of α that tell a curve.
+const FEWEST_SPECTRA: usize = 3;
+/// The corrections, and the words above their charts.
+const CORRECTIONS: [(&str, &str); 3] = [
+    ("none", "as counted"),
+    ("pi/8", "corrected by π/8"),
+    ("2017", "corrected as in 2017"),
+];
+
+/// Secants of one spectrum.
+struct Spectrum<'a> {
+    ensemble: &'a Ensemble<'a>,
+    nayak: f64,
+    means: Vec<Mean>,
+}
+
+fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let mut charts = Vec::new();
+    let mut surfaces = Vec::new();
+    for (correction, title) in CORRECTIONS {
+        let spectra = spectra(evidence, correction)?;
+        if spectra.len() < FEWEST_SPECTRA {
+            continue;
+        }
+        surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
+        charts.push(chart(evidence, &spectra).titled(title));
+    }
+    if !evidence.under("2017").any(|_| true) || charts.is_empty() {
+        return Ok(Drawn::missing(
+            "areas of three spectra or more, corrected as in 2017",
+            evidence.lines_of_corrections(),
+        ));
+    }
+    let caption = format!(
+        "Secants A/(A₀ y) against Nayak's parameter α of the spectrum over continuous wavenumbers, at the \
+         loads that stand beside them, with lines by least squares in ln α; from {}, with standard \
+         errors. As counted, the areas of one α differ with k_lower, for the mesh adds more where \
+         wavelengths are short; corrected by π/8 they differ the other way.",
+        sample(&surfaces),
+    );
+    Ok(Drawn::figure(
+        Sheet::of_charts(vec![charts], [330.0, 320.0]),
+        caption,
+    ))
+}
+
+/// The spectra with a corrected area at one of the loads, or more.
+fn spectra<'a>(evidence: &'a Evidence, correction: &str) -> Result<Vec<Spectrum<'a>>, ReportError> {
+    let mut spectra = Vec::new();
+    for ensemble in evidence.under(correction) {
+        let Some(continuum) = continuum(&ensemble.point) else {
+            continue;
+        };
+        let area = if correction == "none" {
+            COUNTED
+        } else {
+            AREA_CORRECTED.name
+        };
+        let means = ensemble.mean(area)?;
+        let at = |load: f64| {
+            let distance = |mean: &Mean| (mean.load / load - 1.0).abs();
+            let nearest = means
+                .iter()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            (distance(nearest) < NEAR).then(|| nearest.secant())
+        };
+        let means: Option<Vec<Mean>> = LOADS.into_iter().map(at).collect();
+        spectra.extend(means.map(|means| Spectrum {
+            ensemble,
+            nayak: continuum.nayak(),
+            means,
+        }));
+    }
+    Ok(spectra)
+}
+
+fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
+    let mut chart = Chart::new(
+        Axis::logarithmic("Nayak's parameter α"),
+        Axis::linear("secant A/(A₀ y)"),
+    );
+    let alphas = || spectra.iter().map(|one| one.nayak);
+    let [least, most] = [
+        alphas().fold(f64::MAX, f64::min),
+        alphas().fold(0.0, f64::max),
+    ];
+    for load in 0..LOADS.len() {
+        let logarithms: Vec<f64> = alphas().map(f64::ln).collect();
+        let secants: Vec<f64> = spectra
+            .iter()
+            .map(|one| one.means[load].mean.ln())
+            .collect();
+        if let Some((slope, offset)) = line(&logarithms, &secants) {
+            let style = Style::line(Ink::Soft, Dash::Dashed, 1.2);
+            let ends = [least, most].map(|alpha| (alpha, (offset + slope * alpha.ln()).exp()));
+            chart.series.push(Series::new(ends, style));
+        }
+        let heaviest = spectra.iter().map(|one| one.means[load].mean);
+        let top = heaviest.fold(0.0, f64::max);
+        let note = format!("y = {}", spectra[0].means[load].load);
+        chart.notes.push(((least * most).sqrt(), 1.02 * top, note));
+    }
+    for spectrum in spectra {
+        let point = |mean: &Mean| Place {
+            x: spectrum.nayak,
+            y: mean.mean,
+            bar: mean.bar(),
+        };
+        let place = &spectrum.ensemble.point;
+        let series = Series {
+            points: spectrum.means.iter().map(point).collect(),
+            style: evidence.looks.markers(place),
+            label: None,
+        };
+        chart.series.push(series.named(evidence.looks.label(place)));
+    }
+    chart
+}
+
+/// The spectrum of a point over continuous wavenumbers, if its surfaces are drawn from one.
+fn continuum(point: &Point) -> Option<Continuum> {
+    let number = |name: &str| point.get(name)?.parse::<f64>().ok();
+    let [k_lower, k_upper] = [number(K_LOWER.name)?, number(K_UPPER.name)?];
+    let k_rolloff = number(K_ROLLOFF.name).unwrap_or(k_lower);
+    Some(Continuum {
+        hurst: number(HURST.name)?,
+        plateau: k_lower / k_rolloff,
+        magnification: k_upper / k_rolloff,
+    })
+}
