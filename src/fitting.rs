@@ -8,7 +8,8 @@
 //! - [`pressure_growth`]: the power law of dp̄/dp₀ against the area;
 //! - [`mesh_convergence`]: what the mesh adds to the area, from several meshes of one surface;
 //! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
-//! - [`bootstrap`]: intervals of any of these, resampling whole surfaces.
+//! - [`bootstrap`]: intervals of any of these, resampling whole surfaces;
+//! - [`student`]: intervals of means.
 //!
 //! Loads are in units of E* × rms slope. A fit that fails is a [`FitError`], which says why.
 
@@ -22,6 +23,7 @@ mod least_squares;
 pub mod mesh_convergence;
 pub mod pressure_growth;
 pub mod scaled_erf;
+pub mod student;
 
 pub use curves::{Curves, Window};
 

@@ -10,7 +10,9 @@ use crate::manifest::evaluate::AggregateTable;
 use crate::manifest::evaluate::ModelWord;
 use crate::manifest::written::{Key, Written};
 use crate::stages::StageError;
-use crate::stages::aggregate::{Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic};
+use crate::stages::aggregate::{
+    Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic, level_of_confidence,
+};
 use crate::store::table::Table;
 
 /// Columns that every reduction adds.
@@ -270,12 +272,15 @@ const WORDS: [(&str, Statistic); 9] = [
     ("approach", Statistic::Approach),
 ];
 
-/// A statistic by its name. `q05` is the quantile of 5 %, `q975` that of 97.5 %: the digits are
-/// those after the point.
+/// A statistic by its name. `q05` is the quantile of 5 %, `q975` that of 97.5 %, `ci95` the
+/// confidence interval of 95 %: the digits are those after the point.
 fn statistic(name: &str) -> Option<Statistic> {
     let known = WORDS.iter().find(|(word, _)| *word == name);
     if let Some((_, statistic)) = known {
         return Some(*statistic);
+    }
+    if let Some(level) = level_of_confidence(name) {
+        return Some(Statistic::Confidence(level));
     }
     let digits = name.strip_prefix('q')?;
     let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
@@ -292,7 +297,8 @@ fn unknown_statistic(name: &str, span: crate::diagnostics::Span) -> Problem {
         None => "unknown statistic".to_owned(),
     };
     let help = format!(
-        "one of {}, or a quantile such as `q05` (5 %) or `q975` (97.5 %)",
+        "one of {}, a quantile such as `q05` (5 %) or `q975` (97.5 %), or a confidence interval of \
+         the mean such as `ci95` (95 %)",
         listed(words(), "and")
     );
     Problem::new(format!("there is no statistic {name:?}"), span, label).help(help)
@@ -382,8 +388,8 @@ fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -
             let place = place.clone();
             let over_place = written(&table.over, reduced)?;
             let is_statistic = |name: &str| {
-                let written = statistic(name);
-                written.is_some_and(|written| groups.statistics.contains(&written))
+                let mut statistics = groups.statistics.iter();
+                statistics.any(|one| one.suffixes().iter().any(|suffix| suffix == name))
             };
             let suffix = column
                 .strip_prefix(over.as_str())
@@ -418,6 +424,23 @@ mod tests {
         for name in [
             "q", "q5", "q00", "q100", "q-5", "q0x", "q1234567", "p05", "quantile",
         ] {
+            assert_eq!(statistic(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn digits_of_a_confidence_interval_are_its_level() {
+        for (word, level) in [
+            ("ci90", 0.9),
+            ("ci95", 0.95),
+            ("ci99", 0.99),
+            ("ci999", 0.999),
+        ] {
+            let found = statistic(word).unwrap();
+            assert_eq!(found, Statistic::Confidence(level));
+            assert_eq!(found.suffix(), word);
+        }
+        for name in ["ci", "ci9", "ci00", "ci100", "ci950", "ci-5", "ci1234567"] {
             assert_eq!(statistic(name), None, "{name}");
         }
     }
