@@ -12,6 +12,7 @@ use crate::store::table::Table;
 mod confidence;
 mod frame;
 mod groups;
+mod regression;
 pub mod sql;
 mod theory;
 
@@ -91,6 +92,12 @@ pub enum Statistic {
     Quantile(f64),
     /// Confidence interval of the mean, of this level, by Student's t over surfaces.
     Confidence(f64),
+    /// Slope of the least-squares line through the rows against `load`.
+    #[serde(rename = "regr_slope")]
+    RegressionSlope,
+    /// Where that line meets zero load.
+    #[serde(rename = "regr_intercept")]
+    RegressionIntercept,
     /// Slope of the mean against `load`, by differences.
     Slope,
     /// Mean over `load`.
@@ -165,6 +172,8 @@ impl Statistic {
             // 0.05 is q05 and 0.975 is q975: the digits after the point.
             Statistic::Quantile(share) => format!("q{share}").replace("q0.", "q"),
             Statistic::Confidence(level) => confidence::word(level),
+            Statistic::RegressionSlope => "regr_slope".to_owned(),
+            Statistic::RegressionIntercept => "regr_intercept".to_owned(),
             Statistic::Slope => "slope".to_owned(),
             Statistic::Secant => "secant".to_owned(),
             Statistic::Approach => "approach".to_owned(),

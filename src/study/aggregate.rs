@@ -229,20 +229,7 @@ fn statistics(
             complete = false;
             continue;
         };
-        let is_against_load = matches!(
-            statistic,
-            Statistic::Slope | Statistic::Secant | Statistic::Approach
-        );
-        if is_against_load && !has_load(group_by) {
-            let message = format!("{value:?} is taken against `load`, which names no group");
-            let label = "needs `load` in `group_by`";
-            checks
-                .problems
-                .push(Problem::new(message, span.clone(), label));
-            complete = false;
-        } else if is_against_load && input.is_some_and(|input| !input.has("load")) {
-            let message = format!("{value:?} is taken against `load`, which the input has not");
-            let label = "needs rows with a `load`";
+        if let Some((message, label)) = misses_load(value, statistic, group_by, input) {
             checks
                 .problems
                 .push(Problem::new(message, span.clone(), label));
@@ -260,13 +247,43 @@ fn statistics(
     complete.then_some(statistics)
 }
 
-const WORDS: [(&str, Statistic); 9] = [
+/// What keeps a statistic from being taken against the load, if it is one of those: slopes follow the
+/// groups of a curve from load to load, lines go through the loads within a group.
+fn misses_load(
+    word: &str,
+    statistic: Statistic,
+    group_by: Option<&[String]>,
+    input: Option<&Table>,
+) -> Option<(String, &'static str)> {
+    let names_groups = match statistic {
+        Statistic::Slope | Statistic::Secant | Statistic::Approach => true,
+        Statistic::RegressionSlope | Statistic::RegressionIntercept => false,
+        _ => return None,
+    };
+    if names_groups && !has_load(group_by) {
+        let message = format!("{word:?} is taken against `load`, which names no group");
+        return Some((message, "needs `load` in `group_by`"));
+    }
+    if input.is_some_and(|input| !input.has("load")) {
+        let message = format!("{word:?} is taken against `load`, which the input has not");
+        return Some((message, "needs rows with a `load`"));
+    }
+    (!names_groups && has_load(group_by)).then(|| {
+        let message =
+            format!("{word:?} is of a line through several loads, and `load` names groups");
+        (message, "needs a `group_by` without `load`")
+    })
+}
+
+const WORDS: [(&str, Statistic); 11] = [
     ("mean", Statistic::Mean),
     ("sd", Statistic::Sd),
     ("sem", Statistic::Sem),
     ("min", Statistic::Min),
     ("max", Statistic::Max),
     ("median", Statistic::Quantile(0.5)),
+    ("regr_slope", Statistic::RegressionSlope),
+    ("regr_intercept", Statistic::RegressionIntercept),
     ("slope", Statistic::Slope),
     ("secant", Statistic::Secant),
     ("approach", Statistic::Approach),

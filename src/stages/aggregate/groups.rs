@@ -14,7 +14,7 @@ use super::super::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
 };
 use super::frame::{self, polars_error};
-use super::{Groups, ONE_SURFACE, Statistic, confidence, theory};
+use super::{Groups, ONE_SURFACE, Statistic, confidence, regression, theory};
 use crate::store::column::{Column, ColumnKind};
 use crate::store::table::Table;
 
@@ -181,6 +181,8 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
         Statistic::Min => values.min(),
         Statistic::Max => values.max(),
         Statistic::Quantile(share) => values.quantile(lit(share), QuantileMethod::Linear),
+        Statistic::RegressionSlope => regression::slope(&values),
+        Statistic::RegressionIntercept => regression::intercept(&values),
         Statistic::Confidence(_) => return None,
         Statistic::Slope | Statistic::Secant | Statistic::Approach => return None,
     })
@@ -279,7 +281,7 @@ fn inherited(source: &Field, name: &str, groups: &Groups) -> arrow::datatypes::M
     let said = groups.levels().iter().find_map(of_an_end);
     let said = said.unwrap_or_else(|| statistic.to_owned());
     let unit = match statistic {
-        "slope" | "secant" => format!("{} per load", of("unit")),
+        "slope" | "secant" | "regr_slope" => format!("{} per load", of("unit")),
         _ => of("unit"),
     };
     arrow::datatypes::Metadata::new()
@@ -447,6 +449,33 @@ mod tests {
         close("load_midpoint", [0.05, 0.15, 0.05, 0.15]);
         close("area_fraction_slope", [1.0, 1.0, 3.0, 2.0]);
         close("area_fraction_secant", [1.0, 1.0, 3.0, 2.5]);
+    }
+
+    #[test]
+    fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
+        let of_spectra = |table: &Table| {
+            let asked = Groups {
+                group_by: Some(vec!["hurst".to_owned()]),
+                ..groups(&[Statistic::RegressionSlope, Statistic::RegressionIntercept])
+            };
+            reduce(table, &asked).unwrap()
+        };
+        let reduced = of_spectra(&table());
+        let close = |name: &str, expected: [f64; 2]| {
+            let found = column(&reduced, &format!("area_fraction_regr_{name}"));
+            let pairs = found.iter().zip(expected);
+            assert!(
+                pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12),
+                "{name} {found:?}"
+            );
+        };
+        // The means of the wider spectrum are 0.3 and 0.5, those of the other 0.1 and 0.2.
+        close("slope", [1.0, 2.0]);
+        close("intercept", [0.0, 0.1]);
+        let one_load = of_spectra(&table().pick(&[0, 2, 4, 6]));
+        for name in ["area_fraction_regr_slope", "area_fraction_regr_intercept"] {
+            assert_eq!(one_load.reals(name).unwrap().null_count(), 2, "{name}");
+        }
     }
 
     #[test]
