@@ -101,6 +101,8 @@ fn fitted(table: &Table) -> Result<Vec<Option<String>>, TableError> {
         ("mu", "μ"),
         ("exponent", "exponent"),
         ("erf_scale", "scale"),
+        ("decay_length", "u₀"),
+        ("closing_load", "p_c"),
         ("mesh_coefficient", "c"),
     ] {
         parts.push(range(table, name, label)?);

@@ -73,7 +73,7 @@ table!(EvolutionTable, swept: ["to", "kappa"], lists: []);
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
     /// Smallest and largest load that count, in units of E* × rms slope: 0 to 0.06 when left out,
-    /// for `"scaled-erf"` 0.3 to 2, for `"mesh-convergence"` all.
+    /// for `"scaled-erf"` 0.3 to 2, for `"load-separation"` 0.01 to 0.1, for `"mesh-convergence"` all.
     #[schemars(length(equal = 2), inner(range(min = 0)))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.

@@ -17,6 +17,7 @@ mod nayak;
 mod pruning;
 mod reference;
 mod report;
+mod separation;
 mod shipped;
 mod tables;
 mod units;
