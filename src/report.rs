@@ -35,6 +35,7 @@ use crate::stages::StageError;
 use crate::store::files::{Existing, write_whole};
 use crate::store::table::TableError;
 use crate::store::{Store, StoreError};
+use crate::study::Warning;
 
 /// Pixels of a PNG file to one of a figure.
 const SCALE: f32 = 2.0;
@@ -96,6 +97,8 @@ pub struct Subject<'a> {
     pub published: &'a [StageTable],
     /// Its manifest's text.
     pub manifest: &'a str,
+    /// What should be known of it.
+    pub warnings: &'a [Warning],
 }
 
 /// Writes the page `report.html` and the folder `figures` beside the tables of a study.

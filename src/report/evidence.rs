@@ -5,12 +5,14 @@ use arrow::array::Array;
 use super::ensembles::{self, Ensemble, Mean, Point};
 use super::looks::Looks;
 use super::tables::{Finished, Stage};
+use crate::contact::correction::YASTREBOV_2017;
 use crate::contact::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;
 use crate::stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, NODES, PERIMETER_MANHATTAN, REALIZATION, SIDE,
+    SURFACE,
 };
 use crate::stages::generate::{self, Form};
 use crate::stages::{Kind, Recipe};
@@ -85,6 +87,42 @@ impl<'a> Evidence<'a> {
     /// A mean curve with standard errors, as separate points under the ensemble's name.
     pub fn points(&self, ensemble: &Ensemble, means: &[Mean]) -> Series {
         series(means, self.looks.markers(&ensemble.point)).named(self.looks.label(&ensemble.point))
+    }
+
+    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
+    /// edges: a sentence, empty where nothing is counted.
+    ///
+    /// # Errors
+    /// When a table lacks a column of its stage.
+    pub fn share_of_mesh(&self) -> Result<String, TableError> {
+        let mut shares = Vec::new();
+        for ensemble in &self.measured {
+            let (areas, perimeters) = (
+                ensemble.mean(COUNTED)?,
+                ensemble.mean(PERIMETER_MANHATTAN.name)?,
+            );
+            let pairs = areas.iter().zip(&perimeters);
+            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
+            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
+            let number = |name: &str| ensemble.point.get(name)?.parse::<f64>().ok();
+            let mesh = number(NODES.name).zip(number(SIDE.name));
+            if let (Some((area, perimeter)), Some((nodes, side))) = (nearest, mesh) {
+                let edge = perimeter.mean / (side * nodes);
+                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
+            }
+        }
+        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
+        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
+            return Ok(String::new());
+        };
+        let range = match least == most {
+            true => least,
+            false => format!("{least} to {most}"),
+        };
+        Ok(format!(
+            "By the correction of 2017, the mesh adds {range} % to it under the load nearest to \
+             {LIGHT}."
+        ))
     }
 
     /// How many surfaces each of the measured ensembles has.

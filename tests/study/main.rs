@@ -22,3 +22,4 @@ mod shipped;
 mod tables;
 mod units;
 mod views;
+mod warnings;

@@ -45,8 +45,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Contact area fraction against load, and in the inset its secant under loads from \
          {SECANT_FROM} on, from {}; area as counted on the mesh. Points are means over the \
-         surfaces, bars their standard errors.",
+         surfaces, bars their standard errors. {}",
         sample(&evidence.sample()),
+        evidence.share_of_mesh()?,
     );
     Ok(Drawn::figure(Sheet::of(chart), caption))
 }
