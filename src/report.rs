@@ -12,6 +12,7 @@ pub mod figures;
 pub mod looks;
 pub mod page;
 pub mod provenance;
+pub mod remarks;
 pub mod samples;
 pub mod tables;
 
@@ -64,6 +65,9 @@ pub enum ReportError {
     /// A table is not what its kind of stage writes.
     #[error("cannot use a table of the study")]
     Table(#[from] TableError),
+    /// Means over surfaces cannot be taken.
+    #[error("cannot tell what the study's surfaces are like")]
+    Caveats(#[source] StageError),
     /// A surface cannot be drawn again.
     #[error("cannot show a surface")]
     Surface(#[source] StageError),

@@ -7,7 +7,7 @@ use arrow::util::display::array_value_to_string;
 
 use crate::stages::aggregate::ONE_SURFACE;
 use crate::stages::columns::{
-    COEFFICIENT, CONTENT, CORRECTION, K_LOWER, K_ROLLOFF, LOAD, PRESSURE, SURFACE,
+    COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, LOAD, PRESSURE, SURFACE,
 };
 use crate::store::table::{Table, TableError};
 
@@ -68,13 +68,7 @@ pub struct Slope {
 }
 
 /// Columns that tell rows of one ensemble apart, or that follow from others.
-const WITHIN: [&str; 5] = [
-    LOAD.name,
-    PRESSURE.name,
-    CORRECTION.name,
-    COEFFICIENT.name,
-    CONTENT.name,
-];
+const WITHIN: [&str; 4] = [LOAD.name, PRESSURE.name, CORRECTION.name, COEFFICIENT.name];
 
 /// The ensembles of a table of loads, in order of appearance.
 ///

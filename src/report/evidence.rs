@@ -1,18 +1,21 @@
 //! A study's tables as figures need them: curves of ensembles, and how their points look.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use arrow::array::Array;
 
+use super::ReportError;
 use super::ensembles::{self, Ensemble, Mean, Point};
-use super::looks::Looks;
+use super::looks::{Files, Looks};
+use super::remarks;
 use super::tables::{Finished, Stage};
-use crate::contact::correction::YASTREBOV_2017;
 use crate::contact::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;
 use crate::stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, NODES, PERIMETER_MANHATTAN, REALIZATION, SIDE,
-    SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, CONTENT, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
 };
 use crate::stages::generate::{self, Form};
 use crate::stages::{Kind, Recipe};
@@ -37,6 +40,10 @@ pub struct Evidence<'a> {
     pub corrected: Vec<Ensemble<'a>>,
     /// Colours, markers and labels of the study's points.
     pub looks: Looks,
+    /// What the files of measured surfaces are called.
+    pub files: Files,
+    /// Of which surfaces the theories do not speak: a sentence, or nothing.
+    pub caveat: String,
 }
 
 impl<'a> Evidence<'a> {
@@ -44,7 +51,8 @@ impl<'a> Evidence<'a> {
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
-    pub fn of(finished: &'a Finished<'a>) -> Result<Evidence<'a>, TableError> {
+    pub fn of(finished: &'a Finished<'a>) -> Result<Evidence<'a>, ReportError> {
+        let files = files(finished)?;
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name)?;
         let mut points: Vec<Point> = match measured.is_empty() {
@@ -55,11 +63,14 @@ impl<'a> Evidence<'a> {
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
+        let looks = Looks::of(&points, &files);
         Ok(Evidence {
             finished,
             measured,
             corrected,
-            looks: Looks::of(&points),
+            caveat: remarks::caveat(finished, &looks)?,
+            looks,
+            files,
         })
     }
 
@@ -86,43 +97,16 @@ impl<'a> Evidence<'a> {
 
     /// A mean curve with standard errors, as separate points under the ensemble's name.
     pub fn points(&self, ensemble: &Ensemble, means: &[Mean]) -> Series {
-        series(means, self.looks.markers(&ensemble.point)).named(self.looks.label(&ensemble.point))
+        series(means, self.looks.markers(&ensemble.point)).named(self.label(ensemble))
     }
 
-    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
-    /// edges: a sentence, empty where nothing is counted.
-    ///
-    /// # Errors
-    /// When a table lacks a column of its stage.
-    pub fn share_of_mesh(&self) -> Result<String, TableError> {
-        let mut shares = Vec::new();
-        for ensemble in &self.measured {
-            let (areas, perimeters) = (
-                ensemble.mean(COUNTED)?,
-                ensemble.mean(PERIMETER_MANHATTAN.name)?,
-            );
-            let pairs = areas.iter().zip(&perimeters);
-            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
-            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
-            let number = |name: &str| ensemble.point.get(name)?.parse::<f64>().ok();
-            let mesh = number(NODES.name).zip(number(SIDE.name));
-            if let (Some((area, perimeter)), Some((nodes, side))) = (nearest, mesh) {
-                let edge = perimeter.mean / (side * nodes);
-                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
-            }
-        }
-        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
-        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
-            return Ok(String::new());
-        };
-        let range = match least == most {
-            true => least,
-            false => format!("{least} to {most}"),
-        };
-        Ok(format!(
-            "By the correction of 2017, the mesh adds {range} % to it under the load nearest to \
-             {LIGHT}."
-        ))
+    /// What an ensemble is called in legends.
+    pub fn label(&self, ensemble: &Ensemble) -> String {
+        let label = self.looks.label(&ensemble.point);
+        label.unwrap_or_else(|| match ensemble.surfaces {
+            1 => "the surface".to_owned(),
+            _ => "mean of the surfaces".to_owned(),
+        })
     }
 
     /// How many surfaces each of the measured ensembles has.
@@ -167,6 +151,43 @@ pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
     // Loads are read from decimals and computed in steps: the last one may miss by rounding.
     let is_light = |mean: &Mean| mean.load <= load * (1.0 + 1e-9);
     means.into_iter().filter(is_light).collect()
+}
+
+/// What the files of measured surfaces are called: by their names, or by their paths where two have
+/// the same name.
+fn files(finished: &Finished) -> Result<Files, TableError> {
+    let mut paths = BTreeMap::new();
+    for stage in finished.with(&[CONTENT.name, "path"]) {
+        let [contents, known] = [CONTENT.name, "path"].map(|name| stage.table.texts(name));
+        for (content, path) in contents?.iter().zip(known?) {
+            if let (Some(content), Some(path)) = (content, path) {
+                paths.insert(content.to_owned(), path.to_owned());
+            }
+        }
+    }
+    let name = |path: &str| {
+        let name = Path::new(path).file_name();
+        name.map_or_else(
+            || path.to_owned(),
+            |name| name.to_string_lossy().into_owned(),
+        )
+    };
+    let is_taken = |path: &str| {
+        paths
+            .values()
+            .filter(|other| name(other) == name(path))
+            .count()
+            > 1
+    };
+    let called = paths.iter().map(|(content, path)| {
+        let called = if is_taken(path) {
+            path.clone()
+        } else {
+            name(path)
+        };
+        (content.clone(), called)
+    });
+    Ok(called.collect())
 }
 
 fn curves<'a>(

@@ -5,9 +5,11 @@ mod area;
 mod contact_maps;
 mod corrections;
 mod full_contact;
+mod gap;
 mod heights;
 mod mesh;
 mod near_full_contact;
+mod pressure;
 mod pressure_growth;
 mod slope;
 mod spectrum;
@@ -18,7 +20,7 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 14] = [
+pub const ALL: [&Definition; 16] = [
     &spectrum::FIGURE,
     &heights::FIGURE,
     &surfaces::FIGURE,
@@ -27,6 +29,8 @@ pub const ALL: [&Definition; 14] = [
     &full_contact::FIGURE,
     &contact_maps::FIGURE,
     &near_full_contact::FIGURE,
+    &pressure::FIGURE,
+    &gap::FIGURE,
     &corrections::RELATIVE_ERROR,
     &corrections::CORRECTED,
     &pressure_growth::FIGURE,
