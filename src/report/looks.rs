@@ -81,11 +81,15 @@ impl Looks {
             (!follows && self.tells_apart(name, point)).then(|| format!("{name} {value}"))
         });
         let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
-        if words.is_empty() && self.points.iter().any(|other| other != point) {
+        let method = |of: &Point| of.get(METHOD.name).cloned();
+        if words.is_empty()
+            && self
+                .points
+                .iter()
+                .any(|other| method(other) != method(point))
+        {
             // The only one that is no file.
-            return point
-                .get(METHOD.name)
-                .map(|method| format!("method {method}"));
+            return method(point).map(|method| format!("method {method}"));
         }
         (!words.is_empty()).then(|| words.join(" · "))
     }
@@ -178,6 +182,10 @@ mod tests {
         assert_eq!(looks.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
         let alone = Looks::of(&[point(1, 32)], &Files::new());
         assert_eq!(alone.label(&point(1, 32)), None);
+        // A surface has fewer coordinates than its contacts, and is the only one all the same.
+        let mut surface = point(1, 32);
+        surface.remove("nodes");
+        assert_eq!(alone.label(&surface), None);
     }
 
     #[test]
@@ -189,7 +197,13 @@ mod tests {
                 .collect()
         };
         let of_file = |content, slope, edges| {
-            point(&[("content", content), ("rms_slope", slope), ("edges", edges)])
+            let method = ("method", "file");
+            point(&[
+                method,
+                ("content", content),
+                ("rms_slope", slope),
+                ("edges", edges),
+            ])
         };
         let [worn, new] = [("c1", "4.751345830974993"), ("c0", "0.2")]
             .map(|(content, slope)| of_file(content, slope, "mirror"));
