@@ -38,7 +38,7 @@ use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
 use crate::store::{Store, StoreError};
-use crate::study::Study;
+use crate::study::{Study, Warning};
 
 /// Statistical studies of rough contact.
 ///
@@ -214,6 +214,13 @@ fn place_of(stages: &[&str], name: &str) -> Result<usize, Failure> {
 
 fn study(manifest: &Path) -> Result<Study, Failure> {
     Ok(Study::read(manifest)?)
+}
+
+/// Says what should be known of a study; nothing ends for it.
+fn tell(warnings: &[Warning]) {
+    for warning in warnings {
+        run::warn(&format!("warning: {warning}"));
+    }
 }
 
 /// `3 surfaces`, `1 surface`.

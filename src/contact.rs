@@ -6,6 +6,7 @@
 //! y = p₀/(E* h′) alone, where h′ = √⟨|∇h|²⟩ is the rms slope: solvers and models work in it.
 
 pub mod area;
+pub mod assumptions;
 pub mod clusters;
 pub mod correction;
 pub mod descriptors;

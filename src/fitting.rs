@@ -7,6 +7,7 @@
 //! - [`convexity`]: the least κ for which the fitted slopes are convex, of one curve and of several;
 //! - [`pressure_growth`]: the power law of dp̄/dp₀ against the area;
 //! - [`mesh_convergence`]: what the mesh adds to the area, from several meshes of one surface;
+//! - [`load_separation`]: the exponential relation of load and mean gap;
 //! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
 //! - [`bootstrap`]: intervals of any of these, resampling whole surfaces;
 //! - [`student`]: intervals of means.
@@ -20,6 +21,7 @@ pub mod evolution;
 #[cfg(test)]
 pub(crate) mod examples;
 mod least_squares;
+pub mod load_separation;
 pub mod mesh_convergence;
 pub mod pressure_growth;
 pub mod scaled_erf;
@@ -114,6 +116,15 @@ pub enum FitError {
     /// All areas of a regression are equal.
     #[error("the areas with loads in {window} are all equal: a power law needs different ones")]
     EqualAreas {
+        /// Where the data lie.
+        window: Window,
+    },
+    /// A mean gap that does not fall has no decay length.
+    #[error(
+        "the mean gap does not fall with the load in {window}: an exponential relation of both \
+             needs loads under which contact grows"
+    )]
+    NoDecay {
         /// Where the data lie.
         window: Window,
     },

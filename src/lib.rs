@@ -15,7 +15,8 @@
 //! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
 //! needs any more.
 //!
-//! [`growth`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run.
+//! [`growth`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run, [`caveats`]
+//! beside which surfaces theories do not belong.
 //!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
@@ -41,6 +42,8 @@ pub mod runner;
 pub mod results;
 
 pub mod failures;
+
+pub mod caveats;
 
 pub mod claims;
 

@@ -12,6 +12,7 @@ pub mod figures;
 pub mod looks;
 pub mod page;
 pub mod provenance;
+pub mod remarks;
 pub mod samples;
 pub mod tables;
 
@@ -35,6 +36,7 @@ use crate::stages::StageError;
 use crate::store::files::{Existing, write_whole};
 use crate::store::table::TableError;
 use crate::store::{Store, StoreError};
+use crate::study::Warning;
 
 /// Pixels of a PNG file to one of a figure.
 const SCALE: f32 = 2.0;
@@ -63,6 +65,9 @@ pub enum ReportError {
     /// A table is not what its kind of stage writes.
     #[error("cannot use a table of the study")]
     Table(#[from] TableError),
+    /// Means over surfaces cannot be taken.
+    #[error("cannot tell what the study's surfaces are like")]
+    Caveats(#[source] StageError),
     /// A surface cannot be drawn again.
     #[error("cannot show a surface")]
     Surface(#[source] StageError),
@@ -96,6 +101,8 @@ pub struct Subject<'a> {
     pub published: &'a [StageTable],
     /// Its manifest's text.
     pub manifest: &'a str,
+    /// What should be known of it.
+    pub warnings: &'a [Warning],
 }
 
 /// Writes the page `report.html` and the folder `figures` beside the tables of a study.

@@ -15,6 +15,7 @@ mod loads;
 mod maps;
 mod surfaces;
 mod until;
+mod warnings;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,6 +27,7 @@ use crate::sources::{Sources, read_regular};
 use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
 
 pub use until::{Limit, Until};
+pub use warnings::Warning;
 
 /// Names of studies and stages: they become files, folders and tables of queries.
 pub const NAME_PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_-]*$";

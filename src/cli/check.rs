@@ -16,6 +16,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
     let plan = Plan::of(&study);
+    super::tell(&study.warnings());
     let mut out = stdout().lock();
     let at_least = if study.grows() { " at least" } else { "" };
     writeln!(

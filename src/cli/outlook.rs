@@ -16,9 +16,12 @@ use crate::reasons::record::Record;
 use crate::reasons::{Group, Reasons};
 use crate::runner;
 use crate::store::Store;
+use crate::study::Warning;
 
 /// A plan beside the store and the last run.
 pub struct Outlook {
+    /// What should be known of the study before it is run.
+    pub warnings: Vec<Warning>,
     plan: Plan,
     growing: Vec<GrowingStage>,
     missing: Vec<usize>,
@@ -47,6 +50,7 @@ impl Outlook {
         let missing = runner::missing(&plan, store);
         let now = Record::of(&study, &plan, &missing);
         Outlook {
+            warnings: study.warnings(),
             reasons: Reasons::of(&plan, &now, record, &missing, store),
             plan,
             growing: stages,

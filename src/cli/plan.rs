@@ -17,7 +17,8 @@ pub struct Arguments {
     manifest: PathBuf,
 
     /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
-    /// "growing": [{"name", "surfaces", "at_most", "until", "holds"}, …]}`.
+    /// "growing": [{"name", "surfaces", "at_most", "until", "holds"}, …], "warnings": [{"stage",
+    /// "message"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -25,6 +26,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let outlook = data.outlook(&arguments.manifest)?;
     let stages = outlook.stages();
+    super::tell(&outlook.warnings);
     let mut out = stdout().lock();
     if arguments.json {
         let stages = stages.iter().map(|stage| {
@@ -32,7 +34,9 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
             json["reasons"] = json!(reasons(&outlook, stage));
             json
         });
-        writeln!(out, "{:#}", outlook.json(stages))?;
+        let mut json = outlook.json(stages);
+        json["warnings"] = json!(outlook.warnings);
+        writeln!(out, "{json:#}")?;
     } else {
         writeln!(out, "{}\n{}", table(&outlook, &stages), outlook.forecast())?;
     }

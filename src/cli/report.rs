@@ -24,12 +24,14 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let store = data.look()?;
     let published = results::publish(&plan, &store, &study.sources, &data.results())?;
     let manifest = std::fs::read_to_string(&arguments.manifest)?;
+    let warnings = study.warnings();
     let subject = Subject {
         plan: &plan,
         store: &store,
         sources: &study.sources,
         published: &published,
         manifest: &manifest,
+        warnings: &warnings,
     };
     let report = report::write(&subject, &data.results().join(&plan.study))?;
     let mut out = stdout().lock();

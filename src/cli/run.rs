@@ -57,6 +57,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
+    super::tell(&study.warnings());
     let store = data.open()?;
     let mut work = Work {
         grown: Grown::of(study, &store)?,
@@ -284,6 +285,7 @@ fn as_json(grown: &Grown, missing: &[usize], outcome: &Outcome) -> serde_json::V
         "stages": stages.collect::<Vec<_>>(),
         "damaged": damaged.collect::<Vec<_>>(),
         "growing": growing(&grown.stages),
+        "warnings": grown.study.warnings(),
     })
 }
 

@@ -3,6 +3,7 @@
 use arrow::array::Array;
 
 use super::{Failure, counted};
+use crate::caveats;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::StageTable;
 use crate::stages::Kind;
@@ -35,12 +36,13 @@ pub fn text(plan: &Plan, tables: &[StageTable]) -> Result<String, Failure> {
     Ok(text)
 }
 
-fn line(stage: &PlannedStage, table: &Table) -> Result<String, TableError> {
+fn line(stage: &PlannedStage, table: &Table) -> Result<String, Failure> {
     let parts = match stage.kind {
         Kind::Generate => vec![
             Some(counted(table.rows(), "surface")),
             range(table, "nayak", "Nayak α")?,
             range(table, "full_contact_load", "full contact at")?,
+            caveat(table)?,
         ],
         Kind::Solve => solved(stage, table)?,
         Kind::Measure => vec![
@@ -59,6 +61,24 @@ fn line(stage: &PlannedStage, table: &Table) -> Result<String, TableError> {
         ],
     };
     Ok(parts.into_iter().flatten().collect::<Vec<_>>().join(" · "))
+}
+
+/// Of how many parameter points the theories do not speak, and why of the first.
+fn caveat(surfaces: &Table) -> Result<Option<String>, Failure> {
+    let points = caveats::points(surfaces)?;
+    let others: Vec<_> = points
+        .iter()
+        .filter(|point| !point.departures.is_empty())
+        .collect();
+    Ok(others.first().map(|first| {
+        let number = match points.len() {
+            1 => String::new(),
+            all => format!("{} of {all} points ", others.len()),
+        };
+        let why = first.departures.join(", ");
+        let such_as = if others.len() > 1 { "such as " } else { "" };
+        format!("{number}no isotropic Gaussian roughness: {such_as}{why}")
+    }))
 }
 
 fn solved(stage: &PlannedStage, table: &Table) -> Result<Vec<Option<String>>, TableError> {
@@ -101,6 +121,8 @@ fn fitted(table: &Table) -> Result<Vec<Option<String>>, TableError> {
         ("mu", "μ"),
         ("exponent", "exponent"),
         ("erf_scale", "scale"),
+        ("decay_length", "u₀"),
+        ("closing_load", "p_c"),
         ("mesh_coefficient", "c"),
     ] {
         parts.push(range(table, name, label)?);
@@ -119,13 +141,20 @@ fn range(table: &Table, name: &str, label: &str) -> Result<Option<String>, Table
         values().fold(f64::INFINITY, f64::min),
         values().fold(f64::NEG_INFINITY, f64::max),
     );
-    Ok((column.len() > column.null_count()).then(|| {
-        if least == most {
-            format!("{label} {least:.4}")
-        } else {
-            format!("{label} {least:.4} … {most:.4}")
-        }
-    }))
+    Ok(
+        (column.len() > column.null_count()).then(|| match least == most {
+            true => format!("{label} {}", number(least)),
+            false => format!("{label} {} … {}", number(least), number(most)),
+        }),
+    )
+}
+
+/// Four decimals, and four digits behind the first where these would be none.
+fn number(value: f64) -> String {
+    match value != 0.0 && value.abs() < 1e-3 {
+        true => format!("{value:.4e}"),
+        false => format!("{value:.4}"),
+    }
 }
 
 /// A column's texts, each once, in order of appearance.

@@ -126,8 +126,12 @@ impl Spacing {
     }
 }
 
-/// A number without a tail of rounding.
+/// A number without a tail of rounding; far from one, a multiple of a power of ten.
 fn plain(value: f64) -> String {
+    let size = value.abs();
+    if size > 0.0 && !(1e-4..1e5).contains(&size) {
+        return scientific(value);
+    }
     // Ticks are multiples of round numbers: ten digits hold them, rounding is beyond.
     let rounded = format!("{value:.10}");
     let text = rounded.trim_end_matches('0').trim_end_matches('.');
@@ -137,20 +141,25 @@ fn plain(value: f64) -> String {
     }
 }
 
-/// A power of ten as such where that is shorter.
+/// A number on an axis of logarithms.
 fn power(value: f64) -> String {
-    let exponent = value.log10();
-    let nearest = exponent.round();
-    if (exponent - nearest).abs() < 1e-6 && !(-2.0..=3.0).contains(&nearest) {
-        return format!("10{}", superscript(nearest as i32));
+    match (1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6)).contains(&value) {
+        true => plain(value),
+        false => scientific(value),
     }
-    match value < 1e-2 {
-        true => {
-            let exponent = exponent.floor();
-            let mantissa = (value / 10f64.powf(exponent)).round();
-            format!("{mantissa}·10{}", superscript(exponent as i32))
-        }
-        false => plain(value),
+}
+
+/// `2.5·10⁷`, and `10⁷` for the power itself.
+fn scientific(value: f64) -> String {
+    // The exponent of what is written: 9.99…e6 is 10⁷.
+    let written = format!("{value:.9e}");
+    let (mantissa, exponent) = written.split_once('e').unwrap_or((&written, "0"));
+    let exponent = superscript(exponent.parse().unwrap_or(0));
+    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    match mantissa {
+        "1" => format!("10{exponent}"),
+        "-1" => format!("−10{exponent}"),
+        _ => format!("{}·10{exponent}", mantissa.replace('-', "−")),
     }
 }
 
@@ -168,14 +177,25 @@ mod tests {
     fn numbers_are_written_without_rounding_and_with_a_true_minus() {
         let written = [0.1 + 0.2, -0.0, -2.5, 1500.0, 0.004].map(plain);
         assert_eq!(written, ["0.3", "0", "−2.5", "1500", "0.004"]);
+        let written = [3.0 * 2.5e-8, -1e-7, 2e9, 1e5].map(plain);
+        assert_eq!(written, ["7.5·10⁻⁸", "−10⁻⁷", "2·10⁹", "10⁵"]);
     }
 
     #[test]
     fn powers_of_ten_beyond_a_thousand_and_a_hundredth_are_written_as_such() {
-        let written = [1e-3, 0.01, 0.5, 1000.0, 1e4, 5e-3, 2e-12].map(power);
+        let written = [1e-3, 0.01, 0.5, 1000.0, 1e4, 5e-3, 2e-12, 5e7].map(power);
         assert_eq!(
             written,
-            ["10⁻³", "0.01", "0.5", "1000", "10⁴", "5·10⁻³", "2·10⁻¹²"]
+            [
+                "10⁻³",
+                "0.01",
+                "0.5",
+                "1000",
+                "10⁴",
+                "5·10⁻³",
+                "2·10⁻¹²",
+                "5·10⁷"
+            ]
         );
     }
 

@@ -25,19 +25,8 @@ pub struct Chart {
     pub y: Axis,
     /// In the order of drawing.
     pub series: Vec<Series>,
-    /// A smaller chart inside.
-    pub inset: Option<Box<Inset>>,
     /// Words at places of the chart: x, y.
     pub notes: Vec<(f64, f64, String)>,
-}
-
-/// A chart inside a chart.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Inset {
-    /// What it shows; it has no inset of its own.
-    pub chart: Chart,
-    /// Its left, top, width and height as shares of the chart around it.
-    pub place: [f64; 4],
 }
 
 /// Points that belong together.
@@ -114,7 +103,6 @@ impl Chart {
             x,
             y,
             series: Vec::new(),
-            inset: None,
             notes: Vec::new(),
         }
     }
@@ -123,14 +111,6 @@ impl Chart {
     pub fn titled(self, title: impl Into<String>) -> Chart {
         Chart {
             title: title.into(),
-            ..self
-        }
-    }
-
-    /// The same with a chart inside; `place` is its left, top, width and height as shares.
-    pub fn with_inset(self, chart: Chart, place: [f64; 4]) -> Chart {
-        Chart {
-            inset: Some(Box::new(Inset { chart, place })),
             ..self
         }
     }

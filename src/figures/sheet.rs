@@ -5,7 +5,7 @@ use std::fmt::Write;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
-use super::chart::{Chart, Inset, Series};
+use super::chart::{Chart, Series};
 use super::ink::Ink;
 use super::legend::{self, Legend};
 use super::raster::Raster;
@@ -55,6 +55,11 @@ impl Sheet {
         Sheet::of_charts(vec![vec![chart]], [600.0, 410.0])
     }
 
+    /// Two charts side by side: nothing of one lies over the other.
+    pub fn of_two(left: Chart, right: Chart) -> Sheet {
+        Sheet::of_charts(vec![vec![left, right]], [430.0, 340.0])
+    }
+
     /// Rows of charts.
     pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Sheet {
         let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
@@ -99,41 +104,15 @@ impl Sheet {
                 Panel::Chart(chart) => Some(chart),
                 Panel::Map { .. } | Panel::Empty => None,
             })
-            .flat_map(|chart| {
-                let inset = chart.inset.iter().flat_map(|inset| &inset.chart.series);
-                chart.series.iter().chain(inset)
-            })
+            .flat_map(|chart| &chart.series)
     }
 
     fn draw(&self, panel: &Panel, [x, y]: [f64; 2], scene: &mut Scene, maps: &mut String) {
         match panel {
-            Panel::Chart(chart) => {
-                place(scene, chart.draw(self.panel, WORDS), [x, y]);
-                if let Some(inset) = &chart.inset {
-                    self.draw_inset(inset, [x, y], scene);
-                }
-            }
+            Panel::Chart(chart) => place(scene, chart.draw(self.panel, WORDS), [x, y]),
             Panel::Map { title, raster } => self.draw_map(title, raster, [x, y], scene, maps),
             Panel::Empty => {}
         }
-    }
-
-    fn draw_inset(&self, inset: &Inset, [x, y]: [f64; 2], scene: &mut Scene) {
-        let [width, height] = self.panel;
-        let [left, top, share_x, share_y] = inset.place;
-        let at = [x + left * width, y + top * height];
-        let size = [share_x * width, share_y * height];
-        scene.add(Primitive::Rect {
-            x: at[0],
-            y: at[1],
-            width: size[0],
-            height: size[1],
-            fill: Ink::Paper.css().into(),
-            stroke: None,
-            stroke_width: None,
-            opacity: None,
-        });
-        place(scene, inset.chart.draw(size, WORDS - 2), at);
     }
 
     fn draw_map(
@@ -248,12 +227,10 @@ mod tests {
         chart
             .series
             .push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
-        let inset = chart.clone();
         let map = Panel::Map {
             title: "heights".to_owned(),
             raster: Raster::of_heights(2, &[0.0, 1.0, 2.0, 3.0]),
         };
-        let chart = chart.with_inset(inset, [0.5, 0.5, 0.4, 0.4]);
         Sheet {
             rows: vec![vec![Panel::Chart(Box::new(chart)), map]],
             panel: [300.0, 200.0],
@@ -265,6 +242,17 @@ mod tests {
         let first = sheet().to_svg("area");
         Sheet::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
         assert_eq!(first, sheet().to_svg("area"));
+    }
+
+    #[test]
+    fn charts_of_a_sheet_stand_beside_each_other() {
+        let chart = || Chart::new(Axis::linear("x"), Axis::linear("y"));
+        let svg = Sheet::of_two(chart(), chart()).to_svg("two");
+        // Each in its own group, the second one the width of a panel and a gap to the right.
+        let groups: Vec<&str> = svg.split("translate(").skip(1).collect();
+        assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);
+        assert!(groups[1].starts_with("448.0,8.0)"), "{}", &groups[1][..20]);
+        assert_eq!(groups.len(), 2);
     }
 
     #[test]

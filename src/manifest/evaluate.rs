@@ -73,7 +73,7 @@ table!(EvolutionTable, swept: ["to", "kappa"], lists: []);
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
     /// Smallest and largest load that count, in units of E* × rms slope: 0 to 0.06 when left out,
-    /// for `"scaled-erf"` 0.3 to 2, for `"mesh-convergence"` all.
+    /// for `"scaled-erf"` 0.3 to 2, for `"load-separation"` 0.01 to 0.1, for `"mesh-convergence"` all.
     #[schemars(length(equal = 2), inner(range(min = 0)))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.
@@ -113,8 +113,10 @@ pub struct AggregateTable {
     /// Columns to reduce.
     pub over: Key<Vec<Written<String>>>,
     /// What to compute of each: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`, quantiles
-    /// such as `"q05"`, and against `load` the `"slope"` of the mean, the `"secant"`, and the
-    /// `"approach"` of an area a to full contact, −ln[(1 − a) y √(2π)].
+    /// such as `"q05"`, confidence intervals of the mean such as `"ci95"` (Student's t, over as many
+    /// values as there are surfaces); against `load` the `"slope"` of the mean, the `"secant"`, and
+    /// the `"approach"` of an area a to full contact, −ln[(1 − a) y √(2π)]; and in groups that span
+    /// several loads `"regr_slope"` and `"regr_intercept"` of the least-squares line against `load`.
     #[schemars(extend("default" = ["mean", "sd", "sem"]))]
     pub statistics: Key<Vec<Written<String>>>,
     /// Theories whose area stands beside, under each row's load, as `area_MODEL`; with the slope,

@@ -29,6 +29,7 @@ pub enum Form {
     ContactEvolution,
     MeanPressure,
     ScaledErf,
+    LoadSeparation,
     MeshConvergence,
     Aggregate,
 }
@@ -57,7 +58,7 @@ pub fn a_stage(kind: Kind) -> String {
 
 impl Form {
     /// Every form; of one kind, the first is the one meant when nothing is said.
-    pub const ALL: [Form; 16] = [
+    pub const ALL: [Form; 17] = [
         Form::Filter,
         Form::RandomPhase,
         Form::File,
@@ -72,6 +73,7 @@ impl Form {
         Form::ContactEvolution,
         Form::MeanPressure,
         Form::ScaledErf,
+        Form::LoadSeparation,
         Form::MeshConvergence,
         Form::Aggregate,
     ];
@@ -86,7 +88,7 @@ impl Form {
             Form::Measure => Kind::Measure,
             Form::Correct => Kind::Correct,
             Form::ContactEvolution | Form::MeanPressure => Kind::Fit,
-            Form::ScaledErf | Form::MeshConvergence => Kind::Fit,
+            Form::ScaledErf | Form::LoadSeparation | Form::MeshConvergence => Kind::Fit,
             Form::Aggregate => Kind::Aggregate,
         }
     }
@@ -105,6 +107,7 @@ impl Form {
             Form::ContactEvolution => Some("contact-evolution"),
             Form::MeanPressure => Some("mean-pressure"),
             Form::ScaledErf => Some("scaled-erf"),
+            Form::LoadSeparation => Some("load-separation"),
             Form::MeshConvergence => Some("mesh-convergence"),
             Form::Solve | Form::Measure | Form::Correct | Form::Aggregate => None,
         }
@@ -147,7 +150,8 @@ impl Form {
             Form::Measure => MeasureTable::layout(),
             Form::Correct => CorrectTable::layout(),
             Form::ContactEvolution => EvolutionTable::layout(),
-            Form::MeanPressure | Form::ScaledErf | Form::MeshConvergence => LawTable::layout(),
+            Form::MeanPressure | Form::ScaledErf => LawTable::layout(),
+            Form::LoadSeparation | Form::MeshConvergence => LawTable::layout(),
             Form::Aggregate => AggregateTable::layout(),
         }
     }
@@ -189,7 +193,7 @@ impl Form {
             Form::ContactEvolution => {
                 Points::Evolution(reader::read(table, place, &wanted, problems))
             }
-            Form::MeanPressure | Form::ScaledErf | Form::MeshConvergence => {
+            Form::MeanPressure | Form::ScaledErf | Form::LoadSeparation | Form::MeshConvergence => {
                 Points::Law(self, reader::read(table, place, &wanted, problems))
             }
             Form::Aggregate => Points::Aggregate(reader::read(table, place, &wanted, problems)),

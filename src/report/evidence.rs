@@ -1,16 +1,21 @@
 //! A study's tables as figures need them: curves of ensembles, and how their points look.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use arrow::array::Array;
 
+use super::ReportError;
 use super::ensembles::{self, Ensemble, Mean, Point};
-use super::looks::Looks;
+use super::looks::{Files, Looks};
+use super::remarks;
 use super::tables::{Finished, Stage};
 use crate::contact::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;
 use crate::stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, CONTENT, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
 };
 use crate::stages::generate::{self, Form};
 use crate::stages::{Kind, Recipe};
@@ -35,6 +40,10 @@ pub struct Evidence<'a> {
     pub corrected: Vec<Ensemble<'a>>,
     /// Colours, markers and labels of the study's points.
     pub looks: Looks,
+    /// What the files of measured surfaces are called.
+    pub files: Files,
+    /// Of which surfaces the theories do not speak: a sentence, or nothing.
+    pub caveat: String,
 }
 
 impl<'a> Evidence<'a> {
@@ -42,7 +51,8 @@ impl<'a> Evidence<'a> {
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
-    pub fn of(finished: &'a Finished<'a>) -> Result<Evidence<'a>, TableError> {
+    pub fn of(finished: &'a Finished<'a>) -> Result<Evidence<'a>, ReportError> {
+        let files = files(finished)?;
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name)?;
         let mut points: Vec<Point> = match measured.is_empty() {
@@ -53,11 +63,14 @@ impl<'a> Evidence<'a> {
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
+        let looks = Looks::of(&points, &files);
         Ok(Evidence {
             finished,
             measured,
             corrected,
-            looks: Looks::of(&points),
+            caveat: remarks::caveat(finished, &looks)?,
+            looks,
+            files,
         })
     }
 
@@ -84,7 +97,16 @@ impl<'a> Evidence<'a> {
 
     /// A mean curve with standard errors, as separate points under the ensemble's name.
     pub fn points(&self, ensemble: &Ensemble, means: &[Mean]) -> Series {
-        series(means, self.looks.markers(&ensemble.point)).named(self.looks.label(&ensemble.point))
+        series(means, self.looks.markers(&ensemble.point)).named(self.label(ensemble))
+    }
+
+    /// What an ensemble is called in legends.
+    pub fn label(&self, ensemble: &Ensemble) -> String {
+        let label = self.looks.label(&ensemble.point);
+        label.unwrap_or_else(|| match ensemble.surfaces {
+            1 => "the surface".to_owned(),
+            _ => "mean of the surfaces".to_owned(),
+        })
     }
 
     /// How many surfaces each of the measured ensembles has.
@@ -129,6 +151,43 @@ pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
     // Loads are read from decimals and computed in steps: the last one may miss by rounding.
     let is_light = |mean: &Mean| mean.load <= load * (1.0 + 1e-9);
     means.into_iter().filter(is_light).collect()
+}
+
+/// What the files of measured surfaces are called: by their names, or by their paths where two have
+/// the same name.
+fn files(finished: &Finished) -> Result<Files, TableError> {
+    let mut paths = BTreeMap::new();
+    for stage in finished.with(&[CONTENT.name, "path"]) {
+        let [contents, known] = [CONTENT.name, "path"].map(|name| stage.table.texts(name));
+        for (content, path) in contents?.iter().zip(known?) {
+            if let (Some(content), Some(path)) = (content, path) {
+                paths.insert(content.to_owned(), path.to_owned());
+            }
+        }
+    }
+    let name = |path: &str| {
+        let name = Path::new(path).file_name();
+        name.map_or_else(
+            || path.to_owned(),
+            |name| name.to_string_lossy().into_owned(),
+        )
+    };
+    let is_taken = |path: &str| {
+        paths
+            .values()
+            .filter(|other| name(other) == name(path))
+            .count()
+            > 1
+    };
+    let called = paths.iter().map(|(content, path)| {
+        let called = if is_taken(path) {
+            path.clone()
+        } else {
+            name(path)
+        };
+        (content.clone(), called)
+    });
+    Ok(called.collect())
 }
 
 fn curves<'a>(

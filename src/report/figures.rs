@@ -6,9 +6,11 @@ mod collapse;
 mod contact_maps;
 mod corrections;
 mod full_contact;
+mod gap;
 mod heights;
 mod mesh;
 mod near_full_contact;
+mod pressure;
 mod pressure_growth;
 mod slope;
 mod spectrum;
@@ -19,7 +21,7 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 15] = [
+pub const ALL: [&Definition; 17] = [
     &spectrum::FIGURE,
     &heights::FIGURE,
     &surfaces::FIGURE,
@@ -28,6 +30,8 @@ pub const ALL: [&Definition; 15] = [
     &full_contact::FIGURE,
     &contact_maps::FIGURE,
     &near_full_contact::FIGURE,
+    &pressure::FIGURE,
+    &gap::FIGURE,
     &corrections::RELATIVE_ERROR,
     &corrections::CORRECTED,
     &collapse::FIGURE,

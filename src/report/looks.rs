@@ -1,15 +1,21 @@
-//! One colour for each lower cutoff and one marker for each upper one, on every figure of a page.
+//! One colour for each lower cutoff and one marker for each upper one, on every figure of a page; what
+//! tells points apart in words, and measured surfaces by the names of their files.
 
 use std::collections::BTreeMap;
 
 use super::ensembles::Point;
 use crate::figures::ink::Ink;
 use crate::figures::style::{Dash, Marker, Style};
-use crate::stages::columns::{K_LOWER, K_UPPER};
+use crate::stages::columns::{CONTENT, K_LOWER, K_UPPER, METHOD, NODES, RMS_SLOPE};
+
+/// Names of the files of measured surfaces, by the hash of what is in them.
+pub type Files = BTreeMap<String, String>;
 
 /// How the points of a study look.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Looks {
+    points: Vec<Point>,
+    files: Files,
     /// What tells points apart, each coordinate with its values in ascending order.
     varying: Vec<(String, Vec<String>)>,
     /// The coordinate that the colour stands for.
@@ -18,25 +24,28 @@ pub struct Looks {
     marker: Option<usize>,
 }
 
+/// Coordinates that a measured surface has from its file, beside which they say nothing.
+const FOLLOW_FROM_A_FILE: [&str; 3] = [CONTENT.name, NODES.name, RMS_SLOPE.name];
+
 impl Looks {
     /// Looks that tell these points apart as well as colours and markers can.
-    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Looks {
-        let points: Vec<&Point> = points.into_iter().collect();
-        let mut values: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Looks {
+        let points: Vec<Point> = points.into_iter().cloned().collect();
+        let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for name in points.iter().flat_map(|point| point.keys()) {
-            values.entry(name).or_default();
+            values.entry(name.clone()).or_default();
         }
         for (name, known) in &mut values {
             for point in &points {
-                let value = point.get(*name).cloned().unwrap_or_default();
+                let value = point.get(name).cloned().unwrap_or_default();
                 if !known.contains(&value) {
                     known.push(value);
                 }
             }
-            known.sort_by(|one, other| ascending(one, other));
+            let word = |value: &String| files.get(value).unwrap_or(value).clone();
+            known.sort_by(|one, other| ascending(&word(one), &word(other)));
         }
         let varying = values.into_iter().filter(|(_, values)| values.len() > 1);
-        let varying = varying.map(|(name, values)| (name.to_owned(), values));
         let mut varying: Vec<_> = varying.collect();
         // Cutoffs name a spectrum before anything else does.
         let rank = |name: &str| match name {
@@ -54,23 +63,47 @@ impl Looks {
             .filter(|_| marker != colour)
             .or_else(|| other(colour));
         Looks {
+            points,
+            files: files.clone(),
             varying,
             colour,
             marker,
         }
     }
 
-    /// What tells a point from the others: `k_lower 4 · k_upper 32`.
-    pub fn label(&self, point: &Point) -> String {
+    /// What tells a point from the others: `k_lower 4 · k_upper 32`, or `wear.npy` for a measured
+    /// surface; nothing where there are no others.
+    pub fn label(&self, point: &Point) -> Option<String> {
+        let file = self.file(point).map(str::to_owned);
         let parts = self.varying.iter().filter_map(|(name, _)| {
             let value = point.get(name)?;
-            Some(format!("{name} {value}"))
+            let follows = file.is_some() && FOLLOW_FROM_A_FILE.contains(&name.as_str());
+            (!follows && self.tells_apart(name, point)).then(|| format!("{name} {value}"))
         });
-        let label = parts.collect::<Vec<_>>().join(" · ");
-        match label.is_empty() {
-            true => "mean of the surfaces".to_owned(),
-            false => label,
+        let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
+        let method = |of: &Point| of.get(METHOD.name).cloned();
+        if words.is_empty()
+            && self
+                .points
+                .iter()
+                .any(|other| method(other) != method(point))
+        {
+            // The only one that is no file.
+            return method(point).map(|method| format!("method {method}"));
         }
+        (!words.is_empty()).then(|| words.join(" · "))
+    }
+
+    /// The name of a measured surface's file.
+    fn file(&self, point: &Point) -> Option<&str> {
+        self.files.get(point.get(CONTENT.name)?).map(String::as_str)
+    }
+
+    /// Whether a coordinate varies among the points of one file, or of none.
+    fn tells_apart(&self, name: &str, point: &Point) -> bool {
+        let alike = |other: &&Point| self.file(other) == self.file(point);
+        let mut others = self.points.iter().filter(alike);
+        others.any(|other| other.get(name) != point.get(name))
     }
 
     /// What the colour of a point stands for, if for anything: `k_lower 4`.
@@ -135,7 +168,7 @@ mod tests {
     #[test]
     fn a_colour_stands_for_a_lower_cutoff_and_a_marker_for_an_upper_one() {
         let points = [point(1, 32), point(1, 128), point(16, 32), point(4, 128)];
-        let looks = Looks::of(&points);
+        let looks = Looks::of(&points, &Files::new());
         let inks = points.each_ref().map(|point| looks.ink(point));
         assert_eq!(inks, [0, 0, 2, 1].map(Ink::Series), "ascending by number");
         let markers = points.each_ref().map(|point| looks.markers(point).marker);
@@ -145,25 +178,85 @@ mod tests {
 
     #[test]
     fn a_label_says_what_varies_and_nothing_else() {
-        let looks = Looks::of(&[point(1, 32), point(16, 32)]);
-        assert_eq!(looks.label(&point(16, 32)), "k_lower 16");
+        let looks = Looks::of(&[point(1, 32), point(16, 32)], &Files::new());
+        assert_eq!(looks.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
+        let alone = Looks::of(&[point(1, 32)], &Files::new());
+        assert_eq!(alone.label(&point(1, 32)), None);
+        // A surface has fewer coordinates than its contacts, and is the only one all the same.
+        let mut surface = point(1, 32);
+        surface.remove("nodes");
+        assert_eq!(alone.label(&surface), None);
+    }
+
+    #[test]
+    fn a_measured_surface_is_called_by_its_file() {
+        let point = |entries: &[(&str, &str)]| -> Point {
+            let entries = entries.iter();
+            entries
+                .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()))
+                .collect()
+        };
+        let of_file = |content, slope, edges| {
+            let method = ("method", "file");
+            point(&[
+                method,
+                ("content", content),
+                ("rms_slope", slope),
+                ("edges", edges),
+            ])
+        };
+        let [worn, new] = [("c1", "4.751345830974993"), ("c0", "0.2")]
+            .map(|(content, slope)| of_file(content, slope, "mirror"));
+        let files: Files = [("c1", "worn.npy"), ("c0", "new.npy")]
+            .map(|(content, file)| (content.to_owned(), file.to_owned()))
+            .into();
+        let label = |points: &[Point], point: &Point| Looks::of(points, &files).label(point);
+        let both = [worn.clone(), new.clone()];
+        assert_eq!(label(&both, &worn).as_deref(), Some("worn.npy"));
+        assert_eq!(label(&both[..1], &worn).as_deref(), Some("worn.npy"));
+        // Colours follow the names, whatever the hashes are.
+        let looks = Looks::of(&both, &files);
+        assert_eq!(
+            [&new, &worn].map(|point| looks.ink(point)),
+            [0, 1].map(Ink::Series)
+        );
+        // Read twice, it is told what differs.
+        let faded = of_file("c1", "4.2", "taper");
+        let thrice = [worn.clone(), new.clone(), faded.clone()];
+        assert_eq!(
+            label(&thrice, &faded).as_deref(),
+            Some("worn.npy · edges taper")
+        );
+        assert_eq!(label(&thrice, &new).as_deref(), Some("new.npy"));
+        // A random surface beside says nothing of what files have and it has not.
+        let random = point(&[
+            ("k_lower", "4"),
+            ("rms_slope", "0.02"),
+            ("method", "filter"),
+        ]);
+        let mixed = [worn.clone(), random.clone()];
+        assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));
+        assert_eq!(label(&mixed, &random).as_deref(), Some("method filter"));
     }
 
     #[test]
     fn a_colour_has_a_name_of_its_own() {
         let points = [point(1, 32), point(1, 128), point(16, 32)];
-        let looks = Looks::of(&points);
+        let looks = Looks::of(&points, &Files::new());
         assert_eq!(
             looks.label_of_colour(&points[1]).as_deref(),
             Some("k_lower 1")
         );
-        assert_eq!(Looks::of(&points[..1]).label_of_colour(&points[0]), None);
+        assert_eq!(
+            Looks::of(&points[..1], &Files::new()).label_of_colour(&points[0]),
+            None
+        );
     }
 
     #[test]
     fn where_no_cutoff_varies_something_else_has_the_colours() {
         let with = |hurst: &str| Point::from([("hurst".to_owned(), hurst.to_owned())]);
-        let looks = Looks::of(&[with("0.3"), with("0.8")]);
+        let looks = Looks::of(&[with("0.3"), with("0.8")], &Files::new());
         assert_ne!(looks.ink(&with("0.3")), looks.ink(&with("0.8")));
     }
 }

@@ -21,6 +21,8 @@ pub struct Provenance {
     pub loads: usize,
     /// How many of them did not converge.
     pub unconverged: usize,
+    /// What should be known of the study.
+    pub warnings: Vec<String>,
     /// Every stage of the manifest.
     pub stages: Vec<StageOrigin>,
     /// The manifest's text.
@@ -63,6 +65,7 @@ impl Provenance {
             completeness: completeness(subject),
             loads,
             unconverged,
+            warnings: subject.warnings.iter().map(ToString::to_string).collect(),
             stages: stages.collect(),
             manifest: subject.manifest.to_owned(),
         }

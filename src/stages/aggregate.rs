@@ -8,11 +8,14 @@ use super::{Effort, Input, StageError};
 use crate::store::column::Column;
 use crate::store::table::Table;
 
+mod confidence;
 mod frame;
 mod groups;
+mod regression;
 pub mod sql;
 mod theory;
 
+pub use confidence::level as level_of_confidence;
 pub use groups::reduce as grouped;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
@@ -41,6 +44,17 @@ pub struct Groups {
     /// Theories whose areas stand beside.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub models: Vec<Model>,
+}
+
+impl Groups {
+    /// The levels of the confidence intervals that are asked for.
+    fn levels(&self) -> Vec<f64> {
+        let level = |statistic: &Statistic| match statistic {
+            Statistic::Confidence(level) => Some(*level),
+            _ => None,
+        };
+        self.statistics.iter().filter_map(level).collect()
+    }
 }
 
 impl Params {
@@ -75,6 +89,14 @@ pub enum Statistic {
     Max,
     /// Quantile, by linear interpolation.
     Quantile(f64),
+    /// Confidence interval of the mean, of this level, by Student's t over surfaces.
+    Confidence(f64),
+    /// Slope of the least-squares line through the rows against `load`.
+    #[serde(rename = "regr_slope")]
+    RegressionSlope,
+    /// Where that line meets zero load.
+    #[serde(rename = "regr_intercept")]
+    RegressionIntercept,
     /// Slope of the mean against `load`, by differences.
     Slope,
     /// Mean over `load`.
@@ -125,6 +147,16 @@ pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
 
 impl Statistic {
     /// What its columns' names end in.
+    pub fn suffixes(self) -> Vec<String> {
+        match self {
+            Statistic::Confidence(level) => ["lower", "upper"]
+                .map(|end| format!("{}_{end}", confidence::word(level)))
+                .into(),
+            _ => vec![self.suffix()],
+        }
+    }
+
+    /// What the name of its column ends in, or what those of two have in common.
     pub fn suffix(self) -> String {
         match self {
             Statistic::Mean => "mean".to_owned(),
@@ -135,6 +167,9 @@ impl Statistic {
             Statistic::Quantile(0.5) => "median".to_owned(),
             // 0.05 is q05 and 0.975 is q975: the digits after the point.
             Statistic::Quantile(share) => format!("q{share}").replace("q0.", "q"),
+            Statistic::Confidence(level) => confidence::word(level),
+            Statistic::RegressionSlope => "regr_slope".to_owned(),
+            Statistic::RegressionIntercept => "regr_intercept".to_owned(),
             Statistic::Slope => "slope".to_owned(),
             Statistic::Secant => "secant".to_owned(),
             Statistic::Approach => "approach".to_owned(),

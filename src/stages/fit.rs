@@ -2,12 +2,14 @@
 
 use serde::Serialize;
 
+use super::columns::MEAN_GAP;
 use super::{Effort, Input, StageError};
 use crate::fitting::FitError;
 use crate::fitting::bootstrap::{Bootstrap, Interval, Intervals};
 use crate::fitting::convexity::CommonKappa;
 use crate::fitting::curves::{Curves, Window};
 use crate::fitting::evolution::{self, EvolutionFit, EvolutionProblem, Quantity};
+use crate::fitting::load_separation::LoadSeparationProblem;
 use crate::fitting::pressure_growth::PressureGrowthProblem;
 use crate::fitting::scaled_erf::ScaledErfProblem;
 use crate::store::column::Column;
@@ -54,6 +56,8 @@ pub enum Law {
     MeanPressure,
     /// a = erf(β √2 y), near full contact.
     ScaledErf,
+    /// p₀ = p_c exp(−ū/u₀), of the mean gap ū.
+    LoadSeparation,
     /// A_N = A* + c S_d Δx, over meshes of the same surfaces.
     MeshConvergence,
 }
@@ -145,7 +149,10 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
     if params.law == Law::MeshConvergence {
         return meshes::run(table, params);
     }
-    let points = Point::all(table)?;
+    let points = match params.law {
+        Law::LoadSeparation => Point::all_of(table, MEAN_GAP.name)?,
+        _ => Point::all(table)?,
+    };
     let mut rows = match params.law {
         Law::ContactEvolution {
             to,
@@ -175,6 +182,7 @@ fn alone(point: &Point, params: &Params) -> Row {
             }
             Law::MeanPressure => pressure_growth(curves, params),
             Law::ScaledErf => scaled_erf(curves, params),
+            Law::LoadSeparation => load_separation(curves, params),
             Law::MeshConvergence => unreachable!("regressed over meshes, not point by point"),
         });
     fitted.unwrap_or_else(|error| Row::failed(&error))
@@ -236,6 +244,20 @@ fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         ..Row::with(problem.bootstrap(&params.bootstrap()))
     }
     .unless_masked())
+}
+
+fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
+    let problem = LoadSeparationProblem::new(gaps, params.window());
+    let fit = problem.fit()?;
+    Ok(Row {
+        values: vec![fit.decay_length, fit.closing_load],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        data: fit.data,
+        masked: Some(fit.masked),
+        converged: true,
+        ..Row::with(problem.bootstrap(&params.bootstrap()))
+    })
 }
 
 /// All points at the smallest κ for which all their fitted slopes are convex.

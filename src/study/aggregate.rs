@@ -10,7 +10,9 @@ use crate::manifest::evaluate::AggregateTable;
 use crate::manifest::evaluate::ModelWord;
 use crate::manifest::written::{Key, Written};
 use crate::stages::StageError;
-use crate::stages::aggregate::{Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic};
+use crate::stages::aggregate::{
+    Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic, level_of_confidence,
+};
 use crate::store::table::Table;
 
 /// Columns that every reduction adds.
@@ -227,20 +229,7 @@ fn statistics(
             complete = false;
             continue;
         };
-        let is_against_load = matches!(
-            statistic,
-            Statistic::Slope | Statistic::Secant | Statistic::Approach
-        );
-        if is_against_load && !has_load(group_by) {
-            let message = format!("{value:?} is taken against `load`, which names no group");
-            let label = "needs `load` in `group_by`";
-            checks
-                .problems
-                .push(Problem::new(message, span.clone(), label));
-            complete = false;
-        } else if is_against_load && input.is_some_and(|input| !input.has("load")) {
-            let message = format!("{value:?} is taken against `load`, which the input has not");
-            let label = "needs rows with a `load`";
+        if let Some((message, label)) = misses_load(value, statistic, group_by, input) {
             checks
                 .problems
                 .push(Problem::new(message, span.clone(), label));
@@ -258,24 +247,57 @@ fn statistics(
     complete.then_some(statistics)
 }
 
-const WORDS: [(&str, Statistic); 9] = [
+/// What keeps a statistic from being taken against the load, if it is one of those: slopes follow the
+/// groups of a curve from load to load, lines go through the loads within a group.
+fn misses_load(
+    word: &str,
+    statistic: Statistic,
+    group_by: Option<&[String]>,
+    input: Option<&Table>,
+) -> Option<(String, &'static str)> {
+    let names_groups = match statistic {
+        Statistic::Slope | Statistic::Secant | Statistic::Approach => true,
+        Statistic::RegressionSlope | Statistic::RegressionIntercept => false,
+        _ => return None,
+    };
+    if names_groups && !has_load(group_by) {
+        let message = format!("{word:?} is taken against `load`, which names no group");
+        return Some((message, "needs `load` in `group_by`"));
+    }
+    if input.is_some_and(|input| !input.has("load")) {
+        let message = format!("{word:?} is taken against `load`, which the input has not");
+        return Some((message, "needs rows with a `load`"));
+    }
+    (!names_groups && has_load(group_by)).then(|| {
+        let message =
+            format!("{word:?} is of a line through several loads, and `load` names groups");
+        (message, "needs a `group_by` without `load`")
+    })
+}
+
+const WORDS: [(&str, Statistic); 11] = [
     ("mean", Statistic::Mean),
     ("sd", Statistic::Sd),
     ("sem", Statistic::Sem),
     ("min", Statistic::Min),
     ("max", Statistic::Max),
     ("median", Statistic::Quantile(0.5)),
+    ("regr_slope", Statistic::RegressionSlope),
+    ("regr_intercept", Statistic::RegressionIntercept),
     ("slope", Statistic::Slope),
     ("secant", Statistic::Secant),
     ("approach", Statistic::Approach),
 ];
 
-/// A statistic by its name. `q05` is the quantile of 5 %, `q975` that of 97.5 %: the digits are
-/// those after the point.
+/// A statistic by its name. `q05` is the quantile of 5 %, `q975` that of 97.5 %, `ci95` the
+/// confidence interval of 95 %: the digits are those after the point.
 fn statistic(name: &str) -> Option<Statistic> {
     let known = WORDS.iter().find(|(word, _)| *word == name);
     if let Some((_, statistic)) = known {
         return Some(*statistic);
+    }
+    if let Some(level) = level_of_confidence(name) {
+        return Some(Statistic::Confidence(level));
     }
     let digits = name.strip_prefix('q')?;
     let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
@@ -292,7 +314,8 @@ fn unknown_statistic(name: &str, span: crate::diagnostics::Span) -> Problem {
         None => "unknown statistic".to_owned(),
     };
     let help = format!(
-        "one of {}, or a quantile such as `q05` (5 %) or `q975` (97.5 %)",
+        "one of {}, a quantile such as `q05` (5 %) or `q975` (97.5 %), or a confidence interval of \
+         the mean such as `ci95` (95 %)",
         listed(words(), "and")
     );
     Problem::new(format!("there is no statistic {name:?}"), span, label).help(help)
@@ -382,8 +405,8 @@ fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -
             let place = place.clone();
             let over_place = written(&table.over, reduced)?;
             let is_statistic = |name: &str| {
-                let written = statistic(name);
-                written.is_some_and(|written| groups.statistics.contains(&written))
+                let mut statistics = groups.statistics.iter();
+                statistics.any(|one| one.suffixes().iter().any(|suffix| suffix == name))
             };
             let suffix = column
                 .strip_prefix(over.as_str())
@@ -418,6 +441,23 @@ mod tests {
         for name in [
             "q", "q5", "q00", "q100", "q-5", "q0x", "q1234567", "p05", "quantile",
         ] {
+            assert_eq!(statistic(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn digits_of_a_confidence_interval_are_its_level() {
+        for (word, level) in [
+            ("ci90", 0.9),
+            ("ci95", 0.95),
+            ("ci99", 0.99),
+            ("ci999", 0.999),
+        ] {
+            let found = statistic(word).unwrap();
+            assert_eq!(found, Statistic::Confidence(level));
+            assert_eq!(found.suffix(), word);
+        }
+        for name in ["ci", "ci9", "ci00", "ci100", "ci950", "ci-5", "ci1234567"] {
             assert_eq!(statistic(name), None, "{name}");
         }
     }

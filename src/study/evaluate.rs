@@ -198,6 +198,7 @@ pub fn laws(
     };
     let (law, window) = match form {
         Form::ScaledErf => (Law::ScaledErf, NEAR_FULL_CONTACT),
+        Form::LoadSeparation => (Law::LoadSeparation, INTERMEDIATE_LOADS),
         Form::MeshConvergence => (Law::MeshConvergence, ALL_LOADS),
         _ => (Law::MeanPressure, SMALL_LOADS),
     };
@@ -207,6 +208,8 @@ pub fn laws(
 
 const SMALL_LOADS: [f64; 2] = [0.0, 0.06];
 const NEAR_FULL_CONTACT: [f64; 2] = [0.3, 2.0];
+/// Where the mean gap falls in proportion to the logarithm of the load.
+const INTERMEDIATE_LOADS: [f64; 2] = [0.01, 0.1];
 /// No surface is out of full contact under ten times its rms slope × E*.
 const ALL_LOADS: [f64; 2] = [0.0, 10.0];
 

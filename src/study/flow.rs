@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::generate::RandomHeights;
-use crate::manifest::{Points, StageTable, a_stage};
+use crate::manifest::{Form, Points, StageTable, a_stage};
 use crate::stages::Kind;
 
 /// What the rows of a stage's table are about.
@@ -33,8 +33,13 @@ impl Rows {
     }
 }
 
-/// What a kind of stage can read; each alone, never one beside the other.
-fn readable(kind: Kind) -> (&'static [Rows], &'static str) {
+/// What a stage can read; each alone, never one beside the other.
+fn readable(stage: &StageTable, kind: Kind) -> (&'static [Rows], &'static str) {
+    if let Some(Points::Law(Form::LoadSeparation, _)) = &stage.points {
+        // A correction is one of the area: it knows no gap.
+        let words = "`measure` stages that read contacts, where its law is `load-separation`";
+        return (&[Rows::Contacts], words);
+    }
     match kind {
         Kind::Generate => (&[], "nothing"),
         Kind::Solve => (&[Rows::Surfaces], "`generate` stages"),
@@ -96,7 +101,7 @@ pub fn check(
     let Some(kind) = stage.kind else {
         return (None, None);
     };
-    let (readable, help) = readable(kind);
+    let (readable, help) = readable(stage, kind);
     let mut read: Option<(&str, Rows)> = None;
     for (name, rows) in inputs {
         let from = stage.from.iter().flatten().find(|from| from.value == *name);

@@ -100,11 +100,16 @@ kind = "fit"
 law = "mean-pressure"
 from = "area"
 
+[stage.separation]
+kind = "fit"
+law = "load-separation"
+from = "area"
+
 [stage.means]
 kind = "aggregate"
 from = "true_area"
 over = ["area_corrected", "switches"]
-statistics = ["mean", "median", "q05", "slope"]
+statistics = ["mean", "median", "q05", "ci95", "slope"]
 
 [stage.counts]
 kind = "aggregate"

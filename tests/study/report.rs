@@ -113,3 +113,117 @@ fn a_figure_that_a_study_has_no_more_is_taken_away() {
     report(&bench);
     assert!(!file.exists());
 }
+
+/// A file of heights for NumPy.
+fn npy(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<u8> {
+    let header =
+        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({nodes}, {nodes}), }}");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend(118u16.to_le_bytes());
+    bytes.extend(format!("{header:117}\n").bytes());
+    let at = |node: usize| std::f64::consts::TAU * node as f64 / nodes as f64;
+    for node in 0..nodes * nodes {
+        bytes.extend(height(at(node / nodes), at(node % nodes)).to_le_bytes());
+    }
+    bytes
+}
+
+/// Two measured surfaces, pressed in pascals to loads between light and full contact.
+fn measured(bench: &Bench, surfaces: &[&str]) {
+    let waves = |x: f64, y: f64| (2.0 * x).cos() * y.sin() + 0.5 * (3.0 * x + 2.0 * y).sin();
+    let worn = |x: f64, y: f64| 1e-8 * waves(x, y).min(0.2);
+    std::fs::write(bench.path("new.npy"), npy(32, |x, y| 1e-8 * waves(x, y))).unwrap();
+    std::fs::write(bench.path("worn.npy"), npy(32, worn)).unwrap();
+    let surface = |name: &&str| {
+        format!(
+            "[stage.{name}]\nkind = \"generate\"\nmethod = \"file\"\npath = \"{name}.npy\"\n\
+             side = 1e-6\nunit = \"m\"\nperiodic = true\n\n"
+        )
+    };
+    let stages: String = surfaces.iter().map(surface).collect();
+    bench.run(&format!(
+        "[study]\nname = \"pascals\"\n\n{stages}[stage.contact]\nkind = \"solve\"\nfrom = {surfaces:?}\n\
+         bodies = [{{ youngs_modulus = 50e9, poisson_ratio = 0.3 }}]\nload_unit = \"absolute\"\n\
+         loads = {{ from = 2e7, to = 1e9, steps = 6, spacing = \"geometric\" }}\n\n\
+         [stage.area]\nkind = \"measure\"\nfrom = \"contact\"\n"
+    ));
+}
+
+fn figure(bench: &Bench, name: &str) -> String {
+    let path = format!("data/results/pascals/figures/{name}.svg");
+    fs::read_to_string(bench.path(&path)).unwrap()
+}
+
+#[test]
+fn measured_surfaces_are_called_by_their_files() {
+    let bench = Bench::new();
+    measured(&bench, &["new", "worn"]);
+    report(&bench);
+    for name in ["area-full", "pressure", "gap"] {
+        let svg = figure(&bench, name);
+        for file in [">new.npy<", ">worn.npy<"] {
+            assert_eq!(svg.matches(file).count(), 1, "{file} in {name}");
+        }
+        assert!(!svg.contains("rms_slope"), "{name}");
+    }
+}
+
+#[test]
+fn a_single_surface_is_no_mean() {
+    let bench = Bench::new();
+    measured(&bench, &["worn"]);
+    let (_, page) = report(&bench);
+    assert!(figure(&bench, "area-full").contains(">worn.npy<"));
+    assert!(!page.contains("mean of the surfaces"));
+}
+
+#[test]
+fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulus() {
+    let bench = Bench::new();
+    measured(&bench, &["new", "worn"]);
+    let loads = bench.table("pascals", "area");
+    let loads = loads.reals("load").unwrap().values().to_vec();
+    let heaviest = loads.iter().copied().fold(0.0, f64::max);
+    assert!(0.06 < heaviest && heaviest < 0.3, "{heaviest}");
+    let (said, page) = report(&bench);
+    let drawn = said["drawn"].as_array().unwrap();
+    for title in [
+        "Contact area under all loads",
+        "Area and mean gap against the mean pressure",
+        "Mean gap",
+    ] {
+        assert!(drawn.iter().any(|one| one == title), "{title} in {said}");
+    }
+    // 50 GPa/(1 − 0.3²), and a length in the unit of the files.
+    assert!(page.contains("E* = 5.4945"), "{page}");
+    assert!(figure(&bench, "pressure").contains("mean gap, in m"));
+
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let (said, _) = report(&bench);
+    let missing = said["missing"].to_string();
+    assert!(missing.contains("against the mean pressure"), "{said}");
+}
+
+#[test]
+fn theories_beside_worn_surfaces_carry_a_caveat_with_its_numbers() {
+    let bench = Bench::new();
+    measured(&bench, &["worn"]);
+    let path = bench.path("study.toml");
+    let told = bench.output(&["run", path.to_str().unwrap()]);
+    let told = text(&told.stdout);
+    assert!(told.contains("no isotropic Gaussian roughness: "), "{told}");
+    let (_, page) = report(&bench);
+    let caveat = "of isotropic Gaussian roughness, unlike worn.npy (";
+    assert!(page.matches(caveat).count() >= 2, "{page}");
+
+    // Draws from an isotropic spectrum carry none.
+    let bench = Bench::new();
+    let random = STUDY
+        .replace("k_lower = 2", "k_lower = 6")
+        .replace("[4, 8]", "[12, 16]");
+    bench.run(&random);
+    let (_, page) = report(&bench);
+    let said = page.split("isotropic Gaussian roughness").nth(1);
+    assert_eq!(said.map(|after| &after[..80.min(after.len())]), None);
+}

@@ -174,7 +174,7 @@ fn smallest(form: Form) -> &'static str {
         Form::Solve => "loads = [0.1]",
         Form::Measure | Form::Correct => "",
         Form::ContactEvolution | Form::MeanPressure => "",
-        Form::ScaledErf | Form::MeshConvergence => "",
+        Form::ScaledErf | Form::LoadSeparation | Form::MeshConvergence => "",
         Form::Aggregate => "over = \"load\"",
     }
 }

@@ -15,7 +15,7 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
-/// Lighter loads touch so few nodes that their secants would fill the inset.
+/// Lighter loads touch so few nodes that their secants would fill the chart.
 const SECANT_FROM: f64 = LIGHT / 20.0;
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
@@ -41,14 +41,15 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .series
             .extend(theories::asperity_curves(quantity, range));
     }
-    let chart = chart.with_inset(secants, [0.135, 0.045, 0.36, 0.42]);
     let caption = format!(
-        "Contact area fraction against load, and in the inset its secant under loads from \
+        "Contact area fraction against load and, to the right, its secant under loads from \
          {SECANT_FROM} on, from {}; area as counted on the mesh. Points are means over the \
-         surfaces, bars their standard errors.",
+         surfaces, bars their standard errors. {}{}",
         sample(&evidence.sample()),
+        evidence.share_of_mesh()?,
+        evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Sheet::of_two(chart, secants), caption))
 }
 
 fn missing(evidence: &Evidence) -> Drawn {

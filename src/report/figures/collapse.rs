@@ -136,9 +136,9 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
         let series = Series {
             points: spectrum.means.iter().map(point).collect(),
             style: evidence.looks.markers(place),
-            label: None,
+            label: evidence.looks.label(place),
         };
-        chart.series.push(series.named(evidence.looks.label(place)));
+        chart.series.push(series);
     }
     chart
 }

@@ -27,22 +27,28 @@ const PIXELS: usize = 256;
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut rows = Vec::new();
-    for sample in extremes(samples::of(evidence)?) {
+    let samples = extremes(samples::of(evidence)?);
+    let which = match samples.iter().all(|sample| sample.random().is_some()) {
+        true => "with the smallest and of the one with the largest lower cutoff",
+        false => "and of the last parameter point",
+    };
+    for sample in samples {
         let maps = nearest(maps(evidence, &sample)?);
         if maps.is_empty() {
             continue;
         }
         let label = evidence.looks.label(&sample.point);
+        let label = label.map_or_else(String::new, |label| format!("{label} · "));
         let mut panels: Vec<Panel> = ('a'..)
             .zip(&maps)
             .map(|(letter, (load, map))| Panel::Map {
-                title: format!("{label} · ({letter}) load {load:.3}"),
+                title: format!("{label}({letter}) load {load:.3}"),
                 raster: Raster::of_contact(map).at_most(PIXELS),
             })
             .collect();
         let maps: Vec<ContactMap> = maps.into_iter().map(|(_, map)| map).collect();
         panels.push(Panel::Map {
-            title: format!("{label} · all loads"),
+            title: format!("{label}all loads"),
             raster: Raster::of_contacts(&maps).at_most(PIXELS),
         });
         while !panels.is_empty() {
@@ -54,10 +60,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let lines = evidence.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
         return Ok(Drawn::missing("solved loads", lines));
     }
-    let caption = "Contact, dark, of the first surface with the smallest and of the one with the \
-                   largest lower cutoff, as counted on the mesh. Last of each: all loads together, \
-                   the darkest touches under the lightest of them, the lightest under the \
-                   heaviest alone.";
+    let caption = format!(
+        "Contact, dark, of the first surface {which}, as counted on the mesh. Last of each: all \
+         loads together, the darkest touches under the lightest of them, the lightest under the \
+         heaviest alone."
+    );
     let titles = rows.iter().flatten().filter_map(|panel| match panel {
         Panel::Map { title, .. } => Some(title.as_str()),
         Panel::Chart(_) | Panel::Empty => None,

@@ -34,8 +34,8 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Axis::linear("relative error (π/8) S_d Δx/A"),
     );
     let mut by_load = Chart::new(
-        Axis::logarithmic("load"),
-        Axis::logarithmic("relative error"),
+        Axis::logarithmic(LOAD_LABEL),
+        Axis::logarithmic("relative error (π/8) S_d Δx/A"),
     );
     let mut surfaces = Vec::new();
     for ensemble in evidence.under(OF_2015) {
@@ -64,14 +64,13 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let lines = evidence.lines_of_corrections();
         return Ok(Drawn::missing("areas corrected by π/8", lines));
     }
-    let chart = chart.with_inset(by_load, [0.43, 0.045, 0.53, 0.5]);
     let caption = format!(
         "Half the distance of the bounds on the true area over the counted area, (π/8) S_d Δx/A, \
-         against the counted area fraction and, in the inset, against load; S_d is the Manhattan \
+         against the counted area fraction and, to the right, against load; S_d is the Manhattan \
          perimeter, Δx the mesh step. Means and standard errors over {}.",
         sample(&surfaces),
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Sheet::of_two(chart, by_load), caption))
 }
 
 fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
@@ -102,7 +101,7 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Corrected contact area (points at some of the loads, with standard errors) beside the \
          counted one (lines of the same colour) and, to the right, the secants of both, from {}; \
-         corrections: {}.",
+         corrections: {}.{}",
         sample(&surfaces),
         corrections
             .iter()
@@ -110,6 +109,7 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .copied()
             .collect::<Vec<_>>()
             .join(", "),
+        evidence.caveat,
     );
     Ok(Drawn::figure(
         Sheet::of_charts(rows, [430.0, 320.0]),
@@ -128,7 +128,7 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
         let counted = up_to(LIGHT, ensemble.mean(COUNTED)?);
         let markers = evidence.looks.markers(&ensemble.point);
         let line = evidence.looks.joins(&ensemble.point);
-        let label = evidence.looks.label(&ensemble.point);
+        let label = evidence.label(ensemble);
         area.series.push(series(&counted, line).without_bars());
         let corrected = spaced(LIGHT / 20.0, &corrected);
         area.series.push(series(&corrected, markers).named(label));

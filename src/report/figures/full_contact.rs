@@ -14,24 +14,24 @@ use crate::report::figure::{Definition, Drawn, sample};
 
 pub const FIGURE: Definition = Definition {
     name: "area-full",
-    title: "Contact area from first touch to full contact",
+    title: "Contact area under all loads",
     draw,
 };
 
-/// Curves that end before this load leave no room for an inset below them.
-const INSET_FROM: f64 = 1.0;
+/// Letters nearer to each other than this share of the axis stand one below the other.
+const CLOSE: f64 = 0.03;
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
-    let mut chart = Chart::new(
-        Axis::linear(LOAD_LABEL),
-        Axis::linear(AREA_LABEL).within(0.0, 1.04),
-    );
-    let mut slopes = Chart::new(Axis::linear("load"), Axis::linear("slope d(A/A₀)/dy"));
-    let mut heaviest = 0.0_f64;
+    let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
+    let mut slopes = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear("slope d(A/A₀)/dy"));
+    let (mut heaviest, mut largest) = (0.0_f64, 0.0_f64);
     for ensemble in &evidence.measured {
         let means = ensemble.mean(COUNTED)?;
         let last = means.last().map_or(0.0, |mean| mean.load);
         heaviest = heaviest.max(last);
+        largest = means
+            .iter()
+            .fold(largest, |largest, mean| largest.max(mean.mean));
         let markers = spaced(0.04 * last, &means);
         let line = evidence.looks.joins(&ensemble.point);
         chart.series.push(series(&means, line).without_bars());
@@ -48,11 +48,12 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             label: None,
         });
     }
-    if heaviest < 5.0 * LIGHT {
+    // Lighter loads have a figure of their own.
+    if heaviest <= LIGHT * (1.0 + 1e-9) {
         let lines = evidence
             .lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
         return Ok(Drawn::missing(
-            "measured contacts under loads towards full contact",
+            "measured contacts under loads beyond 0.06",
             lines,
         ));
     }
@@ -65,33 +66,38 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let style = Style::line(Ink::Text, Dash::Dashed, 1.8);
     let persson = Series::curve(persson::slope, range, Spacing::Linear, style);
     slopes.series.push(persson);
-    for (letter, load) in ('a'..).zip(SHOWN_LOADS) {
-        if load < heaviest {
-            let line = Style::line(Ink::Soft, Dash::Dotted, 0.8);
-            chart
-                .series
-                .push(Series::new([(load, 0.0), (load, 1.04)], line));
-            // Beside its line: the first one stands at the axis.
-            let beside = load + 0.012 * heaviest;
-            chart.notes.push((beside, 0.95, letter.to_string()));
-        }
-    }
-    let (sheet, place) = match heaviest < INSET_FROM {
-        true => {
-            let charts = vec![vec![chart, slopes]];
-            (Sheet::of_charts(charts, [430.0, 320.0]), "To the right")
-        }
-        false => {
-            let chart = chart.with_inset(slopes, [0.46, 0.40, 0.51, 0.44]);
-            (Sheet::of(chart), "In the inset")
-        }
-    };
+    let top = 1.04 * (1.2 * largest).min(1.0);
+    chart.y = chart.y.within(0.0, top);
+    mark_shown_loads(&mut chart, [heaviest, top]);
     let caption = format!(
         "Contact area fraction against load up to the first surface in full contact, from {}; \
-         area as counted on the mesh. {place} the slope of the mean curves. The dashed line is \
+         area as counted on the mesh. To the right the slope of the mean curves. The dashed line is \
          Persson's theory, the dotted one the asymptote of the model of Bush, Gibson & Thomas; \
-         letters mark the loads near which contact maps are shown.",
+         letters mark the loads near which contact maps are shown. {}{}",
         sample(&evidence.sample()),
+        evidence.share_of_mesh()?,
+        evidence.caveat,
     );
-    Ok(Drawn::figure(sheet, caption))
+    Ok(Drawn::figure(Sheet::of_two(chart, slopes), caption))
+}
+
+/// A line and a letter at each load near which contact maps are shown.
+fn mark_shown_loads(chart: &mut Chart, [heaviest, top]: [f64; 2]) {
+    let (mut before, mut height) = (f64::NEG_INFINITY, 0.0);
+    for (letter, load) in ('a'..).zip(SHOWN_LOADS) {
+        if load >= heaviest {
+            break;
+        }
+        let line = Style::line(Ink::Soft, Dash::Dotted, 0.8);
+        let line = Series::new([(load, 0.0), (load, top)], line);
+        chart.series.push(line);
+        height = match load - before < CLOSE * heaviest {
+            true => height - 0.07 * top,
+            false => 0.91 * top,
+        };
+        // Beside its line: the first one stands at the axis.
+        let beside = load + 0.014 * heaviest;
+        chart.notes.push((beside, height, letter.to_string()));
+        before = load;
+    }
 }

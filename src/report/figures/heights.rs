@@ -72,7 +72,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
 fn charts(evidence: &Evidence, densities: &Densities) -> Vec<Chart> {
     let x = Axis::linear("height over its rms");
     let y = Axis::linear("density");
-    let label = evidence.looks.label(&densities.point);
+    let label = evidence.looks.label(&densities.point).unwrap_or_default();
     let axes = [
         (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 0.75)),
         (x.clone().within(2.0, 4.0), y.within(0.0, 0.1)),
@@ -122,7 +122,8 @@ impl Densities {
 
     fn series(&self) -> Vec<Series> {
         let mut series: Vec<Series> = Vec::new();
-        for (place, single) in self.single.iter().enumerate() {
+        let singles = self.single.iter().filter(|_| self.surfaces > 1);
+        for (place, single) in singles.enumerate() {
             let style = Style::line(Ink::Series([0, 2, 4][place % 3]), Dash::Solid, 0.8);
             let label = format!("surface {}", place + 1);
             series.push(thinned(single, style).named(label));
@@ -139,7 +140,11 @@ impl Densities {
             series.push(bound(-1.0));
         }
         let mean = Style::line(Ink::Text, Dash::Solid, 1.5);
-        series.push(thinned(&self.mean, mean).named("mean of the surfaces"));
+        let label = match self.surfaces {
+            1 => "the surface",
+            _ => "mean of the surfaces",
+        };
+        series.push(thinned(&self.mean, mean).named(label));
         let normal = Style::line(Ink::Series(1), Dash::Solid, 1.5);
         series.push(thinned(&self.normal, normal).named("normal"));
         series

@@ -46,7 +46,8 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             lines,
         ));
     }
-    let looks = Looks::of(coefficients.iter().map(|coefficient| &coefficient.point));
+    let points = coefficients.iter().map(|coefficient| &coefficient.point);
+    let looks = Looks::of(points, &evidence.files);
     let mut charts = vec![coefficient_chart(&coefficients, &looks)];
     let names = ["none"].into_iter().chain(evidence.corrections());
     for name in names.take(3) {
@@ -100,7 +101,11 @@ fn coefficient_chart(coefficients: &[Coefficient], looks: &Looks) -> Chart {
         chart.series.push(Series {
             points: vec![place],
             style: looks.markers(&coefficient.point),
-            label: Some(looks.label(&coefficient.point)),
+            label: Some(
+                looks
+                    .label(&coefficient.point)
+                    .unwrap_or_else(|| "the surfaces".to_owned()),
+            ),
         });
     }
     chart

@@ -20,14 +20,17 @@ pub const FIGURE: Definition = Definition {
 
 /// The load from which contact is taken for nearly full.
 const FROM: f64 = 0.5;
-/// The load from which the inset shows the approach.
+/// The load from which the approach is shown.
 const APPROACH_FROM: f64 = 0.3;
 /// The factors of the load in the scaled error functions that the paper draws.
 const SCALES: [f64; 2] = [1.09, 1.16];
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
-    let mut approach = Chart::new(Axis::logarithmic("load"), Axis::logarithmic("F(y)"));
+    let mut approach = Chart::new(
+        Axis::logarithmic(LOAD_LABEL),
+        Axis::logarithmic("approach F(y)"),
+    );
     let mut heaviest = 0.0_f64;
     let mut least = 1.0_f64;
     for ensemble in &evidence.measured {
@@ -88,15 +91,15 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     ]);
     chart.x = chart.x.within(FROM, 1.03 * heaviest);
     chart.y = chart.y.within((least - 0.05).max(0.0), 1.01);
-    let chart = chart.with_inset(approach, [0.47, 0.33, 0.5, 0.5]);
     let caption = format!(
         "Contact area near full contact from {}; area as counted on the mesh. Points are means up \
          to the first surface in full contact, bars their standard errors; grey lines are error \
-         functions of a scaled load. In the inset F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
-         2 y² in Persson's theory.",
+         functions of a scaled load. To the right F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
+         2 y² in Persson's theory.{}",
         sample(&evidence.sample()),
+        evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Sheet::of_two(chart, approach), caption))
 }
 
 fn transformed(mean: &Mean) -> Option<Mean> {

@@ -28,7 +28,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     );
     for ensemble in &evidence.measured {
         let style = evidence.looks.markers(&ensemble.point);
-        let label = evidence.looks.label(&ensemble.point);
+        let label = evidence.label(ensemble);
         let growth = ensemble.pressure_growth(COUNTED)?;
         chart.series.push(Series::new(growth, style).named(label));
     }

@@ -28,7 +28,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     for ensemble in &evidence.measured {
         let slopes = ensemble.slope(COUNTED)?;
         let style = evidence.looks.markers(&ensemble.point);
-        let label = evidence.looks.label(&ensemble.point);
+        let label = evidence.label(ensemble);
         chart.series.push(points(&slopes, style).named(label));
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
@@ -69,8 +69,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     };
     let caption = format!(
         "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
-         mesh. Bars are standard errors over the surfaces. {fits}",
+         mesh. Bars are standard errors over the surfaces. {fits}{}",
         sample(&evidence.sample()),
+        evidence.caveat,
     );
     Ok(Drawn::figure(Sheet::of(chart), caption))
 }

@@ -32,6 +32,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let unit = (surface.rms_slope * side).powi(2);
         let rings = surface.rings(side);
         let label = evidence.looks.label(&sample.point);
+        let label = label.unwrap_or_else(|| "the first surface".to_owned());
         let line = Style::line(evidence.looks.ink(&sample.point), Dash::Solid, 1.4);
         let mean = rings
             .iter()

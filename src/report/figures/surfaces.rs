@@ -28,7 +28,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let labels = samples
         .iter()
-        .map(|sample| evidence.looks.label(&sample.point));
+        .map(|sample| evidence.looks.label(&sample.point).unwrap_or_default());
     let labels: Vec<String> = labels.collect();
     let panel = panel_of_map(labels.iter().map(String::as_str), 230.0);
     let mut panels = Vec::new();

@@ -10,10 +10,10 @@ use polars::prelude::{
 
 use super::super::StageError;
 use super::super::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP,
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
 };
 use super::frame::{self, polars_error};
-use super::{Groups, Statistic, theory};
+use super::{Groups, Statistic, confidence, regression, theory};
 use crate::ensemble;
 use crate::store::column::{Column, ColumnKind, Role};
 use crate::store::table::Table;
@@ -50,8 +50,11 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         require(&frame, name)?;
     }
     let keys: Vec<Expr> = names.iter().map(|name| col(name.as_str())).collect();
-    let mut reduced = frame
-        .lazy()
+    let mut rows = frame.lazy();
+    if !groups.levels().is_empty() {
+        rows = confidence::with_sums(rows, &keys, &groups.over, table.has(SURFACE.name))?;
+    }
+    let mut reduced = rows
         .group_by_stable(keys.clone())
         .agg(aggregations(table, groups))
         .sort_by_exprs(
@@ -68,12 +71,17 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     {
         reduced = reduced.with_columns(against_load(&names, groups)?);
     }
+    for level in groups.levels() {
+        let ends = groups.over.iter();
+        let ends = ends.flat_map(|name| confidence::ends(name, level));
+        reduced = reduced.with_columns(ends.collect::<Vec<_>>());
+    }
     let mut chosen = output(table, &names, groups);
     chosen.extend(groups.over.iter().map(|name| mean_of(name)));
     let chosen: Vec<Expr> = chosen.iter().map(|name| col(name.as_str())).collect();
     let reduced = reduced.select(chosen).collect().map_err(polars_error)?;
     let columns = frame::columns(&reduced)?;
-    let reduced = with_meanings(table, columns, reduced.height());
+    let reduced = with_meanings(table, columns, reduced.height(), groups);
     theory::complete(&reduced, &names, groups)
 }
 
@@ -134,6 +142,9 @@ fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
                 expressions.push(expression.alias(named(name, statistic)));
             }
         }
+        if !groups.levels().is_empty() {
+            expressions.extend(confidence::of_group(name, table.has(SURFACE.name)));
+        }
     }
     expressions
 }
@@ -155,6 +166,9 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
         Statistic::Min => values.min(),
         Statistic::Max => values.max(),
         Statistic::Quantile(share) => values.quantile(lit(share), QuantileMethod::Linear),
+        Statistic::RegressionSlope => regression::slope(&values),
+        Statistic::RegressionIntercept => regression::intercept(&values),
+        Statistic::Confidence(_) => return None,
         Statistic::Slope | Statistic::Secant | Statistic::Approach => return None,
     })
 }
@@ -205,13 +219,19 @@ fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
     for name in &groups.over {
         let within = groups.statistics.iter();
         let within = within.filter(|&&statistic| statistic != Statistic::Approach);
-        output.extend(within.map(|&statistic| named(name, statistic)));
+        let ends = within.flat_map(|statistic| statistic.suffixes());
+        output.extend(ends.map(|end| format!("{name}_{end}")));
     }
     output
 }
 
 /// Gives each column the unit and meaning that it inherits.
-fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
+fn with_meanings(
+    table: &Table,
+    columns: Vec<(String, ArrayRef)>,
+    rows: usize,
+    groups: &Groups,
+) -> Table {
     let schema = table.batch().schema();
     let own: HashMap<&str, Column> = OWN.map(|column| (column.name, column)).into();
     let field = |name: &str, array: &ArrayRef| {
@@ -227,7 +247,7 @@ fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -
             .filter(|f| name.starts_with(&format!("{}_", f.name())));
         let source = source.max_by_key(|field| field.name().len());
         let metadata = source
-            .map(|field| inherited(field, name))
+            .map(|field| inherited(field, name, groups))
             .unwrap_or_default();
         Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
     };
@@ -239,22 +259,27 @@ fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -
     Table::of(rows, Schema::new(fields), arrays)
 }
 
-fn inherited(source: &Field, name: &str) -> arrow::datatypes::Metadata {
+fn inherited(source: &Field, name: &str, groups: &Groups) -> arrow::datatypes::Metadata {
     let of = |entry: &str| source.metadata().get(entry).cloned().unwrap_or_default();
     let statistic = &name[source.name().len() + 1..];
+    let of_an_end = |&level: &f64| confidence::meaning(level, statistic);
+    let said = groups.levels().iter().find_map(of_an_end);
+    let said = said.unwrap_or_else(|| statistic.to_owned());
     let unit = match statistic {
-        "slope" | "secant" => format!("{} per load", of("unit")),
+        "slope" | "secant" | "regr_slope" => format!("{} per load", of("unit")),
         _ => of("unit"),
     };
     arrow::datatypes::Metadata::new()
         .with("role", "result")
         .with("unit", unit)
-        .with("meaning", format!("{statistic} of: {}", of("meaning")))
+        .with("meaning", format!("{said} of: {}", of("meaning")))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::columns::{REALIZATION, SURFACE};
+    use arrow::array::Array;
+
+    use super::super::super::columns::REALIZATION;
     use super::*;
     use crate::store::column::{integers, reals, texts};
 
@@ -326,6 +351,81 @@ mod tests {
         }
     }
 
+    /// A table of surfaces, each with the same value under one load or different ones under several.
+    fn of_surfaces(rows: &[(&str, f64, f64)]) -> Table {
+        Table::new(
+            rows.len(),
+            vec![
+                (SURFACE, texts(rows.iter().map(|row| row.0))),
+                (
+                    REALIZATION,
+                    integers(rows.iter().map(|row| i64::from(row.0.as_bytes()[0]))),
+                ),
+                (LOAD, reals(rows.iter().map(|row| row.1))),
+                (AREA_FRACTION, reals(rows.iter().map(|row| row.2))),
+            ],
+        )
+    }
+
+    fn interval(reduced: &Table) -> [f64; 2] {
+        ["lower", "upper"].map(|end| column(reduced, &format!("area_fraction_ci95_{end}"))[0])
+    }
+
+    #[test]
+    fn an_interval_of_the_mean_is_as_wide_as_students_t_says() {
+        let values = [1.0, 2.0, 3.0, 4.0, 10.0];
+        let rows = ["a", "b", "c", "d", "e"].into_iter().zip(values);
+        let table = of_surfaces(
+            &rows
+                .map(|(name, area)| (name, 0.1, area))
+                .collect::<Vec<_>>(),
+        );
+        let asked = groups(&[Statistic::Confidence(0.95), Statistic::Mean, Statistic::Sem]);
+        let reduced = reduce(&table, &asked).unwrap();
+        // 4 ± 2.7764 √(50/4/5), with Student's t of four degrees of freedom from tables.
+        let [lower, upper] = interval(&reduced);
+        assert!((lower - (4.0 - 4.389_938)).abs() < 1e-5, "{lower}");
+        assert!((upper - (4.0 + 4.389_938)).abs() < 1e-5, "{upper}");
+        let names = reduced.names();
+        let place = |name: &str| names.iter().position(|known| *known == name).unwrap();
+        assert!(place("area_fraction_ci95_upper") < place("area_fraction_mean"));
+        assert_eq!(names.len(), 6, "{names:?}");
+    }
+
+    #[test]
+    fn an_interval_rests_on_surfaces_and_not_on_rows() {
+        // Each surface thrice, under loads that are no group of their own.
+        let loads = [0.1, 0.2, 0.3];
+        let surfaces = [("a", 1.0), ("b", 2.0), ("c", 6.0)];
+        let rows = surfaces
+            .iter()
+            .flat_map(|&(name, area)| loads.map(|load| (name, load, area)));
+        let asked = Groups {
+            group_by: Some(vec!["unit".to_owned()]),
+            ..groups(&[Statistic::Confidence(0.95)])
+        };
+        let unit = Column::parameter("unit", ColumnKind::Text, "", "unit");
+        let all = of_surfaces(&rows.collect::<Vec<_>>());
+        let all = all.with(vec![(unit, texts(["m"; 9]))]);
+        let once = all.pick(&[0, 3, 6]);
+        let [thrice, once] = [all, once].map(|table| interval(&reduce(&table, &asked).unwrap()));
+        for (one, other) in thrice.into_iter().zip(once) {
+            assert!((one - other).abs() < 1e-12, "{thrice:?} {once:?}");
+        }
+    }
+
+    #[test]
+    fn a_single_surface_has_no_interval_and_where_none_are_named_rows_count() {
+        let asked = groups(&[Statistic::Confidence(0.95)]);
+        let reduced = reduce(&of_surfaces(&[("a", 0.1, 0.2)]), &asked).unwrap();
+        let lower = reduced.reals("area_fraction_ci95_lower").unwrap();
+        assert!(lower.is_null(0));
+        let reduced = reduce(&table(), &asked).unwrap();
+        // Two rows 0.2 apart: 0.3 ± 12.706 × 0.1.
+        let lower = column(&reduced, "area_fraction_ci95_lower")[2];
+        assert!((lower - (0.3 - 1.270_620)).abs() < 1e-5, "{lower}");
+    }
+
     #[test]
     fn slopes_are_differences_of_the_mean_curve_from_zero_on() {
         let reduced = reduce(&table(), &groups(&[Statistic::Slope, Statistic::Secant])).unwrap();
@@ -336,6 +436,33 @@ mod tests {
         close("load_midpoint", [0.05, 0.15, 0.05, 0.15]);
         close("area_fraction_slope", [1.0, 1.0, 3.0, 2.0]);
         close("area_fraction_secant", [1.0, 1.0, 3.0, 2.5]);
+    }
+
+    #[test]
+    fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
+        let of_spectra = |table: &Table| {
+            let asked = Groups {
+                group_by: Some(vec!["hurst".to_owned()]),
+                ..groups(&[Statistic::RegressionSlope, Statistic::RegressionIntercept])
+            };
+            reduce(table, &asked).unwrap()
+        };
+        let reduced = of_spectra(&table());
+        let close = |name: &str, expected: [f64; 2]| {
+            let found = column(&reduced, &format!("area_fraction_regr_{name}"));
+            let pairs = found.iter().zip(expected);
+            assert!(
+                pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12),
+                "{name} {found:?}"
+            );
+        };
+        // The means of the wider spectrum are 0.3 and 0.5, those of the other 0.1 and 0.2.
+        close("slope", [1.0, 2.0]);
+        close("intercept", [0.0, 0.1]);
+        let one_load = of_spectra(&table().pick(&[0, 2, 4, 6]));
+        for name in ["area_fraction_regr_slope", "area_fraction_regr_intercept"] {
+            assert_eq!(one_load.reals(name).unwrap().null_count(), 2, "{name}");
+        }
     }
 
     #[test]
@@ -386,5 +513,14 @@ mod tests {
             field.metadata()["meaning"],
             "mean of: share of the nodes in contact"
         );
+        let reduced = reduce(&table(), &groups(&[Statistic::Confidence(0.9)])).unwrap();
+        let schema = reduced.batch().schema();
+        let field = schema.field_with_name("area_fraction_ci90_lower").unwrap();
+        assert_eq!(
+            field.metadata()["meaning"],
+            "lower end of the 90 % confidence interval, by Student's t over surfaces, of the mean \
+             of: share of the nodes in contact"
+        );
+        assert_eq!(field.metadata()["unit"], "1");
     }
 }

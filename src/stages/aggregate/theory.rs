@@ -316,7 +316,7 @@ const PERSSON: [Column; 4] = columns(
         "area_persson_secant",
         "area_persson_approach",
     ],
-    "share of the area by Persson 2001",
+    "share of the area by Persson 2001, for isotropic Gaussian roughness",
 );
 const BUSH_GIBSON_THOMAS: [Column; 4] = columns(
     [
@@ -325,7 +325,8 @@ const BUSH_GIBSON_THOMAS: [Column; 4] = columns(
         "area_bush_gibson_thomas_secant",
         "area_bush_gibson_thomas_approach",
     ],
-    "share of the area by Bush, Gibson & Thomas 1975, α of the spectrum in closed form",
+    "share of the area by Bush, Gibson & Thomas 1975, for isotropic Gaussian roughness, α of the \
+     spectrum in closed form",
 );
 const GREENWOOD_2006: [Column; 4] = columns(
     [
@@ -334,7 +335,8 @@ const GREENWOOD_2006: [Column; 4] = columns(
         "area_greenwood_2006_secant",
         "area_greenwood_2006_approach",
     ],
-    "share of the area by Greenwood 2006, α of the spectrum in closed form",
+    "share of the area by Greenwood 2006, for isotropic Gaussian roughness, α of the spectrum in \
+     closed form",
 );
 const MEAN_CURVATURE: [Column; 4] = columns(
     [
@@ -343,7 +345,8 @@ const MEAN_CURVATURE: [Column; 4] = columns(
         "area_mean_curvature_secant",
         "area_mean_curvature_approach",
     ],
-    "share of the area by spheres of the mean curvature, α of the spectrum in closed form",
+    "share of the area by spheres of the mean curvature, for isotropic Gaussian roughness, α of the \
+     spectrum in closed form",
 );
 const GREENWOOD_MCCOOL: [Column; 4] = columns(
     [
@@ -352,7 +355,8 @@ const GREENWOOD_MCCOOL: [Column; 4] = columns(
         "area_greenwood_mccool_secant",
         "area_greenwood_mccool_approach",
     ],
-    "share of the area by Greenwood & Williamson 1966 and McCool 1986, α in closed form",
+    "share of the area by Greenwood & Williamson 1966 and McCool 1986, for isotropic Gaussian \
+     roughness, α in closed form",
 );
 const BGT_ASYMPTOTE: [Column; 4] = columns(
     [
@@ -361,7 +365,8 @@ const BGT_ASYMPTOTE: [Column; 4] = columns(
         "area_bgt_asymptote_secant",
         "area_bgt_asymptote_approach",
     ],
-    "√(2π) times the load, what asperity models tend to at light load",
+    "√(2π) times the load, what asperity models of isotropic Gaussian roughness tend to at light \
+     load",
 );
 const PENNY_CRACK: [Column; 4] = columns(
     [
@@ -370,7 +375,8 @@ const PENNY_CRACK: [Column; 4] = columns(
         "area_penny_crack_secant",
         "area_penny_crack_approach",
     ],
-    "share of the area with isolated cracks, 1 − (3/4) erfc(√2 y); near full contact",
+    "share of the area with isolated cracks, 1 − (3/4) erfc(√2 y), for isotropic Gaussian \
+     roughness; near full contact",
 );
 
 #[cfg(test)]

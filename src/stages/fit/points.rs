@@ -19,26 +19,34 @@ pub struct Point {
     pub surfaces: usize,
     /// Rows whose load did not converge.
     pub unconverged: usize,
-    /// Areas at the loads that all surfaces reached; an error if there are none.
+    /// Areas, or what is fitted in their place, at the loads that all surfaces reached; an error if
+    /// there are none.
     pub curves: Result<Curves, FitError>,
 }
 
 impl Point {
-    /// Every point of a table, in the order of its first row.
+    /// Every point of a table, in the order of its first row: areas, corrected where they are.
     ///
     /// # Errors
     /// When a column is missing.
     pub fn all(table: &Table) -> Result<Vec<Point>, TableError> {
+        let area = match table.has(CORRECTION.name) {
+            true => AREA_CORRECTED,
+            false => AREA_FRACTION,
+        };
+        Point::all_of(table, area.name)
+    }
+
+    /// The same with the curves of any column of numbers.
+    ///
+    /// # Errors
+    /// When a column is missing.
+    pub fn all_of(table: &Table, column: &str) -> Result<Vec<Point>, TableError> {
         let corrections = table
             .has(CORRECTION.name)
             .then(|| table.texts(CORRECTION.name));
         let corrections = corrections.transpose()?;
-        let area = if corrections.is_some() {
-            AREA_CORRECTED
-        } else {
-            AREA_FRACTION
-        };
-        let areas = table.reals(area.name)?;
+        let areas = table.reals(column)?;
         let stops = table.texts(STOP.name)?;
         let points = ensembles(table)?.into_iter().map(|ensemble| Point {
             row: ensemble.first,

@@ -95,12 +95,20 @@ struct Parameter {
 }
 
 const fn parameter(names: [&'static str; 4], meaning: &'static str) -> Parameter {
+    parameter_in("1", names, meaning)
+}
+
+const fn parameter_in(
+    unit: &'static str,
+    names: [&'static str; 4],
+    meaning: &'static str,
+) -> Parameter {
     let [value, lower, upper, error] = names;
     Parameter {
-        value: Column::result(value, Real, "1", meaning),
-        lower: Column::result(lower, Real, "1", "lower end of the bootstrap interval"),
-        upper: Column::result(upper, Real, "1", "upper end of the bootstrap interval"),
-        error: Column::result(error, Real, "1", "standard error by bootstrap"),
+        value: Column::result(value, Real, unit, meaning),
+        lower: Column::result(lower, Real, unit, "lower end of the bootstrap interval"),
+        upper: Column::result(upper, Real, unit, "upper end of the bootstrap interval"),
+        error: Column::result(error, Real, unit, "standard error by bootstrap"),
     }
 }
 
@@ -147,6 +155,26 @@ const ERF_SCALE: Parameter = parameter(
         "erf_scale_standard_error",
     ],
     "β of a = erf(β √2 y); 1 in Persson's theory",
+);
+const DECAY_LENGTH: Parameter = parameter_in(
+    "length",
+    [
+        "decay_length",
+        "decay_length_lower",
+        "decay_length_upper",
+        "decay_length_standard_error",
+    ],
+    "u₀ of p₀ = p_c exp(−ū/u₀): how much the mean gap falls while the load grows by the factor e",
+);
+const CLOSING_LOAD: Parameter = parameter_in(
+    "E* × rms slope",
+    [
+        "closing_load",
+        "closing_load_lower",
+        "closing_load_upper",
+        "closing_load_standard_error",
+    ],
+    "p_c of p₀ = p_c exp(−ū/u₀): the load at which the exponential has no gap left",
 );
 
 const MESH_COEFFICIENT: Parameter = parameter(
@@ -234,6 +262,8 @@ pub fn columns() -> Vec<Column> {
         EXPONENT,
         PREFACTOR,
         ERF_SCALE,
+        DECAY_LENGTH,
+        CLOSING_LOAD,
         MESH_COEFFICIENT,
     ];
     let placed = [
@@ -304,6 +334,7 @@ fn law_name(law: &Law) -> &'static str {
         Law::ContactEvolution { .. } => "contact-evolution",
         Law::MeanPressure => "mean-pressure",
         Law::ScaledErf => "scaled-erf",
+        Law::LoadSeparation => "load-separation",
         Law::MeshConvergence => "mesh-convergence",
     }
 }
@@ -313,6 +344,7 @@ fn parameters(law: &Law) -> Vec<Parameter> {
         Law::ContactEvolution { .. } => vec![KAPPA, BETA, MU],
         Law::MeanPressure => vec![EXPONENT, PREFACTOR],
         Law::ScaledErf => vec![ERF_SCALE],
+        Law::LoadSeparation => vec![DECAY_LENGTH, CLOSING_LOAD],
         Law::MeshConvergence => vec![MESH_COEFFICIENT],
     }
 }

@@ -1,0 +1,100 @@
+//! Area and mean gap against the mean pressure, in the units of the study; beyond the paper.
+
+use crate::contact::persson;
+use crate::figures::axis::{Axis, Spacing};
+use crate::figures::chart::{Chart, Point, Series};
+use crate::figures::ink::Ink;
+use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
+use crate::report::ReportError;
+use crate::report::ensembles::{Ensemble, Mean};
+use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence};
+use crate::report::figure::{Definition, Drawn, sample};
+use crate::stages::columns::{MEAN_GAP, PRESSURE, YOUNGS_MODULUS};
+
+pub const FIGURE: Definition = Definition {
+    name: "pressure",
+    title: "Area and mean gap against the mean pressure",
+    draw,
+};
+
+fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+    let pressed = evidence.measured.iter();
+    let pressed = pressed.filter(|one| modulus(one).is_some());
+    let pressed: Vec<&Ensemble> = pressed.collect();
+    if pressed.is_empty() {
+        // Two bodies in place of E*, whose units are the reader's.
+        let lines = evidence.lines_of_loads(
+            "{ to = 0.06, steps = 50 }\n\
+             bodies = [{ youngs_modulus = 210e9, poisson_ratio = 0.3 }]",
+        );
+        return Ok(Drawn::missing(
+            "loads on bodies with a modulus: pressures in its unit",
+            lines,
+        ));
+    }
+    let axis = || Axis::logarithmic("mean pressure p₀, in the unit of E*");
+    let mut areas = Chart::new(axis(), Axis::logarithmic(AREA_LABEL));
+    let gap = format!("mean gap, in {}", evidence.unit_of_length());
+    let mut gaps = Chart::new(axis(), Axis::linear(gap));
+    let mut moduli: Vec<String> = Vec::new();
+    for ensemble in &pressed {
+        let pressures = ensemble.mean(PRESSURE.name)?;
+        let style = evidence.looks.markers(&ensemble.point);
+        let against = |means: &[Mean]| Series {
+            points: against(&pressures, means),
+            style,
+            label: None,
+        };
+        let area = against(&ensemble.mean(COUNTED)?);
+        areas.series.push(area.named(evidence.label(ensemble)));
+        gaps.series.push(against(&ensemble.mean(MEAN_GAP.name)?));
+        areas.series.extend(theory(evidence, ensemble, &pressures));
+        moduli.extend(modulus(ensemble).map(|modulus| format!("{modulus:e}")));
+    }
+    moduli.dedup();
+    // One entry for all of its lines.
+    let persson = Style::line(Ink::Text, Dash::Dashed, 1.2);
+    areas
+        .series
+        .push(Series::new([], persson).named("Persson 2001"));
+    let caption = format!(
+        "Contact area fraction and, to the right, mean gap against the mean pressure, from {}; \
+         area as counted on the mesh. E* = {}, in whose unit pressures are: pascals if it is given \
+         in pascals. Points are means over the surfaces, bars their standard errors. An exponential \
+         relation of pressure and gap is a straight line. {}{}",
+        sample(&pressed.iter().map(|one| one.surfaces).collect::<Vec<_>>()),
+        moduli.join(", "),
+        evidence.share_of_mesh()?,
+        evidence.caveat,
+    );
+    Ok(Drawn::figure(Sheet::of_two(areas, gaps), caption))
+}
+
+/// E*, if it was given: pressures in units of it are what the other figures show.
+fn modulus(ensemble: &Ensemble) -> Option<f64> {
+    let modulus = ensemble.point.get(YOUNGS_MODULUS.name)?.parse().ok();
+    modulus.filter(|&modulus| modulus != 1.0)
+}
+
+/// Means against the mean pressures of the same loads.
+fn against(pressures: &[Mean], means: &[Mean]) -> Vec<Point> {
+    let pairs = pressures.iter().zip(means);
+    pairs
+        .map(|(pressure, mean)| Point {
+            x: pressure.mean,
+            y: mean.mean,
+            bar: mean.bar(),
+        })
+        .collect()
+}
+
+/// Persson's theory over the pressures of an ensemble.
+fn theory(evidence: &Evidence, ensemble: &Ensemble, pressures: &[Mean]) -> Option<Series> {
+    let (first, last) = (pressures.first()?, pressures.last()?);
+    let unit = first.mean / first.load;
+    let style = Style::line(evidence.looks.ink(&ensemble.point), Dash::Dashed, 1.2);
+    let range = [first.mean, last.mean];
+    let curve = |pressure: f64| persson::area(pressure / unit);
+    Some(Series::curve(curve, range, Spacing::Logarithmic, style))
+}

@@ -1,0 +1,96 @@
+//! What captions say of a study beside its data: what its meshes add, which surfaces are not what
+//! theories assume, in which unit its lengths are.
+
+use super::ReportError;
+use super::ensembles::{self, Mean};
+use super::evidence::{COUNTED, Evidence, LIGHT};
+use super::looks::Looks;
+use super::tables::{Finished, Stage};
+use crate::caveats;
+use crate::contact::correction::YASTREBOV_2017;
+use crate::stages::Kind;
+use crate::stages::columns::{NODES, PERIMETER_MANHATTAN, SIDE, UNIT};
+use crate::store::table::TableError;
+
+/// A caption names as many parameter points beside which theories do not belong.
+const MOST_CAVEATS: usize = 4;
+
+impl Evidence<'_> {
+    /// The unit of length of measured surfaces, if all have the same.
+    pub fn unit_of_length(&self) -> &str {
+        let mut units = self.measured.iter().map(|one| one.point.get(UNIT.name));
+        let first = units.next().flatten();
+        let common = first.filter(|unit| units.all(|other| other == Some(*unit)));
+        common.map_or("the unit of the side", String::as_str)
+    }
+
+    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
+    /// edges: a sentence, empty where nothing is counted.
+    ///
+    /// # Errors
+    /// When a table lacks a column of its stage.
+    pub fn share_of_mesh(&self) -> Result<String, TableError> {
+        let mut shares = Vec::new();
+        for ensemble in &self.measured {
+            let (areas, perimeters) = (
+                ensemble.mean(COUNTED)?,
+                ensemble.mean(PERIMETER_MANHATTAN.name)?,
+            );
+            let pairs = areas.iter().zip(&perimeters);
+            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
+            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
+            let number = |name: &str| ensemble.point.get(name)?.parse::<f64>().ok();
+            let mesh = number(NODES.name).zip(number(SIDE.name));
+            if let (Some((area, perimeter)), Some((nodes, side))) = (nearest, mesh) {
+                let edge = perimeter.mean / (side * nodes);
+                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
+            }
+        }
+        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
+        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
+            return Ok(String::new());
+        };
+        let range = match least == most {
+            true => least,
+            false => format!("{least} to {most}"),
+        };
+        Ok(format!(
+            "By the correction of 2017, the mesh adds {range} % to the counted area under the \
+             load nearest to {LIGHT}."
+        ))
+    }
+}
+
+/// Of which surfaces the theories do not speak, and why: a sentence after a space, or nothing.
+///
+/// # Errors
+/// When a table of surfaces lacks a column of its stage.
+pub fn caveat(finished: &Finished, looks: &Looks) -> Result<String, ReportError> {
+    let mut told = Vec::new();
+    let stages = finished.stages.iter();
+    for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
+        for point in caveats::points(table).map_err(ReportError::Caveats)? {
+            if point.departures.is_empty() {
+                continue;
+            }
+            let label = looks.label(&ensembles::point(&point.place, 0));
+            let label = label.unwrap_or_else(|| "these surfaces".to_owned());
+            let line = format!("{label} ({})", point.departures.join(", "));
+            if !told.contains(&line) {
+                told.push(line);
+            }
+        }
+    }
+    if told.is_empty() {
+        return Ok(String::new());
+    }
+    let hidden = told.len().saturating_sub(MOST_CAVEATS);
+    told.truncate(MOST_CAVEATS);
+    if hidden > 0 {
+        told.push(format!("{hidden} more"));
+    }
+    Ok(format!(
+        " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.",
+        told.join("; ")
+    ))
+}

@@ -1,0 +1,163 @@
+//! Confidence intervals of means, by Student's t over surfaces.
+//!
+//! A surface counts once, however many of its rows are in a group: areas of one surface under
+//! neighbouring loads say nearly the same. Of n surfaces with sums Sᵢ over nᵢ rows, the mean m of all
+//! rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of the ratio of two means; with one row
+//! each it is the square of the standard error.
+//!
+//! How often intervals of 95 % cover the mean of n values, in 20 000 simulated samples (6000 for
+//! resampling with 1000 replicates, 4000 from n = 20 on); ln x of the lognormal values has the
+//! standard deviation σ:
+//!
+//! | values | | n = 5 | 10 | 20 | 50 |
+//! |---|---|---|---|---|---|
+//! | normal | Student's t | 0.95 | 0.95 | 0.95 | 0.95 |
+//! | | percentiles of resamples | 0.85 | 0.90 | 0.93 | 0.94 |
+//! | lognormal, σ = 0.5 | Student's t | 0.92 | 0.92 | 0.93 | 0.94 |
+//! | | percentiles of resamples | 0.81 | 0.88 | 0.91 | 0.93 |
+//! | lognormal, σ = 1 | Student's t | 0.82 | 0.84 | 0.86 | 0.90 |
+//! | | percentiles of resamples | 0.72 | 0.81 | 0.84 | 0.90 |
+//!
+//! Student's t is nowhere worse, needs no draws, and is exact for normal values, which areas of
+//! surfaces of one spectrum are nearly.
+
+use std::collections::HashMap;
+
+use polars::prelude::{
+    Column, DataType, Expr, Field, LazyFrame, NamedFrom, PolarsResult, Schema, Series, col, lit,
+    when,
+};
+
+use super::super::StageError;
+use super::super::columns::SURFACE;
+use super::frame::polars_error;
+use super::groups::mean_of;
+use crate::fitting::student;
+
+/// `ci95` for a level of 0.95: the digits after the point, two or more.
+pub fn word(level: f64) -> String {
+    let digits = level.to_string().replace("0.", "");
+    format!("ci{digits:0<2}")
+}
+
+/// The level of a word such as `ci95`.
+pub fn level(word: &str) -> Option<f64> {
+    let digits = word.strip_prefix("ci")?;
+    let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
+    // `ci100` would be 10 %, which nobody means.
+    let is_shortest = digits.len() == 2 || !digits.ends_with('0');
+    let level: f64 = format!("0.{digits}").parse().ok()?;
+    (is_plain && is_shortest && level > 0.0).then_some(level)
+}
+
+/// What a column is whose name ends in one of these words, if it is an end of an interval of this
+/// level.
+pub fn meaning(level: f64, suffix: &str) -> Option<String> {
+    let end = suffix.strip_prefix(&word(level))?.strip_prefix('_')?;
+    // 0.29 × 100 is no whole number in floating point.
+    let percent = (level * 1e6).round() / 1e4;
+    Some(format!(
+        "{end} end of the {percent} % confidence interval, by Student's t over surfaces, of the mean"
+    ))
+}
+
+/// Adds to each row what all rows of its group and surface hold together: their sum and how many
+/// they are. Where no surfaces are named, each row stands for itself.
+pub fn with_sums(
+    rows: LazyFrame,
+    keys: &[Expr],
+    over: &[String],
+    has_surfaces: bool,
+) -> Result<LazyFrame, StageError> {
+    let place: Vec<Expr> = keys.iter().cloned().chain([col(SURFACE.name)]).collect();
+    let mut sums = Vec::new();
+    for name in over {
+        let (sum, count) = match has_surfaces {
+            true => (
+                value(name).sum().over(place.clone()),
+                value(name).count().over(place.clone()),
+            ),
+            false => (Ok(value(name)), Ok(lit(1.0))),
+        };
+        sums.push(sum.map_err(polars_error)?.alias(sum_of(name)));
+        let count = count.map_err(polars_error)?.cast(DataType::Float64);
+        sums.push(count.alias(rows_of(name)));
+    }
+    Ok(rows.with_columns(sums))
+}
+
+/// The standard error of a group's mean, and how many surfaces it rests on.
+pub fn of_group(name: &str, has_surfaces: bool) -> [Expr; 2] {
+    let known = || value(name).is_not_null();
+    let surfaces = match has_surfaces {
+        true => col(SURFACE.name).filter(known()).n_unique(),
+        false => value(name).count(),
+    };
+    let surfaces = || surfaces.clone().cast(DataType::Float64);
+    let deviation = col(sum_of(name)) - col(rows_of(name)) * value(name).mean();
+    // Every row of a surface has the deviation of all: together they count it once.
+    let each = (deviation.clone() * deviation / col(rows_of(name))).filter(known());
+    let variance = each.sum() * surfaces() / (surfaces() - lit(1.0));
+    let count = value(name).count().cast(DataType::Float64);
+    [
+        (variance.sqrt() / count).alias(error_of(name)),
+        surfaces().alias(surfaces_of(name)),
+    ]
+}
+
+/// The ends of the interval of a group's mean; none for a single surface.
+pub fn ends(name: &str, level: f64) -> [Expr; 2] {
+    let factor = col(surfaces_of(name)).map(
+        move |surfaces| factors(&surfaces, level),
+        |_: &Schema, field: &Field| Ok(Field::new(field.name().clone(), DataType::Float64)),
+    );
+    let half_width = factor * col(error_of(name));
+    let mean = || col(mean_of(name));
+    let several = || col(surfaces_of(name)).gt(lit(1.0));
+    let end = |value: Expr| {
+        when(several())
+            .then(value)
+            .otherwise(lit(polars::prelude::NULL))
+    };
+    let word = word(level);
+    [
+        end(mean() - half_width.clone()).alias(format!("{name}_{word}_lower")),
+        end(mean() + half_width).alias(format!("{name}_{word}_upper")),
+    ]
+}
+
+/// Student's t of each number of surfaces; each is found once.
+fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
+    let mut known: HashMap<u32, f64> = HashMap::new();
+    let mut factor = |surfaces: f64| {
+        let freedom = surfaces as u32 - 1;
+        let quantile = || student::two_sided_quantile(level, freedom);
+        *known.entry(freedom).or_insert_with(quantile)
+    };
+    let factors = surfaces.f64()?.iter();
+    let factors = factors.map(|surfaces| surfaces.filter(|&n| n > 1.0).map(&mut factor));
+    let factors: Vec<Option<f64>> = factors.collect();
+    Ok(Series::new(surfaces.name().clone(), factors).into())
+}
+
+/// A column as real numbers; a truth value is 1 or 0.
+fn value(name: &str) -> Expr {
+    col(name).cast(DataType::Float64)
+}
+
+// Names of what is computed on the way; no user's column has a space.
+fn sum_of(name: &str) -> String {
+    format!("{name} sum")
+}
+
+fn rows_of(name: &str) -> String {
+    format!("{name} rows")
+}
+
+fn error_of(name: &str) -> String {
+    format!("{name} error")
+}
+
+fn surfaces_of(name: &str) -> String {
+    format!("{name} surfaces")
+}

@@ -1,0 +1,267 @@
+//! What makes sense, and should be known all the same before it is run.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::{Stage, Study, Work};
+use crate::contact::shapes::Shape;
+use crate::stages::fit::Law;
+use crate::stages::generate::Form;
+use crate::stages::measure;
+
+/// Nodes to the shortest wavelength from which on the counted area needs no warning.
+///
+/// Share of the area that the mesh adds, in per cent: of surfaces with H = 0.8 on 64² … 2048² nodes
+/// against their limit on ever finer meshes, means over 16 of each, as counted and as corrected by
+/// the coefficient of 2017.
+///
+/// | nodes to the shortest wavelength | | 2 | 3 | 4 | 6 | 8 | 16 | 32 |
+/// |---|---|---|---|---|---|---|---|---|
+/// | load 0.06 | k = 4 … 32 | 29 | 18 | 13 | 8.5 | 6.4 | 3.2 | 1.6 |
+/// | | k = 8 … 32 | 41 | 25 | 18 | 12 | 8.8 | 4.3 | 2.2 |
+/// | | corrected | 0.4, 1.6 | −1.2, −1.9 | −1.5, −2.3 | −1.4, −1.7 | −1.0, −1.3 | −0.5, −0.7 | −0.2, −0.3 |
+/// | load 0.01 | k = 4 … 32 | 45 | 27 | 19 | 13 | 9.2 | 4.5 | 2.3 |
+/// | | k = 8 … 32 | 73 | 42 | 29 | 19 | 14 | 6.8 | 3.4 |
+/// | | corrected | 2.4, 8.1 | −1.8, −1.0 | −2.6, −2.6 | −1.6, −2.6 | −1.4, −1.9 | −0.7, −1.0 | −0.3, −0.5 |
+///
+/// Below 8 the mesh adds 10 % and more under light loads, as much as the spectra of a study differ
+/// by.
+const ENOUGH: f64 = 8.0;
+/// The same for areas that are corrected: from here on 3 % are left, below up to 12 %.
+const ENOUGH_CORRECTED: f64 = 3.0;
+/// What the mesh adds under a load of 0.06, times the nodes to the shortest wavelength, in per cent.
+const ADDED: [f64; 2] = [50.0, 80.0];
+
+/// Something to know of a stage.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Warning {
+    /// The stage's name.
+    pub stage: String,
+    /// What is to be known, and what would do.
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "stage `{}`: {}", self.stage, self.message)
+    }
+}
+
+/// The shortest wave of a surface, on its mesh.
+#[derive(Debug, Clone, Copy)]
+struct ShortestWave {
+    nodes: u32,
+    key: &'static str,
+    wavenumber: u32,
+}
+
+impl ShortestWave {
+    /// Of a surface that is drawn; a measured one has those that its file holds, and the other
+    /// shapes have edges and curvature, but no waves.
+    fn of(form: &Form) -> Option<ShortestWave> {
+        let (nodes, key, wavenumber) = match form {
+            Form::Random { nodes, surface } => (*nodes, "k_upper", surface.spectrum.k_upper),
+            Form::Shape { nodes, shape } => match *shape {
+                Shape::Wave { waves, .. }
+                | Shape::WaveProduct { waves, .. }
+                | Shape::WaveSum { waves, .. } => (*nodes, "waves", waves),
+                Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
+            },
+            Form::File(_) => return None,
+        };
+        Some(ShortestWave {
+            nodes,
+            key,
+            wavenumber,
+        })
+    }
+
+    /// Nodes to its length.
+    fn resolution(self) -> f64 {
+        f64::from(self.nodes) / f64::from(self.wavenumber)
+    }
+}
+
+impl Study {
+    /// What should be known of the study before it is run: meshes that count far too much area.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let stages = self.stages.iter().enumerate();
+        stages
+            .filter_map(|(place, stage)| {
+                Some(Warning {
+                    stage: stage.name.clone(),
+                    message: self.coarse_mesh(place, stage)?,
+                })
+            })
+            .collect()
+    }
+
+    /// What the coarsest mesh of a stage's surfaces does to the area that is counted on it.
+    fn coarse_mesh(&self, place: usize, stage: &Stage) -> Option<String> {
+        let Work::Generate(ensembles) = &stage.work else {
+            return None;
+        };
+        let enough = match self.is_corrected(place)? {
+            true => ENOUGH_CORRECTED,
+            false => ENOUGH,
+        };
+        let waves = ensembles.iter();
+        let mut waves: Vec<ShortestWave> = waves
+            .filter_map(|ensemble| ShortestWave::of(&ensemble.params.form))
+            .filter(|wave| wave.resolution() < enough)
+            .collect();
+        waves.sort_by(|one, other| one.resolution().total_cmp(&other.resolution()));
+        let (coarsest, others) = waves.split_first()?;
+        let ShortestWave {
+            nodes,
+            key,
+            wavenumber,
+        } = *coarsest;
+        let others = match others.len() {
+            0 => String::new(),
+            1 => format!(" (1 other point has less than {enough}, too)"),
+            more => format!(" ({more} other points have less than {enough}, too)"),
+        };
+        let [least, most] = ADDED.map(|added| added / coarsest.resolution());
+        let finer = f64::from(wavenumber) * enough;
+        let remedy = match enough == ENOUGH {
+            true => format!(
+                "a `correct` stage takes most of it off, `nodes = {finer}` leaves 6 to 10 %"
+            ),
+            false => format!(
+                "corrections leave up to 12 % of the area, `nodes = {finer}` leaves them 3 %"
+            ),
+        };
+        let resolution = (10.0 * coarsest.resolution()).round() / 10.0;
+        Some(format!(
+            "`nodes = {nodes}` with `{key} = {wavenumber}` is {resolution} nodes to the shortest \
+             wavelength{others}; the mesh adds some {least:.0} to {most:.0} % to the contact area \
+             that is counted under a load of 0.06, more under lighter ones; {remedy}"
+        ))
+    }
+
+    /// Whether all contact areas of a stage's surfaces are corrected for the mesh, or compared over
+    /// meshes; `None` where nothing is pressed.
+    fn is_corrected(&self, surfaces: usize) -> Option<bool> {
+        let solved = self.readers(surfaces, |work| matches!(work, Work::Solve(_)));
+        let counts = |work: &Work| matches!(work, Work::Measure(measure::Params::Contacts));
+        let corrects = |work: &Work| match work {
+            Work::Correct(params) => params.corrections.iter().any(|one| one.coefficient > 0.0),
+            Work::Fit(fits) => fits.iter().any(|fit| fit.law == Law::MeshConvergence),
+            _ => false,
+        };
+        (!solved.is_empty()).then(|| {
+            solved.iter().all(|&solved| {
+                let counted = self.readers(solved, counts);
+                let is_corrected = |&place: &usize| !self.readers(place, corrects).is_empty();
+                !counted.is_empty() && counted.iter().all(is_corrected)
+            })
+        })
+    }
+
+    /// The stages that read a stage and do some work.
+    fn readers(&self, read: usize, does: impl Fn(&Work) -> bool) -> Vec<usize> {
+        let stages = self.stages.iter().enumerate();
+        let readers = stages.filter(|(_, stage)| stage.inputs.contains(&read) && does(&stage.work));
+        readers.map(|(place, _)| place).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const PRESSED: &str = r#"
+[study]
+name = "coarse"
+
+[stage.rough]
+kind = "generate"
+nodes = 64
+hurst = 0.8
+k_lower = 2
+k_upper = [8, 16, 32]
+
+[stage.loads]
+kind = "solve"
+from = "rough"
+loads = [0.06]
+
+[stage.area]
+kind = "measure"
+from = "loads"
+"#;
+
+    const CORRECTED: &str = r#"
+[stage.corrected]
+kind = "correct"
+from = "area"
+correction = ["none", "2017"]
+"#;
+
+    fn told(manifest: &str) -> Vec<String> {
+        let study = Study::parse(manifest, "coarse.toml", Path::new("")).unwrap();
+        study.warnings().iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn the_coarsest_mesh_of_a_stage_is_named_with_what_it_adds_and_what_would_do() {
+        let told = told(PRESSED);
+        let [warning] = told.as_slice() else {
+            panic!("{told:?}")
+        };
+        for part in [
+            "stage `rough`",
+            "`nodes = 64` with `k_upper = 32` is 2 nodes to the shortest wavelength",
+            "(1 other point has less than 8, too)",
+            "some 25 to 40 %",
+            "`nodes = 256`",
+            "a `correct` stage",
+        ] {
+            assert!(warning.contains(part), "{part} in {warning}");
+        }
+    }
+
+    #[test]
+    fn a_fine_mesh_and_surfaces_that_nothing_presses_need_no_warning() {
+        assert!(told(&PRESSED.replace("[8, 16, 32]", "8")).is_empty());
+        let unpressed = PRESSED.split("[stage.loads]").next().unwrap();
+        assert!(told(unpressed).is_empty());
+    }
+
+    #[test]
+    fn corrections_make_up_for_three_nodes_and_more() {
+        let corrected = format!("{PRESSED}{CORRECTED}");
+        let told_at = |k_upper| told(&corrected.replace("[8, 16, 32]", k_upper));
+        assert!(told_at("[8, 16, 21]").is_empty());
+        let [warning] = &told_at("32")[..] else {
+            panic!("two nodes are too few for corrections")
+        };
+        assert!(warning.contains("up to 12 %"), "{warning}");
+        // No correction is none, and one of other contacts neither.
+        let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");
+        assert_eq!(told(&none).len(), 1);
+        let another = "[stage.more]\nkind = \"solve\"\nfrom = \"rough\"\nloads = [0.1]\n";
+        assert_eq!(told(&format!("{corrected}{another}")).len(), 1);
+    }
+
+    #[test]
+    fn waves_have_a_shortest_wavelength_and_punches_none() {
+        let shape = |lines: &str| {
+            let start = PRESSED.find("hurst").unwrap();
+            let end = PRESSED.find("[stage.loads]").unwrap();
+            told(&format!(
+                "{}{lines}\n{}",
+                &PRESSED[..start],
+                &PRESSED[end..]
+            ))
+        };
+        let wave = shape("method = \"wave-sum\"\namplitude = 0.1\nwaves = 24");
+        assert!(wave[0].contains("`waves = 24` is 2.7 nodes"), "{wave:?}");
+        let punch = shape("method = \"flat-punch\"\nradius = 0.1\ndepth = 0.1");
+        assert!(punch.is_empty(), "{punch:?}");
+    }
+}

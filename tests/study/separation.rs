@@ -1,0 +1,58 @@
+//! The exponential relation of load and mean gap, from surfaces to its fit.
+
+use crate::bench::{Bench, text};
+
+const PRESSED: &str = r#"
+[study]
+name = "separation"
+seed = 11
+
+[stage.surfaces]
+kind = "generate"
+nodes = 128
+hurst = 0.8
+k_lower = 4
+k_upper = 32
+side = 1e-3
+rms_slope = 0.1
+realizations = 6
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+loads = { from = 0.01, to = 0.1, steps = 6, spacing = "geometric" }
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.separation]
+kind = "fit"
+from = "area"
+law = "load-separation"
+bootstrap = 200
+"#;
+
+#[test]
+fn the_mean_gap_falls_by_half_an_rms_height_while_the_load_grows_by_e() {
+    let bench = Bench::new();
+    bench.run(PRESSED);
+    let fits = bench.table("separation", "separation");
+    assert_eq!(fits.rows(), 1);
+    assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
+    let value = |name: &str| fits.reals(name).unwrap().value(0);
+    let surfaces = bench.table("separation", "surfaces");
+    let heights = surfaces.reals("rms_height").unwrap().values();
+    let rms_height = heights.iter().sum::<f64>() / heights.len() as f64;
+    // Persson 2007: of the order of the rms height. Four times as many nodes and twice the range of
+    // wavelengths give 0.46; six surfaces know it to some per cent.
+    let share = value("decay_length") / rms_height;
+    assert!((share - 0.46).abs() < 0.04, "{share}");
+    assert!(value("decay_length_lower") < value("decay_length"));
+    assert!(value("decay_length") < value("decay_length_upper"));
+    // The line explains the logarithm of the load to a few per cent.
+    assert!(value("rms_residual") < 0.05, "{}", value("rms_residual"));
+    let path = bench.path("study.toml");
+    let told = text(&bench.output(&["run", path.to_str().unwrap()]).stdout);
+    assert!(told.contains("u₀"), "{told}");
+}
