@@ -231,11 +231,10 @@ impl Solver {
         let mut search = Search::default();
         let mut evaluation = match self.guess(load) {
             Some(start) => self.approach(&mut search, start, settings, interrupted),
-            None => self.evaluate_guess(),
+            None => self.evaluate_guess(settings),
         };
         loop {
-            let residual = self.residual(evaluation.standing.error);
-            let stop = if residual <= self.tolerance(settings, evaluation.contact_nodes) {
+            let stop = if self.is_solved(settings, &evaluation) {
                 self.release(evaluation.standing.level);
                 Stop::Converged
             } else if self.pairs >= settings.pair_limit {
@@ -264,6 +263,11 @@ impl Solver {
         let goal = tolerance.max(SINGLE_REDUCTION * begun);
         let stop = |pairs| pairs >= settings.pair_limit || interrupted();
         self.refine(search, start, goal, &stop)
+    }
+
+    fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
+        let tolerance = self.tolerance(settings, evaluation.contact_nodes);
+        self.residual(evaluation.standing.error) <= tolerance
     }
 
     /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less

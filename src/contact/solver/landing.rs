@@ -1,11 +1,11 @@
 //! From single precision to double: what a search found is evaluated.
 
-use super::Solver;
 use super::lanes::{Wide, over_rows};
 use super::line::Line;
 use super::passes::{Arrive, Depart, Fold, Join, Land, Landing, Settle, Withdraw};
 use super::search::{LastMove, Search};
 use super::survey::{Standing, Survey};
+use super::{Settings, Solver};
 
 /// What only double precision tells.
 #[derive(Debug, Clone, Copy)]
@@ -30,12 +30,13 @@ impl Solver {
         self.arrive()
     }
 
-    /// The same of a guess: twice, if all that is seen of its error is how gaps so far from their
-    /// datum are rounded. A search would find nothing to do there.
-    pub(super) fn evaluate_guess(&mut self) -> Evaluation {
+    /// The same of a guess: twice, if it is no solution, but all that is seen of its error is how
+    /// gaps so far from their datum are rounded. A search would find nothing to do there.
+    pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
         let evaluation = self.evaluate();
         let Standing { level, error } = evaluation.standing;
-        if error > f64::from(f32::EPSILON) * level.abs() {
+        let is_seen = error > f64::from(f32::EPSILON) * level.abs();
+        if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
         }
         self.datum += level;
