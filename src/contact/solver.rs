@@ -94,6 +94,11 @@ pub struct Outcome {
     pub peak_pressure: f64,
 }
 
+/// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
+pub fn bytes_per_node(tolerance: f64) -> f64 {
+    if Base::is_map(tolerance) { 61.0 } else { 57.0 }
+}
+
 /// One rough surface, and its contact at the last load.
 ///
 /// Holds about 57 bytes a node: heights and pressure in double precision; heights, the search's
