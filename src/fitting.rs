@@ -97,9 +97,12 @@ pub enum FitError {
         /// μ where the search stopped.
         mu: f64,
     },
-    /// A resample was given up: its parameters would say where the patience ended.
-    #[error("the least squares of a resample did not converge")]
-    ResampleNotConverged,
+    /// A search was given up: its parameters would say where the patience ended.
+    #[error(
+        "the least squares did not converge: the data do not tell the parameters apart, try \
+             another window or a given kappa"
+    )]
+    NotConverged,
     /// No κ makes the exponent of the fit cross one.
     #[error(
         "the fitted exponent mu never crosses one for kappa from {lower:.4} to {upper:.4}: the \

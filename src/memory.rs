@@ -1,12 +1,21 @@
-//! How much memory tasks take, and how many of them fit into it at once.
+//! How much memory tasks take, and what there is for them.
+//!
+//! What a task takes is known before it begins: so much for each node of its mesh. One that does not
+//! fit is refused before anything starts, and tasks begin as others leave their room
+//! ([`crate::runner`]).
+
+use std::hint::black_box;
 
 use bytesize::ByteSize;
-use sysinfo::{ProcessesToUpdate, System};
 
 use crate::plan::Plan;
 use crate::runner::columns_read_by;
 use crate::stages::Footprint;
 use crate::store::parquet::Columns;
+
+mod allowance;
+
+pub use allowance::{Allowance, TooLarge, of_machine};
 
 /// What the program takes before it holds a surface.
 pub const PROGRAM: ByteSize = ByteSize::mib(64);
@@ -14,39 +23,35 @@ pub const PROGRAM: ByteSize = ByteSize::mib(64);
 /// How often a table is in memory while it is finished: values, columns, pages and the file.
 const COPIES: f64 = 4.0;
 
-/// What the machine has, or as much of it as this process may use. What cannot be found out does
-/// not limit anything.
-pub fn of_machine() -> ByteSize {
-    let mut system = System::new();
-    system.refresh_memory();
-    let mut limits = vec![system.total_memory()];
-    limits.extend(system.cgroup_limits().map(|limits| limits.total_memory));
-    if let Ok(own) = sysinfo::get_current_pid() {
-        system.refresh_processes(ProcessesToUpdate::Some(&[own]), false);
-        let own = system
-            .process(own)
-            .and_then(|process| process.cgroup_limits());
-        limits.extend(own.map(|limits| limits.total_memory));
-    }
-    let known = limits.into_iter().filter(|&limit| limit > 0);
-    ByteSize(known.min().unwrap_or(u64::MAX))
+/// Whether the system gives so much memory to this process, here and now.
+pub fn is_there(size: ByteSize) -> bool {
+    let mut memory = Vec::<u8>::new();
+    let size = usize::try_from(size.0).unwrap_or(usize::MAX);
+    let is_given = memory.try_reserve_exact(size).is_ok();
+    // Memory that nobody looks at need not be asked for, says the compiler.
+    black_box(&memory);
+    is_given
 }
 
 /// The most that any of these tasks takes.
 pub fn of_largest(plan: &Plan, tasks: &[usize]) -> ByteSize {
-    let each = tasks.iter().map(|&task| of_task(plan, task));
-    ByteSize(each.max().unwrap_or(0))
+    let each = tasks.iter().map(|&task| of_task(plan, task, 1));
+    each.max().unwrap_or(ByteSize(0))
 }
 
-/// How many tasks of this size fit into the memory at once; one is always tried.
-pub fn workers(largest: ByteSize, memory: ByteSize) -> usize {
-    let room = memory.0.saturating_sub(PROGRAM.0);
-    let workers = room / largest.0.max(1);
-    usize::try_from(workers).unwrap_or(usize::MAX).max(1)
+/// How many threads may work on tasks: as many as are asked for, unless some task draws a surface on
+/// each of them, and there is room for fewer.
+pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: usize) -> usize {
+    let pooling = tasks
+        .iter()
+        .filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
+    let fit = pooling.map(|&task| room.0 / of_task(plan, task, 1).0.max(1));
+    let fewest = fit.min().unwrap_or(u64::MAX);
+    usize::try_from(fewest).unwrap_or(usize::MAX).clamp(1, most)
 }
 
-/// Bytes that a task takes at its peak.
-fn of_task(plan: &Plan, task: usize) -> u64 {
+/// What a task takes at its peak, with so many threads to draw the surfaces on that it pools.
+pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let task = &plan.tasks[task];
     let reads_maps = columns_read_by(&task.recipe) == Columns::All;
     let inputs = task.inputs.iter().filter(|_| reads_maps);
@@ -54,19 +59,22 @@ fn of_task(plan: &Plan, task: usize) -> u64 {
         .map(|&input| plan.tasks[input].recipe.footprint().table)
         .sum();
     let Footprint { work, table } = task.recipe.footprint();
+    let at_once = match task.recipe.pools_surfaces() {
+        true => threads.min(task.inputs.len()),
+        false => 1,
+    };
     let nodes = (task.nodes as f64).powi(2);
-    (nodes * (work + COPIES * table + read)) as u64
+    ByteSize((nodes * (work * at_once as f64 + COPIES * table + read)) as u64)
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::path::Path;
 
     use super::*;
     use crate::study::Study;
 
-    /// Bytes of the largest task, over the nodes of the mesh.
-    fn bytes_per_node(nodes: usize, more: &str) -> f64 {
+    pub fn plan(nodes: usize, more: &str) -> Plan {
         let manifest = format!(
             "
             [study]
@@ -84,16 +92,25 @@ mod tests {
             {more}
             "
         );
-        let study = Study::parse(&manifest, "study.toml", Path::new("")).unwrap();
-        let plan = Plan::of(&study);
-        let tasks: Vec<usize> = (0..plan.tasks.len()).collect();
-        of_largest(&plan, &tasks).0 as f64 / (nodes * nodes) as f64
+        Plan::of(&Study::parse(&manifest, "study.toml", Path::new("")).unwrap())
+    }
+
+    pub fn all(plan: &Plan) -> Vec<usize> {
+        (0..plan.tasks.len()).collect()
+    }
+
+    /// Bytes of the largest task, over the nodes of the mesh.
+    fn bytes_per_node(nodes: usize, more: &str) -> f64 {
+        let plan = plan(nodes, more);
+        of_largest(&plan, &all(&plan)).0 as f64 / (nodes * nodes) as f64
     }
 
     #[test]
     fn memory_is_that_of_the_maps() {
         let few = "loads = [0.1, 0.2]";
         assert_eq!(bytes_per_node(256, few), bytes_per_node(64, few));
+        let fine = bytes_per_node(64, "loads = [0.1, 0.2]\ntolerance = 1e-8");
+        assert_eq!(fine, bytes_per_node(64, few) + 4.0);
         let kept = bytes_per_node(64, "loads = [0.1, 0.2]\npressures = \"all\"");
         assert!(kept > bytes_per_node(64, few) + 2.0 * 8.0);
         let contacts = bytes_per_node(64, "loads = { to = 0.2, steps = 90 }");
@@ -101,17 +118,26 @@ mod tests {
     }
 
     #[test]
-    fn as_many_work_as_fit_and_one_always_does() {
-        let largest = ByteSize::mib(100);
-        assert_eq!(workers(largest, PROGRAM + ByteSize::mib(399)), 3);
-        assert_eq!(workers(largest, PROGRAM + ByteSize::mib(400)), 4);
-        assert_eq!(workers(largest, ByteSize(1)), 1);
-        assert_eq!(workers(ByteSize(0), ByteSize::gib(1)), 960 << 20);
+    fn surfaces_are_pooled_on_as_many_threads_as_they_fit() {
+        let pool = "loads = [0.1]
+            [stage.heights]
+            kind = \"measure\"
+            from = \"surfaces\"
+            pool = true";
+        let plan = plan(64, pool);
+        let pooled = plan.stages[2].tasks.clone();
+        let one = of_task(&plan, pooled[0], 1);
+        let threads = |room: u64| threads(&plan, &all(&plan), ByteSize(room), 8);
+        assert_eq!(
+            [threads(0), threads(3 * one.0), threads(100 * one.0)],
+            [1, 3, 8]
+        );
     }
 
     #[test]
-    fn the_machine_has_memory() {
-        let memory = of_machine();
-        assert!(memory > PROGRAM, "{memory}");
+    fn more_memory_than_there_are_addresses_is_not_there() {
+        assert!(is_there(ByteSize::mib(1)));
+        assert!(!is_there(ByteSize(u64::MAX)));
+        assert!(!is_there(ByteSize(1 << 62)));
     }
 }

@@ -1,7 +1,7 @@
 //! Runs what the store lacks, one task to a core.
 //!
-//! A finished task starts those that waited for it; a failed one drops them and lets the others
-//! go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
+//! A task begins when there is memory for it beside those at work. A finished one starts those that
+//! waited for it; a failed one drops them and lets the others go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
 //! table that turns out to be damaged is set aside and computed again before it is read.
 
 use std::collections::{BTreeSet, HashMap};
@@ -9,14 +9,20 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use bytesize::ByteSize;
 use rayon::Scope;
 
+use crate::memory;
 use crate::plan::{Plan, Task};
 use crate::sources::Sources;
 use crate::stages::{Context, Input, Kind, Recipe, StageError};
 use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
+
+mod room;
+
+use room::Room;
 
 /// What became of a plan.
 #[derive(Debug, Default)]
@@ -104,6 +110,15 @@ pub enum TaskError {
     /// Another task failed, without which it cannot be computed.
     #[error("needs task {0}, which failed")]
     Upstream(TaskKey),
+    /// The system does not give the memory that the work takes.
+    #[error(
+        "takes {takes} of memory, which the system does not give it now: allow the process more, \
+         run with fewer `--jobs`, or choose a coarser mesh"
+    )]
+    Memory {
+        /// How much that is.
+        takes: String,
+    },
     /// The work panicked: a bug of ours.
     #[error("panicked: {0}; this is a bug, please report it")]
     Panic(String),
@@ -141,25 +156,33 @@ pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
     wanted.into_iter().collect()
 }
 
-/// Computes the missing tasks with `jobs` threads.
+/// What a run works with.
+#[derive(Debug, Clone, Copy)]
+pub struct Means {
+    /// Threads, one for each task at work.
+    pub threads: usize,
+    /// Memory that the tasks at work may take together.
+    pub room: ByteSize,
+}
+
+/// Computes the missing tasks.
 ///
-/// # Panics
+/// # Errors
 /// When the operating system refuses to start threads.
 pub fn run(
     plan: &Plan,
     missing: &[usize],
     store: &Store,
     sources: &Sources,
-    jobs: usize,
+    means: Means,
     observer: &dyn Observer,
     interrupted: &AtomicBool,
-) -> Outcome {
-    let run = Run::new(plan, missing, store, sources, observer, interrupted);
+) -> Result<Outcome, rayon::ThreadPoolBuildError> {
+    let run = Run::new(plan, missing, store, sources, means, observer, interrupted);
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs)
+        .num_threads(means.threads)
         .thread_name(|number| format!("worker-{number}"))
-        .build()
-        .expect("the system starts a few threads");
+        .build()?;
     pool.scope(|scope| {
         // The pool takes the latest task first: the first one of the plan goes in last.
         for &task in missing.iter().rev() {
@@ -169,7 +192,7 @@ pub fn run(
             }
         }
     });
-    run.outcome()
+    Ok(run.outcome())
 }
 
 struct Run<'a> {
@@ -178,6 +201,8 @@ struct Run<'a> {
     sources: &'a Sources,
     observer: &'a dyn Observer,
     interrupted: &'a AtomicBool,
+    threads: usize,
+    room: Room,
     dependents: Vec<Vec<usize>>,
     /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
     waits_for: Vec<AtomicUsize>,
@@ -193,6 +218,7 @@ impl<'a> Run<'a> {
         missing: &[usize],
         store: &'a Store,
         sources: &'a Sources,
+        Means { threads, room }: Means,
         observer: &'a dyn Observer,
         interrupted: &'a AtomicBool,
     ) -> Run<'a> {
@@ -208,12 +234,15 @@ impl<'a> Run<'a> {
                 let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
                 AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
             });
+        let sizes = (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads).0);
         Run {
             plan,
             store,
             sources,
             observer,
             interrupted,
+            threads,
+            room: Room::new(room.0, sizes),
             dependents: plan.dependents(),
             waits_for: waits_for.collect(),
             has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
@@ -222,7 +251,21 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Attempts a task if there is room for it; if not, one that leaves room starts it.
     fn task<'s>(&'s self, task: usize, scope: &Scope<'s>) {
+        if self.room.enter(task) {
+            self.attempt_and_leave(task, scope);
+        }
+    }
+
+    fn attempt_and_leave<'s>(&'s self, task: usize, scope: &Scope<'s>) {
+        self.attempt(task, scope);
+        for next in self.room.leave(task) {
+            scope.spawn(move |scope| self.attempt_and_leave(next, scope));
+        }
+    }
+
+    fn attempt<'s>(&'s self, task: usize, scope: &Scope<'s>) {
         if self.is_stopped() {
             return;
         }
@@ -248,6 +291,11 @@ impl<'a> Run<'a> {
 
     fn compute(&self, task: usize) -> Result<(), TaskError> {
         let Task { recipe, inputs, .. } = &self.plan.tasks[task];
+        let size = memory::of_task(self.plan, task, self.threads);
+        if !memory::is_there(size) {
+            let takes = size.display().si().to_string();
+            return Err(TaskError::Memory { takes });
+        }
         let inputs = inputs
             .iter()
             .map(|&input| self.read(input, columns_read_by(recipe)))

@@ -111,7 +111,7 @@ fn fit(
     kappa: Kappa,
 ) -> Option<EvolutionFit> {
     let problem = EvolutionProblem::new(&ensemble.curves(weights)?, quantity, window).ok()?;
-    problem.fit(kappa).ok().filter(|fit| fit.converged)
+    problem.fit(kappa).ok()
 }
 
 /// The least κ that makes the slopes of one ensemble convex.

@@ -14,14 +14,14 @@ use super::outlook::growing;
 use super::plan::Counts;
 use super::progress::Progress;
 use super::trouble::Trouble;
-use super::{Data, Failure, chain, counted, summary, tasks};
+use super::{Data, Failure, Misused, chain, counted, summary, tasks};
 use crate::growth::Grown;
-use crate::memory;
+use crate::memory::{self, Allowance};
 use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::reasons::record::Record;
 use crate::results::{self, ResultsError, StageTable};
-use crate::runner::{self, Damage, Outcome};
+use crate::runner::{self, Damage, Means, Outcome};
 use crate::store::Store;
 
 /// How a process ends that its user stopped.
@@ -39,7 +39,8 @@ pub struct Arguments {
     jobs: Option<u16>,
 
     /// Memory to keep to, as in `16GB` or `512MiB`, by working on fewer surfaces at once; seven
-    /// eighths of what the machine has, or of what this process may use of it, when left out.
+    /// eighths of what the machine has, or of what this process may use of it, when left out. A
+    /// task that takes more is refused before anything starts.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
@@ -59,11 +60,18 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
     super::tell(&study.warnings());
     let store = data.open()?;
+    let grown = Grown::of(study, &store)?;
+    let wanted = arguments.wanted(&grown.plan, &store)?;
+    let jobs = arguments.jobs.map_or_else(cores, usize::from);
+    let memory = Allowance::of(arguments.memory, jobs);
+    memory
+        .fits(&grown.plan, &wanted)
+        .map_err(|refused| Misused(refused.to_string()))?;
     let mut work = Work {
-        grown: Grown::of(study, &store)?,
+        grown,
         store: &store,
-        jobs: arguments.jobs,
-        memory: arguments.memory,
+        jobs,
+        memory,
         stopped: stop_on_signal()?,
     };
     remember(data, &work);
@@ -73,11 +81,8 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     };
     let plan = work.plan();
     let missing = work.missing();
-    let wanted = match &arguments.only {
-        Some(key) => runner::alone(plan, tasks::planned(key, plan)?, &store),
-        None => missing.clone(),
-    };
-    let mut outcome = work.compute(&wanted);
+    let wanted = arguments.wanted(plan, &store)?;
+    let mut outcome = work.compute(&wanted)?;
     // What was drawn on the way was missing and wanted, too.
     let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &grown.computed));
     outcome.append(grown);
@@ -122,6 +127,20 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     Ok(exit_code(&outcome))
 }
 
+impl Arguments {
+    /// The tasks to be computed, of those that the plan has by now.
+    fn wanted(&self, plan: &Plan, store: &Store) -> Result<Vec<usize>, Failure> {
+        Ok(match &self.only {
+            Some(key) => runner::alone(plan, tasks::planned(key, plan)?, store),
+            None => runner::missing(plan, store),
+        })
+    }
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Tasks of two lists, in order.
 fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
     tasks.extend(others);
@@ -134,8 +153,8 @@ fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
 struct Work<'a> {
     grown: Grown,
     store: &'a Store,
-    jobs: Option<u16>,
-    memory: Option<ByteSize>,
+    jobs: usize,
+    memory: Allowance,
     stopped: Arc<AtomicBool>,
 }
 
@@ -158,7 +177,7 @@ impl Work<'_> {
             }
             let mut missing = self.grown.deciding();
             missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
-            let round = self.compute(&missing);
+            let round = self.compute(&missing)?;
             if round.computed.is_empty() {
                 return Ok(outcome);
             }
@@ -171,42 +190,41 @@ impl Work<'_> {
         }
     }
 
-    fn compute(&self, missing: &[usize]) -> Outcome {
+    fn compute(&self, missing: &[usize]) -> Result<Outcome, Failure> {
         if missing.is_empty() {
-            return Outcome::default();
+            return Ok(Outcome::default());
         }
+        let means = self.means(missing);
         let progress = Progress::new(self.plan(), missing, &Pace::default());
         let outcome = runner::run(
             self.plan(),
             missing,
             self.store,
             &self.grown.study.sources,
-            self.workers(missing),
+            means,
             &progress,
             &self.stopped,
         );
         progress.end();
-        outcome
+        Ok(outcome?)
     }
 
     /// One surface to a core, as far as memory goes.
-    fn workers(&self, missing: &[usize]) -> usize {
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        let jobs = self.jobs.map_or_else(cores, usize::from).min(missing.len());
-        let largest = memory::of_largest(self.plan(), missing);
-        let memory = self
-            .memory
-            .unwrap_or_else(|| ByteSize(memory::of_machine().0 / 8 * 7));
-        let workers = memory::workers(largest, memory).min(jobs);
-        if workers < jobs {
-            let [memory, largest] = [memory, largest].map(|size| size.display().si());
-            let workers = counted(workers, "task");
+    fn means(&self, missing: &[usize]) -> Means {
+        let (plan, room) = (self.plan(), self.memory.room());
+        let jobs = self.jobs.min(missing.len());
+        let largest = memory::of_largest(plan, missing);
+        let at_once = (room.0 / largest.0.max(1)).max(1);
+        if at_once < jobs as u64 {
+            let (largest, memory) = (largest.display().si(), self.memory);
             warn(&format!(
-                "note: {memory} of memory are for {workers} at once, not {jobs}: \
-                 the largest takes {largest}",
+                "note: the largest task takes {largest}: {at_once} at once, not {jobs}, in {memory}"
             ));
         }
-        workers
+        Means {
+            threads: memory::threads(plan, missing, room, jobs),
+            room,
+        }
     }
 
     /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
@@ -226,7 +244,7 @@ impl Work<'_> {
         }
         tasks.sort_unstable();
         tasks.dedup();
-        outcome.append(self.compute(&tasks));
+        outcome.append(self.compute(&tasks)?);
         Ok(publish()?)
     }
 }

@@ -4,9 +4,11 @@ use arrow::array::Array;
 
 use super::{Failure, counted};
 use crate::caveats;
+use crate::fitting::FitError;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::StageTable;
 use crate::stages::Kind;
+use crate::stages::fit::rows::{FITTED, STATUS};
 use crate::store::table::{Table, TableError};
 
 /// One line per stage, and where the tables are.
@@ -106,13 +108,13 @@ fn solved(stage: &PlannedStage, table: &Table) -> Result<Vec<Option<String>>, Ta
 }
 
 fn fitted(table: &Table) -> Result<Vec<Option<String>>, TableError> {
-    let status = table.texts("status")?;
-    let failed = status
-        .iter()
-        .filter(|status| *status != Some("fitted"))
-        .count();
+    let status = table.texts(STATUS.name)?;
+    let among = |word: &str| status.iter().filter(|status| *status == Some(word)).count();
+    let astray = among(&FitError::NotConverged.to_string());
+    let failed = table.rows() - among(FITTED) - astray;
     let mut parts = vec![
         Some(counted(table.rows(), "fit")),
+        (astray > 0).then(|| format!("{astray} did not converge")),
         (failed > 0).then(|| format!("{failed} failed, see `status`")),
     ];
     for (name, label) in [
@@ -166,4 +168,61 @@ fn distinct(table: &Table, name: &str) -> Result<Vec<String>, TableError> {
         }
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::law::ContactEvolution;
+    use crate::stages::columns::{AREA_FRACTION, LOAD, STOP, SURFACE};
+    use crate::stages::fit;
+    use crate::store::column::{Column, ColumnKind, reals, texts};
+
+    const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
+
+    #[test]
+    fn a_fit_that_did_not_converge_is_counted_and_enters_no_range() {
+        let loads: Vec<f64> = (1..=20).map(|i| 0.003 * f64::from(i)).collect();
+        let law = ContactEvolution {
+            kappa: 2.75,
+            beta: 1.2,
+            mu: 0.6,
+        };
+        let of_a_law = loads.iter().map(|&load| law.area(load));
+        // Its slope at first touch is infinite.
+        let of_a_power = loads.iter().map(|load| 2.0 * load.powf(0.9));
+        let measured = Table::new(
+            40,
+            vec![
+                (SURFACE, texts([["one"; 20], ["two"; 20]].concat())),
+                (HURST, reals([[0.3; 20], [0.8; 20]].concat())),
+                (LOAD, reals([loads.clone(), loads.clone()].concat())),
+                (AREA_FRACTION, reals(of_a_law.chain(of_a_power))),
+                (STOP, texts(["converged"; 40])),
+            ],
+        );
+        let free = fit::Params {
+            law: fit::Law::ContactEvolution {
+                to: fit::Datum::Area,
+                kappa: fit::Kappa::Free,
+            },
+            window: [0.0, 1.0],
+            bootstrap: 0,
+            level: 0.95,
+            seed: 0,
+        };
+        let table = fit::fitted(&free, &measured).unwrap();
+        for name in ["kappa", "beta", "mu", "rms_residual", "r_squared"] {
+            assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
+        }
+        let parts: Vec<String> = fitted(&table).unwrap().into_iter().flatten().collect();
+        let told = [
+            "2 fits",
+            "1 did not converge",
+            "κ 2.7500",
+            "β 1.2000",
+            "μ 0.6000",
+        ];
+        assert_eq!(parts, told);
+    }
 }

@@ -11,23 +11,41 @@ use super::fft::{Kernel, Real, Scratch, Transform};
 
 /// The kernel from pressure to displacement, 2/|q| and zero at q = 0.
 pub fn displacement<T: Real>(nodes: usize) -> Kernel<T> {
-    kernel(nodes, |k| if k > 0.0 { 1.0 / (PI * k) } else { 0.0 })
+    kernel(nodes, displacement_of_wave)
 }
 
 /// The kernel from displacement to pressure, |q|/2; the inverse of [`displacement`] on maps of zero
 /// mean.
 pub fn stiffness<T: Real>(nodes: usize) -> Kernel<T> {
-    kernel(nodes, |k| PI * k)
+    kernel(nodes, stiffness_of_wave)
+}
+
+fn displacement_of_wave(k: f64) -> f64 {
+    if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
+}
+
+fn stiffness_of_wave(k: f64) -> f64 {
+    PI * k
 }
 
 /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
 /// alone asks for: the mean of |q|/2 over the wavenumbers of the mesh.
 pub fn nodal_stiffness(nodes: usize) -> f64 {
+    mean_over_waves(nodes, stiffness_of_wave)
+}
+
+/// The displacement of one node, in units of cell sides, under a unit pressure on this node alone,
+/// in units of E*: the mean of 2/|q| over the wavenumbers of the mesh.
+pub fn nodal_compliance(nodes: usize) -> f64 {
+    mean_over_waves(nodes, displacement_of_wave)
+}
+
+fn mean_over_waves(nodes: usize, factor: impl Fn(f64) -> f64) -> f64 {
     // Wavenumbers k and k − N are one on a mesh.
     let magnitude = |k: usize| k.min(nodes - k) as f64;
     let waves = (0..nodes).flat_map(|k_x| (0..nodes).map(move |k_y| (k_x, k_y)));
     let sum: f64 = waves
-        .map(|(k_x, k_y)| PI * magnitude(k_x).hypot(magnitude(k_y)))
+        .map(|(k_x, k_y)| factor(magnitude(k_x).hypot(magnitude(k_y))))
         .sum();
     sum / (nodes * nodes) as f64
 }
@@ -113,6 +131,19 @@ mod tests {
             full_contact_pressure(&transform, &raised, &mut pressure, &mut transform.scratch());
             let stiffness = nodal_stiffness(nodes);
             assert!((pressure[0] - stiffness).abs() <= 1e-14 * stiffness);
+        }
+    }
+
+    #[test]
+    fn a_pressed_node_sinks_by_the_nodal_compliance() {
+        for nodes in [1, 2, 7, 12] {
+            let transform = Transform::<f64>::new(nodes);
+            let mut pressed = vec![0.0; nodes * nodes];
+            pressed[0] = 1.0;
+            let (kernel, mut sunk) = (displacement(nodes), vec![0.0; nodes * nodes]);
+            transform.convolve(&kernel, &pressed, &mut sunk, &mut transform.scratch());
+            let compliance = nodal_compliance(nodes);
+            assert!((sunk[0] - compliance).abs() <= 1e-14 * compliance);
         }
     }
 

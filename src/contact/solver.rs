@@ -36,10 +36,16 @@ use steps::Steps;
 /// one in double precision: far from its rounding, 1e-7.
 const SINGLE_REDUCTION: f64 = 1e-4;
 
+/// The largest residual over the displacement of one node under the mean pressure in contact. Beyond
+/// it, contact would be whatever a guess took for it.
+const SHARE_OF_DISPLACEMENT: f64 = 0.1;
+
 /// When a load counts as solved, and when to give up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Largest [`Outcome::residual`] of a solution.
+    /// Largest [`Outcome::residual`] of a solution. It is held to a tenth, too, of what the mean
+    /// pressure in contact displaces one node by: less than the default only where that pressure is
+    /// below 5e-4 E* × rms slope.
     pub tolerance: f64,
     /// Transform pairs, forward and inverse, after which a load is given up; asked once an
     /// iteration, so that a few more may be spent.
@@ -88,6 +94,11 @@ pub struct Outcome {
     pub peak_pressure: f64,
 }
 
+/// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
+pub fn bytes_per_node(tolerance: f64) -> f64 {
+    if Base::is_map(tolerance) { 61.0 } else { 57.0 }
+}
+
 /// One rough surface, and its contact at the last load.
 ///
 /// Holds about 57 bytes a node: heights and pressure in double precision; heights, the search's
@@ -97,6 +108,8 @@ pub struct Outcome {
 pub struct Solver {
     nodes: usize,
     heights: Vec<f64>,
+    /// The largest of them.
+    highest: f64,
     full_contact_load: f64,
 
     pressure: Vec<f64>,
@@ -113,7 +126,9 @@ pub struct Solver {
     /// Mean of the gap in contact, less the datum.
     level: f64,
     earlier_level: f64,
+    /// Heights less their datum.
     single_heights: Vec<f32>,
+    height_datum: f64,
     /// Pressures of a search are counted from here,
     base: Base,
     /// and are so much higher.
@@ -131,6 +146,7 @@ pub struct Solver {
     single_displacement: Kernel<f32>,
     single_stiffness: Kernel<f32>,
     nodal_stiffness: f64,
+    nodal_compliance: f64,
 
     /// Transform pairs spent on the present load.
     pairs: u32,
@@ -152,6 +168,8 @@ impl Solver {
         Self {
             nodes,
             single_heights: heights.iter().map(|height| *height as f32).collect(),
+            height_datum: 0.0,
+            highest: heights.iter().fold(f64::MIN, |highest, h| highest.max(*h)),
             heights,
             full_contact_load,
             pressure,
@@ -178,6 +196,7 @@ impl Solver {
             single_displacement: half_space::displacement(nodes),
             single_stiffness: half_space::stiffness(nodes),
             nodal_stiffness: half_space::nodal_stiffness(nodes),
+            nodal_compliance: half_space::nodal_compliance(nodes),
             pairs: 0,
         }
     }
@@ -195,7 +214,8 @@ impl Solver {
 
     /// Finds the contact under a mean pressure `load` > 0, in units of E* × rms slope.
     ///
-    /// Loads may come in any order; those in ascending order are found fastest.
+    /// Loads may come in any order; those in ascending order are found fastest. However light the
+    /// load, and however it ends, some node bears it.
     pub fn press(
         &mut self,
         load: f64,
@@ -216,11 +236,10 @@ impl Solver {
         let mut search = Search::default();
         let mut evaluation = match self.guess(load) {
             Some(start) => self.approach(&mut search, start, settings, interrupted),
-            None => self.evaluate(),
+            None => self.evaluate_guess(settings),
         };
         loop {
-            let residual = self.residual(evaluation.standing.error);
-            let stop = if residual <= settings.tolerance {
+            let stop = if self.is_solved(settings, &evaluation) {
                 self.release(evaluation.standing.level);
                 Stop::Converged
             } else if self.pairs >= settings.pair_limit {
@@ -245,9 +264,24 @@ impl Solver {
         interrupted: &dyn Fn() -> bool,
     ) -> Evaluation {
         let begun = self.residual(start.standing.error);
-        let goal = settings.tolerance.max(SINGLE_REDUCTION * begun);
+        let tolerance = self.tolerance(settings, self.free_nodes);
+        let goal = tolerance.max(SINGLE_REDUCTION * begun);
         let stop = |pairs| pairs >= settings.pair_limit || interrupted();
         self.refine(search, start, goal, &stop)
+    }
+
+    fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
+        let tolerance = self.tolerance(settings, evaluation.contact_nodes);
+        self.residual(evaluation.standing.error) <= tolerance
+    }
+
+    /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less
+    /// and heights are known so well.
+    fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
+        let mean_pressure = self.load * self.pressure.len() as f64 / contact_nodes;
+        let share = SHARE_OF_DISPLACEMENT * self.nodal_compliance * mean_pressure;
+        let rounding = f64::EPSILON * self.highest;
+        settings.tolerance.min(self.residual(share.max(rounding)))
     }
 
     /// An error of the gap in mesh steps of a surface of unit rms slope.

@@ -62,8 +62,6 @@ pub struct EvolutionFit {
     pub r_squared: f64,
     /// Number of data.
     pub data: usize,
-    /// Whether the search ended at a minimum.
-    pub converged: bool,
     /// Whether the slope of the law is convex at all loads, μ ≤ 1.
     pub convex: bool,
 }
@@ -120,9 +118,10 @@ impl EvolutionProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// If κ is not positive, the parameters run away, or no κ makes the slope convex.
+    /// If κ is not positive, the search does not converge, the parameters run away, or no κ makes
+    /// the slope convex.
     pub fn fit(&self, kappa: Kappa) -> Result<EvolutionFit, FitError> {
-        let (law, converged) = self.fit_mean(&self.mean, kappa, None)?;
+        let law = self.fit_mean(&self.mean, kappa, None)?;
         let predicted: Vec<f64> = self
             .data
             .loads
@@ -143,7 +142,6 @@ impl EvolutionProblem {
                 .then(|| quality.chi_square / freedom as f64),
             r_squared: quality.r_squared,
             data: self.mean.len(),
-            converged,
             convex: law.mu <= 1.0 + CONVEX_TOLERANCE,
         })
     }
@@ -152,10 +150,7 @@ impl EvolutionProblem {
     pub fn bootstrap(&self, kappa: Kappa, fit: &EvolutionFit, bootstrap: &Bootstrap) -> Intervals {
         bootstrap.intervals(self.data.surfaces(), |multiplicities| {
             let mean = self.data.resampled_mean(multiplicities);
-            let (law, converged) = self.fit_mean(&mean, kappa, Some(fit.law))?;
-            if !converged {
-                return Err(FitError::ResampleNotConverged);
-            }
+            let law = self.fit_mean(&mean, kappa, Some(fit.law))?;
             Ok(vec![law.kappa, law.beta, law.mu])
         })
     }
@@ -166,7 +161,7 @@ impl EvolutionProblem {
         mean: &[f64],
         kappa: Kappa,
         near: Option<ContactEvolution>,
-    ) -> Result<(ContactEvolution, bool), FitError> {
+    ) -> Result<ContactEvolution, FitError> {
         match kappa {
             Kappa::Given(kappa) => self.fit_given(mean, kappa, near),
             Kappa::Free => self.fit_free(mean, near),
@@ -182,7 +177,7 @@ impl EvolutionProblem {
         mean: &[f64],
         kappa: f64,
         near: Option<ContactEvolution>,
-    ) -> Result<(ContactEvolution, bool), FitError> {
+    ) -> Result<ContactEvolution, FitError> {
         if !(kappa > 0.0 && kappa.is_finite()) {
             return Err(FitError::Kappa { kappa });
         }
@@ -203,7 +198,7 @@ impl EvolutionProblem {
         &self,
         mean: &[f64],
         near: Option<ContactEvolution>,
-    ) -> Result<(ContactEvolution, bool), FitError> {
+    ) -> Result<ContactEvolution, FitError> {
         let model = FreeKappa(Model {
             problem: self,
             mean,
@@ -216,29 +211,31 @@ impl EvolutionProblem {
         })
     }
 
-    /// The first search that converges to a law that bends, or the last that bends.
+    /// The first search that converges to a law that bends.
     fn first_minimum(
         &self,
         kappa: f64,
         near: Option<ContactEvolution>,
         search: impl Fn(ContactEvolution) -> (ContactEvolution, bool),
-    ) -> Result<(ContactEvolution, bool), FitError> {
+    ) -> Result<ContactEvolution, FitError> {
         let starts = STARTS
             .iter()
             .map(|&(beta, mu)| ContactEvolution { kappa, beta, mu });
-        let mut unconverged = None;
+        let mut some_bend = false;
         let mut stray = None;
         for start in near.into_iter().chain(starts) {
             let (law, converged) = search(start);
             match (self.bends(&law), converged) {
-                (true, true) => return Ok((law, true)),
-                (true, false) => unconverged = Some((law, false)),
+                (true, true) => return Ok(law),
+                (true, false) => some_bend = true,
                 (false, _) => stray = Some(law),
             }
         }
-        unconverged.ok_or_else(|| {
-            let ContactEvolution { kappa, beta, mu } = stray.expect("every start ends somewhere");
-            FitError::Runaway { kappa, beta, mu }
+        Err(match stray {
+            Some(ContactEvolution { kappa, beta, mu }) if !some_bend => {
+                FitError::Runaway { kappa, beta, mu }
+            }
+            _ => FitError::NotConverged,
         })
     }
 

@@ -30,8 +30,6 @@ pub struct ScaledErf {
     pub data: usize,
     /// Loads in the window with nothing, or with more than everything, out of contact.
     pub masked: usize,
-    /// Whether the search ended at a minimum.
-    pub converged: bool,
     /// (load, factor for which this load alone is met), of the data.
     pub local: Vec<(f64, f64)>,
 }
@@ -53,11 +51,12 @@ impl ScaledErfProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// With fewer than two loads at which a part, but not all, of the surface is out of contact.
+    /// With fewer than two loads at which a part, but not all, of the surface is out of contact, or
+    /// if the search does not converge.
     pub fn fit(&self) -> Result<ScaledErf, FitError> {
         let approach = self.approach(&self.data.mean())?;
         let local = approach.local();
-        let (beta, converged) = approach.fit(&local);
+        let beta = approach.fit(&local)?;
         let predicted: Vec<f64> = approach.x.iter().map(|x| ln_erfc(beta * x)).collect();
         let quality = Quality::of(&approach.ln_noncontact, &predicted, None);
         Ok(ScaledErf {
@@ -66,7 +65,6 @@ impl ScaledErfProblem {
             r_squared: quality.r_squared,
             data: approach.x.len(),
             masked: self.data.loads.len() - approach.x.len(),
-            converged,
             local: approach
                 .x
                 .iter()
@@ -80,10 +78,7 @@ impl ScaledErfProblem {
     pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
         bootstrap.intervals(self.data.surfaces(), |multiplicities| {
             let approach = self.approach(&self.data.resampled_mean(multiplicities))?;
-            match approach.fit(&approach.local()) {
-                (beta, true) => Ok(vec![beta]),
-                (_, false) => Err(FitError::ResampleNotConverged),
-            }
+            Ok(vec![approach.fit(&approach.local())?])
         })
     }
 
@@ -128,10 +123,11 @@ impl Approach {
             .collect()
     }
 
-    fn fit(&self, local: &[f64]) -> (f64, bool) {
+    fn fit(&self, local: &[f64]) -> Result<f64, FitError> {
         let start = local.iter().sum::<f64>() / local.len() as f64;
         let found = minimize(self, [start.ln()]);
-        (found.parameters[0].exp(), found.converged)
+        let converged = found.converged.then_some(found.parameters[0].exp());
+        converged.ok_or(FitError::NotConverged)
     }
 }
 
@@ -188,7 +184,7 @@ mod tests {
         // 1 − a = 6e-5 is resolved to 2e-12 by areas near one, hence β to 1e-12.
         assert!((fit.beta - 1.0).abs() < 1e-11 && fit.rms_residual < 1e-10);
         assert!(fit.local.iter().all(|(_, beta)| (beta - 1.0).abs() < 1e-11));
-        assert!(fit.converged && fit.r_squared > 1.0 - 1e-12);
+        assert!(fit.r_squared > 1.0 - 1e-12);
     }
 
     #[test]

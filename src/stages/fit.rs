@@ -22,7 +22,7 @@ pub mod rows;
 use points::Point;
 use rows::Row;
 
-/// Raise it when the numbers change.
+/// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 2;
 
 /// One fit.
@@ -210,7 +210,6 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
         r_squared: Some(fit.r_squared),
         reduced_chi_square: fit.reduced_chi_square,
         data: fit.data,
-        converged: fit.converged,
         convex: Some(fit.convex),
         ..Row::with(intervals)
     }
@@ -225,7 +224,6 @@ fn pressure_growth(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         r_squared: Some(fit.r_squared),
         data: fit.data,
         masked: Some(fit.masked),
-        converged: true,
         ..Row::with(problem.bootstrap(&params.bootstrap()))
     }
     .unless_masked())
@@ -240,7 +238,6 @@ fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         r_squared: Some(fit.r_squared),
         data: fit.data,
         masked: Some(fit.masked),
-        converged: fit.converged,
         ..Row::with(problem.bootstrap(&params.bootstrap()))
     }
     .unless_masked())
@@ -255,7 +252,6 @@ fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
         r_squared: Some(fit.r_squared),
         data: fit.data,
         masked: Some(fit.masked),
-        converged: true,
         ..Row::with(problem.bootstrap(&params.bootstrap()))
     })
 }

@@ -134,7 +134,10 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
         (GAP_PERCOLATES_Y, flag(|contact| contact.gap.around_y)),
         (
             MEAN_CONTACT_PRESSURE,
-            real(&|row, contact| pressure.value(row) / contact.area.fraction()),
+            optional_reals(measured.iter().enumerate().map(|(row, contact)| {
+                let touches = contact.area.contact_nodes > 0;
+                touches.then(|| pressure.value(row) / contact.area.fraction())
+            })),
         ),
         (
             SECANT,
@@ -204,5 +207,34 @@ impl Contact {
             contact: Clusters::of_contact(map),
             gap: Clusters::of_gap(map),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow::array::Array;
+
+    use super::*;
+    use crate::store::column::{bytes, texts};
+
+    #[test]
+    fn nothing_in_contact_has_no_mean_pressure() {
+        let map = |pressures: [f64; 4]| ContactMap::of_pressures(2, &pressures).to_bytes();
+        let maps = [map([0.0; 4]), map([0.0, 3.0, 0.0, 5.0])];
+        let ones = || reals([1.0; 2]);
+        let columns = vec![
+            (NODES, integers([2; 2])),
+            (SIDE, ones()),
+            (LOAD, ones()),
+            (PRESSURE, reals([2.0; 2])),
+            (MEAN_GAP, ones()),
+            (ENERGY, ones()),
+            (STOP, texts(["converged"; 2])),
+            (CONTACT, bytes(&maps)),
+        ];
+        let measured = contacts(&Table::new(2, columns)).unwrap();
+        let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
+        assert!(means.is_null(0), "not infinite");
+        assert_eq!(means.value(1), 4.0);
     }
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::columns::*;
 use super::{Context, Effort, Footprint, Input, Recipe, StageError};
 use crate::contact::map::ContactMap;
-use crate::contact::solver::{Outcome, Settings, Solver, Stop, pace};
+use crate::contact::solver::{Outcome, Settings, Solver, Stop, bytes_per_node, pace};
 use crate::contact::surface::Surface;
 use crate::decimal;
 use crate::store::column::{Column, Value, bytes, integers, lists, reals, texts};
@@ -62,7 +62,7 @@ impl Params {
             Pressures::At(loads) => loads.len() as f64,
         };
         Footprint {
-            work: 62.0,
+            work: 5.0 + bytes_per_node(self.tolerance),
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }

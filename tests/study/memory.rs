@@ -1,12 +1,17 @@
 //! How much memory a run takes.
 
 use std::fs;
-use std::process::{Child, Stdio};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use asperity::memory::{PROGRAM, of_largest};
 use asperity::plan::Plan;
+use asperity::runner::{self, Means, Observer, TaskError};
+use asperity::store::Store;
 use asperity::study::Study;
+use bytesize::ByteSize;
 
 use crate::bench::{Bench, STUDY, text};
 
@@ -26,6 +31,13 @@ fn peak(mut process: Child) -> u64 {
     peak << 10
 }
 
+/// What the largest task of a manifest takes.
+fn largest(manifest: &Path) -> ByteSize {
+    let plan = Plan::of(&Study::read(manifest).unwrap());
+    let tasks: Vec<usize> = (0..plan.tasks.len()).collect();
+    of_largest(&plan, &tasks)
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_worker_takes_no_more_memory_than_is_reckoned_with() {
@@ -38,9 +50,7 @@ fn a_worker_takes_no_more_memory_than_is_reckoned_with() {
         "loads = [0.3, 0.6]\npressures = \"all\"\ntolerance = 0.1",
     );
     let path = bench.write(&manifest);
-    let plan = Plan::of(&Study::read(&path).unwrap());
-    let tasks: Vec<usize> = (0..plan.tasks.len()).collect();
-    let reckoned = PROGRAM + of_largest(&plan, &tasks);
+    let reckoned = PROGRAM + largest(&path);
     let mut run = bench.asperity(&["run", path.to_str().unwrap(), "--jobs", "1"]);
     let taken = peak(
         run.stdout(Stdio::null())
@@ -69,8 +79,9 @@ fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    let told = run(&scarce, "1 MB");
-    assert!(told.contains("for 1 task at once, not 2"), "{told}");
+    let one = PROGRAM + largest(&scarce.write(STUDY));
+    let told = run(&scarce, &one.0.to_string());
+    assert!(told.contains("1 at once, not 2, in the"), "{told}");
     let told = run(&ample, "1GiB");
     assert!(!told.contains("at once"), "{told}");
     let tables = |bench: &Bench| {
@@ -88,4 +99,115 @@ fn a_size_that_is_none_is_refused() {
     let output = bench.output(&["run", path.to_str().unwrap(), "--memory", "lots"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("lots"));
+}
+
+/// A study that needs much memory, and time that nobody would wait for.
+fn huge() -> String {
+    STUDY
+        .replace("nodes = 32", "nodes = 8192")
+        .replace("k_upper = [4, 8]", "k_upper = 8")
+}
+
+#[test]
+fn what_does_not_fit_is_refused_before_anything_starts() {
+    let bench = Bench::new();
+    let path = bench.write(&huge());
+    let run = |memory: &str| {
+        let output = bench.output(&["run", path.to_str().unwrap(), "--memory", memory]);
+        assert_eq!(output.status.code(), Some(2));
+        text(&output.stderr)
+    };
+    let told = run("1GB");
+    let expected = "error: a task of stage `light` takes 4.9GB of memory on its mesh of 8192 × 8192 \
+                    nodes, more than the 1.0 GB of `--memory`: allow more, or choose at most";
+    assert!(told.starts_with(expected), "{told}");
+    let told = run("1MB");
+    assert!(told.ends_with("`--memory`: allow more\n"), "{told}");
+    let tables = bench.files().into_keys();
+    let tables: Vec<_> = tables.filter(|path| path.extension().is_some()).collect();
+    assert!(tables.is_empty(), "{tables:?}");
+}
+
+/// A run in a process that has so many kibibytes of addresses.
+#[cfg(target_os = "linux")]
+fn limited(bench: &Bench, manifest: &Path, kibibytes: u64) -> Output {
+    let run = bench.asperity(&["run", manifest.to_str().unwrap(), "--jobs", "2"]);
+    let mut shell = Command::new("sh");
+    let script = format!("ulimit -v {kibibytes} && exec \"$0\" \"$@\"");
+    shell.args(["-c", &script]).arg(run.get_program());
+    shell.args(run.get_args()).env("RUST_BACKTRACE", "1");
+    let variables = run.get_envs();
+    shell.envs(variables.filter_map(|(name, value)| Some((name, value?))));
+    shell.output().unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn few_addresses_refuse_a_task_and_break_none() {
+    let bench = Bench::new();
+    let path = bench.write(&huge());
+    let output = limited(&bench, &path, 3_000_000);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(
+        told.contains("that `ulimit -v` leaves the process: raise that limit"),
+        "{told}"
+    );
+
+    let manifest = STUDY.replace("nodes = 32", "nodes = 512");
+    let megabytes = [200, 300, 400, 500, 600, 700, 800, 1000, 1500, 64_000];
+    let ends = megabytes.map(|megabytes| {
+        let bench = Bench::new();
+        let path = bench.write(&manifest);
+        let output = limited(&bench, &path, 1000 * megabytes);
+        let told = text(&output.stderr);
+        assert!(!told.contains("backtrace"), "{megabytes} MB: {told}");
+        output.status.code().expect("no signal")
+    });
+    assert!(
+        ends.is_sorted_by(|before, after| before >= after),
+        "{ends:?}"
+    );
+    assert_eq!([ends[0], ends[9]], [2, 0], "{ends:?}");
+}
+
+/// Hears nothing.
+struct Silence;
+
+impl Observer for Silence {
+    fn started(&self, _: usize) {}
+    fn advanced(&self, _: usize, _: f64) {}
+    fn finished(&self, _: usize) {}
+}
+
+#[test]
+fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
+    let bench = Bench::new();
+    let study = Study::read(&bench.write(STUDY)).unwrap();
+    let mut plan = Plan::of(&study);
+    // Petabytes.
+    plan.tasks[0].nodes = 1 << 24;
+    let store = Store::open(&bench.data().join("store")).unwrap();
+    let means = Means {
+        threads: 2,
+        room: ByteSize(u64::MAX),
+    };
+    let missing = runner::missing(&plan, &store);
+    let stopped = AtomicBool::new(false);
+    let sources = &study.sources;
+    let outcome = runner::run(&plan, &missing, &store, sources, means, &Silence, &stopped);
+    let outcome = outcome.unwrap();
+    let (first, error) = &outcome.failed[0];
+    assert_eq!(*first, 0);
+    assert!(matches!(error, TaskError::Memory { .. }), "{error}");
+    assert!(error.to_string().contains("the system does not give"));
+    let others = &outcome.failed[1..];
+    assert!(
+        others
+            .iter()
+            .all(|(_, error)| matches!(error, TaskError::Upstream(_)))
+    );
+    let all = outcome.computed.len() + outcome.failed.len();
+    assert_eq!(all, plan.tasks.len());
+    assert!(outcome.computed.len() > others.len());
 }

@@ -1,16 +1,17 @@
 //! From single precision to double: what a search found is evaluated.
 
-use super::Solver;
 use super::lanes::{Wide, over_rows};
 use super::line::Line;
 use super::passes::{Arrive, Depart, Fold, Join, Land, Landing, Settle, Withdraw};
 use super::search::{LastMove, Search};
 use super::survey::{Standing, Survey};
+use super::{Settings, Solver};
 
 /// What only double precision tells.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
     pub standing: Standing,
+    pub contact_nodes: f64,
     /// Mean of the gap over the cell, zero where there is contact.
     pub mean_gap: f64,
     /// Half the mean of pressure × displacement.
@@ -27,6 +28,19 @@ impl Solver {
         self.double
             .begin(&mut Wide(&mut pass), &mut self.double_scratch);
         self.arrive()
+    }
+
+    /// The same of a guess: twice, if it is no solution, but all that is seen of its error is how
+    /// gaps so far from their datum are rounded. A search would find nothing to do there.
+    pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
+        let evaluation = self.evaluate();
+        let Standing { level, error } = evaluation.standing;
+        let is_seen = error > f64::from(f32::EPSILON) * level.abs();
+        if is_seen || self.is_solved(settings, &evaluation) {
+            return evaluation;
+        }
+        self.datum += level;
+        self.evaluate()
     }
 
     /// The same of the pressure where a search led. Gaps are to be counted from `level`, near to that
@@ -135,6 +149,7 @@ impl Solver {
         self.level = standing.level;
         Evaluation {
             standing,
+            contact_nodes: survey.contact_nodes,
             // Displacements and heights have no mean.
             mean_gap: -(self.datum + standing.level),
             energy: 0.5 * work / self.pressure.len() as f64,

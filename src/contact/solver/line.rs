@@ -57,9 +57,9 @@ impl Line {
     }
 
     /// Whether the move sheds so much of the load that it is better not made: all of it, perhaps,
-    /// if the direction follows a sample that missed what matters.
+    /// if the direction follows a sample that missed what matters, or leads out of all numbers.
     pub fn sheds_load(&self) -> bool {
-        self.scale.is_nan() || self.scale > WORST_SCALE
+        !(self.scale > 0.0 && self.scale <= WORST_SCALE && self.slope.is_finite())
     }
 
     /// Which part of the move leads to the lowest energy; zero for a move of no length or against

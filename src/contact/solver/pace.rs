@@ -12,6 +12,9 @@ const OVERHEAD: f64 = 1.8;
 /// What a tenth of the tolerance adds to the pairs at the default one, counted down to 1e-10.
 const PER_DECADE: f64 = 0.28;
 
+/// Meshes beyond this are not measured, but a part of them: that costs seconds and gigabytes.
+const LARGEST_MEASURED: usize = 2048;
+
 /// Transform pairs that ascending loads, in units of E* × rms slope, are expected to take.
 ///
 /// A rough fit to counts on self-affine surfaces, good to a quarter: loads between a tenth of the
@@ -39,6 +42,9 @@ pub fn expected_pairs(nodes: usize, loads: &[f64], tolerance: f64) -> f64 {
 /// Seconds of one core that a pair takes on this machine, everything included; measured here and
 /// now, in a few transforms.
 pub fn seconds_per_pair(nodes: usize) -> f64 {
+    if nodes > LARGEST_MEASURED {
+        return 4.0 * seconds_per_pair(nodes.div_ceil(2));
+    }
     let transform = Transform::<f32>::new(nodes);
     let kernel = half_space::stiffness::<f32>(nodes);
     let mut scratch = transform.scratch();

@@ -12,7 +12,8 @@ const UNDECIDED: f64 = 0.5;
 
 impl Solver {
     /// Lets nodes go whose pressure is no more than what is left of the residual: nodes that were
-    /// in contact at an earlier load or in an earlier iteration, and whose pressure fades away.
+    /// in contact at an earlier load or in an earlier iteration, and whose pressure fades away. The
+    /// lowest of them stays.
     ///
     /// Taking the pressure off such a node lowers its own gap by less than its height, so that it
     /// stays open.
@@ -29,6 +30,11 @@ impl Solver {
     pub(super) fn conclude(&mut self) -> (usize, f64) {
         let mut sum = Total(0.0);
         over_rows(&mut self.pressure, self.nodes, &mut sum);
+        if sum.0 <= 0.0 {
+            // A search leaves nothing of a pressure too small for single precision.
+            self.guess_from_heights(self.load);
+            over_rows(&mut self.pressure, self.nodes, &mut sum);
+        }
         let mut pass = Conclude {
             scale: self.load * self.pressure.len() as f64 / sum.0,
             nodes: 0.0,
@@ -51,7 +57,10 @@ impl Pass<f64> for Release<'_> {
     fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
         let gap = &self.gap[row * pressure.len()..][..pressure.len()];
         for (p, gap) in pressure.iter_mut().zip(gap) {
-            *p *= weight::<f64>(*p >= self.asked * (f64::from(*gap) - self.level));
+            // The lowest gap in contact is no higher than their mean, but may be rounded to be.
+            let rounding = f64::from(f32::EPSILON * gap.abs());
+            let above = f64::from(*gap) - self.level - rounding;
+            *p *= weight::<f64>(*p >= self.asked * above);
         }
     }
 }

@@ -61,12 +61,18 @@ const RECKLESS_PART: f64 = 0.25;
 /// that close to the goal is moved and evaluated in double precision at once.
 const EXPECTED_REDUCTION: f64 = 0.5;
 
+/// Steps are shortened as far as this only if directions are wrong altogether: made for the rows of
+/// a sample, it may be, where contact follows the rows.
+const LEAST_CAUTION: f64 = 0.01;
+
 /// What iterations of one load leave to later ones, besides the steps.
 pub struct Search {
     iteration: usize,
     /// Shortens steps after one that went much too far. Without it, a step that clips too many
     /// nodes to go downhill would be taken back and tried again for ever.
     caution: f64,
+    /// Whether all rows are looked at, and not a sample.
+    sees_all_rows: bool,
     /// The last move, if it was evaluated.
     pub last: Option<LastMove>,
 }
@@ -76,8 +82,16 @@ impl Default for Search {
         Self {
             iteration: 0,
             caution: 1.0,
+            sees_all_rows: false,
             last: None,
         }
+    }
+}
+
+impl Search {
+    fn shorten_steps(&mut self) {
+        self.caution *= 0.5;
+        self.sees_all_rows |= self.caution < LEAST_CAUTION;
     }
 }
 
@@ -120,11 +134,11 @@ impl Solver {
                 .multiply(&self.single_stiffness, &mut self.single_scratch);
             self.pairs += 1;
             let step = search.caution * self.steps.of(search.iteration);
-            let course = self.course(last.as_ref(), step);
+            let course = self.course(last.as_ref(), step, search.sees_all_rows);
             let sums = self.steer(course, landing);
-            let line = Line::new(&sums, base_sum, full, self.datum);
+            let line = Line::new(&sums, base_sum, full, self.datum + self.height_datum);
             if line.sheds_load() {
-                search.caution *= 0.5;
+                search.shorten_steps();
                 return self.settle(Fold::ALL_BACK, standing.level);
             }
             if landing {
@@ -176,7 +190,7 @@ impl Solver {
         // What the first move clips of a guess is not to be taken back.
         let short = search.iteration > 0 && best < SMALLEST_PART;
         if short && best < RECKLESS_PART {
-            search.caution *= 0.5;
+            search.shorten_steps();
         } else if !short {
             search.caution = (2.0 * search.caution).min(1.0);
         }
@@ -185,13 +199,13 @@ impl Solver {
     }
 
     /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.
-    fn peek(&mut self) -> Means {
+    fn peek(&mut self, sees_all_rows: bool) -> Means {
         let mut peek = Peek::new(&self.carry, &self.sample);
         for pair in self.sample.pairs() {
             self.single
                 .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
         }
-        if peek.saw_too_little() {
+        if sees_all_rows || peek.saw_too_little() {
             for pair in self.sample.other_pairs() {
                 self.single
                     .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
@@ -201,8 +215,8 @@ impl Solver {
     }
 
     /// Chooses a direction, conjugate to the last move.
-    fn course(&mut self, last: Option<&LastMove>, step: f64) -> Course {
-        let means = self.peek();
+    fn course(&mut self, last: Option<&LastMove>, step: f64, sees_all_rows: bool) -> Course {
+        let means = self.peek(sees_all_rows);
         let Some(last) = last else {
             return Course::first(step, -means.correction);
         };
@@ -249,7 +263,7 @@ impl Solver {
             rise: rise as f32,
             on_move: (fold.part * fold.scale) as f32,
             on_pressure: (fold.part * (fold.scale - 1.0)) as f32,
-            datum: self.datum as f32,
+            datum: (self.datum + self.height_datum) as f32,
             // What is taken back in part leaves pressure wherever there was some.
             pressed: if fold.part < 1.0 { FREE } else { PRESSED },
             memory: MEMORY,

@@ -1,4 +1,9 @@
-//! Where the search at a new load starts: the solutions before it, or the pressure of full contact.
+//! Where the search at a new load starts: the solutions before it, the pressure of full contact, or,
+//! under a light load, the heights.
+//!
+//! A light load bends the half-space by less than nodes differ in height. Most of what any other
+//! guess presses on would have to be let go again, in moves so much larger than the pressure that
+//! single precision would lose it.
 
 use std::ops::RangeInclusive;
 
@@ -13,7 +18,10 @@ use crate::contact::half_space;
 /// some steps on.
 const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
-/// Halvings that find a shift of the full-contact pressure to the last bit.
+/// The largest pressure of one node under a light load, in units of E* × rms slope, if it bears all.
+const LIGHT: f64 = 1.0;
+
+/// Halvings that find a shift of a pressure to the last bit.
 const BISECTIONS: u32 = 60;
 
 /// Where a search starts: what its first correction is to close is in the single-precision
@@ -31,20 +39,39 @@ impl Solver {
     /// A straight line through two solutions costs no transform, for gaps are linear in pressures.
     /// It may leave pressures below zero, which the first move of a search clips.
     pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
-        let reach = (load - self.load) / (self.load - self.earlier_load);
-        if self.load > 0.0 && self.earlier_load > 0.0 && REACH.contains(&reach) {
+        let is_light = self.is_light(load);
+        self.count_heights_from(if is_light { self.highest } else { 0.0 });
+        if let Some(reach) = self.reach(load) {
             let start = self.extrapolate(reach);
             self.load = load;
             return Some(start);
         }
-        if self.load == 0.0 {
-            self.guess_from_full_contact(load);
-        } else {
+        if self.load > 0.0 {
             self.remember();
+        }
+        if is_light {
+            self.guess_from_heights(load);
+        } else if self.load == 0.0 {
+            self.guess_from_full_contact(load);
         }
         self.load = load;
         self.conclude();
         None
+    }
+
+    fn is_light(&self, load: f64) -> bool {
+        load * (self.pressure.len() as f64) < LIGHT
+    }
+
+    /// How far beyond the last load this one is, if the straight line through the last two solutions
+    /// reaches so far. To a light load it leads up from lighter ones alone: from heavier ones it
+    /// would press on all that they do.
+    fn reach(&self, load: f64) -> Option<f64> {
+        let reach = (load - self.load) / (self.load - self.earlier_load);
+        let are_solved = self.load > 0.0 && self.earlier_load > 0.0;
+        let ascend = self.earlier_load <= self.load && self.load <= load;
+        let leads_there = REACH.contains(&reach) && (ascend || !self.is_light(load));
+        (are_solved && leads_there).then_some(reach)
     }
 
     /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
@@ -118,9 +145,23 @@ impl Solver {
     /// The part of the full-contact pressure above a level that leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
-        let cells = self.pressure.len() as f64;
         let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
-        let (mut low, mut high) = (-peak, self.full_contact_load);
+        self.raise_to(load, (-peak, self.full_contact_load));
+    }
+
+    /// What the highest nodes would bear if none displaced another: exact if one bears all.
+    pub(super) fn guess_from_heights(&mut self, load: f64) {
+        for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
+            *p = (height - self.highest) / self.nodal_compliance;
+        }
+        let highest = self.raise_to(load, (0.0, load * self.pressure.len() as f64));
+        self.datum = highest * self.nodal_compliance - self.highest;
+    }
+
+    /// Raises the pressure so far that what is then above zero has the mean `load`, and says how far:
+    /// within the range.
+    fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
+        let cells = self.pressure.len() as f64;
         for _ in 0..BISECTIONS {
             let shift = 0.5 * (low + high);
             let sum: f64 = self.pressure.iter().map(|p| (p + shift).max(0.0)).sum();
@@ -133,6 +174,19 @@ impl Solver {
         // The upper end, where the sum is positive for certain.
         for p in &mut self.pressure {
             *p = (*p + high).max(0.0);
+        }
+        high
+    }
+
+    /// Single precision tells displacements from heights best where heights are small: under a light
+    /// load, they are to be so in the highest nodes.
+    fn count_heights_from(&mut self, height: f64) {
+        if self.height_datum == height {
+            return;
+        }
+        self.height_datum = height;
+        for (single, height) in self.single_heights.iter_mut().zip(&self.heights) {
+            *single = (height - self.height_datum) as f32;
         }
     }
 

@@ -46,7 +46,7 @@ impl Extremes {
 /// A standing in the making, row by row.
 #[derive(Debug, Clone, Copy)]
 pub struct Survey {
-    contact_nodes: f64,
+    pub contact_nodes: f64,
     /// Σ gap over the contact, left to whoever knows it in double precision.
     pub contact_sum: f64,
     extremes: Extremes,

@@ -12,6 +12,7 @@ use super::super::StageError;
 use super::super::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
 };
+use super::super::fit::rows::{FITTED, STATUS};
 use super::frame::{self, polars_error};
 use super::{Groups, Statistic, confidence, regression, theory};
 use crate::ensemble;
@@ -25,6 +26,12 @@ const UNCONVERGED: Column = Column::result(
     "1",
     "rows in the group whose load did not converge; they count all the same",
 );
+const UNFITTED: Column = Column::result(
+    "unfitted",
+    ColumnKind::Integer,
+    "1",
+    "fits in the group that failed; they are in `count`, and in no statistic",
+);
 pub const LOAD_MIDPOINT: Column = Column::result(
     "load_midpoint",
     ColumnKind::Real,
@@ -33,7 +40,7 @@ pub const LOAD_MIDPOINT: Column = Column::result(
 );
 
 /// What is said of every group, whatever is reduced.
-pub const OWN: [Column; 3] = [COUNT, UNCONVERGED, LOAD_MIDPOINT];
+pub const OWN: [Column; 4] = [COUNT, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
 /// Quantities that vanish at zero load, so that their first slope starts there.
 const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, ENERGY];
@@ -134,6 +141,10 @@ fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
         let given_up = col(STOP.name).eq(lit("pair-limit"));
         expressions.push(given_up.sum().alias(UNCONVERGED.name));
     }
+    if is_of_fits(table) {
+        let failed = col(STATUS.name).neq(lit(FITTED));
+        expressions.push(failed.sum().alias(UNFITTED.name));
+    }
     for name in &groups.over {
         // Slopes and secants need the mean, whether or not it is asked for.
         expressions.push(col(name.as_str()).mean().alias(mean_of(name)));
@@ -147,6 +158,11 @@ fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
         }
     }
     expressions
+}
+
+/// Whether its rows are fits; those that failed hold nulls.
+fn is_of_fits(table: &Table) -> bool {
+    table.texts(STATUS.name).is_ok()
 }
 
 /// The name under which the mean waits for slopes and secants; no user's column has it.
@@ -212,6 +228,9 @@ fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
     output.push(COUNT.name.to_owned());
     if table.has(STOP.name) {
         output.push(UNCONVERGED.name.to_owned());
+    }
+    if is_of_fits(table) {
+        output.push(UNFITTED.name.to_owned());
     }
     if groups.statistics.contains(&Statistic::Slope) {
         output.push(LOAD_MIDPOINT.name.to_owned());
@@ -281,7 +300,7 @@ mod tests {
 
     use super::super::super::columns::REALIZATION;
     use super::*;
-    use crate::store::column::{integers, reals, texts};
+    use crate::store::column::{integers, optional_reals, reals, texts};
 
     const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
     /// Two spectra × two surfaces × two loads; the area is easy to average.
@@ -491,6 +510,33 @@ mod tests {
         let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
         let unconverged = reduced.integers("unconverged").unwrap();
         assert_eq!(unconverged.values(), &[0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn fits_that_failed_are_counted_and_enter_no_statistic() {
+        let exponent = Column::result("exponent", ColumnKind::Real, "1", "");
+        let columns = vec![
+            (HURST, reals([0.3, 0.8, 0.8, 0.8])),
+            (
+                exponent,
+                optional_reals([None, Some(-0.7), None, Some(-0.9)]),
+            ),
+            (STATUS, texts(["too few", FITTED, "not converged", FITTED])),
+        ];
+        let asked = Groups {
+            over: vec!["exponent".to_owned()],
+            ..groups(&[Statistic::Mean, Statistic::Sem, Statistic::Min])
+        };
+        let reduced = reduce(&Table::new(4, columns), &asked).unwrap();
+        assert_eq!(reduced.integers("count").unwrap().values(), &[1, 3]);
+        assert_eq!(reduced.integers("unfitted").unwrap().values(), &[1, 1]);
+        let close = |name: &str, expected: f64| {
+            let found = reduced.reals(name).unwrap();
+            assert!(found.is_null(0) && (found.value(1) - expected).abs() < 1e-15);
+        };
+        close("exponent_mean", -0.8);
+        close("exponent_sem", 0.1);
+        close("exponent_min", -0.9);
     }
 
     #[test]

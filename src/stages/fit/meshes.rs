@@ -192,9 +192,14 @@ impl Point {
             fit: Row::default(),
         };
         if surfaces.is_empty() {
-            let failed = failure.map_or_else(Row::default, Row::failed);
+            let window = params.window();
+            let nothing = FitError::TooFew {
+                window,
+                found: 0,
+                needed: 2,
+            };
             return Line {
-                fit: failed,
+                fit: Row::failed(failure.unwrap_or(&nothing)),
                 ..empty
             };
         }
@@ -207,7 +212,6 @@ impl Point {
             fit: Row {
                 values: vec![coefficient],
                 data: problem.data(),
-                converged: true,
                 ..Row::with(problem.bootstrap(&params.bootstrap()))
             },
             ..empty

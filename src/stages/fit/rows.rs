@@ -10,6 +10,9 @@ use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
 use crate::store::column::{Column, Role, integers, optional_flags, optional_reals, reals, texts};
 use crate::store::table::Table;
 
+/// The word in the `status` column for a fit that has values; those that have none say why.
+pub const FITTED: &str = "fitted";
+
 /// Share of the data that may be left out.
 const MOST_MASKED: f64 = 0.2;
 
@@ -33,7 +36,6 @@ pub struct Row {
     pub unconverged: usize,
     /// Data left out, because their logarithm does not exist.
     pub masked: Option<usize>,
-    pub converged: bool,
     pub convex: Option<bool>,
     /// Why there is no fit.
     pub failure: Option<String>,
@@ -78,11 +80,7 @@ impl Row {
     }
 
     fn status(&self) -> &str {
-        match &self.failure {
-            Some(reason) => reason,
-            None if self.converged => "fitted",
-            None => "not converged",
-        }
+        self.failure.as_deref().unwrap_or(FITTED)
     }
 }
 
@@ -251,7 +249,7 @@ const BOOTSTRAP_FAILED: Column = Column::result(
     "1",
     "resamplings that could not be fitted",
 );
-const STATUS: Column = Column::result("status", Text, "", "fitted, or why not");
+pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why there are no values");
 
 /// Every column that a law of one parameter point may add.
 pub fn columns() -> Vec<Column> {

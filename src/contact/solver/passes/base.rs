@@ -23,8 +23,13 @@ impl Base {
     /// Gets ready for a search to a residual of `tolerance`.
     pub fn prepare(&mut self, tolerance: f64) {
         let cells = self.zeros.len() * self.zeros.len();
-        self.map
-            .resize(if tolerance < FINE { cells } else { 0 }, 0.0);
+        let is_map = Self::is_map(tolerance);
+        self.map.resize(if is_map { cells } else { 0 }, 0.0);
+    }
+
+    /// Whether such a search needs a map of its own.
+    pub fn is_map(tolerance: f64) -> bool {
+        tolerance < FINE
     }
 
     /// The nodes of a row.

@@ -6,69 +6,6 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// White noise, and so a spectrum up to the Nyquist wave, of no particular slope.
-fn noise(nodes: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed;
-    let mut draw = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
-    let slope = 2.0 * nodes as f64;
-    (0..nodes * nodes)
-        .map(|_| (draw() + draw() + draw()) / slope)
-        .collect()
-}
-
-/// Noise smoothed by the half-space: a self-affine spectrum with a wavelength as long as the cell.
-fn rough(nodes: usize, seed: u64) -> Vec<f64> {
-    let transform = Transform::<f64>::new(nodes);
-    let mut heights = vec![0.0; nodes * nodes];
-    let kernel = half_space::displacement(nodes);
-    transform.convolve(
-        &kernel,
-        &noise(nodes, seed),
-        &mut heights,
-        &mut transform.scratch(),
-    );
-    heights.iter().map(|height| height * nodes as f64).collect()
-}
-
-/// Gap by its definition, from kernels alone, less its mean in contact.
-fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
-    let transform = Transform::<f64>::new(solver.nodes);
-    let mut gap = vec![0.0; heights.len()];
-    let kernel = half_space::displacement(solver.nodes);
-    transform.convolve(
-        &kernel,
-        solver.pressure(),
-        &mut gap,
-        &mut transform.scratch(),
-    );
-    gap.iter_mut()
-        .zip(heights)
-        .for_each(|(gap, height)| *gap -= height);
-    let contact: Vec<f64> = gap
-        .iter()
-        .zip(solver.pressure())
-        .filter(|(_, p)| **p > 0.0)
-        .map(|(gap, _)| *gap)
-        .collect();
-    let level = mean(&contact);
-    gap.iter().map(|gap| gap - level).collect()
-}
-
-fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
-    assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
-    let step = 1.0 / solver.nodes as f64;
-    for (p, gap) in solver.pressure().iter().zip(gap(solver, heights)) {
-        assert!(*p >= 0.0);
-        let allowed = if *p > 0.0 { gap.abs() } else { -gap };
-        assert!(allowed <= tolerance * step, "gap {gap} under pressure {p}");
-    }
-}
-
 #[test]
 fn hard_surfaces_are_solved_to_the_last_digits() {
     let peak = map(33, |x, y| if x == 0.0 && y == 0.0 { 0.1 } else { 0.0 });

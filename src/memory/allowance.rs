@@ -1,0 +1,261 @@
+//! Memory that a run keeps to, and what does not fit into it.
+
+use std::fmt;
+use std::fs;
+
+use bytesize::ByteSize;
+use sysinfo::{ProcessesToUpdate, System};
+
+use super::{PROGRAM, of_task};
+use crate::plan::Plan;
+
+/// Addresses that a thread takes up, most of them for nothing: its stack, and the 64 MiB that the
+/// allocator of glibc sets apart for it.
+const OF_A_THREAD: ByteSize = ByteSize::mib(66);
+
+/// Threads that do no task: the first one, those that show progress or await signals.
+const OTHER_THREADS: u64 = 4;
+
+/// Memory that a run keeps to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Allowance {
+    size: ByteSize,
+    limit: Limit,
+}
+
+/// Who says how much it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Limit {
+    Asked,
+    Machine,
+    Addresses,
+}
+
+impl Allowance {
+    /// What the user allows, or else seven eighths of what the machine has; on so many threads no
+    /// more than the process has addresses for.
+    pub fn of(asked: Option<ByteSize>, threads: usize) -> Allowance {
+        let allowance = match asked {
+            Some(size) => Allowance {
+                size,
+                limit: Limit::Asked,
+            },
+            None => Allowance {
+                size: ByteSize(of_machine().0 / 8 * 7),
+                limit: Limit::Machine,
+            },
+        };
+        match addresses_left(threads) {
+            Some(size) if size < allowance.size => Allowance {
+                size,
+                limit: Limit::Addresses,
+            },
+            _ => allowance,
+        }
+    }
+
+    /// What tasks may take together.
+    pub fn room(self) -> ByteSize {
+        ByteSize(self.size.0.saturating_sub(PROGRAM.0))
+    }
+
+    /// Whether each of the tasks fits into it, alone.
+    ///
+    /// # Errors
+    /// Of the largest, if it does not.
+    pub fn fits(self, plan: &Plan, tasks: &[usize]) -> Result<(), TooLarge> {
+        let of = |&task: &usize| of_task(plan, task, 1).0;
+        // The first of several that are as large.
+        let Some(largest) = tasks.iter().copied().rev().max_by_key(of) else {
+            return Ok(());
+        };
+        let task_takes = of_task(plan, largest, 1);
+        let takes = PROGRAM + task_takes;
+        if takes <= self.size {
+            return Ok(());
+        }
+        let nodes = plan.tasks[largest].nodes;
+        let share = self.room().0 as f64 / task_takes.0 as f64;
+        let mut stages = plan.stages.iter();
+        let stage = stages.find(|stage| stage.tasks.contains(&largest));
+        Err(TooLarge {
+            stage: stage.map_or_else(String::new, |stage| stage.name.clone()),
+            mesh: (task_takes.0 > 0).then(|| [nodes, (nodes as f64 * share.sqrt()) as usize]),
+            takes,
+            allowance: self,
+        })
+    }
+}
+
+impl fmt::Display for Allowance {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.size.display().si();
+        match self.limit {
+            Limit::Asked => write!(formatter, "the {size} of `--memory`"),
+            Limit::Machine => write!(
+                formatter,
+                "{size}, seven eighths of what the machine has for this process"
+            ),
+            Limit::Addresses => write!(formatter, "the {size} that `ulimit -v` leaves the process"),
+        }
+    }
+}
+
+/// A task that takes more memory than there is.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub struct TooLarge {
+    stage: String,
+    /// Nodes per side of its mesh, and of the largest that would do.
+    mesh: Option<[usize; 2]>,
+    takes: ByteSize,
+    allowance: Allowance,
+}
+
+impl fmt::Display for TooLarge {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            stage, allowance, ..
+        } = self;
+        let takes = rounded_up(self.takes);
+        write!(
+            formatter,
+            "a task of stage `{stage}` takes {takes} of memory"
+        )?;
+        if let Some([nodes, _]) = self.mesh {
+            write!(formatter, " on its mesh of {nodes} × {nodes} nodes")?;
+        }
+        write!(formatter, ", more than {allowance}: ")?;
+        match allowance.limit {
+            Limit::Asked => write!(formatter, "allow more")?,
+            Limit::Machine => write!(formatter, "let it be tried with `--memory {takes}`")?,
+            Limit::Addresses => write!(formatter, "raise that limit")?,
+        }
+        match self.mesh {
+            Some([_, most]) if most > 0 => {
+                write!(formatter, ", or choose at most {most} × {most} nodes")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// With one decimal, and no less than it is.
+fn rounded_up(size: ByteSize) -> String {
+    let (unit, name) = match size.0 {
+        1_000_000_000.. => (1e9, "GB"),
+        _ => (1e6, "MB"),
+    };
+    format!("{:.1}{name}", (10.0 * size.0 as f64 / unit).ceil() / 10.0)
+}
+
+/// What the machine has, or as much of it as this process may use. What cannot be found out does
+/// not limit anything.
+pub fn of_machine() -> ByteSize {
+    let mut system = System::new();
+    system.refresh_memory();
+    let mut limits = vec![system.total_memory()];
+    limits.extend(system.cgroup_limits().map(|limits| limits.total_memory));
+    if let Ok(own) = sysinfo::get_current_pid() {
+        system.refresh_processes(ProcessesToUpdate::Some(&[own]), false);
+        let own = system
+            .process(own)
+            .and_then(|process| process.cgroup_limits());
+        limits.extend(own.map(|limits| limits.total_memory));
+    }
+    let known = limits.into_iter().filter(|&limit| limit > 0);
+    ByteSize(known.min().unwrap_or(u64::MAX))
+}
+
+/// Addresses left for a run on so many threads, if the process has a limited number of them: Linux
+/// counts them whether or not memory stands behind.
+fn addresses_left(threads: usize) -> Option<ByteSize> {
+    let limits = fs::read_to_string("/proc/self/limits").ok()?;
+    let limit = address_limit(&limits)?;
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let taken = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmSize:"))?;
+    let taken: ByteSize = taken.trim().parse().ok()?;
+    // polars has a thread for each core.
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = (threads + cores) as u64 + OTHER_THREADS;
+    let taken = taken.0 + threads * OF_A_THREAD.0;
+    Some(ByteSize(limit.saturating_sub(taken)))
+}
+
+/// The number of addresses in the kernel's table of limits, if it is one.
+fn address_limit(limits: &str) -> Option<u64> {
+    let mut lines = limits.lines();
+    let limit = lines.find_map(|line| line.strip_prefix("Max address space"))?;
+    limit.split_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::of_largest;
+    use super::super::tests::{all, plan};
+    use super::*;
+
+    fn allowance(size: ByteSize, limit: Limit) -> Allowance {
+        Allowance { size, limit }
+    }
+
+    #[test]
+    fn a_task_fits_to_the_byte_or_is_refused() {
+        let plan = plan(64, "loads = [0.1]");
+        let takes = PROGRAM + of_largest(&plan, &all(&plan));
+        let fits = |size: u64| allowance(ByteSize(size), Limit::Asked).fits(&plan, &all(&plan));
+        assert_eq!(fits(takes.0), Ok(()));
+        assert!(fits(takes.0 - 1).is_err());
+        assert_eq!(
+            fits(takes.0).and(allowance(ByteSize(0), Limit::Asked).fits(&plan, &[])),
+            Ok(())
+        );
+    }
+
+    #[test]
+    fn a_refusal_says_what_is_too_large_and_what_would_do() {
+        let plan = plan(8192, "loads = [0.1]");
+        let told = |limit| {
+            let refused = allowance(ByteSize::gb(1), limit).fits(&plan, &all(&plan));
+            refused.unwrap_err().to_string()
+        };
+        let takes =
+            "a task of stage `contact` takes 4.3GB of memory on its mesh of 8192 × 8192 nodes";
+        assert_eq!(
+            told(Limit::Asked),
+            format!(
+                "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3863 × \
+                 3863 nodes"
+            )
+        );
+        assert!(told(Limit::Machine).contains("let it be tried with `--memory 4.3GB`"));
+        assert!(
+            told(Limit::Addresses)
+                .contains("that `ulimit -v` leaves the process: raise that limit")
+        );
+        let most = self::plan(3863, "loads = [0.1]");
+        let enough = allowance(ByteSize::gb(1), Limit::Asked);
+        assert_eq!(enough.fits(&most, &all(&most)), Ok(()));
+    }
+
+    #[test]
+    fn limits_of_addresses_are_read_as_the_kernel_writes_them() {
+        let table = |limit: &str| {
+            format!(
+                "Limit                     Soft Limit           Hard Limit           Units     \n\
+                 Max cpu time              unlimited            unlimited            seconds   \n\
+                 Max address space         {limit:<20} unlimited            bytes     \n"
+            )
+        };
+        assert_eq!(address_limit(&table("3072000000")), Some(3_072_000_000));
+        assert_eq!(address_limit(&table("unlimited")), None);
+        assert_eq!(address_limit(""), None);
+    }
+
+    #[test]
+    fn the_machine_has_memory() {
+        let memory = of_machine();
+        assert!(memory > PROGRAM, "{memory}");
+    }
+}
