@@ -18,6 +18,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use aggregate::sql::QueryError;
+
 use crate::contact::map::MapError;
 use crate::contact::measured::MeasuredError;
 use crate::contact::surface::SurfaceError;
@@ -304,6 +306,9 @@ pub enum StageError {
         /// What is wrong with it.
         source: MeasuredError,
     },
+    /// A query has no answer.
+    #[error("cannot answer the query")]
+    Query(#[from] QueryError),
     /// An aggregation cannot be carried out.
     #[error("cannot aggregate: {reason}")]
     Aggregate {

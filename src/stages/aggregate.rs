@@ -89,7 +89,8 @@ pub enum Statistic {
 pub struct Sql {
     /// The query text.
     pub query: String,
-    /// Names under which the query sees the inputs, and how many input tables each holds.
+    /// Names under which the query sees the inputs, and how many input tables each holds; none of
+    /// a table that it does not read.
     pub tables: Vec<(String, usize)>,
     /// What columns of the answer mean that no input has.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

@@ -1,17 +1,23 @@
 //! Any query over the tables of a study.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Metadata, Schema};
-use polars::prelude::{DslPlan, IntoLazy, LazyFrame, UniqueKeepStrategy};
+use polars::prelude::{DataFrame, DslPlan, IntoLazy, LazyFrame, UniqueKeepStrategy};
 use polars::sql::SQLContext;
 
 use super::super::StageError;
-use super::frame::{self, polars_error};
-use super::{Meaning, Sql};
+use super::{Meaning, Sql, frame};
 use crate::store::column::{Role, described};
 use crate::store::table::Table;
+
+mod refusal;
+mod statement;
+
+pub use refusal::QueryError;
+use statement::Statement;
 
 /// The answer to a query; `tables` are those of the input stages, one stage after the other.
 ///
@@ -19,29 +25,7 @@ use crate::store::table::Table;
 /// When the query does not parse, names what does not exist, or answers with other than numbers,
 /// truth values and text.
 pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
-    let first = sql
-        .query
-        .split_whitespace()
-        .next()
-        .unwrap_or_default()
-        .to_lowercase();
-    if !["select", "with", "("]
-        .iter()
-        .any(|word| first.starts_with(word))
-    {
-        let reason = format!("a query starts with `select` or `with`, not with `{first}`");
-        return Err(StageError::Aggregate { reason });
-    }
-    let mut context = SQLContext::new();
-    let mut rest = tables;
-    for (name, count) in &sql.tables {
-        let (own, others) = rest.split_at(*count);
-        rest = others;
-        context.register(name, frame::of(&Table::stack(own)?)?.lazy());
-    }
-    let answer = context.execute(&sql.query).map_err(polars_error)?;
-    let answer = LazyFrame::from(ordered(answer.logical_plan));
-    let answer = answer.collect().map_err(polars_error)?;
+    let answer = answer(tables, sql)?;
     let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
@@ -51,6 +35,51 @@ pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
     let fields: Vec<Field> = columns.iter().map(field).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
     Ok(Table::of(answer.height(), Schema::new(fields), arrays))
+}
+
+/// The tables that a query reads, without those that it makes itself.
+///
+/// # Errors
+/// When the query does not parse.
+pub fn tables_of(query: &str) -> Result<BTreeSet<String>, QueryError> {
+    Ok(Statement::read(query)?.tables)
+}
+
+fn answer(tables: &[Table], sql: &Sql) -> Result<DataFrame, StageError> {
+    let statement = Statement::read(&sql.query)?;
+    check_names(&statement, sql)?;
+    let mut read = Vec::new();
+    let mut rest = tables;
+    for (name, count) in &sql.tables {
+        let (own, others) = rest.split_at(*count);
+        rest = others;
+        if statement.tables.contains(name) {
+            read.push((name.as_str(), Table::stack(own)?));
+        }
+    }
+    let mut context = SQLContext::new();
+    for (name, table) in &read {
+        context.register(name, frame::of(table)?.lazy());
+    }
+    let answer = context.execute(&statement.text);
+    let answer = answer.and_then(|frame| LazyFrame::from(ordered(frame.logical_plan)).collect());
+    Ok(answer.map_err(|error| QueryError::of_polars(&error, &statement, &read))?)
+}
+
+/// Every table is there, and means what it says: polars would pass over one that `with` makes
+/// under the name of another.
+fn check_names(statement: &Statement, sql: &Sql) -> Result<(), QueryError> {
+    let known = || sql.tables.iter().map(|(name, _)| name.as_str());
+    let is_known = |name: &&String| known().any(|known| known == *name);
+    if let Some(hidden) = statement.makes.iter().find(is_known) {
+        return Err(QueryError::Refused(format!(
+            "`with {hidden}` has the name of a stage; any other name would do"
+        )));
+    }
+    match statement.tables.iter().find(|name| !is_known(name)) {
+        Some(name) => Err(QueryError::no_table(name, known())),
+        None => Ok(()),
+    }
 }
 
 /// What a column of an answer means: what the manifest says of it, or else what it means in the
@@ -177,6 +206,7 @@ fn ordered(plan: DslPlan) -> DslPlan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostics::chain;
     use crate::store::column::{Column, ColumnKind, integers, reals};
 
     const POINT: Column = Column::coordinate("point", ColumnKind::Integer, "", "point");
@@ -236,6 +266,66 @@ mod tests {
     }
 
     #[test]
+    fn thousands_of_terms_are_refused() {
+        let terms = vec!["area"; 3000].join(" + ");
+        let refused = ask(&format!("select {terms} as total from heavy")).unwrap_err();
+        assert!(
+            chain(&refused).contains("within one another"),
+            "{refused:?}"
+        );
+    }
+
+    #[test]
+    fn numbers_may_have_an_exponent() {
+        let answer = ask("select 1e-3 as a, 25E1 as b, '1e-3' as c from heavy").unwrap();
+        assert_eq!(answer.reals("a").unwrap().value(0), 1e-3);
+        assert_eq!(answer.reals("b").unwrap().value(0), 250.0);
+        assert_eq!(answer.texts("c").unwrap().value(0), "1e-3");
+    }
+
+    fn unknown(query: &str) -> (String, Vec<String>) {
+        match ask(query).unwrap_err() {
+            StageError::Query(QueryError::Unknown { message, known, .. }) => (message, known),
+            other => panic!("{query}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_name_that_is_not_there_is_told_with_those_that_are_in_its_place() {
+        let told = |message: &str, known: &[&str]| {
+            (
+                message.to_owned(),
+                known.iter().map(|name| name.to_string()).collect(),
+            )
+        };
+        assert_eq!(
+            unknown("select a.pint from light a, (select 1 as one) b"),
+            told("`a` has no column `pint`", &["point", "area"])
+        );
+        assert_eq!(
+            unknown("select pint from light join heavy using (point)"),
+            told("there is no column `pint`", &["point", "area"])
+        );
+        assert_eq!(
+            unknown("select area from (select point as p from light) where area > 1"),
+            told("there is no column `area`", &["p"])
+        );
+        assert_eq!(
+            unknown("select * from lihgt"),
+            told("there is no table `lihgt`", &["light", "heavy"])
+        );
+    }
+
+    #[test]
+    fn no_stage_hides_behind_a_table_of_the_query() {
+        let count =
+            "with few as (select * from light where point < 7) select count(*) as n from few";
+        assert_eq!(ask(count).unwrap().integers("n").unwrap().values(), &[7]);
+        let error = ask(&count.replace("few", "heavy")).unwrap_err();
+        assert!(chain(&error).contains("`with heavy` has the name of a stage"));
+    }
+
+    #[test]
     fn a_query_cannot_reach_files() {
         assert!(ask("select * from read_parquet('/etc/passwd')").is_err());
         assert!(ask("select * from read_csv('/etc/passwd')").is_err());
@@ -251,6 +341,6 @@ mod tests {
     #[test]
     fn a_wrong_query_is_an_error_with_a_reason() {
         let error = ask("select nothing from light").unwrap_err();
-        assert!(error.to_string().contains("nothing"), "{error}");
+        assert!(chain(&error).contains("nothing"), "{error}");
     }
 }
