@@ -32,7 +32,8 @@ pub struct Arguments {
     stage: Option<String>,
 
     /// Ask all tables of the study instead: a query in the SQL of polars, in which every stage is
-    /// a table. A name with `-` needs double quotes.
+    /// a table. A name with `-` needs double quotes. Rows that no `order by` tells apart come in the
+    /// order of the rows that they are made of.
     #[arg(long, value_name = "QUERY", conflicts_with = "stage")]
     sql: Option<String>,
 

@@ -243,6 +243,29 @@ mod tests {
     }
 
     #[test]
+    fn nothing_that_a_query_can_hold_overflows_the_stack() {
+        let longest = |unit: &str| unit.repeat((LONGEST - 100) / unit.len());
+        for query in [
+            format!("select a{}", longest("+a")),
+            format!("select a{}", longest("::int")),
+            format!("select {}1", longest("- ")),
+            format!("select {}a", longest("(")),
+            format!("select case {} end", longest("when a then b ")),
+            format!("select 1 {}", longest("union select 1 ")),
+            format!("values (1) {}", longest("union values (1) ")),
+            format!("select 1 from {}a", longest("(select 1 from ")),
+            "+".repeat(LONGEST + 1),
+        ] {
+            let read = super::super::engine::apart(|| Statement::read(&query));
+            assert!(
+                read.is_err() || query.starts_with("values"),
+                "{}",
+                &query[..40]
+            );
+        }
+    }
+
+    #[test]
     fn what_is_no_query_is_refused_in_words() {
         assert!(refused("drop table light").contains("not with `drop`"));
         assert!(refused("select 1; select 2").contains("2 queries"));
