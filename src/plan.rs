@@ -39,6 +39,8 @@ pub struct Task {
     essence: TaskKey,
     /// Nodes per side of the surface at hand.
     pub nodes: usize,
+    /// Rows about it, see [`Recipe::rows`].
+    pub rows: usize,
 }
 
 /// A stage and the tasks whose tables make up its own.
@@ -213,13 +215,16 @@ impl Builder {
             return task;
         }
         let task = self.tasks.len();
+        let first = inputs.first().map(|&input| &self.tasks[input]);
         let nodes = match &recipe {
             Recipe::Generate(params) => params.nodes(),
-            _ => inputs.first().map_or(0, |&input| self.tasks[input].nodes),
+            _ => first.map_or(0, |first| first.nodes),
         };
+        let rows = recipe.rows(first.map_or(0, |first| first.rows));
         self.tasks.push(Task {
             key,
             nodes,
+            rows,
             essence: TaskKey::of(stage, version, digests.essence, &read),
             recipe,
             inputs,

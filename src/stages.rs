@@ -222,15 +222,25 @@ impl Recipe {
         }
     }
 
-    /// What the task is expected to cost on a surface of `nodes` a side. Nothing but forecasts
-    /// depends on it.
-    pub fn effort(&self, nodes: usize) -> Effort {
+    /// Rows about one surface in the task's table, or in those that it pools; `read` are those in
+    /// the table that it reads.
+    pub fn rows(&self, read: usize) -> usize {
+        match self {
+            Recipe::Generate(_) => 1,
+            Recipe::Solve(params) => params.loads.len(),
+            Recipe::Correct(params) => read * params.corrections.len(),
+            Recipe::Measure(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => read,
+        }
+    }
+
+    /// What the task is expected to cost. Nothing but forecasts depends on it.
+    pub fn effort(&self, extent: Extent) -> Effort {
         match self {
             Recipe::Generate(params) => params.effort(),
-            Recipe::Solve(params) => params.effort(nodes),
-            Recipe::Measure(_) => Effort::pairs(2.0),
-            Recipe::Correct(_) => Effort::seconds(1e-3),
-            Recipe::Fit(params) => params.effort(),
+            Recipe::Solve(params) => params.effort(extent.nodes),
+            Recipe::Measure(params) => params.effort(extent),
+            Recipe::Correct(_) => Effort::seconds(0.0),
+            Recipe::Fit(params) => params.effort(extent.rows),
             Recipe::Aggregate(params) => params.effort(),
         }
     }
@@ -253,6 +263,17 @@ impl Footprint {
     };
 }
 
+/// How much a task has at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Extent {
+    /// Nodes per side of a surface.
+    pub nodes: usize,
+    /// Rows about it, see [`Recipe::rows`].
+    pub rows: usize,
+    /// Tables that are read.
+    pub tables: usize,
+}
+
 /// What a task is expected to cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
@@ -262,20 +283,24 @@ pub struct Effort {
     pub seconds: f64,
 }
 
+/// Seconds for the handling of any task: key, Parquet, checksum, file. On meshes of 32² there is
+/// hardly anything else.
+const HANDLING: f64 = 2e-3;
+
 impl Effort {
-    /// A number of pairs, and the handling of a task.
+    /// A number of pairs, besides the handling.
     pub fn pairs(pairs: f64) -> Effort {
         Effort {
             pairs,
-            seconds: 1e-3,
+            seconds: HANDLING,
         }
     }
 
-    /// No transforms.
+    /// No transforms; so many seconds besides the handling.
     pub fn seconds(seconds: f64) -> Effort {
         Effort {
             pairs: 0.0,
-            seconds,
+            seconds: HANDLING + seconds,
         }
     }
 }

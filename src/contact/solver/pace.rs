@@ -16,22 +16,22 @@ const PER_DECADE: f64 = 0.28;
 ///
 /// A rough fit to counts on self-affine surfaces, good to a quarter: loads between a tenth of the
 /// area and nearly all of it are the hardest, the first one has no guess to start from, coarser
-/// steps guess worse, and each doubling of the mesh adds a quarter.
+/// steps guess worse, and each doubling of the mesh adds a fifth.
 pub fn expected_pairs(nodes: usize, loads: &[f64], tolerance: f64) -> f64 {
     let decades = (Settings::default().tolerance / tolerance).log10();
     let patience = (1.0 + PER_DECADE * decades).max(PER_DECADE);
-    let growth = (nodes as f64 / 512.0).powf(0.31);
+    let growth = (nodes as f64 / 512.0).powf(0.28);
     let mut before = None;
     let at_512 = loads.iter().map(|&load| {
         let hardness = match load {
             _ if load < 0.06 => 16.8,
-            _ if load < 1.0 => 26.2,
-            _ => 18.6,
+            _ if load < 1.0 => 21.2,
+            _ => 15.0,
         };
         let step: f64 = before
             .replace(load)
             .map_or(8.0, |before: f64| load / before);
-        hardness * (1.0 + 0.5 * step.log2().clamp(0.0, 3.0))
+        hardness * (1.0 + 1.2 * step.log2().clamp(0.0, 3.0))
     });
     patience * growth * at_512.sum::<f64>()
 }
@@ -69,13 +69,40 @@ mod tests {
     #[test]
     fn the_campaign_costs_what_was_counted() {
         // Means over three spectra.
-        for (nodes, counted) in [(256, 1616.0), (512, 1987.0), (1024, 2423.0)] {
+        let counts = [
+            (32, 1004.0),
+            (128, 1348.0),
+            (256, 1616.0),
+            (512, 1987.0),
+            (1024, 2423.0),
+        ];
+        for (nodes, counted) in counts {
             let ratio = expected_pairs(nodes, &campaign(), 6e-5) / counted;
             assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
         }
         // And of three sweeps at 1e-10.
         let ratio = expected_pairs(1024, &campaign(), 1e-10) / 6333.0;
         assert!((0.75..1.25).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn few_loads_far_apart_cost_more_each() {
+        let light: Vec<f64> = (1..=10).map(|i| 0.006 * f64::from(i)).collect();
+        let ratio = 1.7_f64 / 0.06;
+        let heavy = (1..=10).map(|i| 0.06 * ratio.powf(0.1 * f64::from(i)));
+        let heavy: Vec<f64> = heavy.collect();
+        // Means over twenty surfaces, cutoff at a quarter of the mesh.
+        for (nodes, loads, counted) in [
+            (32, &light, 180.0),
+            (128, &light, 213.0),
+            (256, &light, 252.0),
+            (32, &heavy, 166.0),
+            (128, &heavy, 231.0),
+            (256, &heavy, 300.0),
+        ] {
+            let ratio = expected_pairs(nodes, loads, 6e-5) / counted;
+            assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
+        }
     }
 
     #[test]
