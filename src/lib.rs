@@ -30,6 +30,8 @@ pub mod study;
 
 pub mod plan;
 
+pub mod worklist;
+
 pub mod growth;
 
 pub mod reasons;

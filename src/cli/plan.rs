@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::outlook::{Outlook, StageOutlook};
+use super::table::write_json;
 use super::{Data, Failure, counted};
 use crate::plan::{Plan, PlannedStage};
 use crate::reasons::Group;
@@ -20,13 +21,23 @@ pub struct Arguments {
     /// "growing": [{"name", "surfaces", "at_most", "until", "holds"}, …]}`.
     #[arg(long)]
     json: bool,
+
+    /// Print every task instead, inputs before what reads them, as JSON, one object a line:
+    /// `{"stage", "task", "state", "core_seconds", …}`, where `state` is "cached" or "missing", and
+    /// the rest is what places the task in the study. `run --only TASK` computes one.
+    #[arg(long)]
+    tasks: bool,
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let outlook = data.outlook(&arguments.manifest)?;
     let stages = outlook.stages();
     let mut out = stdout().lock();
-    if arguments.json {
+    if arguments.tasks {
+        for table in outlook.tasks() {
+            write_json(&mut out, table?.batch())?;
+        }
+    } else if arguments.json {
         let stages = stages.iter().map(|stage| {
             let mut json = stage.count.json();
             json["reasons"] = json!(reasons(&outlook, stage));

@@ -159,7 +159,8 @@ fn write_csv(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
     Ok(())
 }
 
-fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
+/// One object a line.
+pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
     for chunk in chunks(batch) {
         let mut text = Vec::new();
         let builder = arrow::json::WriterBuilder::new().with_explicit_nulls(true);
