@@ -16,6 +16,7 @@ mod engine;
 mod refusal;
 mod statement;
 
+pub use engine::THREAD;
 pub use refusal::QueryError;
 use statement::Statement;
 
@@ -220,9 +221,14 @@ mod tests {
     }
 
     #[test]
-    fn what_polars_cannot_do_is_an_error() {
-        let error = ask("select rank() over (order by area) as r from light").unwrap_err();
-        assert!(matches!(error, StageError::Query(_)), "{error:?}");
+    fn what_polars_cannot_do_is_an_error_even_where_it_panics() {
+        for text in [
+            "select rank() over (order by area) as r from light",
+            "select area, row_number() over (partition by area) as r from light group by area, point",
+        ] {
+            let error = ask(text).unwrap_err();
+            assert!(matches!(error, StageError::Query(_)), "{error:?}");
+        }
     }
 
     fn unknown(query: &str) -> (String, Vec<String>) {

@@ -16,6 +16,9 @@ use polars_plan::plans::IR;
 use super::QueryError;
 use crate::diagnostics::words_of_panic;
 
+/// The name of the thread.
+pub const THREAD: &str = "query";
+
 /// Bytes of stack: for the deepest query that is let in, three times over.
 const STACK: usize = 256 << 20;
 
@@ -32,7 +35,7 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
     };
     let refused = |reason: String| E::from(QueryError::Refused(reason));
     thread::scope(|scope| {
-        let builder = thread::Builder::new().name("query".to_owned());
+        let builder = thread::Builder::new().name(THREAD.to_owned());
         let started = builder.stack_size(STACK).spawn_scoped(scope, alone);
         let thread = started.map_err(|error| {
             let room = STACK >> 20;

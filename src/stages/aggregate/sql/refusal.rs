@@ -44,7 +44,16 @@ impl QueryError {
         let reason = reason.unwrap_or("polars gives no reason");
         unknown_of_a_table(reason, statement, tables)
             .or_else(|| unknown_anywhere(reason))
-            .unwrap_or_else(|| QueryError::Refused(reason.to_owned()))
+            .unwrap_or_else(|| QueryError::Refused(shortened(reason)))
+    }
+}
+
+/// Polars prints whole syntax trees of what it does not know.
+fn shortened(reason: &str) -> String {
+    const LONGEST: usize = 200;
+    match reason.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &reason[..end]),
+        None => reason.to_owned(),
     }
 }
 
