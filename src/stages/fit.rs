@@ -107,7 +107,7 @@ impl Params {
         );
         let replicate = match has_free_kappa {
             _ if self.pools_all_points() => 3e-3,
-            true => 5e-5 * rows as f64,
+            true => 1e-4 * rows as f64,
             false => 1e-4 + 3e-6 * rows as f64,
         };
         Effort::seconds(replicate * f64::from(self.bootstrap))
