@@ -77,7 +77,8 @@ pub const RADIUS: Column = coordinate("radius", "length", "radius of the shape")
 pub const AMPLITUDE: Column = coordinate("amplitude", "length", "amplitude of the wave");
 pub const WAVES: Column = coordinate_integer("waves", "1", "wavelengths per side");
 pub const DEPTH: Column = coordinate("depth", "length", "depth of the shape's foot");
-pub const YOUNGS_MODULUS: Column = coordinate("youngs_modulus", "pressure", "effective modulus E*");
+pub const EFFECTIVE_MODULUS: Column =
+    coordinate("effective_modulus", "pressure", "effective modulus E*");
 pub const TOLERANCE: Column = coordinate(
     "tolerance",
     "rms slope × mesh step",
@@ -367,7 +368,7 @@ pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
 
 /// What is solved for under a load.
 pub const SOLVED: [Column; 11] = [
-    YOUNGS_MODULUS,
+    EFFECTIVE_MODULUS,
     TOLERANCE,
     LOAD,
     PRESSURE,

@@ -11,14 +11,14 @@ use crate::contact::surface::Surface;
 use crate::store::column::{bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
 
-/// Raise it when the numbers change.
-pub const VERSION: u32 = 3;
+/// Raise it when the numbers change, or what columns say of themselves.
+pub const VERSION: u32 = 4;
 
 /// One block of loads; warm starts go on inside it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
     /// Effective modulus E*: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
-    pub youngs_modulus: f64,
+    pub effective_modulus: f64,
     /// What `loads` and `pressures` are measured in.
     pub load_unit: LoadUnit,
     /// Ascending, positive, not empty.
@@ -48,7 +48,7 @@ impl Params {
     /// What all blocks of one parameter point share, spelled out.
     pub fn point(&self) -> String {
         let common = (
-            self.youngs_modulus,
+            self.effective_modulus,
             self.load_unit,
             self.tolerance,
             self.max_pairs,
@@ -80,7 +80,7 @@ impl Params {
     /// What places the block among others, but for its loads.
     pub fn coordinates(&self) -> Table {
         let columns = [
-            (YOUNGS_MODULUS, self.youngs_modulus),
+            (EFFECTIVE_MODULUS, self.effective_modulus),
             (TOLERANCE, self.tolerance),
         ];
         let columns = columns.map(|(column, value)| (column, reals([value])));
@@ -109,7 +109,7 @@ impl Params {
 pub enum LoadUnit {
     /// In units of E* × rms slope.
     Relative,
-    /// A mean pressure, in the unit of `youngs_modulus`.
+    /// A mean pressure, in the unit of `effective_modulus`.
     Absolute,
 }
 
@@ -185,7 +185,7 @@ impl Scales {
             nodes: surface.nodes(),
             side: surface.side(),
             slope,
-            pressure: params.youngs_modulus * slope,
+            pressure: params.effective_modulus * slope,
         })
     }
 
@@ -241,7 +241,10 @@ impl Rows {
         };
         let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
         let mut columns = vec![
-            (YOUNGS_MODULUS, reals(vec![params.youngs_modulus; count])),
+            (
+                EFFECTIVE_MODULUS,
+                reals(vec![params.effective_modulus; count]),
+            ),
             (TOLERANCE, reals(vec![params.tolerance; count])),
             (LOAD, reals(self.loads.iter().copied())),
             (

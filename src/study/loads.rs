@@ -48,7 +48,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     };
     let pressures = pressures(table, loads.as_deref(), checks);
     Some(Params {
-        youngs_modulus: effective_modulus?,
+        effective_modulus: effective_modulus?,
         load_unit,
         loads: loads?,
         tolerance: tolerance?,
