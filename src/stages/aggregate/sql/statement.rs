@@ -177,9 +177,12 @@ fn name_of(relation: &ObjectName) -> Option<String> {
 
 /// Polars takes a number without a point for a whole one: `1e-3` becomes `1.0e-3`.
 fn with_points(query: &str, numbers: Vec<(Location, String)>) -> String {
-    let exponent = |number: &str| number.find(['e', 'E']).unwrap_or(0);
-    let places = numbers.iter();
-    let places = places.map(|(start, number)| offset(query, *start) + exponent(number));
+    let places = numbers.iter().filter_map(|(start, number)| {
+        let start = offset(query, *start);
+        let is_there = query.get(start..)?.starts_with(number.as_str());
+        let exponent = number.find(['e', 'E'])?;
+        is_there.then_some(start + exponent)
+    });
     let mut text = query.to_owned();
     // From the last one, so that the places of the others stay where they are.
     for place in places.collect::<BTreeSet<_>>().into_iter().rev() {
