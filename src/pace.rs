@@ -107,6 +107,7 @@ mod tests {
         assert!(fit(40, "") > 3.0 * fit(10, ""));
         assert!(fit(10, "") > 3.0 * fit(10, "kappa = 2.5"));
         assert!(fit(10, "bootstrap = 10") < 0.1 * fit(10, ""));
+        assert!(fit(10, "bootstrap = 0") < 0.01);
     }
 
     #[test]

@@ -235,13 +235,19 @@ impl Recipe {
 
     /// What the task is expected to cost. Nothing but forecasts depends on it.
     pub fn effort(&self, extent: Extent) -> Effort {
-        match self {
+        /// Seconds to read a table from the store.
+        const READING: f64 = 4e-4;
+        let effort = match self {
             Recipe::Generate(params) => params.effort(),
             Recipe::Solve(params) => params.effort(extent.nodes),
             Recipe::Measure(params) => params.effort(extent),
             Recipe::Correct(_) => Effort::seconds(0.0),
             Recipe::Fit(params) => params.effort(extent.rows),
-            Recipe::Aggregate(params) => params.effort(),
+            Recipe::Aggregate(params) => params.effort(extent.rows),
+        };
+        Effort {
+            seconds: effort.seconds + READING * extent.tables as f64,
+            ..effort
         }
     }
 }

@@ -45,8 +45,8 @@ pub struct Groups {
 }
 
 impl Params {
-    /// See [`super::Recipe::effort`].
-    pub fn effort(&self) -> Effort {
+    /// See [`super::Recipe::effort`]: a theory that integrates over summits takes milliseconds a load.
+    pub fn effort(&self, rows: usize) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
                 let models = groups.models.iter();
@@ -56,7 +56,7 @@ impl Params {
             }
             Params::Sql(_) => 0,
         };
-        Effort::seconds(0.1 + 2.0 * slow_models as f64)
+        Effort::seconds(0.02 + 5e-3 * (slow_models * rows) as f64)
     }
 }
 
