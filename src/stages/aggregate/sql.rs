@@ -224,7 +224,8 @@ mod tests {
     fn what_polars_cannot_do_is_an_error_even_where_it_panics() {
         for text in [
             "select rank() over (order by area) as r from light",
-            "select area, row_number() over (partition by area) as r from light group by area, point",
+            "select area, row_number() over (partition by area order by point) as r from light \
+             group by area, point",
         ] {
             let error = ask(text).unwrap_err();
             assert!(matches!(error, StageError::Query(_)), "{error:?}");
