@@ -29,6 +29,7 @@ use std::error::Error;
 use std::io::{IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::{panic, thread};
 
 use clap::{Parser, Subcommand};
 use outlook::Outlook;
@@ -37,6 +38,7 @@ use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
+use crate::stages::aggregate::sql;
 use crate::store::{Store, StoreError};
 use crate::study::{Study, Warning};
 
@@ -96,6 +98,7 @@ enum Command {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
+    leave_panics_of_queries_to_their_errors();
     let arguments = Arguments::parse();
     let data = Data(arguments.data);
     let result = match arguments.command {
@@ -115,6 +118,16 @@ pub fn main() -> ExitCode {
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
     };
     result.unwrap_or_else(|failure| report(failure.as_ref()))
+}
+
+/// Polars panics at some queries; an error says so, and the trace of a panic would say no more.
+fn leave_panics_of_queries_to_their_errors() {
+    let tell = panic::take_hook();
+    panic::set_hook(Box::new(move |panic| {
+        if thread::current().name() != Some(sql::THREAD) {
+            tell(panic);
+        }
+    }));
 }
 
 /// Anything that ends a command early.

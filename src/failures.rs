@@ -11,9 +11,9 @@ use crate::diagnostics::chain;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::{ResultsError, StageTable, path};
 use crate::runner::{Outcome, TaskError};
+use crate::stages::Kind;
 use crate::stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
 use crate::stages::solve::GIVEN_UP;
-use crate::stages::{Kind, Recipe};
 use crate::store::column::{Column, ColumnKind::Text, texts};
 use crate::store::files::{Existing, read_whole, write_whole};
 use crate::store::key::TaskKey;
@@ -136,28 +136,48 @@ impl Failures<'_> {
         ];
         let columns = values.map(|value| texts([value]));
         let own = Table::new(1, OWN.into_iter().zip(columns).collect());
-        Ok(own.beside(&coordinates(self.plan, task)?))
+        Ok(own.beside(&self.plan.coordinates(task)?))
     }
 
-    /// Rows that a run has left which this one did not touch: their tasks are missing still.
+    /// Rows that a run has left which this one did not touch: their tasks are missing still, and
+    /// what they wait for failed then or, a row of `now`, again.
+    ///
+    /// # Errors
+    /// When one of the tables is none of failures.
     pub fn kept(
         &self,
         before: &Table,
+        now: &Table,
         tried: &[usize],
         store: &Store,
     ) -> Result<Table, TableError> {
-        let keys = before.texts(TASK.name)?;
-        let outcomes = before.texts(OUTCOME.name)?;
-        let is_left = |task: usize| {
-            tried.binary_search(&task).is_err() && !store.has(self.plan.tasks[task].key)
-        };
-        let is_kept = |row: &usize| {
-            let task = keys.value(*row).parse().ok();
-            let task = task.and_then(|key: TaskKey| self.plan.task_of(key));
-            outcomes.value(*row) != NOT_CONVERGED && task.is_some_and(is_left)
-        };
-        let rows: Vec<usize> = (0..before.rows()).filter(is_kept).collect();
+        let mut left = self.ends(before)?;
+        left.retain(|(_, task, _)| {
+            tried.binary_search(task).is_err() && !store.has(self.plan.tasks[*task].key)
+        });
+        let now = self.ends(now)?;
+        let mut waits = vec![false; self.plan.tasks.len()];
+        for (_, task, outcome) in left.iter().chain(&now) {
+            waits[*task] |= *outcome == FAILED;
+        }
+        // Inputs come before the tasks that read them.
+        for (task, reads) in self.plan.tasks.iter().enumerate() {
+            waits[task] |= reads.inputs.iter().any(|&input| waits[input]);
+        }
+        let rows = left.iter().filter(|(_, task, _)| waits[*task]);
+        let rows: Vec<usize> = rows.map(|(row, ..)| *row).collect();
         Ok(before.pick(&rows))
+    }
+
+    /// The rows of tasks that have no table and are of this plan, with task and outcome.
+    fn ends<'t>(&self, failures: &'t Table) -> Result<Vec<(usize, usize, &'t str)>, TableError> {
+        let (keys, outcomes) = (failures.texts(TASK.name)?, failures.texts(OUTCOME.name)?);
+        let ends = (0..failures.rows()).filter_map(|row| {
+            let task = self.plan.task_of(keys.value(row).parse().ok()?)?;
+            let outcome = outcomes.value(row);
+            (outcome != NOT_CONVERGED).then_some((row, task, outcome))
+        });
+        Ok(ends.collect())
     }
 }
 
@@ -211,16 +231,4 @@ pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
     let empty = Table::empty(&OWN);
     let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();
     Table::stack(&tables)
-}
-
-/// What places a task in its study, as one row: of several surfaces, what they have in common.
-fn coordinates(plan: &Plan, task: usize) -> Result<Table, TableError> {
-    let task = &plan.tasks[task];
-    let own = Table::row(&task.recipe.coordinates());
-    if matches!(task.recipe, Recipe::Generate(_)) {
-        return Ok(own);
-    }
-    let above = task.inputs.iter().map(|&input| coordinates(plan, input));
-    let above = Table::stack(&above.collect::<Result<Vec<_>, _>>()?)?;
-    Ok(above.common().beside(&own))
 }

@@ -33,6 +33,8 @@ pub mod ensemble;
 
 pub mod plan;
 
+pub mod worklist;
+
 pub mod growth;
 
 pub mod reasons;

@@ -1,13 +1,14 @@
 //! How long work takes on this machine, before it is done.
 //!
-//! Nearly all time of a study goes into pairs of transforms, so that the expectation is a count of
-//! pairs times the seconds that one takes, measured here and now.
+//! On all but small meshes nearly all time goes into pairs of transforms, so that the expectation is
+//! a count of pairs times the seconds that one takes, measured here and now; the rest is a guess.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use crate::contact::solver::pace;
 use crate::plan::{Plan, Task};
+use crate::stages::{Effort, Extent};
 
 /// Seconds of one core that tasks are expected to take.
 #[derive(Debug, Default)]
@@ -18,7 +19,7 @@ pub struct Pace {
 impl Pace {
     /// Seconds of one core for a task.
     pub fn seconds(&self, task: &Task) -> f64 {
-        let effort = task.recipe.effort(task.nodes);
+        let effort = effort(task);
         let in_pairs = match effort.pairs {
             0.0 => 0.0,
             pairs => pairs * self.seconds_per_pair(task.nodes),
@@ -40,5 +41,83 @@ impl Pace {
         *known
             .entry(nodes)
             .or_insert_with(|| pace::seconds_per_pair(nodes))
+    }
+}
+
+fn effort(task: &Task) -> Effort {
+    task.recipe.effort(Extent {
+        nodes: task.nodes,
+        rows: task.rows,
+        tables: task.inputs.len(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::study::Study;
+
+    /// What the last task of a study takes, besides transforms.
+    fn last(realizations: u32, stages: &str) -> (f64, f64) {
+        let manifest = format!(
+            "
+            [study]
+            name = \"study\"
+            [stage.surfaces]
+            kind = \"generate\"
+            nodes = 32
+            hurst = 0.8
+            k_lower = 2
+            k_upper = 8
+            realizations = {realizations}
+            heights = \"redraw\"
+            {stages}
+            "
+        );
+        let study = Study::parse(&manifest, "study.toml", Path::new("")).unwrap();
+        let plan = Plan::of(&study);
+        let Effort { pairs, seconds } = effort(plan.tasks.last().unwrap());
+        (pairs, seconds)
+    }
+
+    fn fit(loads: u32, keys: &str) -> f64 {
+        let stages = format!(
+            "
+            [stage.contact]
+            kind = \"solve\"
+            from = \"surfaces\"
+            loads = {{ to = 0.06, steps = {loads} }}
+            [stage.area]
+            kind = \"measure\"
+            from = \"contact\"
+            [stage.law]
+            kind = \"fit\"
+            from = \"area\"
+            law = \"contact-evolution\"
+            {keys}
+            "
+        );
+        last(5, &stages).1
+    }
+
+    #[test]
+    fn a_fit_with_a_free_kappa_takes_longer_the_more_loads_there_are() {
+        assert!(fit(40, "") > 3.0 * fit(10, ""));
+        assert!(fit(10, "") > 3.0 * fit(10, "kappa = 2.5"));
+        assert!(fit(10, "bootstrap = 10") < 0.1 * fit(10, ""));
+        assert!(fit(10, "bootstrap = 0") < 0.01);
+    }
+
+    #[test]
+    fn heights_of_a_pool_are_drawn_again() {
+        let pool = "
+            [stage.density]
+            kind = \"measure\"
+            from = \"surfaces\"
+            pool = true
+        ";
+        assert_eq!(last(60, pool).0, 60.0 * last(1, pool).0);
     }
 }

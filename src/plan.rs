@@ -13,6 +13,7 @@ use crate::failures;
 use crate::stages::{Kind, Recipe, aggregate};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
+use crate::store::table::{Table, TableError};
 use crate::study::{Reduction, Stage, Study, Work};
 
 /// The tasks of a study, inputs before the tasks that read them.
@@ -39,6 +40,8 @@ pub struct Task {
     essence: TaskKey,
     /// Nodes per side of the surface at hand.
     pub nodes: usize,
+    /// Rows about it, see [`Recipe::rows`].
+    pub rows: usize,
 }
 
 /// A stage and the tasks whose tables make up its own.
@@ -103,6 +106,26 @@ impl Plan {
     /// The first stage that has a task.
     pub fn stage_of(&self, task: usize) -> Option<&PlannedStage> {
         self.stages.iter().find(|stage| stage.tasks.contains(&task))
+    }
+
+    /// What places a task in its study, as one row: of several surfaces, what they have in common.
+    ///
+    /// # Errors
+    /// When coordinates of one name have different types: a stage has a bug.
+    pub fn coordinates(&self, task: usize) -> Result<Table, TableError> {
+        /// Rows at a time: a row takes kilobytes while it is a table.
+        const CHUNK: usize = 1024;
+        let Task { recipe, inputs, .. } = &self.tasks[task];
+        let own = Table::row(&recipe.coordinates());
+        if inputs.is_empty() {
+            return Ok(own);
+        }
+        let above = inputs.chunks(CHUNK).map(|inputs| {
+            let above = inputs.iter().map(|&input| self.coordinates(input));
+            Ok(Table::stack(&above.collect::<Result<Vec<_>, _>>()?)?.common())
+        });
+        let above = above.collect::<Result<Vec<_>, TableError>>()?;
+        Ok(Table::stack(&above)?.common().beside(&own))
     }
 
     /// For every task, the tasks that read its table.
@@ -193,13 +216,16 @@ impl Builder {
             return task;
         }
         let task = self.tasks.len();
+        let first = inputs.first().map(|&input| &self.tasks[input]);
         let nodes = match &recipe {
             Recipe::Generate(params) => params.nodes(),
-            _ => inputs.first().map_or(0, |&input| self.tasks[input].nodes),
+            _ => first.map_or(0, |first| first.nodes),
         };
+        let rows = recipe.rows(first.map_or(0, |first| first.rows));
         self.tasks.push(Task {
             key,
             nodes,
+            rows,
             essence: TaskKey::of(stage, version, digests.essence, &read),
             recipe,
             inputs,

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use bytesize::ByteSize;
 use rayon::Scope;
 
+use crate::diagnostics::words_of_panic;
 use crate::memory;
 use crate::plan::{Plan, Task};
 use crate::sources::Sources;
@@ -271,7 +272,7 @@ impl<'a> Run<'a> {
         }
         self.observer.started(task);
         let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.compute(task)))
-            .unwrap_or_else(|payload| Err(TaskError::Panic(panic_text(payload.as_ref()))));
+            .unwrap_or_else(|payload| Err(TaskError::Panic(words_of_panic(payload.as_ref()))));
         match result {
             Ok(()) => {
                 self.outcome_mut(|outcome| outcome.computed.push(task));
@@ -396,12 +397,4 @@ pub fn columns_read_by(recipe: &Recipe) -> Columns {
         Kind::Generate | Kind::Solve | Kind::Measure => Columns::All,
         Kind::Correct | Kind::Fit | Kind::Aggregate => Columns::Light,
     }
-}
-
-fn panic_text(payload: &(dyn std::any::Any + Send)) -> String {
-    let text = payload
-        .downcast_ref::<&str>()
-        .map(|text| (*text).to_owned());
-    text.or_else(|| payload.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "no message".to_owned())
 }

@@ -18,6 +18,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use aggregate::sql::QueryError;
+
 use crate::contact::map::MapError;
 use crate::contact::measured::MeasuredError;
 use crate::contact::surface::SurfaceError;
@@ -210,16 +212,32 @@ impl Recipe {
         }
     }
 
-    /// What the task is expected to cost on a surface of `nodes` a side. Nothing but forecasts
-    /// depends on it.
-    pub fn effort(&self, nodes: usize) -> Effort {
+    /// Rows about one surface in the task's table, or in those that it pools; `read` are those in
+    /// the table that it reads.
+    pub fn rows(&self, read: usize) -> usize {
         match self {
+            Recipe::Generate(_) => 1,
+            Recipe::Solve(params) => params.loads.len(),
+            Recipe::Correct(params) => read * params.corrections.len(),
+            Recipe::Measure(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => read,
+        }
+    }
+
+    /// What the task is expected to cost. Nothing but forecasts depends on it.
+    pub fn effort(&self, extent: Extent) -> Effort {
+        /// Seconds to read a table from the store.
+        const READING: f64 = 4e-4;
+        let effort = match self {
             Recipe::Generate(params) => params.effort(),
-            Recipe::Solve(params) => params.effort(nodes),
-            Recipe::Measure(_) => Effort::pairs(2.0),
-            Recipe::Correct(_) => Effort::seconds(1e-3),
-            Recipe::Fit(params) => params.effort(),
-            Recipe::Aggregate(params) => params.effort(),
+            Recipe::Solve(params) => params.effort(extent.nodes),
+            Recipe::Measure(params) => params.effort(extent),
+            Recipe::Correct(_) => Effort::seconds(0.0),
+            Recipe::Fit(params) => params.effort(extent.rows),
+            Recipe::Aggregate(params) => params.effort(extent.rows),
+        };
+        Effort {
+            seconds: effort.seconds + READING * extent.tables as f64,
+            ..effort
         }
     }
 }
@@ -241,6 +259,17 @@ impl Footprint {
     };
 }
 
+/// How much a task has at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Extent {
+    /// Nodes per side of a surface.
+    pub nodes: usize,
+    /// Rows about it, see [`Recipe::rows`].
+    pub rows: usize,
+    /// Tables that are read.
+    pub tables: usize,
+}
+
 /// What a task is expected to cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
@@ -250,20 +279,24 @@ pub struct Effort {
     pub seconds: f64,
 }
 
+/// Seconds for the handling of any task: key, Parquet, checksum, file. On meshes of 32² there is
+/// hardly anything else.
+const HANDLING: f64 = 2e-3;
+
 impl Effort {
-    /// A number of pairs, and the handling of a task.
+    /// A number of pairs, besides the handling.
     pub fn pairs(pairs: f64) -> Effort {
         Effort {
             pairs,
-            seconds: 1e-3,
+            seconds: HANDLING,
         }
     }
 
-    /// No transforms.
+    /// No transforms; so many seconds besides the handling.
     pub fn seconds(seconds: f64) -> Effort {
         Effort {
             pairs: 0.0,
-            seconds,
+            seconds: HANDLING + seconds,
         }
     }
 }
@@ -294,6 +327,9 @@ pub enum StageError {
         /// What is wrong with it.
         source: MeasuredError,
     },
+    /// A query has no answer.
+    #[error("cannot answer the query")]
+    Query(#[from] QueryError),
     /// An aggregation cannot be carried out.
     #[error("cannot aggregate: {reason}")]
     Aggregate {

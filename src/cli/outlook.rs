@@ -14,9 +14,10 @@ use crate::plan::Plan;
 use crate::reasons::cause::Cause;
 use crate::reasons::record::Record;
 use crate::reasons::{Group, Reasons};
-use crate::runner;
 use crate::store::Store;
+use crate::store::table::{Table, TableError};
 use crate::study::Warning;
+use crate::{runner, worklist};
 
 /// A plan beside the store and the last run.
 pub struct Outlook {
@@ -89,6 +90,11 @@ impl Outlook {
             true => cause.why.to_string(),
             false => format!("upstream `{origin}`: {}", cause.why),
         }
+    }
+
+    /// Its tasks one by one.
+    pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
+        worklist::tables(&self.plan, &self.missing, &self.pace)
     }
 
     /// The name of the stage where something happened.

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::outlook::{Outlook, StageOutlook};
+use super::table::write_json;
 use super::{Data, Failure, counted};
 use crate::plan::{Plan, PlannedStage};
 use crate::reasons::Group;
@@ -21,6 +22,12 @@ pub struct Arguments {
     /// "message"}, …]}`.
     #[arg(long)]
     json: bool,
+
+    /// Print every task instead, inputs before what reads them, as JSON, one object a line:
+    /// `{"stage", "task", "state", "core_seconds", …}`, where `state` is "cached" or "missing", and
+    /// the rest is what places the task in the study. `run --only TASK` computes one.
+    #[arg(long)]
+    tasks: bool,
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
@@ -28,7 +35,11 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let stages = outlook.stages();
     super::tell(&outlook.warnings);
     let mut out = stdout().lock();
-    if arguments.json {
+    if arguments.tasks {
+        for table in outlook.tasks() {
+            write_json(&mut out, table?.batch())?;
+        }
+    } else if arguments.json {
         let stages = stages.iter().map(|stage| {
             let mut json = stage.count.json();
             json["reasons"] = json!(reasons(&outlook, stage));

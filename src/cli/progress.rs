@@ -19,7 +19,7 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 pub struct Progress<'a> {
     plan: &'a Plan,
     total: usize,
-    /// Seconds of one core that each missing task is expected to take.
+    /// Seconds of one core that each of them is expected to take.
     expected: HashMap<usize, f64>,
     /// Their sum.
     expected_in_all: f64,
@@ -38,19 +38,15 @@ struct State {
 }
 
 impl<'a> Progress<'a> {
-    /// Begins to count.
-    pub fn new(plan: &'a Plan, missing: &[usize], pace: &Pace) -> Progress<'a> {
-        let total = missing.len();
+    /// Begins to count the tasks that are to run, among `cached` ones that are not.
+    pub fn new(plan: &'a Plan, to_run: &[usize], cached: usize, pace: &Pace) -> Progress<'a> {
+        let total = to_run.len();
         let expected = |&task: &usize| (task, pace.seconds(&plan.tasks[task]));
-        let expected: HashMap<usize, f64> = missing.iter().map(expected).collect();
+        let expected: HashMap<usize, f64> = to_run.iter().map(expected).collect();
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
-            let cached = plan.tasks.len() - total;
-            eprintln!(
-                "{}: {} to run, {cached} cached",
-                plan.study,
-                counted(total, "task")
-            );
+            let begun = begun(total, cached, plan.tasks.len());
+            eprintln!("{}: {begun}", plan.study);
         }
         let now = Instant::now();
         Progress {
@@ -126,6 +122,15 @@ impl Observer for Progress<'_> {
     }
 }
 
+/// What is about to be done, and what is not.
+fn begun(to_run: usize, cached: usize, all: usize) -> String {
+    let begun = format!("{} to run, {cached} cached", counted(to_run, "task"));
+    match all.saturating_sub(to_run + cached) {
+        0 => begun,
+        later => format!("{begun}, {later} left for later"),
+    }
+}
+
 fn bar(total: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}")
         .expect("the template is valid");
@@ -163,6 +168,15 @@ mod tests {
     #[test]
     fn nothing_done_promises_nothing() {
         assert_eq!(time_left(Duration::from_secs(60), 0.0), None);
+    }
+
+    #[test]
+    fn what_is_left_for_later_is_not_cached() {
+        assert_eq!(begun(2, 33, 35), "2 tasks to run, 33 cached");
+        assert_eq!(
+            begun(1, 0, 35),
+            "1 task to run, 0 cached, 34 left for later"
+        );
     }
 
     #[test]

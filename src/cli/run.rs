@@ -114,7 +114,8 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         writeln!(out, "{json:#}")?;
     } else {
         if let Some(tables) = tables {
-            write!(out, "{}", summary::text(plan, &tables)?)?;
+            let only = arguments.only.as_ref().map(|_| wanted.as_slice());
+            write!(out, "{}", summary::text(plan, &tables, only)?)?;
         }
         for stage in &work.grown.stages {
             writeln!(out, "{stage}")?;
@@ -190,15 +191,17 @@ impl Work<'_> {
         }
     }
 
-    fn compute(&self, missing: &[usize]) -> Result<Outcome, Failure> {
-        if missing.is_empty() {
+    fn compute(&self, wanted: &[usize]) -> Result<Outcome, Failure> {
+        if wanted.is_empty() {
             return Ok(Outcome::default());
         }
-        let means = self.means(missing);
-        let progress = Progress::new(self.plan(), missing, &Pace::default());
+        let means = self.means(wanted);
+        let without = joined(self.missing(), wanted).len();
+        let cached = self.plan().tasks.len() - without;
+        let progress = Progress::new(self.plan(), wanted, cached, &Pace::default());
         let outcome = runner::run(
             self.plan(),
-            missing,
+            wanted,
             self.store,
             &self.grown.study.sources,
             means,

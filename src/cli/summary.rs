@@ -1,5 +1,7 @@
 //! What a study has found, a line per stage.
 
+use std::collections::BTreeSet;
+
 use arrow::array::Array;
 
 use super::{Failure, counted};
@@ -11,8 +13,9 @@ use crate::stages::Kind;
 use crate::stages::fit::rows::{FITTED, STATUS};
 use crate::store::table::{Table, TableError};
 
-/// One line per stage, and where the tables are.
-pub fn text(plan: &Plan, tables: &[StageTable]) -> Result<String, Failure> {
+/// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
+/// named: all others have tasks that nobody asked for.
+pub fn text(plan: &Plan, tables: &[StageTable], only: Option<&[usize]>) -> Result<String, Failure> {
     let width = plan
         .stages
         .iter()
@@ -20,7 +23,21 @@ pub fn text(plan: &Plan, tables: &[StageTable]) -> Result<String, Failure> {
         .max()
         .unwrap_or(0);
     let mut text = String::new();
-    for (stage, table) in plan.stages.iter().zip(tables) {
+    let left = match only {
+        Some(_) => "left for later",
+        None => "missing",
+    };
+    let is_asked_for = |stage: &PlannedStage| {
+        let is_wanted = |only: &[usize]| {
+            stage
+                .tasks
+                .iter()
+                .any(|task| only.binary_search(task).is_ok())
+        };
+        only.is_none_or(is_wanted)
+    };
+    let stages = plan.stages.iter().zip(tables);
+    for (stage, table) in stages.filter(|(stage, _)| is_asked_for(stage)) {
         let line = match table.finished {
             0 => "nothing finished".to_owned(),
             _ => line(stage, &table.read()?)?,
@@ -28,7 +45,7 @@ pub fn text(plan: &Plan, tables: &[StageTable]) -> Result<String, Failure> {
         let missing = stage.tasks.len() - table.finished;
         let missing = match missing {
             0 => String::new(),
-            _ => format!(" · {} missing", counted(missing, "task")),
+            _ => format!(" · {} {left}", counted(missing, "task")),
         };
         text += &format!("{:width$}  {line}{missing}\n", stage.name);
     }
@@ -46,7 +63,7 @@ fn line(stage: &PlannedStage, table: &Table) -> Result<String, Failure> {
             range(table, "full_contact_load", "full contact at")?,
             caveat(table)?,
         ],
-        Kind::Solve => solved(stage, table)?,
+        Kind::Solve => solved(table)?,
         Kind::Measure => vec![
             Some(counted(table.rows(), "row")),
             range(table, "area_fraction", "contact covers")?,
@@ -83,20 +100,21 @@ fn caveat(surfaces: &Table) -> Result<Option<String>, Failure> {
     }))
 }
 
-fn solved(stage: &PlannedStage, table: &Table) -> Result<Vec<Option<String>>, TableError> {
+fn solved(table: &Table) -> Result<Vec<Option<String>>, TableError> {
     let rows = table.rows();
     let pairs: i64 = table.integers("pairs")?.iter().flatten().sum();
     let among = |word: &str| -> Result<usize, TableError> {
         let stops = table.texts("stop")?;
         Ok(stops.iter().filter(|stop| *stop == Some(word)).count())
     };
+    let surfaces: BTreeSet<_> = table.texts("surface")?.iter().collect();
     let given_up = among("pair-limit")?;
     let full = among("full-contact")?;
     Ok(vec![
         Some(format!(
             "{} on {}",
             counted(rows, "load"),
-            counted(stage.tasks.len(), "surface")
+            counted(surfaces.len(), "surface")
         )),
         Some(match given_up {
             0 => "all converged".to_owned(),

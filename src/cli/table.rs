@@ -11,11 +11,12 @@ use arrow::record_batch::RecordBatch;
 
 use super::grid::{self, Layout};
 use super::tables::Tables;
-use super::{Data, Failure, Misused, unknown};
+use super::{Data, Failure, Misused, chain, unknown};
 use crate::failures;
 use crate::growth::Grown;
 use crate::stages::StageError;
-use crate::stages::aggregate::{Sql, sql};
+use crate::stages::aggregate::Sql;
+use crate::stages::aggregate::sql::{self, QueryError};
 use crate::store::table::Table;
 
 /// Rows that are turned into text at once.
@@ -31,7 +32,8 @@ pub struct Arguments {
     stage: Option<String>,
 
     /// Ask all tables of the study instead: a query in the SQL of polars, in which every stage is
-    /// a table. A name with `-` needs double quotes.
+    /// a table. A name with `-` needs double quotes. Rows that no `order by` tells apart come in the
+    /// order of the rows that they are made of.
     #[arg(long, value_name = "QUERY", conflicts_with = "stage")]
     sql: Option<String>,
 
@@ -85,68 +87,41 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
 impl Tables<'_> {
     /// The answer to a query. Only tables that it names are read.
     fn ask(&self, query: &str) -> Result<Table, Failure> {
+        let named = sql::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
-        let mut registered = Vec::new();
-        for stage in &self.plan.stages {
-            if query.contains(&stage.name)
-                && let Some(table) = self.read(stage)?
-            {
-                tables.push(table);
-                registered.push((stage.name.clone(), 1));
+        let mut known = Vec::new();
+        for name in self.names().into_iter().chain([failures::NAME]) {
+            let is_read = named.contains(name);
+            known.push((name.to_owned(), usize::from(is_read)));
+            if is_read {
+                tables.push(self.of(name)?);
             }
-        }
-        if query.contains(failures::NAME) {
-            tables.push(self.of(failures::NAME)?);
-            registered.push((failures::NAME.to_owned(), 1));
         }
         let sql = Sql {
             query: query.to_owned(),
-            tables: registered,
+            tables: known,
             columns: BTreeMap::new(),
         };
-        sql::query(&tables, &sql).map_err(|error| {
-            let reason = match error {
-                StageError::Aggregate { reason } => reason,
-                other => other.to_string(),
-            };
-            self.explained(&reason, &sql, &tables)
+        sql::query(&tables, &sql).map_err(|error| match error {
+            StageError::Query(error) => refused(error),
+            other => Misused(chain(&other)).into(),
         })
-    }
-
-    /// What is wrong with a query, and what it may name.
-    fn explained(&self, reason: &str, sql: &Sql, tables: &[Table]) -> Failure {
-        // polars lists the columns of one table, and not always.
-        let reason = reason.split("; valid columns").next().unwrap_or(reason);
-        let name = quoted(reason).unwrap_or_default();
-        let has = |stage: &str| sql.tables.iter().any(|(table, _)| table == stage);
-        if self.names().contains(&name) && !has(name) {
-            return self.not_computed(name);
-        }
-        if reason.contains("relation") {
-            return unknown(reason, name, &self.names());
-        }
-        if !["unable to find column", "no column named"]
-            .iter()
-            .any(|words| reason.contains(words))
-        {
-            return Misused(reason.to_owned()).into();
-        }
-        let mut columns = Vec::new();
-        for column in tables.iter().flat_map(|table| table.names()) {
-            if !columns.contains(&column) {
-                columns.push(column);
-            }
-        }
-        unknown(reason, name, &columns)
     }
 }
 
-/// The first name in quotes.
-fn quoted(text: &str) -> Option<&str> {
-    let start = text.find(['\'', '"', '`'])?;
-    let quote = text[start..].chars().next()?;
-    let rest = &text[start + 1..];
-    rest.find(quote).map(|end| &rest[..end])
+/// What is wrong with a query, and what it may name.
+fn refused(error: QueryError) -> Failure {
+    match error {
+        QueryError::Refused(reason) => Misused(reason).into(),
+        QueryError::Unknown {
+            message,
+            name,
+            known,
+        } => {
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            unknown(&message, &name, &known)
+        }
+    }
 }
 
 /// These columns in this order; all if none is named.
@@ -184,7 +159,8 @@ fn write_csv(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
     Ok(())
 }
 
-fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
+/// One object a line.
+pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
     for chunk in chunks(batch) {
         let mut text = Vec::new();
         let builder = arrow::json::WriterBuilder::new().with_explicit_nulls(true);

@@ -73,7 +73,7 @@ impl Trouble<'_> {
         // What cannot be read of earlier failures is lost, and no failure of this run.
         let kept = before
             .ok()
-            .map(|before| failures.kept(&before, tried, store));
+            .map(|before| failures.kept(&before, &now, tried, store));
         let kept = kept.and_then(Result::ok);
         let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
         Ok(failures::write(&all.unwrap_or(now), &folder, study)?)

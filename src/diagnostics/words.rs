@@ -1,5 +1,6 @@
 //! The wording of messages: suggestions, lists, line breaks, and nothing that does harm.
 
+use std::any::Any;
 use std::error::Error;
 
 /// Columns of a message before it goes on in the next line.
@@ -68,6 +69,15 @@ pub fn chain(error: &(dyn Error + 'static)) -> String {
         cause = error.source();
     }
     text
+}
+
+/// What a panic says of itself.
+pub fn words_of_panic(payload: &(dyn Any + Send)) -> String {
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
 }
 
 /// The text in lines, broken at spaces, but not within backticks: what stands there is quoted.

@@ -13,6 +13,14 @@ pub fn deserialize<T: DeserializeOwned>(value: Spanned<DeValue<'_>>) -> Result<T
     T::deserialize(ValueDeserializer::from(value))
 }
 
+/// Keys that have been given another name, that name, and what it is for.
+const RENAMED: [(&str, &str, &str); 1] = [(
+    "youngs_modulus",
+    "effective_modulus",
+    "it holds E*, the effective modulus of the two bodies together; their own moduli go into \
+     `bodies = [{ youngs_modulus, poisson_ratio }]`",
+)];
+
 /// What a table is, for messages about its keys.
 pub struct Wanted {
     place: String,
@@ -49,6 +57,13 @@ impl Wanted {
     ) -> (Problem, Option<String>) {
         let known = || layout.keys().chain(self.common.iter().copied());
         let message = format!("{} has no key `{key}`", self.place);
+        if let Some((_, now, help)) = RENAMED.iter().find(|(was, ..)| *was == key)
+            && layout.has(now)
+        {
+            let label = format!("renamed: `{now} = …`");
+            let problem = Problem::new(message, span, label).help(*help);
+            return (problem, Some((*now).to_owned()));
+        }
         if let Some(owner) = self.owner(key) {
             let label = format!("belongs to {}", owner.describe());
             return (Problem::new(message, span, label), None);

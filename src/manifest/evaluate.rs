@@ -103,7 +103,8 @@ pub enum Datum {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AggregateTable {
-    /// A query over the stages named in `from`; it replaces the other keys.
+    /// A query over the stages named in `from`; it replaces the other keys. Rows that no `order by`
+    /// tells apart come in the order of the rows that they are made of.
     pub sql: Key<String>,
     /// What columns of the query's answer mean, by their names: `{ unit = "…", meaning = "…" }`.
     /// Columns called as in the tables that are read mean the same unless it is said here.

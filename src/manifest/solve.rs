@@ -19,9 +19,9 @@ use super::written::{Key, Written, deserialize_either};
 pub struct SolveTable {
     /// Effective modulus E*, with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; `bodies` may stand instead.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    pub youngs_modulus: Key<f64>,
+    pub effective_modulus: Key<f64>,
     /// The two bodies in contact, or one pressed against a rigid one; instead of
-    /// `youngs_modulus`.
+    /// `effective_modulus`.
     #[schemars(length(min = 1, max = 2))]
     pub bodies: Key<Vec<Written<Body>>>,
     /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
@@ -42,7 +42,7 @@ pub struct SolveTable {
     pub pressures: Key<Pressures>,
 }
 
-table!(SolveTable, swept: ["youngs_modulus", "tolerance"], lists: []);
+table!(SolveTable, swept: ["effective_modulus", "tolerance"], lists: []);
 
 /// An elastic body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

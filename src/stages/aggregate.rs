@@ -58,8 +58,8 @@ impl Groups {
 }
 
 impl Params {
-    /// See [`super::Recipe::effort`].
-    pub fn effort(&self) -> Effort {
+    /// See [`super::Recipe::effort`]: a theory that integrates over summits takes milliseconds a load.
+    pub fn effort(&self, rows: usize) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
                 let models = groups.models.iter();
@@ -69,7 +69,7 @@ impl Params {
             }
             Params::Sql(_) => 0,
         };
-        Effort::seconds(0.1 + 2.0 * slow_models as f64)
+        Effort::seconds(0.02 + 5e-3 * (slow_models * rows) as f64)
     }
 }
 
@@ -110,7 +110,8 @@ pub enum Statistic {
 pub struct Sql {
     /// The query text.
     pub query: String,
-    /// Names under which the query sees the inputs, and how many input tables each holds.
+    /// Names under which the query sees the inputs, and how many input tables each holds; none of
+    /// a table that it does not read.
     pub tables: Vec<(String, usize)>,
     /// What columns of the answer mean that no input has.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

@@ -80,7 +80,8 @@ pub const RADIUS: Column = parameter("radius", "length", "radius of the shape");
 pub const AMPLITUDE: Column = parameter("amplitude", "length", "amplitude of the wave");
 pub const WAVES: Column = parameter_integer("waves", "1", "wavelengths per side");
 pub const DEPTH: Column = parameter("depth", "length", "depth of the shape's foot");
-pub const YOUNGS_MODULUS: Column = parameter("youngs_modulus", "pressure", "effective modulus E*");
+pub const EFFECTIVE_MODULUS: Column =
+    parameter("effective_modulus", "pressure", "effective modulus E*");
 pub const TOLERANCE: Column = parameter(
     "tolerance",
     "rms slope × mesh step",
@@ -377,7 +378,7 @@ pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
 
 /// What is solved for under a load.
 pub const SOLVED: [Column; 12] = [
-    YOUNGS_MODULUS,
+    EFFECTIVE_MODULUS,
     TOLERANCE,
     MAX_PAIRS,
     LOAD,

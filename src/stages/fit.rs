@@ -97,11 +97,24 @@ impl Params {
         )
     }
 
-    /// See [`super::Recipe::effort`]: an iteration of least squares takes microseconds, and a fit of
-    /// all curves at once, with a root to find in each, thirty times as long as that of one.
-    pub fn effort(&self) -> Effort {
-        let replicate = if self.pools_all_points() { 3e-3 } else { 1e-4 };
-        Effort::seconds(1e-3 + replicate * f64::from(self.bootstrap))
+    /// See [`super::Recipe::effort`]: an iteration of least squares takes a microsecond for each
+    /// row, and a fit of all curves at once, with a root to find in each, thirty times as long as
+    /// that of one. With κ free there are dozens of iterations to a fit, or hundreds where the data
+    /// hardly bend; the plan cannot know how many.
+    pub fn effort(&self, rows: usize) -> Effort {
+        let has_free_kappa = matches!(
+            self.law,
+            Law::ContactEvolution {
+                kappa: Kappa::Free,
+                ..
+            }
+        );
+        let replicate = match has_free_kappa {
+            _ if self.pools_all_points() => 3e-3,
+            true => 1e-4 * rows as f64,
+            false => 1e-4 + 3e-6 * rows as f64,
+        };
+        Effort::seconds(replicate * f64::from(self.bootstrap))
     }
 
     fn bootstrap(&self) -> Bootstrap {

@@ -134,7 +134,7 @@ impl Params {
         match (&self.form, self.heights) {
             (Form::Random { surface, .. }, Heights::None) => {
                 let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
-                Effort::seconds(1e-3 + 5e-8 * modes)
+                Effort::seconds(5e-8 * modes)
             }
             _ => Effort::pairs(6.0),
         }

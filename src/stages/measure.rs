@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Context, Footprint, Input, Recipe, StageError, generate};
+use super::{Context, Effort, Extent, Footprint, Input, Recipe, StageError, generate};
 use crate::contact::area::ContactArea;
 use crate::contact::clusters::Clusters;
 use crate::contact::histogram::{Histogram, Pool};
@@ -53,6 +53,15 @@ impl Params {
     /// Whether one task reads all surfaces of a parameter point.
     pub fn pools_surfaces(&self) -> bool {
         matches!(self, Params::Pool { .. })
+    }
+
+    /// See [`Recipe::effort`](super::Recipe::effort): a surface is drawn again to look at its
+    /// heights; of contact there are bits to count.
+    pub fn effort(&self, extent: Extent) -> Effort {
+        Effort::pairs(match self {
+            Params::Contacts => 0.2 * extent.rows as f64,
+            Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
+        })
     }
 }
 

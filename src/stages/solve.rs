@@ -12,14 +12,14 @@ use crate::decimal;
 use crate::store::column::{Column, Value, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
 
-/// Raise it when the numbers change.
+/// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 4;
 
 /// One block of loads; warm starts go on inside it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
     /// Effective modulus E*: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
-    pub youngs_modulus: f64,
+    pub effective_modulus: f64,
     /// What `loads` and `pressures` are measured in.
     pub load_unit: LoadUnit,
     /// Ascending, positive, not empty.
@@ -70,7 +70,7 @@ impl Params {
     /// What places the block among others, but for its loads.
     pub fn coordinates(&self) -> Vec<(Column, Value)> {
         vec![
-            (YOUNGS_MODULUS, Value::Real(self.youngs_modulus)),
+            (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
             (TOLERANCE, Value::Real(self.tolerance)),
             (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
         ]
@@ -98,7 +98,7 @@ impl Params {
 pub enum LoadUnit {
     /// In units of E* × rms slope.
     Relative,
-    /// A mean pressure, in the unit of `youngs_modulus`.
+    /// A mean pressure, in the unit of `effective_modulus`.
     Absolute,
 }
 
@@ -171,7 +171,7 @@ impl Scales {
             nodes: surface.nodes(),
             side: surface.side(),
             slope,
-            pressure: params.youngs_modulus * slope,
+            pressure: params.effective_modulus * slope,
         })
     }
 

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use super::Reduction;
 use super::checks::Checks;
-use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
+use crate::diagnostics::{Problem, Problems, chain, did_you_mean, listed};
 use crate::manifest::Section;
 use crate::manifest::evaluate::AggregateTable;
 use crate::manifest::evaluate::ModelWord;
 use crate::manifest::written::{Key, Written};
 use crate::stages::StageError;
+use crate::stages::aggregate::sql::QueryError;
 use crate::stages::aggregate::{
     Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic, level_of_confidence,
 };
@@ -112,11 +113,7 @@ pub fn judge_answer(
     let answer = match answer {
         Ok(answer) => answer,
         Err(error) => {
-            let names = listed(tables.iter().map(|(name, _)| name.as_str()), "and");
-            let problem = Problem::new(error.to_string(), query.span.clone(), "this query");
-            problems.push(problem.help(format!(
-                "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
-            )));
+            problems.push(no_answer(&error, query, tables));
             return None;
         }
     };
@@ -132,6 +129,43 @@ pub fn judge_answer(
         }
     }
     Some(answer)
+}
+
+fn no_answer(error: &StageError, query: &Written<String>, tables: &[(String, Table)]) -> Problem {
+    let span = query.span.clone();
+    if let StageError::Query(QueryError::Unknown {
+        message,
+        name,
+        known,
+    }) = error
+    {
+        let known = || known.iter().map(String::as_str);
+        let label = match did_you_mean(name, known()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "this query".to_owned(),
+        };
+        let help = format!("there is {}", listed(known(), "and"));
+        return Problem::new(
+            format!("the query cannot be answered: {message}"),
+            span,
+            label,
+        )
+        .help(help);
+    }
+    let reason = match error {
+        StageError::Query(error) => error.to_string(),
+        other => chain(other),
+    };
+    let names = listed(tables.iter().map(|(name, _)| name.as_str()), "and");
+    let help = format!(
+        "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
+    );
+    Problem::new(
+        format!("the query cannot be answered: {reason}"),
+        span,
+        "this query",
+    )
+    .help(help)
 }
 
 /// Columns of the input, each once.

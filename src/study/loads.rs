@@ -39,7 +39,7 @@ pub fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<
 }
 
 fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
-    let youngs_modulus = modulus(table, checks);
+    let effective_modulus = modulus(table, checks);
     let loads = loads(table, checks);
     let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, 6e-5);
     let max_pairs = checks.whole_or("max_pairs", &table.max_pairs, 1..=1_000_000, 2000);
@@ -49,7 +49,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     };
     let pressures = pressures(table, loads.as_deref(), checks);
     Some(Params {
-        youngs_modulus: youngs_modulus?,
+        effective_modulus: effective_modulus?,
         load_unit,
         loads: loads?,
         tolerance: tolerance?,
@@ -61,10 +61,10 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
 /// E*, given or from the two bodies.
 fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     let Some(bodies) = table.bodies.written() else {
-        return checks.number_or("youngs_modulus", &table.youngs_modulus, QUANTITY, 1.0);
+        return checks.number_or("effective_modulus", &table.effective_modulus, QUANTITY, 1.0);
     };
-    if let Some(modulus) = table.youngs_modulus.written() {
-        let message = "`youngs_modulus` and `bodies` exclude each other";
+    if let Some(modulus) = table.effective_modulus.written() {
+        let message = "`effective_modulus` and `bodies` exclude each other";
         let problem = Problem::new(message, modulus.span.clone(), "the effective modulus")
             .and(bodies.span.clone(), "follows from the bodies");
         checks.report("bodies", problem);

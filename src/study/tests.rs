@@ -288,11 +288,11 @@ fn two_equal_bodies_have_half_the_modulus_of_one_against_a_rigid_body() {
     let body = "{ youngs_modulus = 3, poisson_ratio = 0.5 }";
     // E/(1 − ν²) of the one body.
     assert_eq!(
-        block(&format!("loads = [1]\nbodies = [{body}]")).youngs_modulus,
+        block(&format!("loads = [1]\nbodies = [{body}]")).effective_modulus,
         4.0
     );
     let two = block(&format!("loads = [1]\nbodies = [{body}, {body}]"));
-    assert_eq!(two.youngs_modulus, 2.0);
+    assert_eq!(two.effective_modulus, 2.0);
 }
 
 #[test]

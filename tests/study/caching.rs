@@ -170,7 +170,7 @@ from = "press"
 kind = "solve"
 from = "rough"
 loads = { from = 0, steps = 4, to = 0.1, spacing = "linear" }
-youngs_modulus = 1
+effective_modulus = 1
 pressures = "none"
 
 [stage.rough]
@@ -218,7 +218,7 @@ fn every_parameter_of_a_block_of_loads_changes_its_key() {
         ("steps = 4", "steps = 5"),
         ("to = 0.1, steps", "to = 0.2, steps"),
         ("steps = 4 }", "steps = 4 }\ntolerance = 1e-6"),
-        ("steps = 4 }", "steps = 4 }\nyoungs_modulus = 2"),
+        ("steps = 4 }", "steps = 4 }\neffective_modulus = 2"),
         ("steps = 4 }", "steps = 4 }\nmax_pairs = 50"),
         ("steps = 4 }", "steps = 4 }\nload_unit = \"absolute\""),
     ] {

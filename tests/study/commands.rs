@@ -1,6 +1,9 @@
 //! What the commands print, and how they end.
 
+use std::collections::BTreeSet;
 use std::fs;
+
+use serde_json::{Value, json};
 
 use crate::bench::{Bench, STUDY, text};
 
@@ -47,6 +50,82 @@ fn plan_touches_nothing() {
     let counts = bench.plan(STUDY);
     assert_eq!((counts["light"].cached, counts["light"].to_run), (0, 4));
     assert!(!bench.data().exists());
+}
+
+/// The tasks of a study, as `plan --tasks` has them.
+fn tasks(bench: &Bench, manifest: &str) -> Vec<Value> {
+    let path = bench.write(manifest);
+    let output = bench.output(&["plan", path.to_str().unwrap(), "--tasks"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let lines = text(&output.stdout);
+    let rows = lines.lines().map(serde_json::from_str);
+    rows.collect::<Result<_, _>>().unwrap()
+}
+
+#[test]
+fn plan_lists_every_task_once_with_what_it_takes_to_run_it_alone() {
+    let bench = Bench::new();
+    let planned = tasks(&bench, STUDY);
+    let keys: BTreeSet<&str> = planned
+        .iter()
+        .map(|task| task["task"].as_str().unwrap())
+        .collect();
+    assert_eq!((planned.len(), keys.len()), (19, 19));
+    assert!(planned.iter().all(|task| task["state"] == "missing"));
+    assert!(
+        planned
+            .iter()
+            .all(|task| task["core_seconds"].as_f64() > Some(0.0))
+    );
+    let of = |stage: &str| {
+        planned
+            .iter()
+            .filter(|task| task["stage"] == stage)
+            .collect::<Vec<_>>()
+    };
+    let places: Vec<_> = of("light")
+        .iter()
+        .map(|task| (task["k_upper"].as_i64(), task["realization"].as_i64()))
+        .collect();
+    let each = |k_upper: i64| (0..2).map(move |number| (Some(k_upper), Some(number)));
+    assert_eq!(
+        places,
+        [each(4), each(8)].into_iter().flatten().collect::<Vec<_>>()
+    );
+    assert_eq!(
+        of("law")[1]["k_upper"],
+        8,
+        "of several surfaces, what they have in common"
+    );
+    assert!(of("law")[1]["realization"].is_null());
+    assert!(!bench.data().exists());
+
+    let key = of("light")[2]["task"].as_str().unwrap();
+    bench.run_with(STUDY, &["--only", key]);
+    let done = tasks(&bench, STUDY);
+    let cached: Vec<_> = done
+        .iter()
+        .filter(|task| task["state"] == "cached")
+        .collect();
+    let cached: Vec<_> = cached
+        .iter()
+        .map(|task| (&task["stage"], &task["task"]))
+        .collect();
+    let surface = of("surfaces")[2];
+    assert_eq!(
+        cached,
+        [
+            (&surface["stage"], &surface["task"]),
+            (&json!("light"), &json!(key))
+        ]
+    );
+}
+
+#[test]
+fn a_task_of_two_stages_is_listed_once() {
+    let bench = Bench::new();
+    let twice = format!("{STUDY}\n[stage.again]\nkind = \"measure\"\nfrom = \"light\"\n");
+    assert_eq!(tasks(&bench, &twice).len(), 19);
 }
 
 #[test]

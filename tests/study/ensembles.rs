@@ -129,7 +129,7 @@ fn sweeps() -> Vec<(&'static str, String)> {
         ("nodes = 32", "nodes = 32\nside = [1, 2]"),
         ("nodes = 32", "nodes = 32\nrms_slope = [0.1, 1]"),
         ("nodes = 32", "nodes = 32\nseed = [1, 2]"),
-        ("\nloads", "\nyoungs_modulus = [1, 2]\nloads"),
+        ("\nloads", "\neffective_modulus = [1, 2]\nloads"),
         ("\nloads", "\ntolerance = [1e-3, 1e-4]\nloads"),
     ];
     let swept = swept.map(|(key, sweep)| (sweep, STUDY.replacen(key, sweep, 1)));

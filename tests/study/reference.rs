@@ -49,7 +49,7 @@ periodic = true
 [stage.contact]
 kind = "solve"
 from = "surface"
-youngs_modulus = 1.0
+effective_modulus = 1.0
 loads = {loads:?}
 tolerance = 1e-8
 pressures = "none"

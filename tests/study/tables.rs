@@ -95,6 +95,53 @@ fn what_is_not_there_is_named_with_what_is() {
 }
 
 #[test]
+fn a_query_is_told_of_the_tables_that_it_reads_and_of_no_other() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let column = refusal(&bench, &["--sql", "select clusters from surfaces"], 2);
+    assert!(column.contains("there is no column `clusters`"), "{column}");
+    assert!(column.contains("`nayak`"), "{column}");
+    assert!(!column.contains("`area_fraction`"), "{column}");
+    let query = "select s.clusters from surfaces s join area a using (surface)";
+    let of_a_table = refusal(&bench, &["--sql", query], 2);
+    assert!(
+        of_a_table.contains("`s` has no column `clusters`"),
+        "{of_a_table}"
+    );
+    assert!(!of_a_table.contains("`area_fraction`"), "{of_a_table}");
+}
+
+#[test]
+fn a_deep_query_is_answered_and_a_deeper_one_refused() {
+    let bench = Bench::new();
+    let sum = |terms: usize| format!("select {} as s from area", vec!["load"; terms].join(" + "));
+    bench.run(STUDY);
+    let answer = table(&bench, &["--sql", &sum(200), "--json"]);
+    assert_eq!(answer.lines().count(), 16);
+    let refused = refusal(&bench, &["--sql", &sum(3000)], 2);
+    assert!(refused.contains("within one another"), "{refused}");
+    let stage = format!(
+        "[stage.deep]\nkind = \"aggregate\"\nfrom = \"area\"\nsql = \"{}\"",
+        sum(3000)
+    );
+    let path = bench.write(&format!("{STUDY}\n{stage}"));
+    let output = bench.output(&["check", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = text(&output.stderr);
+    assert!(told.contains("within one another"), "{told}");
+}
+
+#[test]
+fn what_polars_panics_at_is_told_as_an_error_and_nothing_else() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let query = "select row_number() over (partition by load order by surface) as r from area group by load, surface";
+    let told = refusal(&bench, &["--sql", query], 2);
+    assert!(told.starts_with("error: polars gives up"), "{told}");
+    assert!(!told.contains("panicked"), "{told}");
+}
+
+#[test]
 fn what_is_not_computed_names_the_command_that_computes_it() {
     let bench = Bench::new();
     bench.write(STUDY);

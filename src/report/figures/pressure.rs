@@ -10,7 +10,7 @@ use crate::report::ReportError;
 use crate::report::ensembles::{Ensemble, Mean};
 use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
-use crate::stages::columns::{MEAN_GAP, PRESSURE, YOUNGS_MODULUS};
+use crate::stages::columns::{EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE};
 
 pub const FIGURE: Definition = Definition {
     name: "pressure",
@@ -73,7 +73,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
 
 /// E*, if it was given: pressures in units of it are what the other figures show.
 fn modulus(ensemble: &Ensemble) -> Option<f64> {
-    let modulus = ensemble.point.get(YOUNGS_MODULUS.name)?.parse().ok();
+    let modulus = ensemble.point.get(EFFECTIVE_MODULUS.name)?.parse().ok();
     modulus.filter(|&modulus| modulus != 1.0)
 }
 

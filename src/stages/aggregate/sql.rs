@@ -1,47 +1,35 @@
 //! Any query over the tables of a study.
 
-use std::sync::Arc;
+use std::collections::BTreeSet;
 
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Metadata, Schema};
-use polars::prelude::{DslPlan, IntoLazy, LazyFrame, UniqueKeepStrategy};
+use polars::prelude::{DataFrame, IntoLazy};
 use polars::sql::SQLContext;
 
 use super::super::StageError;
-use super::frame::{self, polars_error};
-use super::{Meaning, Sql};
+use super::{Meaning, Sql, frame};
 use crate::store::column::{Role, described};
 use crate::store::table::Table;
 
+mod engine;
+mod refusal;
+mod statement;
+
+pub use engine::THREAD;
+pub use refusal::QueryError;
+use statement::Statement;
+
 /// The answer to a query; `tables` are those of the input stages, one stage after the other.
+///
+/// Groups come in the order of their first rows, joined rows in that of the left table, and rows
+/// that sort alike as they were; the last digits do not depend on how many cores there are.
 ///
 /// # Errors
 /// When the query does not parse, names what does not exist, or answers with other than numbers,
 /// truth values and text.
 pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
-    let first = sql
-        .query
-        .split_whitespace()
-        .next()
-        .unwrap_or_default()
-        .to_lowercase();
-    if !["select", "with", "("]
-        .iter()
-        .any(|word| first.starts_with(word))
-    {
-        let reason = format!("a query starts with `select` or `with`, not with `{first}`");
-        return Err(StageError::Aggregate { reason });
-    }
-    let mut context = SQLContext::new();
-    let mut rest = tables;
-    for (name, count) in &sql.tables {
-        let (own, others) = rest.split_at(*count);
-        rest = others;
-        context.register(name, frame::of(&Table::stack(own)?)?.lazy());
-    }
-    let answer = context.execute(&sql.query).map_err(polars_error)?;
-    let answer = LazyFrame::from(ordered(answer.logical_plan));
-    let answer = answer.collect().map_err(polars_error)?;
+    let answer = engine::apart(|| answer(tables, sql))?;
     let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
@@ -51,6 +39,51 @@ pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
     let fields: Vec<Field> = columns.iter().map(field).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
     Ok(Table::of(answer.height(), Schema::new(fields), arrays))
+}
+
+/// The tables that a query reads, without those that it makes itself.
+///
+/// # Errors
+/// When the query does not parse.
+pub fn tables_of(query: &str) -> Result<BTreeSet<String>, QueryError> {
+    engine::apart(|| Ok(Statement::read(query)?.tables))
+}
+
+fn answer(tables: &[Table], sql: &Sql) -> Result<DataFrame, StageError> {
+    let statement = Statement::read(&sql.query)?;
+    check_names(&statement, sql)?;
+    let mut read = Vec::new();
+    let mut rest = tables;
+    for (name, count) in &sql.tables {
+        let (own, others) = rest.split_at(*count);
+        rest = others;
+        if statement.tables.contains(name) {
+            read.push((name.as_str(), Table::stack(own)?));
+        }
+    }
+    let mut context = SQLContext::new();
+    for (name, table) in &read {
+        context.register(name, frame::of(table)?.lazy());
+    }
+    let answer = context.execute(&statement.text);
+    let answer = answer.and_then(engine::collected);
+    Ok(answer.map_err(|error| QueryError::of_polars(&error, &statement, &read))?)
+}
+
+/// Every table is there, and means what it says: polars would pass over one that `with` makes
+/// under the name of another.
+fn check_names(statement: &Statement, sql: &Sql) -> Result<(), QueryError> {
+    let known = || sql.tables.iter().map(|(name, _)| name.as_str());
+    let is_known = |name: &&String| known().any(|known| known == *name);
+    if let Some(hidden) = statement.makes.iter().find(is_known) {
+        return Err(QueryError::Refused(format!(
+            "`with {hidden}` has the name of a stage; any other name would do"
+        )));
+    }
+    match statement.tables.iter().find(|name| !is_known(name)) {
+        Some(name) => Err(QueryError::no_table(name, known())),
+        None => Ok(()),
+    }
 }
 
 /// What a column of an answer means: what the manifest says of it, or else what it means in the
@@ -67,116 +100,10 @@ fn meaning(field: &Field, sql: &Sql, tables: &[Table]) -> Metadata {
     read.unwrap_or_else(|| described(Role::Result, "", "as the query computes it"))
 }
 
-/// The same query with every row order settled by the order of the input.
-///
-/// SQL leaves the order of groups, and of rows that sort alike, to the engine, and this engine
-/// decides it by random hashes: the same study would give other bytes on each run.
-fn ordered(plan: DslPlan) -> DslPlan {
-    let inner = |input: Arc<DslPlan>| Arc::new(ordered(Arc::unwrap_or_clone(input)));
-    match plan {
-        DslPlan::GroupBy {
-            input,
-            keys,
-            predicates,
-            aggs,
-            apply,
-            options,
-            ..
-        } => DslPlan::GroupBy {
-            input: inner(input),
-            keys,
-            predicates,
-            aggs,
-            apply,
-            options,
-            maintain_order: true,
-        },
-        DslPlan::Distinct { input, mut options } => {
-            options.maintain_order = true;
-            if options.keep_strategy == UniqueKeepStrategy::Any {
-                options.keep_strategy = UniqueKeepStrategy::First;
-            }
-            let input = inner(input);
-            DslPlan::Distinct { input, options }
-        }
-        DslPlan::Sort {
-            input,
-            by_column,
-            slice,
-            mut sort_options,
-        } => {
-            sort_options.maintain_order = true;
-            let input = inner(input);
-            DslPlan::Sort {
-                input,
-                by_column,
-                slice,
-                sort_options,
-            }
-        }
-        DslPlan::Select {
-            expr,
-            input,
-            options,
-        } => {
-            let input = inner(input);
-            DslPlan::Select {
-                expr,
-                input,
-                options,
-            }
-        }
-        DslPlan::Filter { input, predicate } => {
-            let input = inner(input);
-            DslPlan::Filter { input, predicate }
-        }
-        DslPlan::HStack {
-            input,
-            exprs,
-            options,
-        } => {
-            let input = inner(input);
-            DslPlan::HStack {
-                input,
-                exprs,
-                options,
-            }
-        }
-        DslPlan::Slice { input, offset, len } => {
-            let input = inner(input);
-            DslPlan::Slice { input, offset, len }
-        }
-        DslPlan::MapFunction { input, function } => {
-            let input = inner(input);
-            DslPlan::MapFunction { input, function }
-        }
-        DslPlan::Join {
-            input_left,
-            input_right,
-            left_on,
-            right_on,
-            predicates,
-            options,
-        } => DslPlan::Join {
-            input_left: inner(input_left),
-            input_right: inner(input_right),
-            left_on,
-            right_on,
-            predicates,
-            options,
-        },
-        DslPlan::Union { inputs, args } => {
-            let inputs = inputs.into_iter().map(ordered).collect();
-            DslPlan::Union { inputs, args }
-        }
-        DslPlan::IR { dsl, .. } => ordered(Arc::unwrap_or_clone(dsl)),
-        other => other,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostics::chain;
     use crate::store::column::{Column, ColumnKind, integers, reals};
 
     const POINT: Column = Column::parameter("point", ColumnKind::Integer, "", "point");
@@ -236,6 +163,118 @@ mod tests {
     }
 
     #[test]
+    fn rows_that_sort_alike_keep_their_order_under_a_limit_too() {
+        let answer = ask("select point from light order by point % 2 limit 300").unwrap();
+        let expected: Vec<i64> = (0..500).step_by(2).chain((1..100).step_by(2)).collect();
+        assert_eq!(answer.integers("point").unwrap().values(), &expected[..]);
+    }
+
+    #[test]
+    fn joined_rows_come_in_the_order_of_the_left_table() {
+        let text =
+            "select h.point as p, l.point as q from heavy h join light l on l.point % 4 = h.point";
+        let answer = ask(text).unwrap();
+        let left: Vec<i64> = (0..4).flat_map(|point| [point; 125]).collect();
+        assert_eq!(answer.integers("p").unwrap().values(), &left[..]);
+        let right: Vec<i64> = (0..4).flat_map(|point| (point..500).step_by(4)).collect();
+        assert_eq!(answer.integers("q").unwrap().values(), &right[..]);
+    }
+
+    #[test]
+    fn equal_questions_have_equal_answers_to_the_last_bit() {
+        for text in [
+            // Any other order of the groups adds their means up to another last digit.
+            "select avg(m) as a from (select avg(sqrt(area)) as m from light group by point % 97)",
+            "select sum(sqrt(area)) as a from light where point % 7 > 1",
+            "select l.area as a, h.area as b from light l full join heavy h on l.point = h.point + 495",
+            "select distinct point % 97 as p from light",
+            "select point % 97 as p from light union select point % 89 as p from light",
+        ] {
+            let first = ask(text).unwrap();
+            for _ in 0..20 {
+                assert_eq!(ask(text).unwrap().batch(), first.batch(), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn hundreds_of_terms_are_added_and_thousands_refused() {
+        let sum = |terms: usize| {
+            let terms = vec!["area"; terms].join(" + ");
+            ask(&format!("select {terms} as total from heavy"))
+        };
+        let total = sum(300).unwrap().reals("total").unwrap().value(1);
+        assert!((total - 30.0).abs() < 1e-12, "{total}");
+        let refused = sum(3000).unwrap_err();
+        assert!(
+            chain(&refused).contains("within one another"),
+            "{refused:?}"
+        );
+    }
+
+    #[test]
+    fn numbers_may_have_an_exponent() {
+        let answer = ask("select 1e-3 as a, 25E1 as b, '1e-3' as c from heavy").unwrap();
+        assert_eq!(answer.reals("a").unwrap().value(0), 1e-3);
+        assert_eq!(answer.reals("b").unwrap().value(0), 250.0);
+        assert_eq!(answer.texts("c").unwrap().value(0), "1e-3");
+    }
+
+    #[test]
+    fn what_polars_cannot_do_is_an_error_even_where_it_panics() {
+        for text in [
+            "select rank() over (order by area) as r from light",
+            "select area, row_number() over (partition by area order by point) as r from light \
+             group by area, point",
+        ] {
+            let error = ask(text).unwrap_err();
+            assert!(matches!(error, StageError::Query(_)), "{error:?}");
+        }
+    }
+
+    fn unknown(query: &str) -> (String, Vec<String>) {
+        match ask(query).unwrap_err() {
+            StageError::Query(QueryError::Unknown { message, known, .. }) => (message, known),
+            other => panic!("{query}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_name_that_is_not_there_is_told_with_those_that_are_in_its_place() {
+        let told = |message: &str, known: &[&str]| {
+            (
+                message.to_owned(),
+                known.iter().map(|name| name.to_string()).collect(),
+            )
+        };
+        assert_eq!(
+            unknown("select a.pint from light a, (select 1 as one) b"),
+            told("`a` has no column `pint`", &["point", "area"])
+        );
+        assert_eq!(
+            unknown("select pint from light join heavy using (point)"),
+            told("there is no column `pint`", &["point", "area"])
+        );
+        assert_eq!(
+            unknown("select area from (select point as p from light) where area > 1"),
+            told("there is no column `area`", &["p"])
+        );
+        assert_eq!(
+            unknown("select * from lihgt"),
+            told("there is no table `lihgt`", &["light", "heavy"])
+        );
+    }
+
+    #[test]
+    fn no_stage_hides_behind_a_table_of_the_query() {
+        let count =
+            "with few as (select * from light where point < 7) select count(*) as n from few";
+        assert_eq!(ask(count).unwrap().integers("n").unwrap().values(), &[7]);
+        let error = ask(&count.replace("few", "heavy")).unwrap_err();
+        assert!(chain(&error).contains("`with heavy` has the name of a stage"));
+    }
+
+    #[test]
     fn a_query_cannot_reach_files() {
         assert!(ask("select * from read_parquet('/etc/passwd')").is_err());
         assert!(ask("select * from read_csv('/etc/passwd')").is_err());
@@ -251,6 +290,6 @@ mod tests {
     #[test]
     fn a_wrong_query_is_an_error_with_a_reason() {
         let error = ask("select nothing from light").unwrap_err();
-        assert!(error.to_string().contains("nothing"), "{error}");
+        assert!(chain(&error).contains("nothing"), "{error}");
     }
 }

@@ -1,0 +1,278 @@
+//! What a query says, before an engine sees it: which tables it names, and that no part of it goes
+//! deeper than an engine can follow.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+
+use sqlparser::ast::{
+    Expr, ObjectName, Query, Select, Statement as Parsed, TableFactor, Value, ValueWithSpan, Visit,
+    Visitor,
+};
+use sqlparser::dialect::GenericDialect;
+use sqlparser::parser::{Parser, ParserError, ParserOptions};
+use sqlparser::tokenizer::Location;
+
+use super::QueryError;
+
+/// Bytes of a query: the parser's tree of it must fit on the stack, however it is built.
+const LONGEST: usize = 64 << 10;
+
+/// Operations within one another, and parts of a `union`. The engine's time grows with the square
+/// of it and more, and its stack by some 80 kB each.
+const DEEPEST: usize = 500;
+
+/// A query that an engine may be given.
+#[derive(Debug, Default)]
+pub struct Statement {
+    /// Its text, as polars reads it.
+    pub text: String,
+    /// The tables that it reads.
+    pub tables: BTreeSet<String>,
+    /// The tables that it makes itself, by `with`.
+    pub makes: BTreeSet<String>,
+    /// What it calls them, where it gives them other names.
+    pub aliases: BTreeMap<String, String>,
+}
+
+impl Statement {
+    /// Reads a query.
+    ///
+    /// # Errors
+    /// When it is no query, or too long or too deep for one.
+    pub fn read(query: &str) -> Result<Statement, QueryError> {
+        if query.len() > LONGEST {
+            return Err(QueryError::Refused(format!(
+                "the query is {} bytes long, {LONGEST} is the most",
+                query.len()
+            )));
+        }
+        let mut reader = Reader::default();
+        if let ControlFlow::Break(reason) = parsed(query)?.visit(&mut reader) {
+            return Err(QueryError::Refused(reason));
+        }
+        let tables = reader.named.difference(&reader.makes);
+        Ok(Statement {
+            text: with_points(query, reader.without_point),
+            tables: tables.cloned().collect(),
+            makes: reader.makes,
+            aliases: reader.aliases,
+        })
+    }
+}
+
+fn parsed(query: &str) -> Result<Parsed, QueryError> {
+    // As polars parses it.
+    let options = ParserOptions::new().with_trailing_commas(true);
+    let parser = Parser::new(&GenericDialect {}).with_options(options);
+    let statements = parser
+        .try_with_sql(query)
+        .and_then(|mut parser| parser.parse_statements());
+    let mut statements = statements.map_err(|error| QueryError::Refused(told(error)))?;
+    let refused = |reason: String| Err(QueryError::Refused(reason));
+    match (statements.pop(), statements.len()) {
+        (None, _) => refused("there is no query".to_owned()),
+        (Some(query @ Parsed::Query(_)), 0) => Ok(query),
+        (Some(_), 0) => {
+            let first = query.split_whitespace().next().unwrap_or_default();
+            refused(format!(
+                "a query starts with `select` or `with`, not with `{first}`"
+            ))
+        }
+        (Some(_), more) => refused(format!("there are {} queries, not one", more + 1)),
+    }
+}
+
+fn told(error: ParserError) -> String {
+    match error {
+        ParserError::RecursionLimitExceeded => "the query nests too many parentheses or queries; \
+             compute parts of it in `with NAME as (select …)`"
+            .to_owned(),
+        ParserError::TokenizerError(reason) | ParserError::ParserError(reason) => reason,
+    }
+}
+
+/// Collects what a [`Statement`] is made of; stops where it is too deep.
+#[derive(Default)]
+struct Reader {
+    named: BTreeSet<String>,
+    makes: BTreeSet<String>,
+    aliases: BTreeMap<String, String>,
+    /// Numbers with an exponent and without a point.
+    without_point: Vec<(Location, String)>,
+    depth: usize,
+    selects: usize,
+}
+
+impl Visitor for Reader {
+    type Break = String;
+
+    fn pre_visit_query(&mut self, query: &Query) -> ControlFlow<String> {
+        let makes = query.with.iter().flat_map(|with| &with.cte_tables);
+        self.makes
+            .extend(makes.map(|table| table.alias.name.value.clone()));
+        ControlFlow::Continue(())
+    }
+
+    fn pre_visit_select(&mut self, _: &Select) -> ControlFlow<String> {
+        self.selects += 1;
+        match self.selects > DEEPEST {
+            true => ControlFlow::Break(format!("the query has more than {DEEPEST} times `select`")),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn pre_visit_relation(&mut self, relation: &ObjectName) -> ControlFlow<String> {
+        self.named.extend(name_of(relation));
+        ControlFlow::Continue(())
+    }
+
+    fn pre_visit_table_factor(&mut self, table: &TableFactor) -> ControlFlow<String> {
+        if let TableFactor::Table { name, alias, .. } = table
+            && let (Some(name), Some(alias)) = (name_of(name), alias)
+        {
+            self.aliases.insert(alias.name.value.clone(), name);
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn pre_visit_expr(&mut self, expression: &Expr) -> ControlFlow<String> {
+        self.depth += levels(expression);
+        match self.depth > DEEPEST {
+            true => ControlFlow::Break(format!(
+                "the query has more than {DEEPEST} operations within one another, as a sum of as \
+                 many terms has; compute parts of it in `with NAME as (select …)`"
+            )),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn post_visit_expr(&mut self, expression: &Expr) -> ControlFlow<String> {
+        self.depth -= levels(expression);
+        ControlFlow::Continue(())
+    }
+
+    fn pre_visit_value(&mut self, value: &ValueWithSpan) -> ControlFlow<String> {
+        if let Value::Number(number, _) = &value.value
+            && number.contains(['e', 'E'])
+            && !number.contains('.')
+        {
+            self.without_point.push((value.span.start, number.clone()));
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// How much deeper the engine goes for an expression: each case holds the ones after it.
+fn levels(expression: &Expr) -> usize {
+    match expression {
+        Expr::Case { conditions, .. } => conditions.len(),
+        _ => 1,
+    }
+}
+
+fn name_of(relation: &ObjectName) -> Option<String> {
+    let name = relation.0.last()?.as_ident()?;
+    Some(name.value.clone())
+}
+
+/// Polars takes a number without a point for a whole one: `1e-3` becomes `1.0e-3`.
+fn with_points(query: &str, numbers: Vec<(Location, String)>) -> String {
+    let places = numbers.iter().filter_map(|(start, number)| {
+        let start = offset(query, *start);
+        let is_there = query.get(start..)?.starts_with(number.as_str());
+        let exponent = number.find(['e', 'E'])?;
+        is_there.then_some(start + exponent)
+    });
+    let mut text = query.to_owned();
+    // From the last one, so that the places of the others stay where they are.
+    for place in places.collect::<BTreeSet<_>>().into_iter().rev() {
+        text.insert_str(place, ".0");
+    }
+    text
+}
+
+/// Bytes before a place, whose line and column count from one.
+fn offset(text: &str, place: Location) -> usize {
+    let before = |count: u64| usize::try_from(count.saturating_sub(1)).unwrap_or(usize::MAX);
+    let lines = text.split_inclusive('\n').take(before(place.line));
+    let line: usize = lines.map(str::len).sum();
+    let letters = text[line..].chars().take(before(place.column));
+    line + letters.map(char::len_utf8).sum::<usize>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(query: &str) -> Statement {
+        Statement::read(query).unwrap()
+    }
+
+    fn refused(query: &str) -> String {
+        Statement::read(query).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn tables_are_those_that_are_read_wherever_they_are_named() {
+        let statement = read(
+            "with few as (select * from area a where load in (select load from \"light-load\")) \
+             select f.area_fraction from few as f join law using (hurst)",
+        );
+        let tables: Vec<&str> = statement.tables.iter().map(String::as_str).collect();
+        assert_eq!(tables, ["area", "law", "light-load"]);
+        assert_eq!(statement.aliases["a"], "area");
+        assert_eq!(statement.aliases["f"], "few");
+    }
+
+    #[test]
+    fn exponents_get_their_point_and_nothing_else_changes() {
+        let query = "-- 1e-3 is µ\nselect 'é 1e-3', 2E5, load1e5, -- 1e4\n 1.5e2 + 1e-3 from \"1e2\" -- 7e7";
+        let pointed = query.replace("2E5", "2.0E5").replace("+ 1e-3", "+ 1.0e-3");
+        assert_eq!(read(query).text, pointed);
+    }
+
+    #[test]
+    fn depth_is_counted_along_one_branch() {
+        let sum = |terms: usize| vec!["a"; terms].join("+");
+        let side_by_side = vec![sum(DEEPEST / 2); 9].join(",");
+        read(&format!("select {side_by_side} from t"));
+        read(&format!("select {} from t", sum(DEEPEST)));
+        assert!(refused(&format!("select {} from t", sum(DEEPEST + 1))).contains("operations"));
+        let cases = |cases: usize| format!("select case {} end", "when a then b ".repeat(cases));
+        read(&cases(DEEPEST - 1));
+        assert!(refused(&cases(DEEPEST + 1)).contains("operations"));
+        let parts = vec!["select a from t"; DEEPEST + 1].join(" union all ");
+        assert!(refused(&parts).contains("times `select`"));
+    }
+
+    #[test]
+    fn nothing_that_a_query_can_hold_overflows_the_stack() {
+        let longest = |unit: &str| unit.repeat((LONGEST - 100) / unit.len());
+        for query in [
+            format!("select a{}", longest("+a")),
+            format!("select a{}", longest("::int")),
+            format!("select {}1", longest("- ")),
+            format!("select {}a", longest("(")),
+            format!("select case {} end", longest("when a then b ")),
+            format!("select 1 {}", longest("union select 1 ")),
+            format!("values (1) {}", longest("union values (1) ")),
+            format!("select 1 from {}a", longest("(select 1 from ")),
+            "+".repeat(LONGEST + 1),
+        ] {
+            let read = super::super::engine::apart(|| Statement::read(&query));
+            assert!(
+                read.is_err() || query.starts_with("values"),
+                "{}",
+                &query[..40]
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_query_is_refused_in_words() {
+        assert!(refused("drop table light").contains("not with `drop`"));
+        assert!(refused("select 1; select 2").contains("2 queries"));
+        assert!(refused(" ").contains("no query"));
+        assert!(refused("select 1 +").contains("Expected"));
+    }
+}
