@@ -37,6 +37,7 @@ use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
+use crate::store::writer::Moment;
 use crate::store::{Store, StoreError};
 use crate::study::Study;
 
@@ -189,7 +190,7 @@ impl Data {
 
     fn open(&self) -> Result<Store, StoreError> {
         // What cannot be swept does no harm.
-        let _ = self.with_folders(crate::prune::sweep);
+        let _ = self.with_folders(|folders| crate::prune::sweep(folders, &Moment::here()));
         Store::open(&self.store())
     }
 

@@ -29,7 +29,7 @@ use self::tables::Finished;
 use crate::figures::pixels::{self, PixelsError};
 use crate::figures::svg;
 use crate::plan::Plan;
-use crate::results::StageTable;
+use crate::results::{FIGURES, StageTable};
 use crate::sources::Sources;
 use crate::stages::StageError;
 use crate::store::files::{Existing, write_whole};
@@ -105,7 +105,7 @@ pub struct Subject<'a> {
 pub fn write(subject: &Subject, folder: &Path) -> Result<Report, ReportError> {
     let finished = Finished::read(subject)?;
     let evidence = Evidence::of(&finished)?;
-    let pictures = folder.join("figures");
+    let pictures = folder.join(FIGURES);
     // Each figure by itself: on a machine of many cores they take as long as the slowest.
     let drawn = figures::ALL
         .par_iter()

@@ -20,6 +20,9 @@ use crate::store::{Store, StoreError};
 /// Raise it when tables say something else of themselves: those that are there are written anew.
 const FORMAT: u32 = 1;
 
+/// The folder of a study's figures, beside its tables.
+pub const FIGURES: &str = "figures";
+
 const TASK: Column = Column::result(
     "task",
     ColumnKind::Text,
@@ -215,16 +218,19 @@ pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     Ok(files.into_iter().map(|file| file.path).collect())
 }
 
-/// What this program has put into the folder of one study's results.
+/// What this program has put into the folder of one study's results: of the figures in it, only
+/// what is not finished.
 fn files_of(folder: &Path) -> Result<Vec<Found>, StoreError> {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    listing::known(folder, |file| {
+    let mut files = listing::known(&folder.join(FIGURES), |_| None)?;
+    files.extend(listing::known(folder, |file| {
         let stage = file.strip_suffix(".parquet")?;
         Some(What::Stage {
             study: name.to_string(),
             stage: stage.to_owned(),
         })
-    })
+    })?);
+    Ok(files)
 }
 
 /// Names the file of measured surfaces, which no key knows.

@@ -16,6 +16,7 @@ pub mod parquet;
 pub mod provenance;
 mod schema;
 pub mod table;
+pub mod writer;
 
 use std::collections::BTreeMap;
 use std::io;

@@ -16,6 +16,7 @@ use crate::store::listing::{Found, What};
 use crate::store::lock::Lock;
 use crate::store::parquet;
 use crate::store::provenance::Provenance;
+use crate::store::writer::Moment;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -44,7 +45,8 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         true => Some(alone(data)?),
         false => None,
     };
-    let unneeded = data.with_folders(|folders| prune::unneeded(&plans, folders))?;
+    let unneeded =
+        data.with_folders(|folders| prune::unneeded(&plans, folders, &Moment::here()))?;
     let shares = Shares::of(&unneeded);
     if let Some(alone) = &alone {
         prune::delete(&unneeded, alone)?;

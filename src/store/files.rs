@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 use super::StoreError;
 use super::parquet::{self, Columns, Metadata, ParquetError};
 use super::table::Table;
+use super::writer::Writer;
 
-/// How the names of files begin that are still being written.
-pub const UNFINISHED: &str = ".unfinished-";
 /// What is appended to the names of files that turned out to be damaged.
 pub const DAMAGED: &str = ".damaged";
 
@@ -26,7 +25,7 @@ pub enum Existing {
 /// disk before it gets its name.
 ///
 /// Until then it lies in `workshop`, a folder of the same disk, for a file cannot change its name
-/// across disks. A process that is killed leaves it there.
+/// across disks. A process that is killed leaves it there, under a name that says whose it is.
 ///
 /// # Errors
 /// When a folder cannot be made, or the file not be written, flushed or moved into place.
@@ -41,7 +40,7 @@ pub fn write_whole(
     make_folder(workshop)?;
     let result = (|| {
         let mut file = tempfile::Builder::new()
-            .prefix(UNFINISHED)
+            .prefix(&Writer::own().prefix())
             .permissions(readable())
             .tempfile_in(workshop)?;
         file.write_all(bytes)?;
