@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand.
 //!
 //! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
-//! 130 stopped by the user.
+//! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
 
 mod check;
 mod claims;
@@ -17,6 +17,7 @@ mod report;
 mod run;
 mod schema;
 mod show;
+mod signals;
 mod summary;
 mod table;
 mod tables;
@@ -99,6 +100,9 @@ enum Command {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let data = Data(arguments.data);
+    if let Err(error) = signals::survive_large_files() {
+        return report(&error);
+    }
     let result = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments, &data),

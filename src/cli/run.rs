@@ -3,9 +3,6 @@
 use std::io::{Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use bytesize::ByteSize;
 use serde_json::json;
@@ -13,6 +10,7 @@ use serde_json::json;
 use super::outlook::growing;
 use super::plan::Counts;
 use super::progress::Progress;
+use super::signals::Stop;
 use super::trouble::Trouble;
 use super::{Data, Failure, chain, counted, summary, tasks};
 use crate::growth::Grown;
@@ -23,11 +21,6 @@ use crate::reasons::record::Record;
 use crate::results::{self, ResultsError, StageTable};
 use crate::runner::{self, Damage, Outcome};
 use crate::store::Store;
-
-/// How a process ends that its user stopped.
-const STOPPED: u8 = 130;
-/// How long a stopped run may take to end.
-const PATIENCE: Duration = Duration::from_millis(1500);
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -63,7 +56,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         store: &store,
         jobs: arguments.jobs,
         memory: arguments.memory,
-        stopped: stop_on_signal()?,
+        stop: Stop::on_signal()?,
     };
     remember(data, &work);
     let grown = match arguments.only {
@@ -118,7 +111,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         }
         writeln!(out, "{}", closing(&wanted, &outcome))?;
     }
-    Ok(exit_code(&outcome))
+    Ok(exit_code(&outcome, &work.stop))
 }
 
 /// Tasks of two lists, in order.
@@ -135,7 +128,7 @@ struct Work<'a> {
     store: &'a Store,
     jobs: Option<u16>,
     memory: Option<ByteSize>,
-    stopped: Arc<AtomicBool>,
+    stop: Stop,
 }
 
 impl Work<'_> {
@@ -182,7 +175,7 @@ impl Work<'_> {
             &self.grown.study.sources,
             self.workers(missing),
             &progress,
-            &self.stopped,
+            self.stop.asked(),
         );
         progress.end();
         outcome
@@ -243,25 +236,6 @@ fn remember(data: &Data, work: &Work) {
     }
 }
 
-/// The first signal asks tasks to stop. Those that do not within [`PATIENCE`], and those under way
-/// at a second signal, are dropped: whatever moment a process ends, nothing stored is harmed.
-fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let flag = stopped.clone();
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(STOPPED));
-        }
-        eprintln!("stopping; finished tasks are kept");
-        std::thread::spawn(|| {
-            std::thread::sleep(PATIENCE);
-            eprintln!("stopped; unfinished tasks are dropped, run again to go on");
-            std::process::exit(i32::from(STOPPED));
-        });
-    })?;
-    Ok(stopped)
-}
-
 fn as_json(grown: &Grown, missing: &[usize], outcome: &Outcome) -> serde_json::Value {
     let plan = &grown.plan;
     let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
@@ -315,9 +289,9 @@ pub fn warn(line: &str) {
     let _ = writeln!(stderr(), "{line}");
 }
 
-fn exit_code(outcome: &Outcome) -> ExitCode {
+fn exit_code(outcome: &Outcome, stop: &Stop) -> ExitCode {
     if outcome.interrupted {
-        ExitCode::from(STOPPED)
+        ExitCode::from(stop.exit_code())
     } else if outcome.failed.is_empty() {
         ExitCode::SUCCESS
     } else {

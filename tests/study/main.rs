@@ -18,6 +18,7 @@ mod pruning;
 mod reference;
 mod report;
 mod shipped;
+mod signals;
 mod tables;
 mod units;
 mod views;
