@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::failures;
 use crate::plan::Plan;
 use crate::results;
 use crate::store::files::{read_whole, set_aside};
@@ -75,8 +76,9 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
         What::Task(key) => store.read(*key, Columns::All).map(drop),
         What::Stage { study, stage } => {
             let (_, metadata) = read_whole(path, Columns::All)?;
-            let told = metadata.get("study").zip(metadata.get("stage"));
-            match told == Some((study, stage)) {
+            // The table of failures is of no stage.
+            let of_stage = (stage != failures::NAME).then_some(stage.as_str());
+            match metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
                 true => Ok(()),
                 false => Err(StoreError::Damaged {
                     path: path.clone(),
