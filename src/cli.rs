@@ -33,11 +33,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use outlook::Outlook;
+use run::warn;
 
 use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
+use crate::results::reading::{Reading, ReadingError};
 use crate::store::writer::Moment;
 use crate::store::{Store, StoreError};
 use crate::study::Study;
@@ -111,7 +113,7 @@ pub fn main() -> ExitCode {
         Command::Claims(arguments) => claims::run(&arguments, &data),
         Command::Report(arguments) => report::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),
-        Command::Columns(arguments) => columns::run(&arguments),
+        Command::Columns(arguments) => columns::run(&arguments, &data),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::View(arguments) => view::run(&arguments, &data),
         Command::Verify(arguments) => verify::run(&arguments, &data),
@@ -129,6 +131,10 @@ type Failure = Box<dyn Error + Send + Sync>;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct Misused(String);
+
+fn misused(error: impl Error) -> Misused {
+    Misused(error.to_string())
+}
 
 /// Prints an error and its causes, once, and says how the process ends.
 fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
@@ -175,6 +181,22 @@ impl Data {
     /// A manifest's study, with as many surfaces as the tables in the store ask for.
     fn grown(&self, manifest: &Path) -> Result<Grown, Failure> {
         Ok(Grown::of(study(manifest)?, &self.look()?)?)
+    }
+
+    /// What has been computed of a manifest's study, to be looked at; what of it is gone is told.
+    fn reading(&self, manifest: &Path) -> Result<Reading, Failure> {
+        let reading = Reading::of(manifest, self.look()?, &self.results());
+        let reading = reading.map_err(|error| match error {
+            ReadingError::Manifest(errors) => Failure::from(errors),
+            other => other.into(),
+        })?;
+        for file in reading.study.sources.recalled() {
+            warn(&format!(
+                "note: surface file `{}` cannot be read; its tables are those of it as it was",
+                file.display()
+            ));
+        }
+        Ok(reading)
     }
 
     /// What a manifest's study has and what it would compute.

@@ -40,6 +40,18 @@ pub struct Store {
     _lock: Arc<Lock>,
 }
 
+/// Where the tables of finished tasks are found, as far as they are no maps.
+pub trait TaskTables {
+    /// Which of these tasks are finished, in their order.
+    fn have(&self, keys: &[TaskKey]) -> Vec<bool>;
+
+    /// A finished task's table without its maps.
+    ///
+    /// # Errors
+    /// When there is none, or it cannot be read.
+    fn light(&self, key: TaskKey) -> Result<Table, StoreError>;
+}
+
 /// The store cannot do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -107,6 +119,7 @@ impl Store {
     /// When the folder cannot be made, or nobody can tell whether it is pruned just now.
     pub fn open(root: &Path) -> Result<Store, StoreError> {
         make_folder(root)?;
+        Lock::prepare(root);
         Store::look(root)
     }
 
@@ -234,6 +247,16 @@ impl Store {
         let back = std::fs::rename(&aside, &path);
         back.map_err(|source| StoreError::Write { path, source })?;
         Ok(None)
+    }
+}
+
+impl TaskTables for Store {
+    fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
+        Store::have(self, keys)
+    }
+
+    fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
+        self.read(key, Columns::Light)
     }
 }
 

@@ -10,9 +10,7 @@ use super::{Data, Failure, counted};
 use crate::claims::evidence::Finished;
 use crate::claims::intervals::RESAMPLING;
 use crate::claims::{self, Claim, Evidence, Judgement, Outcome, Verdict};
-use crate::growth::Grown;
 use crate::plan::{Plan, PlannedStage};
-use crate::results;
 use crate::stages::Recipe;
 
 #[derive(clap::Args)]
@@ -26,25 +24,21 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
-    // The tables are brought up to the manifest first: a claim rests on what it says now.
-    let published = results::publish(&plan, &data.look()?, &study.sources, &data.results())?;
+    let reading = data.reading(&arguments.manifest)?;
+    let plan = &reading.plan;
     let mut finished: Vec<Finished> = Vec::new();
-    for (stage, table) in plan.stages.iter().zip(&published) {
-        if table.finished > 0 {
+    let mut missing = 0;
+    for (stage, rows) in plan.stages.iter().zip(reading.all()?) {
+        missing += stage.tasks.len() - rows.tasks.len();
+        if let Some(table) = rows.table {
             finished.push(Finished {
                 kind: stage.kind,
-                level: level(&plan, stage),
-                table: table.read()?,
+                level: level(plan, stage),
+                table,
             });
         }
     }
     let claims = claims::all(&Evidence::of(&finished)?);
-    let missing = published
-        .iter()
-        .zip(&plan.stages)
-        .map(|(table, stage)| stage.tasks.len() - table.finished)
-        .sum();
     let mut out = stdout().lock();
     if arguments.json {
         let claims: Vec<Value> = claims.iter().map(as_json).collect();

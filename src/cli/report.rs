@@ -4,15 +4,24 @@ use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::{Data, Failure, counted};
-use crate::growth::Grown;
-use crate::report::{self, Report, Subject};
-use crate::results;
+use super::{Data, Failure, counted, misused};
+use crate::report::{self, Report, ReportError, Subject};
+use crate::store::files::Existing;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The manifest of a study that has been run, or has begun to.
     manifest: PathBuf,
+
+    /// The folder to write `report.html` and `figures/` into; that of the study's tables when left
+    /// out.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// Write the page even in the place of one that shows more, as of a study that is half done or
+    /// has lost its maps.
+    #[arg(long)]
+    replace: bool,
 
     /// Print JSON: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
     #[arg(long)]
@@ -20,18 +29,25 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
-    let store = data.look()?;
-    let published = results::publish(&plan, &store, &study.sources, &data.results())?;
+    let reading = data.reading(&arguments.manifest)?;
     let manifest = std::fs::read_to_string(&arguments.manifest)?;
     let subject = Subject {
-        plan: &plan,
-        store: &store,
-        sources: &study.sources,
-        published: &published,
+        plan: &reading.plan,
+        rows: &reading.all()?,
+        archive: &reading.archive,
+        sources: &reading.study.sources,
         manifest: &manifest,
     };
-    let report = report::write(&subject, &data.results().join(&plan.study))?;
+    let beside = || data.results().join(&reading.plan.study);
+    let folder = arguments.output.clone().unwrap_or_else(beside);
+    let existing = match arguments.replace {
+        true => Existing::Replace,
+        false => Existing::Keep,
+    };
+    let report = report::write(&subject, &folder, existing).map_err(|error| match error {
+        ReportError::ShowsLess { .. } => Failure::from(misused(error)),
+        other => other.into(),
+    })?;
     let mut out = stdout().lock();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&report))?,

@@ -204,8 +204,7 @@ impl Work<'_> {
     /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
     /// other task has read them, are computed again.
     fn publish(&self, results: &Path, outcome: &mut Outcome) -> Result<Vec<StageTable>, Failure> {
-        let sources = &self.grown.study.sources;
-        let publish = || results::publish(self.plan(), self.store, sources, results);
+        let publish = || results::publish(&self.grown, self.store, results);
         let tables = match publish() {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),

@@ -21,9 +21,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let grown = arguments.manifest.as_deref();
-    let grown = grown.map(|manifest| data.grown(manifest)).transpose()?;
-    let plan = grown.map(|grown| grown.plan);
+    let reading = arguments.manifest.as_deref();
+    let reading = reading.map(|manifest| data.reading(manifest)).transpose()?;
+    let plan = reading.map(|reading| reading.plan);
     let store = data.look()?;
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
     // It draws on a terminal only.

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::StoreError;
 use super::parquet::{self, Columns, Metadata, ParquetError};
@@ -83,6 +83,21 @@ pub fn make_folder(path: &Path) -> Result<(), StoreError> {
     })
 }
 
+/// The way to a file from a folder, as `../small/area.parquet`; the path itself if one of the two
+/// cannot be found.
+pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
+    let (Ok(whole), Ok(folder)) = (fs::canonicalize(path), fs::canonicalize(folder)) else {
+        return path.to_owned();
+    };
+    let common = whole.components().zip(folder.components());
+    let common = common.take_while(|(one, other)| one == other).count();
+    let up = folder
+        .components()
+        .skip(common)
+        .map(|_| Component::ParentDir);
+    up.chain(whole.components().skip(common)).collect()
+}
+
 /// The names of what is in a folder, in order; none if there is no such folder.
 ///
 /// # Errors
@@ -159,4 +174,28 @@ fn free_name(path: &Path) -> PathBuf {
         .chain(later)
         .find(|name| name.symlink_metadata().is_err())
         .expect("there are more numbers than files")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_way_from_a_folder_goes_up_to_what_both_share() {
+        let root = tempfile::tempdir().unwrap();
+        let [results, elsewhere] = ["data/results/small", "elsewhere"].map(|folder| {
+            let folder = root.path().join(folder);
+            fs::create_dir_all(&folder).unwrap();
+            folder
+        });
+        let table = results.join("area.parquet");
+        fs::write(&table, "").unwrap();
+        let way = |folder: &Path| from_folder(&table, folder);
+        assert_eq!(way(&results), Path::new("area.parquet"));
+        assert_eq!(
+            way(&elsewhere),
+            Path::new("../data/results/small/area.parquet")
+        );
+        assert_eq!(way(&root.path().join("nowhere")), table);
+    }
 }

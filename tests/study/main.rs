@@ -15,6 +15,7 @@ mod heights;
 mod memory;
 mod nayak;
 mod pruning;
+mod reading;
 mod reference;
 mod report;
 mod shipped;
