@@ -39,6 +39,8 @@ use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
+use crate::results::archive::Archive;
+use crate::results::owner;
 use crate::results::reading::{Reading, ReadingError};
 use crate::store::writer::Moment;
 use crate::store::{Store, StoreError};
@@ -212,6 +214,13 @@ impl Data {
             results: &self.results(),
             records: &self.records(),
         })
+    }
+
+    /// Refuses to take tables away from another manifest whose study has the same name.
+    fn check_owner(&self, manifest: &Path, grown: &Grown, store: &Store) -> Result<(), Failure> {
+        let Grown { study, plan, .. } = grown;
+        let archive = Archive::of(store.clone(), &self.results().join(&plan.study));
+        Ok(owner::check(manifest, study, plan, &archive).map_err(misused)?)
     }
 
     fn open(&self) -> Result<Store, StoreError> {

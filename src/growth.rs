@@ -200,7 +200,12 @@ fn growing_stages(
 }
 
 /// The plan of a study with as many surfaces as its manifest allows.
-pub fn at_most(mut study: Study) -> Plan {
+pub fn at_most(study: Study) -> Plan {
+    Plan::of(&at_its_most(study))
+}
+
+/// A study with as many surfaces as its manifest allows.
+pub fn at_its_most(mut study: Study) -> Study {
     for stage in &mut study.stages {
         if let Work::Generate(ensembles) = &mut stage.work {
             for ensemble in ensembles {
@@ -210,7 +215,7 @@ pub fn at_most(mut study: Study) -> Plan {
             }
         }
     }
-    Plan::of(&study)
+    study
 }
 
 fn draw(study: &mut Study, stage: usize, surfaces: u32) {

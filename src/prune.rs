@@ -46,7 +46,9 @@ pub fn unneeded(
         _ if plans.is_empty() => true,
         What::Task(key) => keys.contains(key),
         What::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
-        What::Record { study } => plans.iter().any(|plan| plan.study == *study),
+        What::Owner { study } | What::Record { study } => {
+            plans.iter().any(|plan| plan.study == *study)
+        }
     };
     found.retain(|found| !is_needed(found));
     Ok(found)

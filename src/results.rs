@@ -5,6 +5,7 @@
 //! [`reading`] and writes nothing.
 
 pub mod archive;
+pub mod owner;
 mod pieces;
 mod publishing;
 pub mod reading;
@@ -120,11 +121,13 @@ pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
 fn files_of(folder: &Path) -> Result<Vec<Found>, StoreError> {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let mut files = listing::known(&folder.join(FIGURES), |_| None)?;
-    files.extend(listing::known(folder, |file| {
-        Some(What::Stage {
-            study: name.to_string(),
-            stage: file.strip_suffix(".parquet")?.to_owned(),
-        })
+    let study = || name.to_string();
+    files.extend(listing::known(folder, |file| match file {
+        owner::FILE => Some(What::Owner { study: study() }),
+        table => Some(What::Stage {
+            study: study(),
+            stage: table.strip_suffix(".parquet")?.to_owned(),
+        }),
     })?);
     Ok(files)
 }

@@ -36,7 +36,7 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
     found.retain(|found| match &found.what {
         What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
         What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
-        What::Record { .. } | What::Damaged | What::Unfinished => false,
+        What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => false,
     });
     Ok(found)
 }
@@ -88,6 +88,6 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
                 }),
             }
         }
-        What::Record { .. } | What::Damaged | What::Unfinished => Ok(()),
+        What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => Ok(()),
     }
 }

@@ -128,7 +128,7 @@ fn name(file: &Found) -> String {
     };
     match file.what {
         What::Task(_) => kind().unwrap_or_else(|| "unreadable".to_owned()),
-        What::Stage { .. } => "results".to_owned(),
+        What::Stage { .. } | What::Owner { .. } => "results".to_owned(),
         What::Record { .. } => "plans".to_owned(),
         What::Damaged => "set aside".to_owned(),
         What::Unfinished => "unfinished".to_owned(),

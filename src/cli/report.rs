@@ -6,6 +6,8 @@ use std::process::ExitCode;
 
 use super::{Data, Failure, counted, misused};
 use crate::report::{self, Report, ReportError, Subject};
+use crate::results::owner;
+use crate::results::reading::Reading;
 use crate::store::files::Existing;
 
 #[derive(clap::Args)]
@@ -19,7 +21,7 @@ pub struct Arguments {
     output: Option<PathBuf>,
 
     /// Write the page even in the place of one that shows more, as of a study that is half done or
-    /// has lost its maps.
+    /// has lost its maps, or of another manifest whose study has the same name.
     #[arg(long)]
     replace: bool,
 
@@ -30,6 +32,15 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let reading = data.reading(&arguments.manifest)?;
+    if !arguments.replace && arguments.output.is_none() {
+        let Reading {
+            study,
+            plan,
+            archive,
+            ..
+        } = &reading;
+        owner::check(&arguments.manifest, study, plan, archive).map_err(misused)?;
+    }
     let manifest = std::fs::read_to_string(&arguments.manifest)?;
     let subject = Subject {
         plan: &reading.plan,

@@ -41,6 +41,11 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY")]
     only: Option<String>,
 
+    /// Take the place of another manifest whose study has the same name, even if tables of it are
+    /// lost.
+    #[arg(long)]
+    replace: bool,
+
     /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage,
     /// `"damaged": [{"task", "cause", "aside"}, …]`, `growing` as `plan` has it, and the path of the table of `failures`, if
     /// there is one.
@@ -51,8 +56,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let study = super::study(&arguments.manifest)?;
     let store = data.open()?;
+    let grown = Grown::of(study, &store)?;
+    if !arguments.replace {
+        data.check_owner(&arguments.manifest, &grown, &store)?;
+    }
     let mut work = Work {
-        grown: Grown::of(study, &store)?,
+        manifest: &arguments.manifest,
+        grown,
         store: &store,
         jobs: arguments.jobs,
         memory: arguments.memory,
@@ -124,6 +134,7 @@ fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
 
 /// What is to be done, and with what.
 struct Work<'a> {
+    manifest: &'a Path,
     grown: Grown,
     store: &'a Store,
     jobs: Option<u16>,
@@ -204,7 +215,7 @@ impl Work<'_> {
     /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
     /// other task has read them, are computed again.
     fn publish(&self, results: &Path, outcome: &mut Outcome) -> Result<Vec<StageTable>, Failure> {
-        let publish = || results::publish(&self.grown, self.store, results);
+        let publish = || results::publish(&self.grown, self.store, self.manifest, results);
         let tables = match publish() {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),

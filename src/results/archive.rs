@@ -30,6 +30,7 @@ pub struct Archive {
 /// A stage's table that has been published.
 #[derive(Debug)]
 struct Published {
+    stage: String,
     kind: String,
     table: Table,
     /// The rows of each task that has any.
@@ -51,6 +52,11 @@ impl Archive {
         &self.store
     }
 
+    /// The folder of the study's results.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// What has been published of a task: its rows, without maps and without what published tables
     /// add.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
@@ -59,6 +65,14 @@ impl Archive {
             let rows = published.table.pick(published.rows.get(&key)?);
             Some(rows.without(&[TASK.name, PATH.name]))
         })
+    }
+
+    /// The stages whose tables have been published, and their tasks.
+    pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
+        let published = self.published().iter();
+        published
+            .map(|table| (table.stage.as_str(), table.rows.keys().copied().collect()))
+            .collect()
     }
 
     /// What the files of measured surfaces held when their tables were published.
@@ -74,7 +88,7 @@ impl Archive {
         self.published.get_or_init(|| {
             let files = files_of(&self.folder).unwrap_or_default().into_iter();
             let tables = files.filter_map(|file| match file.what {
-                What::Stage { .. } => Published::read(&file.path).ok()?,
+                What::Stage { stage, .. } => Published::read(stage, &file.path).ok()?,
                 _ => None,
             });
             tables.collect()
@@ -84,7 +98,7 @@ impl Archive {
 
 impl Published {
     /// Nothing if it is a table whose rows are of no task.
-    fn read(path: &Path) -> Result<Option<Published>, StoreError> {
+    fn read(stage: String, path: &Path) -> Result<Option<Published>, StoreError> {
         let (table, metadata) = read_whole(path, Columns::Light)?;
         let (Ok(tasks), Some(kind)) = (table.texts(TASK.name), metadata.get("kind")) else {
             return Ok(None);
@@ -96,6 +110,7 @@ impl Published {
             }
         }
         Ok(Some(Published {
+            stage,
             kind: kind.to_owned(),
             rows,
             table,

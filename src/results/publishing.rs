@@ -1,14 +1,15 @@
-//! Writing a study's tables.
+//! Writing a study's tables, for the manifest that they belong to.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::archive::Archive;
+use super::owner::Owner;
 use super::pieces::Pieces;
 use super::{ResultsError, digest, file};
 use crate::growth::Grown;
 use crate::plan::{Plan, PlannedStage};
-use crate::store::files::{Existing, read_whole, write_whole};
+use crate::store::files::{Existing, make_folder, read_whole, write_whole};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::Table;
@@ -35,20 +36,22 @@ impl StageTable {
     }
 }
 
-/// Writes the table of every stage that has a finished task, unless it is there already. Rows of
-/// tasks that the store has lost stay.
+/// Writes the table of every stage that has a finished task, unless it is there already, for the
+/// manifest in a file. Rows of tasks that the store has lost stay.
 ///
 /// # Errors
 /// When tables cannot be read, or the folder not be written.
 pub fn publish(
     grown: &Grown,
     store: &Store,
+    manifest: &Path,
     folder: &Path,
 ) -> Result<Vec<StageTable>, ResultsError> {
     let folder = folder.join(&grown.plan.study);
     let desk = Desk {
         grown,
         archive: Archive::of(store.clone(), &folder),
+        manifest,
         folder,
     };
     let mut damaged = Vec::new();
@@ -60,6 +63,10 @@ pub fn publish(
             Err(error) => return Err(error),
         }
     }
+    if published.iter().any(|table| table.finished > 0) {
+        // Tables that are all there need no folder that can be written.
+        let _ = desk.own();
+    }
     match damaged.is_empty() {
         true => Ok(published),
         false => Err(ResultsError::Damaged { tables: damaged }),
@@ -70,10 +77,18 @@ pub fn publish(
 struct Desk<'a> {
     grown: &'a Grown,
     archive: Archive,
+    manifest: &'a Path,
     folder: PathBuf,
 }
 
 impl Desk<'_> {
+    /// Says whose the tables in the folder are.
+    fn own(&self) -> Result<(), StoreError> {
+        make_folder(&self.folder)?;
+        let Grown { study, plan, .. } = self.grown;
+        Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
+    }
+
     /// Writes the table of one stage if the store has a task of it, unless it is there already.
     fn publish(&self, stage: &PlannedStage) -> Result<StageTable, ResultsError> {
         let Grown { study, plan, .. } = self.grown;
@@ -106,6 +121,7 @@ impl Desk<'_> {
         if let Some(rows) = rows.filter(|_| !is_there(&digest)) {
             let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
             let bytes = parquet::encode(&rows, &metadata);
+            self.own()?;
             write_whole(&path, &bytes, Existing::Replace, &self.folder)?;
         }
         Ok(table(tasks.len()))

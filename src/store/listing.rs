@@ -32,6 +32,11 @@ pub enum What {
         /// Name of the stage.
         stage: String,
     },
+    /// Whose the tables of a study's stages are.
+    Owner {
+        /// Name of the study.
+        study: String,
+    },
     /// What a study was when it last ran.
     Record {
         /// Name of the study.

@@ -14,6 +14,7 @@ mod growth;
 mod heights;
 mod memory;
 mod nayak;
+mod owners;
 mod pruning;
 mod reading;
 mod reference;

@@ -59,7 +59,7 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
         ("generate", 2),
         ("measure", 2),
         ("plans", 1),
-        ("results", 6),
+        ("results", 7),
         ("solve", 2),
     ]);
     assert_eq!(prune(&bench, &[small_manifest]), unneeded);
