@@ -95,6 +95,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     };
     let failed = trouble.tell(&outcome)?;
     let tables = tables?;
+    tell_set_aside(tables.as_deref().unwrap_or_default());
     let failures = match &tables {
         Some(tables) => trouble.write(failed, &wanted, tables, &store)?,
         None => None,
@@ -280,6 +281,18 @@ fn closing(missing: &[usize], outcome: &Outcome) -> String {
     match computed {
         0 if outcome.failed.is_empty() => "nothing to do: every table was there".to_owned(),
         _ => format!("{} computed", counted(computed, "task")),
+    }
+}
+
+/// Names files in the places of tables that were not as a run had written them.
+fn tell_set_aside(tables: &[StageTable]) {
+    for table in tables {
+        if let Some(aside) = &table.aside {
+            let (path, aside) = (table.path.display(), aside.display());
+            warn(&format!(
+                "warning: `{path}` was not as it had been written; set aside as `{aside}`"
+            ));
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use super::pieces::Pieces;
 use super::{ResultsError, digest, file};
 use crate::growth::Grown;
 use crate::plan::{Plan, PlannedStage};
-use crate::store::files::{Existing, make_folder, read_whole, write_whole};
+use crate::store::files::{Existing, make_folder, read_whole, set_aside, write_whole};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::Table;
@@ -24,6 +24,8 @@ pub struct StageTable {
     pub path: PathBuf,
     /// How many of its tasks are finished.
     pub finished: usize,
+    /// Where a file is now that was in its place and not as any run had written it.
+    pub aside: Option<PathBuf>,
 }
 
 impl StageTable {
@@ -97,6 +99,7 @@ impl Desk<'_> {
             stage: stage.name.clone(),
             path: path.clone(),
             finished,
+            aside: None,
         };
         let have = self.archive.store().have(&plan.keys_of(stage));
         let stored = stage.among(&have);
@@ -118,13 +121,19 @@ impl Desk<'_> {
             // Once the store has all of it, it is written anew.
             false => Digest::of(&(digest_of(&tasks), kept)).to_string(),
         };
+        let mut published = table(tasks.len());
         if let Some(rows) = rows.filter(|_| !is_there(&digest)) {
             let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
             let bytes = parquet::encode(&rows, &metadata);
             self.own()?;
+            // Somebody may have edited it.
+            published.aside = match there.is_none() && path.is_file() {
+                true => set_aside(&path)?,
+                false => None,
+            };
             write_whole(&path, &bytes, Existing::Replace, &self.folder)?;
         }
-        Ok(table(tasks.len()))
+        Ok(published)
     }
 
     /// The tables of a stage's tasks that the store has, and the rows that are left of others; of
