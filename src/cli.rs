@@ -90,7 +90,7 @@ enum Command {
     Show(show::Arguments),
     /// Draw the surface, the contact map or the pressures of one task.
     View(view::Arguments),
-    /// Look whether every table is as it was written; set damaged ones aside.
+    /// Look whether every table, page and figure is as it was written; set damaged tables aside.
     Verify(verify::Arguments),
     /// Delete what no named manifest needs.
     Prune(prune::Arguments),

@@ -14,6 +14,7 @@ pub mod looks;
 pub mod page;
 pub mod provenance;
 pub mod samples;
+pub mod seal;
 pub mod tables;
 
 use std::fs;
@@ -40,6 +41,8 @@ use crate::store::StoreError;
 use crate::store::files::{Existing, make_folder, write_whole};
 use crate::store::table::TableError;
 
+/// The page's file.
+const PAGE: &str = "report.html";
 /// Pixels of a PNG file to one of a figure.
 const SCALE: f32 = 2.0;
 
@@ -138,7 +141,7 @@ pub fn write(subject: &Subject, folder: &Path, existing: Existing) -> Result<Rep
         .map(|definition| draw(definition, &evidence));
     let (there, missing) = parted(drawn.collect::<Result<Vec<_>, ReportError>>()?);
     let basis = Basis::of(&there, &finished.stages);
-    let page = folder.join("report.html");
+    let page = folder.join(PAGE);
     let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
     if existing == Existing::Keep && !is_complete {
         let lacks = basis.lacks_of(&page);
@@ -151,6 +154,7 @@ pub fn write(subject: &Subject, folder: &Path, existing: Existing) -> Result<Rep
     write_figures(&there, &pictures)?;
     let provenance = Provenance::of(&finished, subject);
     let text = page::html(&there, &missing, &finished, &basis, &provenance, folder);
+    let text = seal::sealed(text);
     write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
     Ok(Report {
         page,
@@ -198,10 +202,8 @@ fn draw(
 /// others.
 fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
     let file = |name: &str, ending: &str| folder.join(format!("{name}.{ending}"));
-    for figure in there {
-        for (ending, bytes) in [("svg", figure.alone.as_bytes()), ("png", &figure.png)] {
-            write_whole(&file(figure.name, ending), bytes, Existing::Replace, folder)?;
-        }
+    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
+        write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;
     }
     let is_gone = |name: &str| there.iter().all(|figure| figure.name != name);
     for definition in figures::ALL.iter().filter(|figure| is_gone(figure.name)) {

@@ -79,6 +79,12 @@ pub enum StoreError {
         /// What the reader met.
         source: ParquetError,
     },
+    /// A page or a figure has been changed since it was written.
+    #[error("`{}` is not as it was written; `asperity report` writes it anew", path.display())]
+    Changed {
+        /// Where.
+        path: PathBuf,
+    },
     /// Nobody can tell whether others use the store.
     #[error("cannot lock the store with `{}`", path.display())]
     Lock {
@@ -107,7 +113,9 @@ impl StoreError {
         match self {
             StoreError::Damaged { .. } => true,
             StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
-            StoreError::Write { .. } | StoreError::Lock { .. } => false,
+            StoreError::Write { .. } | StoreError::Changed { .. } | StoreError::Lock { .. } => {
+                false
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Whether every table is as it was written.
+//! Whether every table is as it was written, and every page and figure.
 //!
 //! A file is read to its end: its bytes must match their digest, its columns be of our types, and
 //! its key follow from the recipe in it. What does not hold is set aside, and computed again by
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::failures;
 use crate::plan::Plan;
+use crate::report::seal;
 use crate::results;
 use crate::store::files::{read_whole, set_aside};
 use crate::store::listing::{self, Found, What};
@@ -39,6 +40,22 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
         What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => false,
     });
     Ok(found)
+}
+
+/// Pages and figures that somebody has changed, those of a study or of all. They stay where they
+/// are: a report writes them anew.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn pages(plan: Option<&Plan>, results: &Path) -> Result<Vec<Finding>, StoreError> {
+    let mut folders = listing::folders(results)?;
+    folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
+    let changed = folders.iter().flat_map(|folder| seal::changed(folder));
+    let findings = changed.map(|path| Finding {
+        cause: StoreError::Changed { path },
+        aside: None,
+    });
+    Ok(findings.collect())
 }
 
 /// Checks tables, several at once, and sets the damaged ones aside; `checked` hears of each.

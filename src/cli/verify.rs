@@ -1,4 +1,4 @@
-//! `asperity verify`: whether every table is as it was written.
+//! `asperity verify`: whether every table, page and figure is as it was written.
 
 use std::io::{Write, stdout};
 use std::path::PathBuf;
@@ -28,8 +28,9 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
     // It draws on a terminal only.
     let bar = ProgressBar::new(tables.len() as u64);
-    let findings = verify::check(&tables, &store, &|| bar.inc(1));
+    let mut findings = verify::check(&tables, &store, &|| bar.inc(1));
     bar.finish_and_clear();
+    findings.extend(verify::pages(plan.as_ref(), &data.results())?);
 
     let mut out = stdout().lock();
     if arguments.json {

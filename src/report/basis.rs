@@ -2,11 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::page::DrawnFigure;
+use super::seal::{self, Digests};
 use super::tables::Stage;
 
 /// How a page begins and ends to say it.
@@ -19,6 +21,9 @@ pub struct Basis {
     figures: BTreeSet<String>,
     /// By stage.
     rows: BTreeMap<String, usize>,
+    /// The figures' files.
+    #[serde(default)]
+    pub files: Digests,
 }
 
 impl Basis {
@@ -32,6 +37,7 @@ impl Basis {
                 .map(|figure| figure.title.to_owned())
                 .collect(),
             rows: rows.collect(),
+            files: seal::digests(figures),
         }
     }
 
@@ -42,16 +48,16 @@ impl Basis {
 
     /// What the page in a file shows and this does not, in words.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
-        let Ok(page) = fs::read_to_string(page) else {
-            return Vec::new();
-        };
-        match Basis::told(&page) {
-            Some(basis) => self.lacks(&basis),
-            None => vec!["a page that does not say what it rests on".to_owned()],
+        let page = fs::read_to_string(page);
+        match page.as_deref().map(Basis::told) {
+            Ok(Some(basis)) => self.lacks(&basis),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Ok(None) | Err(_) => vec!["what it rests on, which it does not say".to_owned()],
         }
     }
 
-    fn told(page: &str) -> Option<Basis> {
+    /// What a page says.
+    pub fn told(page: &str) -> Option<Basis> {
         let (_, rest) = page.split_once(OPENING)?;
         let (json, _) = rest.split_once(CLOSING)?;
         serde_json::from_str(json).ok()
@@ -84,6 +90,7 @@ mod tests {
                 .iter()
                 .map(|&(stage, rows)| (stage.to_owned(), rows))
                 .collect(),
+            files: Digests::new(),
         }
     }
 

@@ -41,6 +41,14 @@ pub struct DrawnFigure {
     pub caption: String,
 }
 
+impl DrawnFigure {
+    /// Its files: their names, and what is in them.
+    pub fn files(&self) -> [(String, &[u8]); 2] {
+        let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
+        bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
+    }
+}
+
 /// A figure for which the study has no data.
 #[derive(Debug, Serialize)]
 pub struct MissingFigure {
