@@ -16,6 +16,7 @@ mod memory;
 mod nayak;
 mod owners;
 mod pruning;
+mod readers;
 mod reading;
 mod reference;
 mod report;
