@@ -41,7 +41,7 @@ use crate::prune::Folders;
 use crate::reasons::record::Record;
 use crate::results::archive::Archive;
 use crate::results::owner;
-use crate::results::reading::{Reading, ReadingError};
+use crate::results::reading::{self, Reading};
 use crate::store::writer::Moment;
 use crate::store::{Store, StoreError};
 use crate::study::Study;
@@ -187,18 +187,15 @@ impl Data {
 
     /// What has been computed of a manifest's study, to be looked at; what of it is gone is told.
     fn reading(&self, manifest: &Path) -> Result<Reading, Failure> {
-        let reading = Reading::of(manifest, self.look()?, &self.results());
-        let reading = reading.map_err(|error| match error {
-            ReadingError::Manifest(errors) => Failure::from(errors),
-            other => other.into(),
-        })?;
-        for file in reading.study.sources.recalled() {
+        let (store, results) = (self.look()?, self.results());
+        let study = reading::study(manifest, &store, &results)?;
+        for file in study.sources.recalled() {
             warn(&format!(
                 "note: surface file `{}` cannot be read; its tables are those of it as it was",
                 file.display()
             ));
         }
-        Ok(reading)
+        Ok(Reading::of(study, store, &results)?)
     }
 
     /// What a manifest's study has and what it would compute.

@@ -141,7 +141,7 @@ impl TaskTables for Archive {
 }
 
 /// The files that surfaces were read from: their contents and nodes, by their paths.
-fn files(table: &Table) -> Result<Vec<(PathBuf, (ContentHash, u32))>, TableError> {
+fn files(table: &Table) -> Result<Recollection, TableError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
     let nodes = table.integers(NODES.name)?;
     let file = |row: usize| {

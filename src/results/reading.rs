@@ -18,7 +18,7 @@ use crate::study::Study;
 /// A study beside all that is there of it.
 #[derive(Debug)]
 pub struct Reading {
-    /// The study. Surface files that are gone are as they were when results were published.
+    /// The study.
     pub study: Study,
     /// Its tasks.
     pub plan: Plan,
@@ -26,17 +26,6 @@ pub struct Reading {
     pub archive: Archive,
     /// The folder of results.
     folder: PathBuf,
-}
-
-/// A study cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadingError {
-    /// Its manifest is wrong.
-    #[error(transparent)]
-    Manifest(#[from] ManifestErrors),
-    /// It cannot be told how many surfaces it has.
-    #[error(transparent)]
-    Growth(#[from] GrowthError),
 }
 
 /// The rows of a stage's finished tasks.
@@ -56,15 +45,23 @@ pub struct StageRows {
     pub is_published: bool,
 }
 
+/// Reads a manifest. Surface files that are gone are as they were when results were published.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn study(manifest: &Path, store: &Store, folder: &Path) -> Result<Study, ManifestErrors> {
+    Study::read_recalling(manifest, |name| {
+        Archive::of(store.clone(), &folder.join(name)).recollection()
+    })
+}
+
 impl Reading {
-    /// Reads a manifest, and finds out what there is of its study.
+    /// Finds out what there is of a study.
     ///
     /// # Errors
-    /// When the manifest is wrong, or a table cannot be read that tells how many surfaces it has.
-    pub fn of(manifest: &Path, store: Store, folder: &Path) -> Result<Reading, ReadingError> {
-        let of_study = |name: &str| Archive::of(store.clone(), &folder.join(name));
-        let study = Study::read_recalling(manifest, |name| of_study(name).recollection())?;
-        let archive = of_study(&study.name);
+    /// When a table cannot be read that tells how many surfaces it has.
+    pub fn of(study: Study, store: Store, folder: &Path) -> Result<Reading, GrowthError> {
+        let archive = Archive::of(store, &folder.join(&study.name));
         let Grown { study, plan, .. } = Grown::of(study, &archive)?;
         Ok(Reading {
             study,

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use crate::bench::{Bench, STUDY, counts, text};
@@ -14,7 +14,7 @@ fn write(bench: &Bench, name: &str, manifest: &str) -> PathBuf {
     path
 }
 
-fn run(bench: &Bench, manifest: &PathBuf, options: &[&str]) -> Output {
+fn run(bench: &Bench, manifest: &Path, options: &[&str]) -> Output {
     let arguments = ["run", manifest.to_str().unwrap(), "--json"];
     bench.output(&[&arguments, options].concat())
 }
@@ -155,7 +155,7 @@ fn manifest_and_data_may_move_together() {
     let [old, new] = ["old", "new"].map(|name| bench.path(name));
     fs::create_dir(&old).unwrap();
     let manifest = write(&bench, "old/study.toml", STUDY);
-    let data = |folder: &PathBuf| folder.join("data").display().to_string();
+    let data = |folder: &Path| folder.join("data").display().to_string();
     let output = run(&bench, &manifest, &["--data", &data(&old)]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     fs::rename(&old, &new).unwrap();
