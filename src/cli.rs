@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand.
 //!
 //! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
-//! 130 stopped by the user.
+//! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
 
 mod check;
 mod claims;
@@ -17,6 +17,7 @@ mod report;
 mod run;
 mod schema;
 mod show;
+mod signals;
 mod summary;
 mod table;
 mod tables;
@@ -33,12 +34,17 @@ use std::{panic, thread};
 
 use clap::{Parser, Subcommand};
 use outlook::Outlook;
+use run::warn;
 
 use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
+use crate::results::archive::Archive;
+use crate::results::owner;
+use crate::results::reading::{self, Reading};
 use crate::stages::aggregate::sql;
+use crate::store::writer::Moment;
 use crate::store::{Store, StoreError};
 use crate::study::{Study, Warning};
 
@@ -86,7 +92,7 @@ enum Command {
     Show(show::Arguments),
     /// Draw the surface, the contact map or the pressures of one task.
     View(view::Arguments),
-    /// Look whether every table is as it was written; set damaged ones aside.
+    /// Look whether every table, page and figure is as it was written; set damaged tables aside.
     Verify(verify::Arguments),
     /// Delete what no named manifest needs.
     Prune(prune::Arguments),
@@ -101,6 +107,9 @@ pub fn main() -> ExitCode {
     leave_panics_of_queries_to_their_errors();
     let arguments = Arguments::parse();
     let data = Data(arguments.data);
+    if let Err(error) = signals::survive_large_files() {
+        return report(&error);
+    }
     let result = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments, &data),
@@ -109,7 +118,7 @@ pub fn main() -> ExitCode {
         Command::Claims(arguments) => claims::run(&arguments, &data),
         Command::Report(arguments) => report::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),
-        Command::Columns(arguments) => columns::run(&arguments),
+        Command::Columns(arguments) => columns::run(&arguments, &data),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::View(arguments) => view::run(&arguments, &data),
         Command::Verify(arguments) => verify::run(&arguments, &data),
@@ -137,6 +146,10 @@ type Failure = Box<dyn Error + Send + Sync>;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct Misused(String);
+
+fn misused(error: impl Error) -> Misused {
+    Misused(error.to_string())
+}
 
 /// Prints an error and its causes, once, and says how the process ends.
 fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
@@ -185,6 +198,19 @@ impl Data {
         Ok(Grown::of(study(manifest)?, &self.look()?)?)
     }
 
+    /// What has been computed of a manifest's study, to be looked at; what of it is gone is told.
+    fn reading(&self, manifest: &Path) -> Result<Reading, Failure> {
+        let (store, results) = (self.look()?, self.results());
+        let study = reading::study(manifest, &store, &results)?;
+        for file in study.sources.recalled() {
+            warn(&format!(
+                "note: surface file `{}` cannot be read; its tables are those of it as it was",
+                file.display()
+            ));
+        }
+        Ok(Reading::of(study, store, &results)?)
+    }
+
     /// What a manifest's study has and what it would compute.
     fn outlook(&self, manifest: &Path) -> Result<Outlook, Failure> {
         let grown = self.grown(manifest)?;
@@ -200,9 +226,16 @@ impl Data {
         })
     }
 
+    /// Refuses to take tables away from another manifest whose study has the same name.
+    fn check_owner(&self, manifest: &Path, grown: &Grown, store: &Store) -> Result<(), Failure> {
+        let Grown { study, plan, .. } = grown;
+        let archive = Archive::of(store.clone(), &self.results().join(&plan.study));
+        Ok(owner::check(manifest, study, plan, &archive).map_err(misused)?)
+    }
+
     fn open(&self) -> Result<Store, StoreError> {
         // What cannot be swept does no harm.
-        let _ = self.with_folders(crate::prune::sweep);
+        let _ = self.with_folders(|folders| crate::prune::sweep(folders, &Moment::here()));
         Store::open(&self.store())
     }
 

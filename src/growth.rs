@@ -12,9 +12,8 @@ use std::sync::Arc;
 use crate::plan::Plan;
 use crate::stages::aggregate::{Groups, Statistic, grouped};
 use crate::stages::{Kind, StageError};
-use crate::store::parquet::Columns;
 use crate::store::table::Table;
-use crate::store::{Store, StoreError};
+use crate::store::{StoreError, TaskTables};
 use crate::study::{Growth, Limit, Study, Until, Work};
 
 /// It cannot be told whether a condition holds.
@@ -33,7 +32,7 @@ pub enum GrowthError {
     },
 }
 
-/// A study with as many surfaces as the tables in a store ask for.
+/// A study with as many surfaces as the tables of its tasks ask for.
 #[derive(Debug)]
 pub struct Grown {
     /// The study.
@@ -75,14 +74,14 @@ pub enum State {
 }
 
 impl Grown {
-    /// The study as the store's tables make it.
+    /// The study as its tables make it.
     ///
     /// # Errors
     /// When a table cannot be read, or does not have the column of a condition.
-    pub fn of(mut study: Study, store: &Store) -> Result<Grown, GrowthError> {
+    pub fn of(mut study: Study, tables: &impl TaskTables) -> Result<Grown, GrowthError> {
         loop {
             let plan = Plan::of(&study);
-            let stages = growing_stages(&study, &plan, store)?;
+            let stages = growing_stages(&study, &plan, tables)?;
             let more: Vec<_> = stages.iter().filter_map(GrowingStage::more).collect();
             if more.is_empty() {
                 return Ok(Grown {
@@ -173,7 +172,7 @@ impl fmt::Display for GrowingStage {
 fn growing_stages(
     study: &Study,
     plan: &Plan,
-    store: &Store,
+    tables: &impl TaskTables,
 ) -> Result<Vec<GrowingStage>, GrowthError> {
     let stages = study.stages.iter().enumerate();
     let stages = stages.filter_map(|(position, stage)| match &stage.work {
@@ -192,7 +191,7 @@ fn growing_stages(
         Ok(GrowingStage {
             name: name.clone(),
             surfaces,
-            state: state(plan, position, &growth.until, store)?,
+            state: state(plan, position, &growth.until, tables)?,
             growth,
             position,
         })
@@ -201,7 +200,12 @@ fn growing_stages(
 }
 
 /// The plan of a study with as many surfaces as its manifest allows.
-pub fn at_most(mut study: Study) -> Plan {
+pub fn at_most(study: Study) -> Plan {
+    Plan::of(&at_its_most(study))
+}
+
+/// A study with as many surfaces as its manifest allows.
+pub fn at_its_most(mut study: Study) -> Study {
     for stage in &mut study.stages {
         if let Work::Generate(ensembles) = &mut stage.work {
             for ensemble in ensembles {
@@ -211,7 +215,7 @@ pub fn at_most(mut study: Study) -> Plan {
             }
         }
     }
-    Plan::of(&study)
+    study
 }
 
 fn draw(study: &mut Study, stage: usize, surfaces: u32) {
@@ -223,7 +227,12 @@ fn draw(study: &mut Study, stage: usize, surfaces: u32) {
 }
 
 /// Whether a condition on the surfaces of a stage holds.
-fn state(plan: &Plan, surfaces: usize, until: &Until, store: &Store) -> Result<State, GrowthError> {
+fn state(
+    plan: &Plan,
+    surfaces: usize,
+    until: &Until,
+    there: &impl TaskTables,
+) -> Result<State, GrowthError> {
     let looked_at = plan.stages.iter().find(|stage| stage.name == until.stage);
     let looked_at = looked_at.expect("conditions name stages of the study");
     let mut is_own = vec![false; plan.tasks.len()];
@@ -236,12 +245,12 @@ fn state(plan: &Plan, surfaces: usize, until: &Until, store: &Store) -> Result<S
         .filter(|line| line.iter().any(|&task| is_own[task]))
         .collect();
     let keys: Vec<_> = lines.iter().map(|line| plan.tasks[line[0]].key).collect();
-    let is_open = store.have(&keys).contains(&false);
+    let is_open = there.have(&keys).contains(&false);
     let mut tables = Vec::new();
     let mut damaged = Vec::new();
     if !is_open {
         for (line, key) in lines.iter().zip(keys) {
-            match store.read(key, Columns::Light) {
+            match there.light(key) {
                 Ok(table) => tables.push(table),
                 Err(error) if error.is_mendable() => damaged.push((line[0], error)),
                 Err(error) => return Err(error.into()),

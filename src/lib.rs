@@ -8,7 +8,8 @@
 //! 2. [`study`] – what makes sense: past it nobody checks again.
 //! 3. [`plan`] – the tasks, each named by a key that holds everything that decides its table.
 //! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
-//! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB.
+//! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB; whoever only
+//!    looks is [`results::reading`] them and writes nothing.
 //! 6. [`claims`] – what the 2015 paper says, put to those tables.
 //! 7. [`report`] – a page to look at, and the figures for a paper.
 //!

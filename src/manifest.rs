@@ -107,6 +107,12 @@ impl Manifest {
         });
         Some(Manifest { study, stages })
     }
+
+    /// The name of the study, if it has one.
+    pub fn study_name(&self) -> Option<&str> {
+        let name = self.study.points.first()?.table.name.written()?;
+        Some(&name.value)
+    }
 }
 
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {

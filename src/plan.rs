@@ -55,6 +55,15 @@ pub struct PlannedStage {
     pub tasks: Vec<usize>,
 }
 
+impl PlannedStage {
+    /// Those of its tasks of which this is true.
+    pub fn among(&self, is_so: &[bool]) -> Vec<usize> {
+        let tasks = self.tasks.iter().zip(is_so);
+        let tasks = tasks.filter(|(_, is_so)| **is_so);
+        tasks.map(|(&task, _)| task).collect()
+    }
+}
+
 impl Plan {
     /// Lists the tasks of a study.
     pub fn of(study: &Study) -> Plan {
@@ -90,6 +99,12 @@ impl Plan {
     /// The keys of all tasks.
     pub fn keys(&self) -> HashSet<TaskKey> {
         self.tasks.iter().map(|task| task.key).collect()
+    }
+
+    /// The keys of a stage's tasks, in its order.
+    pub fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
+        let keys = stage.tasks.iter().map(|&task| self.tasks[task].key);
+        keys.collect()
     }
 
     /// Whether this is the study of that name, and has a table of that name.

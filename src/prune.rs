@@ -13,6 +13,7 @@ use crate::store::StoreError;
 use crate::store::key::TaskKey;
 use crate::store::listing::{self, Found, What};
 use crate::store::lock::Lock;
+use crate::store::writer::Moment;
 
 /// Where things are.
 #[derive(Debug)]
@@ -26,21 +27,28 @@ pub struct Folders<'a> {
 }
 
 /// What none of these studies needs. Without any study no table is unneeded: naming none is
-/// rather a slip than a wish to lose everything.
+/// rather a slip than a wish to lose everything. What somebody may be writing just now stays.
 ///
 /// # Errors
 /// When a folder cannot be listed.
-pub fn unneeded(plans: &[Plan], folders: &Folders) -> Result<Vec<Found>, StoreError> {
+pub fn unneeded(
+    plans: &[Plan],
+    folders: &Folders,
+    moment: &Moment,
+) -> Result<Vec<Found>, StoreError> {
     let keys: HashSet<TaskKey> = plans.iter().flat_map(Plan::keys).collect();
     let mut found = listing::of_store(folders.store)?;
     found.extend(results::files(folders.results)?);
     found.extend(Record::files(folders.records)?);
     let is_needed = |found: &Found| match &found.what {
-        What::Damaged | What::Unfinished => false,
+        What::Damaged => false,
+        What::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
         What::Task(key) => keys.contains(key),
         What::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
-        What::Record { study } => plans.iter().any(|plan| plan.study == *study),
+        What::Owner { study } | What::Record { study } => {
+            plans.iter().any(|plan| plan.study == *study)
+        }
     };
     found.retain(|found| !is_needed(found));
     Ok(found)
@@ -52,13 +60,7 @@ pub fn unneeded(plans: &[Plan], folders: &Folders) -> Result<Vec<Found>, StoreEr
 /// When a file cannot be deleted.
 pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
     for Found { path, .. } in files {
-        match fs::remove_file(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            removed => removed.map_err(|source| StoreError::Write {
-                path: path.clone(),
-                source,
-            })?,
-        }
+        remove(path)?;
         if let Some(folder) = path.parent() {
             // It is refused while something is left in it.
             let _ = fs::remove_dir(folder);
@@ -67,21 +69,93 @@ pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Deletes what killed processes left unfinished, unless a process that is alive may be writing
-/// it.
+/// Deletes what ended processes left unfinished. Where locks hold on one machine only, others may
+/// be at work: what is theirs stays, as do the folders, in which they may be about to write.
 ///
 /// # Errors
 /// When a folder cannot be listed, or a file not be deleted.
-pub fn sweep(folders: &Folders) -> Result<(), StoreError> {
+pub fn sweep(folders: &Folders, moment: &Moment) -> Result<(), StoreError> {
     let mut left = listing::unfinished(folders.store)?;
     left.extend(results::files(folders.results)?);
     left.extend(Record::files(folders.records)?);
-    left.retain(|found| found.what == What::Unfinished);
+    left.retain(|found| found.what == What::Unfinished && moment.is_abandoned(&found.path));
     if left.is_empty() {
         return Ok(());
     }
     match Lock::alone(folders.store)? {
-        Some(alone) => delete(&left, &alone),
+        Some(_alone) => left.iter().try_for_each(|found| remove(&found.path)),
         None => Ok(()),
+    }
+}
+
+fn remove(path: &Path) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed.map_err(|source| StoreError::Write {
+            path: path.to_owned(),
+            source,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::SystemTime;
+
+    use super::*;
+    use crate::store::writer::Writer;
+
+    /// A machine on which no process lives.
+    fn moment() -> Moment {
+        Moment {
+            machine: "node07".to_owned(),
+            now: SystemTime::now(),
+            begun: |_| None,
+        }
+    }
+
+    #[test]
+    fn what_another_machine_may_be_writing_stays_where_locks_say_that_nobody_is_there() {
+        let data = tempfile::tempdir().unwrap();
+        let [store, results, records] =
+            ["store", "results", "plans"].map(|name| data.path().join(name));
+        let folders = Folders {
+            store: &store,
+            results: &results,
+            records: &records,
+        };
+        let workshops = [
+            store.join("unfinished"),
+            results.join("small"),
+            records.clone(),
+        ];
+        let unfinished = |machine: &str| {
+            let machine = machine.to_owned();
+            let name = Writer {
+                machine,
+                process: 1,
+            }
+            .prefix()
+                + "aB3dEf";
+            workshops.clone().map(|folder| {
+                fs::create_dir_all(&folder).unwrap();
+                let path = folder.join(&name);
+                fs::write(&path, "half a table").unwrap();
+                path
+            })
+        };
+        let (own, others) = (unfinished("node07"), unfinished("node08"));
+        let found = unneeded(&[], &folders, &moment()).unwrap();
+        assert_eq!(found.len(), own.len());
+        sweep(&folders, &moment()).unwrap();
+        assert!(own.iter().all(|path| !path.exists()));
+        assert!(others.iter().all(|path| path.exists()));
+        others
+            .iter()
+            .for_each(|path| fs::remove_file(path).unwrap());
+
+        unfinished("node07");
+        sweep(&folders, &moment()).unwrap();
+        assert!(workshops.iter().all(|folder| folder.exists()));
     }
 }

@@ -5,6 +5,7 @@
 //! which stage would add it; the [`page`] holds them, the tables, and where all of it comes from.
 
 pub mod advice;
+pub mod basis;
 pub mod ensembles;
 pub mod evidence;
 pub mod figure;
@@ -14,6 +15,7 @@ pub mod page;
 pub mod provenance;
 pub mod remarks;
 pub mod samples;
+pub mod seal;
 pub mod tables;
 
 use std::fs;
@@ -22,6 +24,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use self::basis::Basis;
 use self::evidence::Evidence;
 use self::figure::{Definition, Drawn};
 use self::page::{DrawnFigure, MissingFigure};
@@ -30,14 +33,18 @@ use self::tables::Finished;
 use crate::figures::pixels::{self, PixelsError};
 use crate::figures::svg;
 use crate::plan::Plan;
-use crate::results::StageTable;
+use crate::results::FIGURES;
+use crate::results::archive::Archive;
+use crate::results::reading::StageRows;
 use crate::sources::Sources;
 use crate::stages::StageError;
-use crate::store::files::{Existing, write_whole};
+use crate::store::StoreError;
+use crate::store::files::{Existing, make_folder, write_whole};
 use crate::store::table::TableError;
-use crate::store::{Store, StoreError};
 use crate::study::Warning;
 
+/// The page's file.
+const PAGE: &str = "report.html";
 /// Pixels of a PNG file to one of a figure.
 const SCALE: f32 = 2.0;
 
@@ -79,6 +86,20 @@ pub enum ReportError {
         /// Why.
         source: PixelsError,
     },
+    /// Another page is there, which shows what this one would not.
+    #[error(
+        "`{}` shows more than is there to be shown now: {}; `asperity run` computes what is \
+         missing, `--output FOLDER` writes the page elsewhere, `--replace` in the place of the \
+         other",
+        page.display(),
+        lacks.join(", "),
+    )]
+    ShowsLess {
+        /// The page.
+        page: PathBuf,
+        /// What would be lost.
+        lacks: Vec<String>,
+    },
     /// A figure of an earlier report cannot be taken away.
     #[error("cannot remove `{}`, a figure of an earlier report", path.display())]
     Remove {
@@ -89,49 +110,68 @@ pub enum ReportError {
     },
 }
 
-/// A study and what has been published of it.
+/// A study and what has been read of it.
 pub struct Subject<'a> {
     /// Its tasks.
     pub plan: &'a Plan,
-    /// Its finished tasks.
-    pub store: &'a Store,
+    /// The rows of its stages.
+    pub rows: &'a [StageRows],
+    /// Its finished tasks, and their maps.
+    pub archive: &'a Archive,
     /// The files of its measured surfaces.
     pub sources: &'a Sources,
-    /// Its tables.
-    pub published: &'a [StageTable],
     /// Its manifest's text.
     pub manifest: &'a str,
     /// What should be known of it.
     pub warnings: &'a [Warning],
 }
 
-/// Writes the page `report.html` and the folder `figures` beside the tables of a study.
+impl Subject<'_> {
+    /// Whether all that the manifest asks for is there.
+    fn is_complete(&self) -> bool {
+        let mut stages = self.plan.stages.iter().zip(self.rows);
+        stages.all(|(stage, rows)| rows.tasks.len() == stage.tasks.len())
+    }
+}
+
+/// Writes the page `report.html` and the folder `figures` into a folder. Of a study that is not
+/// complete, or has lost its maps, a page that shows more is kept.
 ///
 /// # Errors
-/// When a table or a surface cannot be read, or a file not be written.
-pub fn write(subject: &Subject, folder: &Path) -> Result<Report, ReportError> {
-    let finished = Finished::read(subject)?;
+/// When a surface cannot be drawn, or a file not be written, or a page that shows more is there.
+pub fn write(subject: &Subject, folder: &Path, existing: Existing) -> Result<Report, ReportError> {
+    let finished = Finished::of(subject);
     let evidence = Evidence::of(&finished)?;
-    let pictures = folder.join("figures");
     // Each figure by itself: on a machine of many cores they take as long as the slowest.
     let drawn = figures::ALL
         .par_iter()
-        .map(|definition| draw(definition, &evidence, &pictures));
-    let drawn = drawn.collect::<Result<Vec<_>, ReportError>>()?;
-    let (there, missing) = parted(drawn);
+        .map(|definition| draw(definition, &evidence));
+    let (there, missing) = parted(drawn.collect::<Result<Vec<_>, ReportError>>()?);
+    let basis = Basis::of(&there, &finished.stages);
+    let page = folder.join(PAGE);
+    let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
+    if existing == Existing::Keep && !is_complete {
+        let lacks = basis.lacks_of(&page);
+        if !lacks.is_empty() {
+            return Err(ReportError::ShowsLess { page, lacks });
+        }
+    }
+    make_folder(folder)?;
+    let pictures = folder.join(FIGURES);
+    write_figures(&there, &pictures)?;
     let provenance = Provenance::of(&finished, subject);
-    let page = page::html(&there, &missing, &finished, &provenance);
-    let path = folder.join("report.html");
-    write_whole(&path, page.as_bytes(), Existing::Replace, folder)?;
+    let text = page::html(&there, &missing, &finished, &basis, &provenance, folder);
+    let text = seal::sealed(text);
+    write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
     Ok(Report {
-        page: path,
+        page,
         figures: pictures,
         drawn: there.iter().map(|figure| figure.title).collect(),
         missing: missing
             .iter()
             .map(|figure| (figure.title, figure.needs))
             .collect(),
-        size: page.len(),
+        size: text.len(),
     })
 }
 
@@ -142,40 +182,49 @@ pub fn has_figure(name: &str) -> bool {
         .any(|definition| definition.name == name)
 }
 
-/// Draws one figure and writes its two files, or takes away those of an earlier report.
+/// Draws one figure.
 fn draw(
     definition: &Definition,
     evidence: &Evidence,
-    folder: &Path,
 ) -> Result<Result<DrawnFigure, MissingFigure>, ReportError> {
     let Definition { name, title, draw } = *definition;
-    let file = |ending: &str| folder.join(format!("{name}.{ending}"));
-    match draw(evidence)? {
+    let missing = |needs, lines| MissingFigure {
+        title,
+        needs,
+        lines,
+    };
+    Ok(match draw(evidence)? {
         Drawn::Figure { sheet, caption } => {
             let svg = sheet.to_svg(name);
             let alone = svg::alone(&svg);
-            let pixels = pixels::to_png(&alone, SCALE);
-            let pixels = pixels.map_err(|source| ReportError::Pixels { name, source })?;
-            for (ending, bytes) in [("svg", alone.as_bytes()), ("png", &pixels)] {
-                write_whole(&file(ending), bytes, Existing::Replace, folder)?;
-            }
-            Ok(Ok(DrawnFigure {
+            let png = pixels::to_png(&alone, SCALE);
+            Ok(DrawnFigure {
                 name,
                 title,
                 svg,
+                alone,
+                png: png.map_err(|source| ReportError::Pixels { name, source })?,
                 caption,
-            }))
+            })
         }
-        Drawn::Missing { needs, lines } => {
-            remove(&file("svg"))?;
-            remove(&file("png"))?;
-            Ok(Err(MissingFigure {
-                title,
-                needs,
-                lines,
-            }))
-        }
+        Drawn::Gone { needs } => Err(missing(needs, None)),
+        Drawn::Missing { needs, lines } => Err(missing(needs, Some(lines))),
+    })
+}
+
+/// Writes two files for each figure, and takes away those that an earlier report has left of
+/// others.
+fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
+    let file = |name: &str, ending: &str| folder.join(format!("{name}.{ending}"));
+    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
+        write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;
     }
+    let is_gone = |name: &str| there.iter().all(|figure| figure.name != name);
+    for definition in figures::ALL.iter().filter(|figure| is_gone(figure.name)) {
+        remove(&file(definition.name, "svg"))?;
+        remove(&file(definition.name, "png"))?;
+    }
+    Ok(())
 }
 
 fn remove(path: &Path) -> Result<(), ReportError> {

@@ -3,7 +3,7 @@
 //! A result depends on the content of a file and not on its name: recipes hold the hash of the
 //! content, and only this map knows where such content lies.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
@@ -25,7 +25,8 @@ impl ContentHash {
         Self(*blake3::hash(bytes).as_bytes())
     }
 
-    fn from_hex(text: &str) -> Option<Self> {
+    /// The hash that is written so.
+    pub fn from_hex(text: &str) -> Option<Self> {
         let hash = blake3::Hash::from_hex(text).ok()?;
         Some(Self(*hash.as_bytes()))
     }
@@ -51,12 +52,19 @@ impl<'de> Deserialize<'de> for ContentHash {
     }
 }
 
+/// What files held when they were last read, by their paths as the manifest gives them: their
+/// content, and the nodes per side of its map once its edges meet.
+pub type Recollection = BTreeMap<PathBuf, (ContentHash, u32)>;
+
 /// Where the files of measured surfaces lie.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Sources {
     /// Paths in manifests are relative to it.
     folder: PathBuf,
     paths: BTreeMap<ContentHash, PathBuf>,
+    known: Recollection,
+    /// Files that cannot be read, and of which only their content's hash is known.
+    recalled: BTreeSet<PathBuf>,
 }
 
 /// Why the file of a surface cannot be used.
@@ -76,10 +84,29 @@ pub enum SourceError {
 impl Sources {
     /// No files yet, in the folder of a manifest.
     pub fn new(folder: &Path) -> Self {
+        Self::recalling(folder, Recollection::new())
+    }
+
+    /// No files yet; those that cannot be read are taken to be as they were.
+    pub fn recalling(folder: &Path, known: Recollection) -> Self {
         Self {
             folder: folder.to_owned(),
-            paths: BTreeMap::new(),
+            known,
+            ..Self::default()
         }
+    }
+
+    /// What a file held that cannot be read now, if that is known.
+    pub fn recall(&mut self, path: &Path) -> Option<(ContentHash, u32)> {
+        let &(content, nodes) = self.known.get(path)?;
+        self.paths.entry(content).or_insert_with(|| path.to_owned());
+        self.recalled.insert(path.to_owned());
+        Some((content, nodes))
+    }
+
+    /// The files that cannot be read, and were taken to be as they were.
+    pub fn recalled(&self) -> &BTreeSet<PathBuf> {
+        &self.recalled
     }
 
     /// Reads a file for the first time and remembers where its content lies. Of several files

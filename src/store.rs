@@ -16,6 +16,7 @@ pub mod parquet;
 pub mod provenance;
 mod schema;
 pub mod table;
+pub mod writer;
 
 use std::collections::BTreeMap;
 use std::io;
@@ -37,6 +38,18 @@ const WORKSHOP: &str = "unfinished";
 pub struct Store {
     root: PathBuf,
     _lock: Arc<Lock>,
+}
+
+/// Where the tables of finished tasks are found, as far as they are no maps.
+pub trait TaskTables {
+    /// Which of these tasks are finished, in their order.
+    fn have(&self, keys: &[TaskKey]) -> Vec<bool>;
+
+    /// A finished task's table without its maps.
+    ///
+    /// # Errors
+    /// When there is none, or it cannot be read.
+    fn light(&self, key: TaskKey) -> Result<Table, StoreError>;
 }
 
 /// The store cannot do what it was asked.
@@ -66,6 +79,12 @@ pub enum StoreError {
         /// What the reader met.
         source: ParquetError,
     },
+    /// A page or a figure has been changed since it was written.
+    #[error("`{}` is not as it was written; `asperity report` writes it anew", path.display())]
+    Changed {
+        /// Where.
+        path: PathBuf,
+    },
     /// Nobody can tell whether others use the store.
     #[error("cannot lock the store with `{}`", path.display())]
     Lock {
@@ -94,7 +113,9 @@ impl StoreError {
         match self {
             StoreError::Damaged { .. } => true,
             StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
-            StoreError::Write { .. } | StoreError::Lock { .. } => false,
+            StoreError::Write { .. } | StoreError::Changed { .. } | StoreError::Lock { .. } => {
+                false
+            }
         }
     }
 }
@@ -106,6 +127,7 @@ impl Store {
     /// When the folder cannot be made, or nobody can tell whether it is pruned just now.
     pub fn open(root: &Path) -> Result<Store, StoreError> {
         make_folder(root)?;
+        Lock::prepare(root);
         Store::look(root)
     }
 
@@ -233,6 +255,16 @@ impl Store {
         let back = std::fs::rename(&aside, &path);
         back.map_err(|source| StoreError::Write { path, source })?;
         Ok(None)
+    }
+}
+
+impl TaskTables for Store {
+    fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
+        Store::have(self, keys)
+    }
+
+    fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
+        self.read(key, Columns::Light)
     }
 }
 

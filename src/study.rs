@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use crate::diagnostics::{ManifestErrors, Problem, Problems};
 use crate::manifest::Manifest;
-use crate::sources::{Sources, read_regular};
+use crate::sources::{Recollection, Sources, read_regular};
 use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
 
 pub use until::{Limit, Until};
@@ -152,26 +152,27 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with the manifest, or that it cannot be read.
     pub fn read(path: &Path) -> Result<Study, ManifestErrors> {
-        let file = path.display().to_string();
-        let unreadable = |reason: String| {
-            let mut problems = Problems::default();
-            problems.push(Problem::without_place(format!(
-                "cannot read manifest `{file}`: {reason}"
-            )));
-            problems.into_errors(&file, "")
-        };
-        let bytes = read_regular(path, LONGEST_MANIFEST);
-        let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let valid = error.utf8_error().valid_up_to();
-            let line = 1 + error.as_bytes()[..valid]
-                .iter()
-                .filter(|&&byte| byte == b'\n')
-                .count();
-            unreadable(format!("line {line} is not UTF-8"))
-        })?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        Study::parse(&text, &file, folder)
+        Study::parse(&text_of(path)?, &path.display().to_string(), folder(path))
+    }
+
+    /// Reads a manifest to look at what has been computed of it: surface files that cannot be read
+    /// are taken to be as `recall` knows them of the study of a name.
+    ///
+    /// # Errors
+    /// As [`Study::read`], if nothing is known of a file either.
+    pub fn read_recalling(
+        path: &Path,
+        recall: impl FnOnce(&str) -> Recollection,
+    ) -> Result<Study, ManifestErrors> {
+        let (text, file) = (text_of(path)?, path.display().to_string());
+        Study::parse(&text, &file, folder(path)).or_else(|errors| {
+            let manifest = Manifest::parse(&text, &mut Problems::default());
+            let name = manifest.as_ref().and_then(Manifest::study_name);
+            let Some(name) = name.filter(|name| is_plain(name)) else {
+                return Err(errors);
+            };
+            Study::judged(&text, &file, Sources::recalling(folder(path), recall(name)))
+        })
     }
 
     /// Whether numbers of surfaces are yet to be found.
@@ -188,14 +189,45 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with the manifest, as far as it can be told at once.
     pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Study, ManifestErrors> {
+        Study::judged(text, file, Sources::new(folder))
+    }
+
+    fn judged(text: &str, file: &str, sources: Sources) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
         let study = Manifest::parse(text, &mut problems)
-            .and_then(|manifest| judge::judge(&manifest, folder, &mut problems));
+            .and_then(|manifest| judge::judge(&manifest, sources, &mut problems));
         match study {
             Some(study) if problems.is_empty() => Ok(study),
             _ => Err(problems.into_errors(file, text)),
         }
     }
+}
+
+/// The folder of a manifest.
+fn folder(manifest: &Path) -> &Path {
+    manifest.parent().unwrap_or(Path::new(""))
+}
+
+/// A manifest's text.
+fn text_of(path: &Path) -> Result<String, ManifestErrors> {
+    let file = path.display().to_string();
+    let unreadable = |reason: String| {
+        let mut problems = Problems::default();
+        problems.push(Problem::without_place(format!(
+            "cannot read manifest `{file}`: {reason}"
+        )));
+        problems.into_errors(&file, "")
+    };
+    let bytes = read_regular(path, LONGEST_MANIFEST);
+    let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes()[..valid]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count();
+        unreadable(format!("line {line} is not UTF-8"))
+    })
 }
 
 /// Whether a name matches [`NAME_PATTERN`].

@@ -1,4 +1,4 @@
-//! Whether every table is as it was written.
+//! Whether every table is as it was written, and every page and figure.
 //!
 //! A file is read to its end: its bytes must match their digest, its columns be of our types, and
 //! its key follow from the recipe in it. What does not hold is set aside, and computed again by
@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::failures;
 use crate::plan::Plan;
+use crate::report::seal;
 use crate::results;
 use crate::store::files::{read_whole, set_aside};
 use crate::store::listing::{self, Found, What};
@@ -35,9 +37,25 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
     found.retain(|found| match &found.what {
         What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
         What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
-        What::Record { .. } | What::Damaged | What::Unfinished => false,
+        What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => false,
     });
     Ok(found)
+}
+
+/// Pages and figures that somebody has changed, those of a study or of all. They stay where they
+/// are: a report writes them anew.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn pages(plan: Option<&Plan>, results: &Path) -> Result<Vec<Finding>, StoreError> {
+    let mut folders = listing::folders(results)?;
+    folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
+    let changed = folders.iter().flat_map(|folder| seal::changed(folder));
+    let findings = changed.map(|path| Finding {
+        cause: StoreError::Changed { path },
+        aside: None,
+    });
+    Ok(findings.collect())
 }
 
 /// Checks tables, several at once, and sets the damaged ones aside; `checked` hears of each.
@@ -75,8 +93,9 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
         What::Task(key) => store.read(*key, Columns::All).map(drop),
         What::Stage { study, stage } => {
             let (_, metadata) = read_whole(path, Columns::All)?;
-            let told = metadata.get("study").zip(metadata.get("stage"));
-            match told == Some((study, stage)) {
+            // The table of failures is of no stage.
+            let of_stage = (stage != failures::NAME).then_some(stage.as_str());
+            match metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
                 true => Ok(()),
                 false => Err(StoreError::Damaged {
                     path: path.clone(),
@@ -86,6 +105,6 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
                 }),
             }
         }
-        What::Record { .. } | What::Damaged | What::Unfinished => Ok(()),
+        What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => Ok(()),
     }
 }

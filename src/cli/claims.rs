@@ -12,10 +12,8 @@ use super::{Data, Failure, unknown};
 use crate::claims::evidence::Finished;
 use crate::claims::{self, Claim, Evidence, Judgement, Outcome};
 use crate::ensemble::Point;
-use crate::growth::Grown;
 use crate::pace::Pace;
 use crate::plan::Plan;
-use crate::results;
 use crate::stages::{Kind, Recipe};
 
 #[derive(clap::Args)]
@@ -48,37 +46,33 @@ struct Told<'a> {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
-    // The tables are brought up to the manifest first: a claim rests on what it says now.
-    let published = results::publish(&plan, &data.look()?, &study.sources, &data.results())?;
+    let reading = data.reading(&arguments.manifest)?;
+    let plan = &reading.plan;
     let mut finished: Vec<Finished> = Vec::new();
-    for (stage, table) in plan.stages.iter().zip(&published) {
-        if table.finished > 0 {
+    let mut missing = 0;
+    for (stage, rows) in plan.stages.iter().zip(reading.all()?) {
+        missing += stage.tasks.len() - rows.tasks.len();
+        if let Some(table) = rows.table {
             finished.push(Finished {
                 kind: stage.kind,
-                table: table.read()?,
+                table,
             });
         }
     }
-    let missing = published.iter().zip(&plan.stages);
-    let missing = missing.map(|(table, stage)| stage.tasks.len() - table.finished);
     let evidence = Evidence::of(&finished)?;
     let told = Told {
         manifest: &arguments.manifest,
         evidence: &evidence,
-        missing: missing.sum(),
-        seconds: seconds_of_one_surface(&plan),
+        missing,
+        seconds: seconds_of_one_surface(plan),
         figures: data.results().join(&plan.study).join("figures"),
     };
     let mut claims = claims::all(&evidence);
     if let Some(name) = &arguments.name {
         let names: Vec<&str> = claims.iter().map(|claim| claim.statement.name).collect();
         if !names.contains(&name.as_str()) {
-            return Err(unknown(
-                &format!("there is no claim `{name}`"),
-                name,
-                &names,
-            ));
+            let message = format!("there is no claim `{name}`");
+            return Err(unknown(&message, name, &names));
         }
         claims.retain(|claim| claim.statement.name == name);
     }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use comfy_table::{ContentArrangement, Table as Grid, presets};
 use serde::Serialize;
 
-use super::{Failure, place_of};
+use super::{Data, Failure, place_of};
 use crate::results;
 use crate::stages::{Kind, columns_of};
 use crate::store::column::Description;
@@ -37,9 +37,9 @@ struct Described {
     columns: Vec<Description>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     let described = match &arguments.manifest {
-        Some(manifest) => of_study(manifest, arguments.stage.as_deref())?,
+        Some(manifest) => of_study(manifest, arguments.stage.as_deref(), data)?,
         None => Kind::ALL.into_iter().map(of_kind).collect(),
     };
     let mut out = stdout().lock();
@@ -60,8 +60,8 @@ fn of_kind(kind: Kind) -> Described {
 }
 
 /// The stages of a study, or the one of this name.
-fn of_study(manifest: &Path, wanted: Option<&str>) -> Result<Vec<Described>, Failure> {
-    let study = super::study(manifest)?;
+fn of_study(manifest: &Path, wanted: Option<&str>, data: &Data) -> Result<Vec<Described>, Failure> {
+    let study = data.reading(manifest)?.study;
     let tables = study.empty_tables()?;
     let mut described: Vec<_> = study
         .stages

@@ -16,6 +16,7 @@ use crate::store::listing::{Found, What};
 use crate::store::lock::Lock;
 use crate::store::parquet;
 use crate::store::provenance::Provenance;
+use crate::store::writer::Moment;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -44,7 +45,8 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         true => Some(alone(data)?),
         false => None,
     };
-    let unneeded = data.with_folders(|folders| prune::unneeded(&plans, folders))?;
+    let unneeded =
+        data.with_folders(|folders| prune::unneeded(&plans, folders, &Moment::here()))?;
     let shares = Shares::of(&unneeded);
     if let Some(alone) = &alone {
         prune::delete(&unneeded, alone)?;
@@ -126,7 +128,7 @@ fn name(file: &Found) -> String {
     };
     match file.what {
         What::Task(_) => kind().unwrap_or_else(|| "unreadable".to_owned()),
-        What::Stage { .. } => "results".to_owned(),
+        What::Stage { .. } | What::Owner { .. } => "results".to_owned(),
         What::Record { .. } => "plans".to_owned(),
         What::Damaged => "set aside".to_owned(),
         What::Unfinished => "unfinished".to_owned(),

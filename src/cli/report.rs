@@ -4,15 +4,26 @@ use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::{Data, Failure, counted};
-use crate::growth::Grown;
-use crate::report::{self, Report, Subject};
-use crate::results;
+use super::{Data, Failure, counted, misused};
+use crate::report::{self, Report, ReportError, Subject};
+use crate::results::owner;
+use crate::results::reading::Reading;
+use crate::store::files::Existing;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The manifest of a study that has been run, or has begun to.
     manifest: PathBuf,
+
+    /// The folder to write `report.html` and `figures/` into; that of the study's tables when left
+    /// out.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// Write the page even in the place of one that shows more, as of a study that is half done or
+    /// has lost its maps, or of another manifest whose study has the same name.
+    #[arg(long)]
+    replace: bool,
 
     /// Print JSON: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
     #[arg(long)]
@@ -20,20 +31,36 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
-    let store = data.look()?;
-    let published = results::publish(&plan, &store, &study.sources, &data.results())?;
+    let reading = data.reading(&arguments.manifest)?;
+    if !arguments.replace && arguments.output.is_none() {
+        let Reading {
+            study,
+            plan,
+            archive,
+            ..
+        } = &reading;
+        owner::check(&arguments.manifest, study, plan, archive).map_err(misused)?;
+    }
     let manifest = std::fs::read_to_string(&arguments.manifest)?;
-    let warnings = study.warnings();
+    let warnings = reading.study.warnings();
     let subject = Subject {
-        plan: &plan,
-        store: &store,
-        sources: &study.sources,
-        published: &published,
+        plan: &reading.plan,
+        rows: &reading.all()?,
+        archive: &reading.archive,
+        sources: &reading.study.sources,
         manifest: &manifest,
         warnings: &warnings,
     };
-    let report = report::write(&subject, &data.results().join(&plan.study))?;
+    let beside = || data.results().join(&reading.plan.study);
+    let folder = arguments.output.clone().unwrap_or_else(beside);
+    let existing = match arguments.replace {
+        true => Existing::Replace,
+        false => Existing::Keep,
+    };
+    let report = report::write(&subject, &folder, existing).map_err(|error| match error {
+        ReportError::ShowsLess { .. } => Failure::from(misused(error)),
+        other => other.into(),
+    })?;
     let mut out = stdout().lock();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&report))?,

@@ -3,9 +3,6 @@
 use std::io::{Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use bytesize::ByteSize;
 use serde_json::json;
@@ -13,6 +10,7 @@ use serde_json::json;
 use super::outlook::growing;
 use super::plan::Counts;
 use super::progress::Progress;
+use super::signals::Stop;
 use super::trouble::Trouble;
 use super::{Data, Failure, Misused, chain, counted, summary, tasks};
 use crate::growth::Grown;
@@ -23,11 +21,6 @@ use crate::reasons::record::Record;
 use crate::results::{self, ResultsError, StageTable};
 use crate::runner::{self, Damage, Means, Outcome};
 use crate::store::Store;
-
-/// How a process ends that its user stopped.
-const STOPPED: u8 = 130;
-/// How long a stopped run may take to end.
-const PATIENCE: Duration = Duration::from_millis(1500);
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -49,6 +42,11 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY")]
     only: Option<String>,
 
+    /// Take the place of another manifest whose study has the same name, even if tables of it are
+    /// lost.
+    #[arg(long)]
+    replace: bool,
+
     /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage,
     /// `"damaged": [{"task", "cause", "aside"}, …]`, `growing` as `plan` has it, and the path of the table of `failures`, if
     /// there is one.
@@ -61,6 +59,9 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     super::tell(&study.warnings());
     let store = data.open()?;
     let grown = Grown::of(study, &store)?;
+    if !arguments.replace {
+        data.check_owner(&arguments.manifest, &grown, &store)?;
+    }
     let wanted = arguments.wanted(&grown.plan, &store)?;
     let jobs = arguments.jobs.map_or_else(cores, usize::from);
     let memory = Allowance::of(arguments.memory, jobs);
@@ -68,11 +69,12 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         .fits(&grown.plan, &wanted)
         .map_err(|refused| Misused(refused.to_string()))?;
     let mut work = Work {
+        manifest: &arguments.manifest,
         grown,
         store: &store,
         jobs,
         memory,
-        stopped: stop_on_signal()?,
+        stop: Stop::on_signal()?,
     };
     remember(data, &work);
     let grown = match arguments.only {
@@ -98,6 +100,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     };
     let failed = trouble.tell(&outcome)?;
     let tables = tables?;
+    tell_set_aside(tables.as_deref().unwrap_or_default());
     let failures = match &tables {
         Some(tables) => trouble.write(failed, &wanted, tables, &store)?,
         None => None,
@@ -125,7 +128,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         }
         writeln!(out, "{}", closing(&wanted, &outcome))?;
     }
-    Ok(exit_code(&outcome))
+    Ok(exit_code(&outcome, &work.stop))
 }
 
 impl Arguments {
@@ -152,11 +155,12 @@ fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
 
 /// What is to be done, and with what.
 struct Work<'a> {
+    manifest: &'a Path,
     grown: Grown,
     store: &'a Store,
     jobs: usize,
     memory: Allowance,
-    stopped: Arc<AtomicBool>,
+    stop: Stop,
 }
 
 impl Work<'_> {
@@ -206,7 +210,7 @@ impl Work<'_> {
             &self.grown.study.sources,
             means,
             &progress,
-            &self.stopped,
+            self.stop.asked(),
         );
         progress.end();
         Ok(outcome?)
@@ -233,8 +237,7 @@ impl Work<'_> {
     /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
     /// other task has read them, are computed again.
     fn publish(&self, results: &Path, outcome: &mut Outcome) -> Result<Vec<StageTable>, Failure> {
-        let sources = &self.grown.study.sources;
-        let publish = || results::publish(self.plan(), self.store, sources, results);
+        let publish = || results::publish(&self.grown, self.store, self.manifest, results);
         let tables = match publish() {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),
@@ -263,25 +266,6 @@ fn remember(data: &Data, work: &Work) {
             chain(&error)
         );
     }
-}
-
-/// The first signal asks tasks to stop. Those that do not within [`PATIENCE`], and those under way
-/// at a second signal, are dropped: whatever moment a process ends, nothing stored is harmed.
-fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let flag = stopped.clone();
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(STOPPED));
-        }
-        eprintln!("stopping; finished tasks are kept");
-        std::thread::spawn(|| {
-            std::thread::sleep(PATIENCE);
-            eprintln!("stopped; unfinished tasks are dropped, run again to go on");
-            std::process::exit(i32::from(STOPPED));
-        });
-    })?;
-    Ok(stopped)
 }
 
 fn as_json(grown: &Grown, missing: &[usize], outcome: &Outcome) -> serde_json::Value {
@@ -322,6 +306,18 @@ fn closing(missing: &[usize], outcome: &Outcome) -> String {
     }
 }
 
+/// Names files in the places of tables that were not as a run had written them.
+fn tell_set_aside(tables: &[StageTable]) {
+    for table in tables {
+        if let Some(aside) = &table.aside {
+            let (path, aside) = (table.path.display(), aside.display());
+            warn(&format!(
+                "warning: `{path}` was not as it had been written; set aside as `{aside}`"
+            ));
+        }
+    }
+}
+
 /// Nothing is deleted unasked, but no table of a stage that was removed shall mislead.
 fn report_orphans(plan: &Plan, data: &Data) -> Result<(), Failure> {
     for path in results::orphans(plan, &data.results())? {
@@ -338,9 +334,9 @@ pub fn warn(line: &str) {
     let _ = writeln!(stderr(), "{line}");
 }
 
-fn exit_code(outcome: &Outcome) -> ExitCode {
+fn exit_code(outcome: &Outcome, stop: &Stop) -> ExitCode {
     if outcome.interrupted {
-        ExitCode::from(STOPPED)
+        ExitCode::from(stop.exit_code())
     } else if outcome.failed.is_empty() {
         ExitCode::SUCCESS
     } else {

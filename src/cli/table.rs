@@ -13,7 +13,6 @@ use super::grid::{self, Layout};
 use super::tables::Tables;
 use super::{Data, Failure, Misused, chain, unknown};
 use crate::failures;
-use crate::growth::Grown;
 use crate::stages::StageError;
 use crate::stages::aggregate::Sql;
 use crate::stages::aggregate::sql::{self, QueryError};
@@ -55,12 +54,11 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let Grown { study, plan, .. } = data.grown(&arguments.manifest)?;
+    let reading = data.reading(&arguments.manifest)?;
     let tables = Tables {
         manifest: &arguments.manifest,
-        plan: &plan,
-        store: &data.look()?,
-        sources: &study.sources,
+        plan: &reading.plan,
+        reading: &reading,
         folder: &data.results(),
     };
     let table = match (&arguments.sql, &arguments.stage) {

@@ -1,22 +1,18 @@
 //! The tables of a study, as commands that look at them read them.
 
-use std::io::{Write, stderr};
 use std::path::Path;
 
-use super::{Failure, counted, place_of};
+use super::{Failure, counted, place_of, run::warn};
 use crate::failures;
 use crate::plan::{Plan, PlannedStage};
-use crate::results;
-use crate::sources::Sources;
-use crate::store::Store;
+use crate::results::reading::Reading;
 use crate::store::table::Table;
 
-/// The tables of a study, brought up to its manifest before they are read.
+/// The tables of a study as its manifest has them now, whatever has been published.
 pub struct Tables<'a> {
     pub manifest: &'a Path,
     pub plan: &'a Plan,
-    pub store: &'a Store,
-    pub sources: &'a Sources,
+    pub reading: &'a Reading,
     pub folder: &'a Path,
 }
 
@@ -32,23 +28,17 @@ impl Tables<'_> {
 
     /// A stage's table; `None` if nothing of it is computed. What is missing is told.
     pub fn read(&self, stage: &PlannedStage) -> Result<Option<Table>, Failure> {
-        let published =
-            results::publish_stage(self.plan, stage, self.store, self.sources, self.folder)?;
-        if published.finished == 0 {
-            return Ok(None);
-        }
-        if published.finished < stage.tasks.len() {
-            // Nobody is left to tell if standard error is closed.
-            let _ = writeln!(
-                stderr(),
+        let rows = self.reading.rows(stage)?;
+        if !rows.tasks.is_empty() && rows.tasks.len() < stage.tasks.len() {
+            warn(&format!(
                 "note: `{}` is not complete, {} of {} computed; `asperity run {}` goes on",
                 stage.name,
-                published.finished,
+                rows.tasks.len(),
                 counted(stage.tasks.len(), "task"),
                 self.manifest.display(),
-            );
+            ));
         }
-        Ok(Some(published.read()?))
+        Ok(rows.table)
     }
 
     /// The names of its stages.

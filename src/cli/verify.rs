@@ -1,4 +1,4 @@
-//! `asperity verify`: whether every table is as it was written.
+//! `asperity verify`: whether every table, page and figure is as it was written.
 
 use std::io::{Write, stdout};
 use std::path::PathBuf;
@@ -21,15 +21,16 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let grown = arguments.manifest.as_deref();
-    let grown = grown.map(|manifest| data.grown(manifest)).transpose()?;
-    let plan = grown.map(|grown| grown.plan);
+    let reading = arguments.manifest.as_deref();
+    let reading = reading.map(|manifest| data.reading(manifest)).transpose()?;
+    let plan = reading.map(|reading| reading.plan);
     let store = data.look()?;
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
     // It draws on a terminal only.
     let bar = ProgressBar::new(tables.len() as u64);
-    let findings = verify::check(&tables, &store, &|| bar.inc(1));
+    let mut findings = verify::check(&tables, &store, &|| bar.inc(1));
     bar.finish_and_clear();
+    findings.extend(verify::pages(plan.as_ref(), &data.results())?);
 
     let mut out = stdout().lock();
     if arguments.json {

@@ -17,7 +17,6 @@ use self::picture::Picture;
 use super::tables::Tables;
 use super::{Data, Failure, Misused, tasks};
 use crate::diagnostics::listed;
-use crate::growth::Grown;
 use crate::sources::Sources;
 use crate::store::StoreError;
 use crate::store::key::TaskKey;
@@ -114,12 +113,11 @@ fn task(arguments: &Arguments, data: &Data) -> Result<(TaskKey, Sources), Failur
             Sources::default(),
         ));
     };
-    let Grown { study, plan, .. } = data.grown(&arguments.what)?;
+    let reading = data.reading(&arguments.what)?;
     let tables = Tables {
         manifest: &arguments.what,
-        plan: &plan,
-        store: &data.look()?,
-        sources: &study.sources,
+        plan: &reading.plan,
+        reading: &reading,
         folder: &data.results(),
     };
     let choice = Choice {
@@ -127,7 +125,17 @@ fn task(arguments: &Arguments, data: &Data) -> Result<(TaskKey, Sources), Failur
         coordinates: &arguments.coordinates,
         load: arguments.load,
     };
-    Ok((choice.task(&tables.of(stage)?)?, study.sources))
+    let key = choice.task(&tables.of(stage)?)?;
+    if !reading.archive.store().has(key) {
+        return Err(format!(
+            "the maps of task {key} are not in `{}`, only its rows are there; `asperity run {}` \
+             computes them again",
+            data.store().display(),
+            arguments.what.display(),
+        )
+        .into());
+    }
+    Ok((key, reading.study.sources))
 }
 
 fn finite(word: &str) -> Result<f64, String> {

@@ -100,7 +100,8 @@ deserialize_either! {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
-    /// A NumPy `.npy` file of heights, a square map of 64-bit floats; relative to the manifest.
+    /// A NumPy `.npy` file of heights, a square map of 64- or 32-bit floats; relative to
+    /// the manifest.
     #[schemars(required)]
     pub path: Key<String>,
     /// Side of the map, in any unit of length.

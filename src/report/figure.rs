@@ -23,6 +23,11 @@ pub enum Drawn {
         /// What is to be seen, of how many surfaces, under which correction.
         caption: String,
     },
+    /// The study has computed it, but what it is drawn from is gone.
+    Gone {
+        /// What it needs, in words.
+        needs: &'static str,
+    },
     /// The study has no data for it.
     Missing {
         /// What it needs, in words.

@@ -1,15 +1,19 @@
 //! The page: figures, what is missing, tables, provenance, in one file that needs no other.
 
+use std::path::Path;
+
 use arrow::datatypes::DataType;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::Environment;
 use minijinja::value::Serde;
 use serde::Serialize;
 
+use super::basis::Basis;
 use super::provenance::Provenance;
 use super::tables::{Finished, Stage};
 use crate::figures::{ink, pixels};
 use crate::store::cells::cells;
+use crate::store::files::from_folder;
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
@@ -27,8 +31,22 @@ pub struct DrawnFigure {
     pub title: &'static str,
     /// The drawing.
     pub svg: String,
+    /// The drawing as a file of its own.
+    #[serde(skip)]
+    pub alone: String,
+    /// The same in pixels.
+    #[serde(skip)]
+    pub png: Vec<u8>,
     /// What is to be seen.
     pub caption: String,
+}
+
+impl DrawnFigure {
+    /// Its files: their names, and what is in them.
+    pub fn files(&self) -> [(String, &[u8]); 2] {
+        let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
+        bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
+    }
 }
 
 /// A figure for which the study has no data.
@@ -38,8 +56,8 @@ pub struct MissingFigure {
     pub title: &'static str,
     /// What it needs.
     pub needs: &'static str,
-    /// The lines of a manifest that would add it.
-    pub lines: String,
+    /// The lines of a manifest that would add it; none if the study has them.
+    pub lines: Option<String>,
 }
 
 /// What the template asks for.
@@ -48,6 +66,7 @@ struct Contents<'a> {
     figures: &'a [DrawnFigure],
     missing: &'a [MissingFigure],
     tables: Vec<ShownTable<'a>>,
+    basis: String,
     #[serde(flatten)]
     provenance: &'a Provenance,
     style: &'static str,
@@ -63,10 +82,17 @@ struct ShownTable<'a> {
     kind: &'static str,
     rows: usize,
     shown: usize,
-    file: String,
-    path: String,
+    file: Option<ShownFile>,
     columns: Vec<ShownColumn>,
     cells: Vec<Vec<String>>,
+}
+
+#[derive(Serialize)]
+struct ShownFile {
+    name: String,
+    path: String,
+    /// Where it is for somebody on the page.
+    link: String,
 }
 
 #[derive(Serialize)]
@@ -76,12 +102,14 @@ struct ShownColumn {
     numeric: bool,
 }
 
-/// The page as HTML.
+/// The page as HTML, for a folder.
 pub fn html(
     figures: &[DrawnFigure],
     missing: &[MissingFigure],
     finished: &Finished,
+    basis: &Basis,
     provenance: &Provenance,
+    folder: &Path,
 ) -> String {
     let mut environment = Environment::new();
     environment
@@ -92,7 +120,12 @@ pub fn html(
     let contents = Contents {
         figures,
         missing,
-        tables: finished.stages.iter().map(shown).collect(),
+        tables: finished
+            .stages
+            .iter()
+            .map(|stage| shown(stage, folder))
+            .collect(),
+        basis: basis.json(),
         provenance,
         style: STYLE,
         script: SCRIPT,
@@ -104,7 +137,7 @@ pub fn html(
         .expect("the template asks for nothing else")
 }
 
-fn shown(stage: &Stage) -> ShownTable<'_> {
+fn shown<'a>(stage: &'a Stage, folder: &Path) -> ShownTable<'a> {
     let Stage {
         name,
         kind,
@@ -138,8 +171,11 @@ fn shown(stage: &Stage) -> ShownTable<'_> {
         kind: kind.name(),
         rows: table.rows(),
         shown,
-        file: format!("{name}.parquet"),
-        path: path.display().to_string(),
+        file: path.as_ref().map(|path| ShownFile {
+            name: format!("{name}.parquet"),
+            path: path.display().to_string(),
+            link: from_folder(path, folder).display().to_string(),
+        }),
         columns: columns.collect(),
         cells: (0..shown).map(row).collect(),
     }

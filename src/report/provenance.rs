@@ -1,5 +1,7 @@
 //! Where a page comes from: manifest, program, machine, keys, and how much of the study is done.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use super::Subject;
@@ -44,18 +46,17 @@ impl Provenance {
     /// Of the tables that a report is made of.
     pub fn of(finished: &Finished, subject: &Subject) -> Provenance {
         let plan = subject.plan;
-        let stages = plan.stages.iter().zip(subject.published);
-        let stages = stages.map(|(stage, published)| {
-            let own = finished.stages.iter().find(|own| own.name == stage.name);
-            let digest = own.and_then(|own| own.metadata.get("digest"));
-            StageOrigin {
-                name: stage.name.clone(),
-                kind: stage.kind.name(),
-                version: stage.kind.version(),
-                finished: published.finished,
-                planned: stage.tasks.len(),
-                digest: digest.unwrap_or("–").to_owned(),
-            }
+        let stages = plan.stages.iter().zip(subject.rows);
+        let stages = stages.map(|(stage, rows)| StageOrigin {
+            name: stage.name.clone(),
+            kind: stage.kind.name(),
+            version: stage.kind.version(),
+            finished: rows.tasks.len(),
+            planned: stage.tasks.len(),
+            digest: match rows.table {
+                Some(_) => rows.digest.clone(),
+                None => "–".to_owned(),
+            },
         });
         let (loads, unconverged) = converged(finished);
         Provenance {
@@ -74,8 +75,12 @@ impl Provenance {
 
 fn completeness(subject: &Subject) -> String {
     let planned = subject.plan.tasks.len();
-    let tasks = subject.plan.tasks.iter();
-    let done = tasks.filter(|task| subject.store.has(task.key)).count();
+    let done: BTreeSet<usize> = subject
+        .rows
+        .iter()
+        .flat_map(|rows| rows.tasks.clone())
+        .collect();
+    let done = done.len();
     match done == planned {
         true => format!("complete: all {planned} tasks are done"),
         false => {

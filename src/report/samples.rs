@@ -7,7 +7,7 @@ use crate::contact::surface::{RandomSurface, Surface};
 use crate::ensemble;
 use crate::stages::generate::{self, Form};
 use crate::stages::{Recipe, StageError};
-use crate::store::parquet::Columns;
+use crate::store::TaskTables;
 
 /// The most points that one figure shows.
 pub const MOST: usize = 9;
@@ -55,23 +55,24 @@ impl Sample<'_> {
 /// # Errors
 /// When a surface's table cannot be read.
 pub fn of<'a>(evidence: &Evidence<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
-    let plan = evidence.finished.plan;
+    let (plan, archive) = (evidence.finished.plan, evidence.finished.archive);
+    let tasks = plan.tasks.iter().enumerate();
+    let surfaces = tasks.filter_map(|(at, task)| match &task.recipe {
+        Recipe::Generate(params) => Some((at, params)),
+        _ => None,
+    });
+    let surfaces: Vec<_> = surfaces.collect();
+    let keys = surfaces.iter().map(|(task, _)| plan.tasks[*task].key);
+    let have = archive.have(&keys.collect::<Vec<_>>());
     let mut seen: Vec<ensemble::Point> = Vec::new();
     let mut first = Vec::new();
-    for (task, params) in
-        plan.tasks
-            .iter()
-            .enumerate()
-            .filter_map(|(at, task)| match &task.recipe {
-                Recipe::Generate(params) => Some((at, params)),
-                _ => None,
-            })
+    for ((task, params), _) in surfaces
+        .into_iter()
+        .zip(have)
+        .filter(|(_, is_there)| *is_there)
     {
         let point = ensemble::Point::of(params.coordinates());
-        if seen.last() != Some(&point)
-            && !seen.contains(&point)
-            && evidence.finished.store.has(plan.tasks[task].key)
-        {
+        if seen.last() != Some(&point) && !seen.contains(&point) {
             seen.push(point);
             first.push((task, params));
         }
@@ -83,8 +84,7 @@ pub fn of<'a>(evidence: &Evidence<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     };
     let samples = (0..shown).map(|place| {
         let (task, params) = first[spread(place)];
-        let store = evidence.finished.store;
-        let table = store.read(plan.tasks[task].key, Columns::Light)?;
+        let table = archive.light(plan.tasks[task].key)?;
         Ok(Sample {
             task,
             params,

@@ -4,12 +4,10 @@ use std::path::PathBuf;
 
 use super::Subject;
 use crate::plan::Plan;
+use crate::results::archive::Archive;
 use crate::sources::Sources;
 use crate::stages::Kind;
-use crate::store::files::read_whole;
-use crate::store::parquet::{Columns, Metadata};
 use crate::store::table::Table;
-use crate::store::{Store, StoreError};
 
 /// A stage with at least one finished task.
 #[derive(Debug)]
@@ -20,10 +18,10 @@ pub struct Stage {
     pub kind: Kind,
     /// Its rows.
     pub table: Table,
-    /// What its file says of itself.
-    pub metadata: Metadata,
-    /// Its file.
-    pub path: PathBuf,
+    /// What decides them.
+    pub digest: String,
+    /// Its file, if that holds just these rows.
+    pub path: Option<PathBuf>,
 }
 
 /// Everything that figures are drawn from.
@@ -32,43 +30,31 @@ pub struct Finished<'a> {
     pub stages: Vec<Stage>,
     /// The tasks of the study.
     pub plan: &'a Plan,
-    /// Where the maps are.
-    pub store: &'a Store,
+    /// Their tables, and where the maps are.
+    pub archive: &'a Archive,
     /// Where measured surfaces are.
     pub sources: &'a Sources,
 }
 
 impl<'a> Finished<'a> {
-    /// Reads the tables that have been published.
-    ///
-    /// # Errors
-    /// When one cannot be read.
-    pub fn read(subject: &Subject<'a>) -> Result<Finished<'a>, StoreError> {
-        let Subject {
-            plan,
-            store,
-            sources,
-            published,
-            ..
-        } = *subject;
-        let stages = plan.stages.iter().zip(published);
-        let stages = stages.filter(|(_, published)| published.finished > 0);
-        let stages = stages.map(|(stage, published)| {
-            let (table, metadata) = read_whole(&published.path, Columns::Light)?;
-            Ok(Stage {
+    /// What has been read of a study.
+    pub fn of(subject: &Subject<'a>) -> Finished<'a> {
+        let stages = subject.plan.stages.iter().zip(subject.rows);
+        let stages = stages.filter_map(|(stage, rows)| {
+            Some(Stage {
                 name: stage.name.clone(),
                 kind: stage.kind,
-                table,
-                metadata,
-                path: published.path.clone(),
+                table: rows.table.clone()?,
+                digest: rows.digest.clone(),
+                path: rows.is_published.then(|| rows.path.clone()),
             })
         });
-        Ok(Finished {
-            stages: stages.collect::<Result<_, _>>()?,
-            plan,
-            store,
-            sources,
-        })
+        Finished {
+            stages: stages.collect(),
+            plan: subject.plan,
+            archive: subject.archive,
+            sources: subject.sources,
+        }
     }
 
     /// The stages whose tables have all of these columns.

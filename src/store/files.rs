@@ -2,14 +2,13 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::StoreError;
 use super::parquet::{self, Columns, Metadata, ParquetError};
 use super::table::Table;
+use super::writer::Writer;
 
-/// How the names of files begin that are still being written.
-pub const UNFINISHED: &str = ".unfinished-";
 /// What is appended to the names of files that turned out to be damaged.
 pub const DAMAGED: &str = ".damaged";
 
@@ -26,7 +25,7 @@ pub enum Existing {
 /// disk before it gets its name.
 ///
 /// Until then it lies in `workshop`, a folder of the same disk, for a file cannot change its name
-/// across disks. A process that is killed leaves it there.
+/// across disks. A process that is killed leaves it there, under a name that says whose it is.
 ///
 /// # Errors
 /// When a folder cannot be made, or the file not be written, flushed or moved into place.
@@ -41,7 +40,7 @@ pub fn write_whole(
     make_folder(workshop)?;
     let result = (|| {
         let mut file = tempfile::Builder::new()
-            .prefix(UNFINISHED)
+            .prefix(&Writer::own().prefix())
             .permissions(readable())
             .tempfile_in(workshop)?;
         file.write_all(bytes)?;
@@ -82,6 +81,21 @@ pub fn make_folder(path: &Path) -> Result<(), StoreError> {
         path: path.to_owned(),
         source,
     })
+}
+
+/// The way to a file from a folder, as `../small/area.parquet`; the path itself if one of the two
+/// cannot be found.
+pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
+    let (Ok(whole), Ok(folder)) = (fs::canonicalize(path), fs::canonicalize(folder)) else {
+        return path.to_owned();
+    };
+    let common = whole.components().zip(folder.components());
+    let common = common.take_while(|(one, other)| one == other).count();
+    let up = folder
+        .components()
+        .skip(common)
+        .map(|_| Component::ParentDir);
+    up.chain(whole.components().skip(common)).collect()
 }
 
 /// The names of what is in a folder, in order; none if there is no such folder.
@@ -160,4 +174,28 @@ fn free_name(path: &Path) -> PathBuf {
         .chain(later)
         .find(|name| name.symlink_metadata().is_err())
         .expect("there are more numbers than files")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_way_from_a_folder_goes_up_to_what_both_share() {
+        let root = tempfile::tempdir().unwrap();
+        let [results, elsewhere] = ["data/results/small", "elsewhere"].map(|folder| {
+            let folder = root.path().join(folder);
+            fs::create_dir_all(&folder).unwrap();
+            folder
+        });
+        let table = results.join("area.parquet");
+        fs::write(&table, "").unwrap();
+        let way = |folder: &Path| from_folder(&table, folder);
+        assert_eq!(way(&results), Path::new("area.parquet"));
+        assert_eq!(
+            way(&elsewhere),
+            Path::new("../data/results/small/area.parquet")
+        );
+        assert_eq!(way(&root.path().join("nowhere")), table);
+    }
 }

@@ -4,8 +4,9 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use super::files::{DAMAGED, UNFINISHED, names};
+use super::files::{DAMAGED, names};
 use super::key::TaskKey;
+use super::writer::UNFINISHED;
 use super::{StoreError, WORKSHOP, path};
 
 /// A file that this program has written.
@@ -30,6 +31,11 @@ pub enum What {
         study: String,
         /// Name of the stage.
         stage: String,
+    },
+    /// Whose the tables of a study's stages are.
+    Owner {
+        /// Name of the study.
+        study: String,
     },
     /// What a study was when it last ran.
     Record {

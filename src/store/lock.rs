@@ -21,7 +21,8 @@ pub struct Lock {
 }
 
 impl Lock {
-    /// Shares the store in this folder; waits while somebody has it alone.
+    /// Shares the store in this folder; waits while somebody has it alone. Nothing is made: where
+    /// there is no file to be locked, nobody has worked yet.
     ///
     /// # Errors
     /// When the file to be locked is there and may not be opened.
@@ -33,6 +34,12 @@ impl Lock {
         Ok(Lock {
             _file: locked.then_some(file),
         })
+    }
+
+    /// Makes the file to be locked, before the store is shared for work. Where it cannot be written
+    /// nobody can have the store alone.
+    pub fn prepare(folder: &Path) {
+        let _ = writable(&folder.join(NAME));
     }
 
     /// Takes the store in this folder alone, unless somebody uses it.
@@ -54,11 +61,13 @@ impl Lock {
     }
 }
 
-/// The file to be locked; none in a store that cannot be written and was never locked.
+/// The file to be locked; none in a store that was never locked. Some file systems share locks of
+/// files only that may be written.
 fn open(folder: &Path) -> Result<Option<File>, StoreError> {
     let path = folder.join(NAME);
-    let opened = writable(&path).or_else(|_| File::open(&path));
-    match opened {
+    let mut options = OpenOptions::new();
+    let opened = options.read(true).write(true).open(&path);
+    match opened.or_else(|_| File::open(&path)) {
         Ok(file) => Ok(Some(file)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(source) => Err(StoreError::Lock { path, source }),
@@ -81,6 +90,7 @@ mod tests {
     #[test]
     fn many_share_a_store_and_nobody_has_it_alone_meanwhile() {
         let folder = tempfile::tempdir().unwrap();
+        Lock::prepare(folder.path());
         let one = Lock::share(folder.path()).unwrap();
         let other = Lock::share(folder.path()).unwrap();
         assert!(Lock::alone(folder.path()).unwrap().is_none());
@@ -108,5 +118,7 @@ mod tests {
         let nowhere = folder.path().join("nowhere");
         Lock::share(&nowhere).unwrap();
         assert!(!nowhere.exists());
+        Lock::share(folder.path()).unwrap();
+        assert_eq!(folder.path().read_dir().unwrap().count(), 0);
     }
 }

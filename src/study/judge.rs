@@ -1,7 +1,5 @@
 //! Judges stage after stage, each with what is known of those that it reads.
 
-use std::path::Path;
-
 use super::checks::Checks;
 use super::columns::{empty_table, stacked};
 use super::flow::{self, Rows};
@@ -19,13 +17,13 @@ const MOST_TASKS: usize = 1_000_000;
 const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
 
 /// Judges a manifest; whatever does not make sense is reported.
-pub fn judge(manifest: &Manifest, folder: &Path, problems: &mut Problems) -> Option<Study> {
+pub fn judge(manifest: &Manifest, sources: Sources, problems: &mut Problems) -> Option<Study> {
     let (name, seed) = judge_study(&manifest.study, problems);
     let graph = Graph::of(&manifest.stages, problems);
     let mut judge = Judge {
         stages: &manifest.stages,
         seed,
-        sources: Sources::new(folder),
+        sources,
         is_read: vec![false; manifest.stages.len()],
         tasks: 0,
         judged: manifest.stages.iter().map(|_| Judged::default()).collect(),

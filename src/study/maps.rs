@@ -89,6 +89,9 @@ fn read_map(
     let (content, bytes) = match sources.add(Path::new(&path.value)) {
         Ok(found) => found,
         Err(SourceError::Read { source, .. }) => {
+            if let Some(recalled) = sources.recall(Path::new(&path.value)) {
+                return Some(recalled);
+            }
             return refuse(
                 format!("cannot be read: {source}"),
                 "relative to the manifest",

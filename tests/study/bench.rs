@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 use asperity::store::parquet::{self, Columns};
 use asperity::store::table::Table;
+use asperity::store::writer::Writer;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -170,6 +171,17 @@ pub fn counts(json: &[u8]) -> BTreeMap<String, Count> {
             (name, count)
         })
         .collect()
+}
+
+/// The name of a file that a process of this machine has left unfinished, which has ended since.
+pub fn left_behind() -> String {
+    let mut process = Command::new("true").spawn().expect("it starts");
+    process.wait().expect("it ends");
+    let writer = Writer {
+        process: process.id(),
+        ..Writer::own()
+    };
+    writer.prefix() + "aB3dEf"
 }
 
 /// What a command printed.

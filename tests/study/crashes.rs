@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::bench::{Bench, STUDY};
+use crate::bench::{Bench, STUDY, left_behind};
 use crate::disk::Disk;
 
 /// How often each study is disturbed.
@@ -112,7 +112,7 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
 /// The nearest thing to a full disk that anybody may have.
 #[test]
 fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
-    const LIMITED: &str = "trap '' XFSZ; ulimit -f $1; exec $2 run $3";
+    const LIMITED: &str = "ulimit -f $1; exec $2 run $3";
     let (undisturbed, _) = undisturbed();
     let bench = Bench::new();
     let manifest = bench.write(&study());
@@ -138,12 +138,11 @@ fn what_a_killed_process_left_goes_as_soon_as_nobody_can_own_it() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = bench.files();
-    let left: Vec<PathBuf> = [
-        "store/unfinished/.unfinished-a",
-        "results/small/.unfinished-b",
-    ]
-    .map(|name| bench.data().join(name))
-    .into();
+    let folders = ["store/unfinished", "results/small", "results/small/figures"];
+    let left: Vec<PathBuf> = folders
+        .map(|folder| bench.data().join(folder).join(left_behind()))
+        .into();
+    fs::create_dir(bench.data().join("results/small/figures")).unwrap();
     for path in &left {
         fs::write(path, "half a table").unwrap();
     }

@@ -86,6 +86,18 @@ fn a_failed_task_is_a_row_and_so_is_what_needs_it_and_everything_else_is_compute
 }
 
 #[test]
+fn the_table_of_failures_is_as_it_was_written() {
+    let bench = Bench::new();
+    bench.run(&STUDY.replace("[stage.area]", "max_pairs = 1\n\n[stage.area]"));
+    let verify = || bench.output(&["verify"]);
+    let output = verify();
+    assert!(output.status.success(), "{}", text(&output.stdout));
+    let file = bench.data().join("results/small/failures.parquet");
+    fs::copy(file.with_file_name("light.parquet"), &file).unwrap();
+    assert_eq!(verify().status.code(), Some(1));
+}
+
+#[test]
 fn a_row_places_its_task_by_what_the_surfaces_that_it_needs_have_in_common() {
     let blocked = Blocked::at("light");
     blocked.run();

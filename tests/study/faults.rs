@@ -119,6 +119,23 @@ fn no_flipped_bit_and_no_truncation_reaches_a_result() {
 }
 
 #[test]
+fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = bench.files();
+    let table = bench.data().join("results/small/area.parquet");
+    fs::write(&table, "edited").unwrap();
+    let manifest = bench.write(STUDY);
+    let output = bench.output(&["run", manifest.to_str().unwrap()]);
+    let told = told(&output);
+    assert!(output.status.success(), "{told}");
+    assert!(told.contains("was not as it had been written"), "{told}");
+    let aside = bench.data().join("results/small/area.parquet.damaged");
+    assert_eq!(fs::read(&aside).unwrap(), b"edited");
+    assert!(is_mended(&bench, &before));
+}
+
+#[test]
 fn verify_tells_scripts_what_it_found() {
     let bench = Bench::new();
     bench.run(STUDY);

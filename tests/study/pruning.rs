@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, is_idle, text};
+use crate::bench::{Bench, STUDY, is_idle, left_behind, text};
 
 /// What `prune` says, by kind of file.
 fn prune(bench: &Bench, arguments: &[&str]) -> BTreeMap<String, u64> {
@@ -59,7 +59,7 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
         ("generate", 2),
         ("measure", 2),
         ("plans", 1),
-        ("results", 6),
+        ("results", 7),
         ("solve", 2),
     ]);
     assert_eq!(prune(&bench, &[small_manifest]), unneeded);
@@ -90,7 +90,10 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = bench.files();
-    fs::write(bench.data().join("store/unfinished/.unfinished-a"), "half").unwrap();
+    let workshop = bench.data().join("store/unfinished");
+    fs::write(workshop.join(left_behind()), "half").unwrap();
+    let elsewhere = workshop.join(".unfinished-1@another-machine-aB3dEf");
+    fs::write(&elsewhere, "half").unwrap();
     fs::write(
         bench.data().join("results/small/law.parquet.damaged"),
         "old",
@@ -102,6 +105,7 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
         kinds([("set aside", 1), ("unfinished", 1)])
     );
     fs::remove_file(bench.data().join("store/notes.txt")).expect("what others put there stays");
+    fs::remove_file(elsewhere).expect("nobody here knows whether it is still being written");
     assert!(bench.files() == before);
 }
 

@@ -227,3 +227,39 @@ fn theories_beside_worn_surfaces_carry_a_caveat_with_its_numbers() {
     let said = page.split("isotropic Gaussian roughness").nth(1);
     assert_eq!(said.map(|after| &after[..80.min(after.len())]), None);
 }
+
+#[test]
+fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    report(&bench);
+    let verify = || bench.output(&["verify", "--json"]);
+    assert!(verify().status.success());
+    let folder = bench.data().join("results/small");
+    for (name, from, to) in [
+        (
+            "report.html",
+            "all 16 loads converged",
+            "all 17 loads converged",
+        ),
+        ("figures/slope.svg", "load", "lead"),
+    ] {
+        let path = folder.join(name);
+        let written = fs::read_to_string(&path).unwrap();
+        fs::write(&path, written.replacen(from, to, 1)).unwrap();
+        let output = verify();
+        assert_eq!(output.status.code(), Some(1), "{name}");
+        let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let damaged = said["damaged"].as_array().unwrap();
+        assert_eq!(damaged.len(), 1, "{said}");
+        assert!(
+            damaged[0]["cause"].as_str().unwrap().contains(name),
+            "{said}"
+        );
+        assert!(path.exists());
+        fs::write(&path, written).unwrap();
+    }
+    let by_hand = bench.data().join("results/small/area.parquet");
+    fs::write(&by_hand, "edited").unwrap();
+    assert_eq!(verify().status.code(), Some(1));
+}

@@ -10,8 +10,10 @@ use crate::report::ReportError;
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
 use crate::report::samples::{self, Sample};
+use crate::report::tables::Finished;
 use crate::stages::columns::{CONTACT, LOAD, NODES};
 use crate::stages::{Recipe, StageError};
+use crate::store::TaskTables;
 use crate::store::parquet::Columns;
 
 pub const FIGURE: Definition = Definition {
@@ -33,7 +35,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         false => "and of the last parameter point",
     };
     for sample in samples {
-        let maps = nearest(maps(evidence, &sample)?);
+        let Some(maps) = maps(evidence, &sample)? else {
+            let needs = "contact maps, which are in the store no more";
+            return Ok(Drawn::Gone { needs });
+        };
+        let maps = nearest(maps);
         if maps.is_empty() {
             continue;
         }
@@ -95,16 +101,22 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     samples
 }
 
-/// All stored contact maps of a surface, by load.
-fn maps(evidence: &Evidence, sample: &Sample) -> Result<BTreeMap<u64, ContactMap>, ReportError> {
-    let finished = evidence.finished;
+/// All contact maps of a surface, by load; nothing if the store has lost some of them.
+fn maps(
+    evidence: &Evidence,
+    sample: &Sample,
+) -> Result<Option<BTreeMap<u64, ContactMap>>, ReportError> {
+    let Finished { plan, archive, .. } = evidence.finished;
     let mut maps = BTreeMap::new();
-    for task in &finished.plan.tasks {
+    for task in &plan.tasks {
         let solves = matches!(task.recipe, Recipe::Solve(_)) && task.inputs == [sample.task];
-        if !solves || !finished.store.has(task.key) {
+        if !solves || archive.have(&[task.key]) == [false] {
             continue;
         }
-        let table = finished.store.read(task.key, Columns::All)?;
+        if !archive.store().has(task.key) {
+            return Ok(None);
+        }
+        let table = archive.store().read(task.key, Columns::All)?;
         let (loads, bits) = (table.reals(LOAD.name)?, table.bytes(CONTACT.name)?);
         let nodes = table.integers(NODES.name)?;
         for row in 0..table.rows() {
@@ -114,7 +126,7 @@ fn maps(evidence: &Evidence, sample: &Sample) -> Result<BTreeMap<u64, ContactMap
             maps.insert(loads.value(row).to_bits(), map);
         }
     }
-    Ok(maps)
+    Ok(Some(maps))
 }
 
 /// The maps under the loads nearest to those that are shown, each once.

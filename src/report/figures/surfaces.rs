@@ -8,6 +8,7 @@ use crate::report::ReportError;
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
 use crate::report::samples::{self, Sample};
+use crate::stages::StageError;
 use crate::stages::generate::Heights;
 
 pub const FIGURE: Definition = Definition {
@@ -33,7 +34,13 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let panel = panel_of_map(labels.iter().map(String::as_str), 230.0);
     let mut panels = Vec::new();
     for (sample, title) in samples.iter().zip(labels) {
-        let surface = sample.draw(evidence).map_err(ReportError::Surface)?;
+        let surface = match sample.draw(evidence) {
+            Err(StageError::Source(_)) => {
+                let needs = "the file of a measured surface, which is gone or has changed";
+                return Ok(Drawn::Gone { needs });
+            }
+            drawn => drawn.map_err(ReportError::Surface)?,
+        };
         panels.push(Panel::Map {
             title,
             raster: Raster::of_heights(surface.nodes(), surface.heights()).at_most(PIXELS),

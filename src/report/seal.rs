@@ -1,0 +1,77 @@
+//! How a page tells that nobody has changed it, nor the figures beside it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::basis::Basis;
+use super::page::DrawnFigure;
+use super::{FIGURES, PAGE};
+
+/// A page ends with a digest of all before it.
+const OPENING: &str = "<!-- blake3 ";
+const CLOSING: &str = " -->\n";
+
+/// Digests of the files of figures, by their names.
+pub type Digests = BTreeMap<String, String>;
+
+/// Of figures that are to be written.
+pub fn digests(figures: &[DrawnFigure]) -> Digests {
+    let files = figures.iter().flat_map(DrawnFigure::files);
+    files.map(|(name, bytes)| (name, digest(bytes))).collect()
+}
+
+/// A page that tells whether it has been changed.
+pub fn sealed(page: String) -> String {
+    let digest = digest(page.as_bytes());
+    page + OPENING + &digest + CLOSING
+}
+
+/// The page in a folder and the figures beside it, as far as they are there and not as they were
+/// written together.
+pub fn changed(folder: &Path) -> Vec<PathBuf> {
+    let page = folder.join(PAGE);
+    let Ok(bytes) = fs::read(&page) else {
+        return Vec::new();
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    let mut changed = Vec::new();
+    if !is_sealed(&text) {
+        changed.push(page);
+    }
+    let written = Basis::told(&text).map(|basis| basis.files);
+    for (name, written) in written.unwrap_or_default() {
+        let figure = folder.join(FIGURES).join(name);
+        if fs::read(&figure).is_ok_and(|bytes| digest(&bytes) != written) {
+            changed.push(figure);
+        }
+    }
+    changed
+}
+
+fn is_sealed(page: &str) -> bool {
+    let sealed = page.rsplit_once(OPENING);
+    let sealed = sealed.and_then(|(page, end)| Some((page, end.strip_suffix(CLOSING)?)));
+    sealed.is_some_and(|(page, written)| digest(page.as_bytes()) == written)
+}
+
+fn digest(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_is_sealed_until_a_byte_of_it_changes() {
+        let page = sealed("<html></html>\n".to_owned());
+        assert!(is_sealed(&page));
+        for (position, _) in page.char_indices() {
+            let mut other = page.clone();
+            other.replace_range(position..=position, "#");
+            assert!(!is_sealed(&other), "{position}");
+        }
+        assert!(!is_sealed("<html></html>\n"));
+    }
+}

@@ -1,0 +1,189 @@
+//! Writing a study's tables, for the manifest that they belong to.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use super::archive::Archive;
+use super::owner::Owner;
+use super::pieces::Pieces;
+use super::{ResultsError, digest, file};
+use crate::growth::Grown;
+use crate::plan::{Plan, PlannedStage};
+use crate::store::files::{Existing, make_folder, read_whole, set_aside, write_whole};
+use crate::store::key::{Digest, TaskKey};
+use crate::store::parquet::{self, Columns, Metadata};
+use crate::store::table::Table;
+use crate::store::{Store, StoreError, TaskTables};
+
+/// A stage's table and how much of it is there.
+#[derive(Debug)]
+pub struct StageTable {
+    /// The stage's name.
+    pub stage: String,
+    /// Where its table is.
+    pub path: PathBuf,
+    /// How many of its tasks are finished.
+    pub finished: usize,
+    /// Where a file is now that was in its place and not as any run had written it.
+    pub aside: Option<PathBuf>,
+}
+
+impl StageTable {
+    /// Its rows.
+    ///
+    /// # Errors
+    /// When the file is missing or damaged.
+    pub fn read(&self) -> Result<Table, StoreError> {
+        Ok(read_whole(&self.path, Columns::Light)?.0)
+    }
+}
+
+/// Writes the table of every stage that has a finished task, unless it is there already, for the
+/// manifest in a file. Rows of tasks that the store has lost stay.
+///
+/// # Errors
+/// When tables cannot be read, or the folder not be written.
+pub fn publish(
+    grown: &Grown,
+    store: &Store,
+    manifest: &Path,
+    folder: &Path,
+) -> Result<Vec<StageTable>, ResultsError> {
+    let folder = folder.join(&grown.plan.study);
+    let desk = Desk {
+        grown,
+        archive: Archive::of(store.clone(), &folder),
+        manifest,
+        folder,
+    };
+    let mut damaged = Vec::new();
+    let mut published = Vec::new();
+    for stage in &grown.plan.stages {
+        match desk.publish(stage) {
+            Ok(table) => published.push(table),
+            Err(ResultsError::Damaged { tables }) => damaged.extend(tables),
+            Err(error) => return Err(error),
+        }
+    }
+    if published.iter().any(|table| table.finished > 0) {
+        // Tables that are all there need no folder that can be written.
+        let _ = desk.own();
+    }
+    match damaged.is_empty() {
+        true => Ok(published),
+        false => Err(ResultsError::Damaged { tables: damaged }),
+    }
+}
+
+/// A study whose tables are being published.
+struct Desk<'a> {
+    grown: &'a Grown,
+    archive: Archive,
+    manifest: &'a Path,
+    folder: PathBuf,
+}
+
+impl Desk<'_> {
+    /// Says whose the tables in the folder are.
+    fn own(&self) -> Result<(), StoreError> {
+        make_folder(&self.folder)?;
+        let Grown { study, plan, .. } = self.grown;
+        Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
+    }
+
+    /// Writes the table of one stage if the store has a task of it, unless it is there already.
+    fn publish(&self, stage: &PlannedStage) -> Result<StageTable, ResultsError> {
+        let Grown { study, plan, .. } = self.grown;
+        let path = self.folder.join(file(&stage.name));
+        let table = |finished| StageTable {
+            stage: stage.name.clone(),
+            path: path.clone(),
+            finished,
+            aside: None,
+        };
+        let have = self.archive.store().have(&plan.keys_of(stage));
+        let stored = stage.among(&have);
+        let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources);
+        let there = written_for(&path);
+        let is_there = |digest: &String| there.as_ref() == Some(digest);
+        for tasks in [&stage.tasks, &stored] {
+            if !tasks.is_empty() && is_there(&digest_of(tasks)) {
+                return Ok(table(tasks.len()));
+            }
+        }
+        let (pieces, kept) = self.pieces(stage, &have)?;
+        if stored.is_empty() {
+            return Ok(table(kept.len()));
+        }
+        let (tasks, rows) = pieces.stacked(plan, stage, &study.sources)?;
+        let digest = match kept.is_empty() {
+            true => digest_of(&tasks),
+            // Once the store has all of it, it is written anew.
+            false => Digest::of(&(digest_of(&tasks), kept)).to_string(),
+        };
+        let mut published = table(tasks.len());
+        if let Some(rows) = rows.filter(|_| !is_there(&digest)) {
+            let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
+            let bytes = parquet::encode(&rows, &metadata);
+            self.own()?;
+            // Somebody may have edited it.
+            published.aside = match there.is_none() && path.is_file() {
+                true => set_aside(&path)?,
+                false => None,
+            };
+            write_whole(&path, &bytes, Existing::Replace, &self.folder)?;
+        }
+        Ok(published)
+    }
+
+    /// The tables of a stage's tasks that the store has, and the rows that are left of others; of
+    /// which others.
+    fn pieces(
+        &self,
+        stage: &PlannedStage,
+        have: &[bool],
+    ) -> Result<(Pieces, Vec<TaskKey>), StoreError> {
+        let (mut pieces, mut kept) = (Pieces::default(), Vec::new());
+        for (&task, is_stored) in stage.tasks.iter().zip(have) {
+            let key = self.grown.plan.tasks[task].key;
+            if *is_stored {
+                pieces.add(task, self.archive.store().light(key))?;
+            } else if let Some(rows) = self.archive.rows_of(key) {
+                pieces.add(task, Ok(rows))?;
+                kept.push(key);
+            }
+        }
+        Ok((pieces, kept))
+    }
+}
+
+/// What a table says of itself. Its columns are described once more in plain JSON, because not
+/// every reader of Parquet hands on what Arrow says of fields.
+fn metadata(
+    plan: &Plan,
+    stage: &PlannedStage,
+    table: &Table,
+    finished: usize,
+    digest: String,
+) -> Metadata {
+    let entry = |name: &str, value: String| (name.to_owned(), value);
+    let columns = serde_json::to_string(&table.descriptions()).expect("plain text");
+    Metadata {
+        key: None,
+        entries: vec![
+            entry("study", plan.study.clone()),
+            entry("stage", stage.name.clone()),
+            entry("kind", stage.kind.name().to_owned()),
+            entry("tasks", stage.tasks.len().to_string()),
+            entry("finished", finished.to_string()),
+            entry("columns", columns),
+            entry("digest", digest),
+            entry("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ],
+    }
+}
+
+fn written_for(path: &Path) -> Option<String> {
+    let metadata = parquet::metadata(File::open(path).ok()?).ok()?;
+    metadata.get("digest").map(str::to_owned)
+}

@@ -1,0 +1,128 @@
+//! What a study has computed, to be looked at: nothing is written, and a study that is half done,
+//! or whose store is gone, is read as far as it goes.
+
+use std::path::{Path, PathBuf};
+
+use super::archive::Archive;
+use super::pieces::Pieces;
+use super::{ResultsError, digest, path};
+use crate::diagnostics::ManifestErrors;
+use crate::growth::{Grown, GrowthError};
+use crate::plan::{Plan, PlannedStage};
+use crate::store::files::read_whole;
+use crate::store::parquet::Columns;
+use crate::store::table::Table;
+use crate::store::{Store, StoreError, TaskTables};
+use crate::study::Study;
+
+/// A study beside all that is there of it.
+#[derive(Debug)]
+pub struct Reading {
+    /// The study.
+    pub study: Study,
+    /// Its tasks.
+    pub plan: Plan,
+    /// Their tables.
+    pub archive: Archive,
+    /// The folder of results.
+    folder: PathBuf,
+}
+
+/// The rows of a stage's finished tasks.
+#[derive(Debug)]
+pub struct StageRows {
+    /// The stage's name.
+    pub stage: String,
+    /// Where its table is, or would be.
+    pub path: PathBuf,
+    /// The tasks, in the order of the plan.
+    pub tasks: Vec<usize>,
+    /// Their rows; none as long as no task is finished.
+    pub table: Option<Table>,
+    /// What decides them.
+    pub digest: String,
+    /// Whether the table on disk holds just these.
+    pub is_published: bool,
+}
+
+/// Reads a manifest. Surface files that are gone are as they were when results were published.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn study(manifest: &Path, store: &Store, folder: &Path) -> Result<Study, ManifestErrors> {
+    Study::read_recalling(manifest, |name| {
+        Archive::of(store.clone(), &folder.join(name)).recollection()
+    })
+}
+
+impl Reading {
+    /// Finds out what there is of a study.
+    ///
+    /// # Errors
+    /// When a table cannot be read that tells how many surfaces it has.
+    pub fn of(study: Study, store: Store, folder: &Path) -> Result<Reading, GrowthError> {
+        let archive = Archive::of(store, &folder.join(&study.name));
+        let Grown { study, plan, .. } = Grown::of(study, &archive)?;
+        Ok(Reading {
+            study,
+            plan,
+            archive,
+            folder: folder.to_owned(),
+        })
+    }
+
+    /// The rows of every stage, in the order of the plan.
+    ///
+    /// # Errors
+    /// As [`Reading::rows`].
+    pub fn all(&self) -> Result<Vec<StageRows>, ResultsError> {
+        let stages = self.plan.stages.iter();
+        stages.map(|stage| self.rows(stage)).collect()
+    }
+
+    /// A stage's rows: the published table if it is of just the finished tasks, or of all; or else
+    /// what there is of each task.
+    ///
+    /// # Errors
+    /// When a table is damaged that nothing else stands in for.
+    pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
+        let Reading { plan, archive, .. } = self;
+        let sources = &self.study.sources;
+        let path = path(&self.folder, &plan.study, &stage.name);
+        let published = read_whole(&path, Columns::Light);
+        let stored = stage.among(&archive.store().have(&plan.keys_of(stage)));
+        let rows = |tasks, table, digest, is_published| StageRows {
+            stage: stage.name.clone(),
+            path: path.clone(),
+            tasks,
+            table,
+            digest,
+            is_published,
+        };
+        if let Ok((table, metadata)) = &published {
+            for tasks in [stored, stage.tasks.clone()] {
+                let digest = digest(plan, &tasks, sources);
+                if !tasks.is_empty() && metadata.get("digest") == Some(&digest) {
+                    return Ok(rows(tasks, Some(table.clone()), digest, true));
+                }
+            }
+        }
+        let mut pieces = Pieces::default();
+        for &task in &stage.tasks {
+            match archive.light(plan.tasks[task].key) {
+                Err(StoreError::Read { source, .. })
+                    if source.kind() == std::io::ErrorKind::NotFound => {}
+                read => pieces.add(task, read)?,
+            }
+        }
+        match published {
+            // What is damaged may have been all there was.
+            Err(error @ StoreError::Damaged { .. }) if pieces.is_empty() => Err(error.into()),
+            _ => {
+                let (tasks, table) = pieces.stacked(plan, stage, sources)?;
+                let digest = digest(plan, &tasks, sources);
+                Ok(rows(tasks, table, digest, false))
+            }
+        }
+    }
+}

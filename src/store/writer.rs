@@ -1,0 +1,209 @@
+//! Who is writing a file, as its name tells while it is not finished.
+//!
+//! Machines that share a file system do not always share its locks: where `flock` holds on one
+//! machine only, as on some NFS and Lustre, nobody sees that others are at work. So the name of an
+//! unfinished file says which process of which machine writes it.
+
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::{Duration, SystemTime};
+
+use sysinfo::{Pid, ProcessesToUpdate, System};
+
+/// How the names of files begin that are still being written.
+pub const UNFINISHED: &str = ".unfinished-";
+
+/// Nobody writes one file for so long, whatever the clocks of two machines say.
+const LONG: Duration = Duration::from_secs(7 * 86400);
+
+/// A process of a machine.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Writer {
+    /// The machine's name.
+    pub machine: String,
+    /// The number that it knows the process by.
+    pub process: u32,
+}
+
+impl Writer {
+    /// This process.
+    pub fn own() -> Writer {
+        Writer {
+            machine: own_machine().to_owned(),
+            process: std::process::id(),
+        }
+    }
+
+    /// How the names of its unfinished files begin; some letters follow that tell them apart.
+    pub fn prefix(&self) -> String {
+        format!("{UNFINISHED}{}@{}-", self.process, self.machine)
+    }
+
+    /// Whose unfinished file has this name; nobody's that is known if an older version of the
+    /// program gave it.
+    pub fn of(name: &str) -> Option<Writer> {
+        let (process, rest) = name.strip_prefix(UNFINISHED)?.split_once('@')?;
+        let (machine, _) = rest.rsplit_once('-')?;
+        Some(Writer {
+            machine: machine.to_owned(),
+            process: process.parse().ok()?,
+        })
+    }
+}
+
+/// A moment on a machine: who lives there, and how late it is.
+#[derive(Debug)]
+pub struct Moment {
+    /// The machine's name.
+    pub machine: String,
+    /// When it is.
+    pub now: SystemTime,
+    /// When a process of the machine began, if it lives.
+    pub begun: fn(u32) -> Option<SystemTime>,
+}
+
+impl Moment {
+    /// Here and now.
+    pub fn here() -> Moment {
+        Moment {
+            machine: own_machine().to_owned(),
+            now: SystemTime::now(),
+            begun,
+        }
+    }
+
+    /// Whether an unfinished file is nobody's any more. One of this machine is, once its process
+    /// has ended; of other machines nothing is known, so that only a file that has not been
+    /// touched for a week is taken for abandoned.
+    pub fn is_abandoned(&self, file: &Path) -> bool {
+        let Some(touched) = file.metadata().and_then(|told| told.modified()).ok() else {
+            // It is finished, or somebody else has removed it.
+            return false;
+        };
+        let is_long_before = |moment: SystemTime| {
+            let since = moment.duration_since(touched);
+            since.is_ok_and(|since| since > LONG)
+        };
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        match Writer::of(&name) {
+            // The system may have given the number to another process since.
+            Some(writer) if !self.machine.is_empty() && writer.machine == self.machine => {
+                (self.begun)(writer.process).is_none_or(is_long_before)
+            }
+            _ => is_long_before(self.now),
+        }
+    }
+}
+
+/// The name of this machine, as far as it tells it from others and fits a file's name.
+fn own_machine() -> &'static str {
+    static NAME: OnceLock<String> = OnceLock::new();
+    NAME.get_or_init(|| {
+        let name = System::host_name().filter(|name| name != "localhost");
+        let plain = |letter: char| match letter {
+            'a'..='z' | 'A'..='Z' | '0'..='9' | '.' | '-' => letter,
+            _ => '_',
+        };
+        name.unwrap_or_default()
+            .chars()
+            .take(64)
+            .map(plain)
+            .collect()
+    })
+}
+
+fn begun(process: u32) -> Option<SystemTime> {
+    let process = Pid::from_u32(process);
+    let mut system = System::new();
+    system.refresh_processes(ProcessesToUpdate::Some(&[process]), false);
+    let begun = system.process(process)?.start_time();
+    Some(SystemTime::UNIX_EPOCH + Duration::from_secs(begun))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::File;
+
+    /// A machine on which one process lives, since a day ago.
+    fn node07() -> Moment {
+        Moment {
+            machine: "node-07".to_owned(),
+            now: SystemTime::now(),
+            begun: |process| (process == 7).then(|| SystemTime::now() - Duration::from_secs(86400)),
+        }
+    }
+
+    /// Whether a file of this name, last touched so many days ago, is abandoned.
+    fn is_abandoned(name: &str, days: u64) -> bool {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        let file = File::create(&path).unwrap();
+        let touched = SystemTime::now() - Duration::from_secs(days * 86400 + 60);
+        file.set_modified(touched).unwrap();
+        node07().is_abandoned(&path)
+    }
+
+    fn name(machine: &str, process: u32) -> String {
+        let machine = machine.to_owned();
+        Writer { machine, process }.prefix() + "aB3dEf"
+    }
+
+    #[test]
+    fn a_name_tells_its_writer() {
+        let own = Writer::own();
+        assert_eq!(Writer::of(&(own.prefix() + "aB3dEf")), Some(own));
+        for name in [
+            "area.parquet",
+            ".unfinished-aB3dEf",
+            ".unfinished-x@node-aB3dEf",
+        ] {
+            assert_eq!(Writer::of(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn files_of_a_living_process_are_not_abandoned() {
+        assert!(!is_abandoned(&name("node-07", 7), 0));
+        // It may have been asleep.
+        assert!(!is_abandoned(&name("node-07", 7), 5));
+    }
+
+    #[test]
+    fn files_of_a_process_that_has_ended_are_abandoned_at_once() {
+        assert!(is_abandoned(&name("node-07", 8), 0));
+        // Its number is another's by now.
+        assert!(is_abandoned(&name("node-07", 7), 9));
+    }
+
+    #[test]
+    fn files_of_other_machines_and_of_nobody_known_are_abandoned_after_a_week() {
+        for name in [
+            name("node-08", 8),
+            name("node-08", 7),
+            ".unfinished-aB3dEf".to_owned(),
+        ] {
+            assert!(!is_abandoned(&name, 0), "{name}");
+            assert!(!is_abandoned(&name, 6), "{name}");
+            assert!(is_abandoned(&name, 8), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_machine_without_a_name_of_its_own_knows_none_of_its_files() {
+        let nameless = Moment {
+            machine: String::new(),
+            ..node07()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name("", 8));
+        File::create(&path).unwrap();
+        assert!(!nameless.is_abandoned(&path));
+    }
+
+    #[test]
+    fn this_process_lives() {
+        let begun = begun(std::process::id()).unwrap();
+        assert!(begun <= SystemTime::now());
+    }
+}

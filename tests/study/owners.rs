@@ -1,0 +1,202 @@
+//! Two manifests whose studies have one name.
+
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use crate::bench::{Bench, STUDY, counts, text};
+
+/// Another manifest beside that of the bench.
+fn write(bench: &Bench, name: &str, manifest: &str) -> PathBuf {
+    let path = bench.path(name);
+    fs::write(&path, manifest).unwrap();
+    path
+}
+
+fn run(bench: &Bench, manifest: &Path, options: &[&str]) -> Output {
+    let arguments = ["run", manifest.to_str().unwrap(), "--json"];
+    bench.output(&[&arguments, options].concat())
+}
+
+/// The tables of the bench's study, which has been run, must not be replaced by those of another.
+fn is_refused(bench: &Bench, other: &str) -> String {
+    let before = bench.files();
+    let manifest = write(bench, "other.toml", other);
+    let output = run(bench, &manifest, &[]);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{other}\n{told}");
+    assert!(bench.files() == before, "{told}");
+    told
+}
+
+#[test]
+fn another_manifest_of_the_same_name_computes_nothing_unless_it_is_told_to_take_the_place() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = bench.files();
+    let others = STUDY.replace("seed = 7", "seed = 8");
+    let told = is_refused(&bench, &others);
+    for part in [
+        "results/small`",
+        "study.toml`",
+        "rows of `surfaces`",
+        "--replace",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+    // Who only looks is told the truth, and harms nobody.
+    let other = bench.path("other.toml");
+    for command in [
+        &["table", other.to_str().unwrap(), "area"] as &[&str],
+        &["report", other.to_str().unwrap()],
+    ] {
+        assert!(!bench.output(command).status.success());
+        assert!(bench.files() == before);
+    }
+
+    let output = run(&bench, &other, &["--replace"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(counts(&output.stdout)["surfaces"].computed, 4);
+    assert!(
+        run(&bench, &other, &[]).status.success(),
+        "it is the owner now"
+    );
+    let first = bench.path("study.toml");
+    assert_eq!(run(&bench, &first, &[]).status.code(), Some(2));
+    assert!(run(&bench, &first, &["--replace"]).status.success());
+    for (path, bytes) in before {
+        assert!(bench.files()[&path] == bytes, "{}", path.display());
+    }
+}
+
+#[test]
+fn a_manifest_may_be_edited_as_one_likes() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    bench.run(&STUDY.replace("seed = 7", "seed = 8"));
+    bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
+    bench.run(STUDY.split("[stage.light]").next().unwrap());
+}
+
+#[test]
+fn a_copy_that_takes_nothing_away_needs_no_permission() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let longer = format!(
+        "{STUDY}\n[stage.counts]\nkind = \"aggregate\"\nfrom = \"area\"\nover = [\"area_fraction\"]\nstatistics = [\"mean\"]\n"
+    );
+    let more = [
+        STUDY.to_owned(),
+        STUDY.replace("realizations = 2", "realizations = 3"),
+        STUDY.replace("realizations = 2", "realizations = 3\nheights = \"redraw\""),
+        longer.replace("realizations = 2", "realizations = 3"),
+        longer
+            .replace("realizations = 2", "realizations = 3")
+            .replace("k_upper = [4, 8]", "k_upper = [4, 8, 16]")
+            .replace("[\"none\", \"2017\"]", "[\"none\", \"pi/8\", \"2017\"]")
+            .replace("\"mean\", \"sd\"", "\"mean\", \"sd\", \"sem\""),
+    ];
+    // Each in a file of its own, after the one before.
+    for (number, manifest) in more.iter().enumerate() {
+        let copy = write(&bench, &format!("copy-{number}.toml"), manifest);
+        let output = run(&bench, &copy, &[]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    assert!(is_refused(&bench, STUDY).contains("stage `counts`"));
+}
+
+#[test]
+fn a_copy_that_takes_anything_away_is_refused_with_what_would_be_lost() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let without_curves = STUDY.split("[stage.curves]").next().unwrap();
+    for (other, lost) in [
+        (without_curves.to_owned(), "stage `curves`"),
+        (
+            STUDY.replace("realizations = 2", "realizations = 1"),
+            "rows of `surfaces`",
+        ),
+        (
+            STUDY.replace("k_upper = [4, 8]", "k_upper = [4, 16]"),
+            "rows of `surfaces`",
+        ),
+        (STUDY.replace("steps = 4", "steps = 5"), "rows of `light`"),
+        (STUDY.replace("[0, 0.1]", "[0, 0.05]"), "rows of `law`"),
+        (
+            STUDY.replace("[\"none\", \"2017\"]", "\"2017\""),
+            "rows of `corrected`",
+        ),
+        (
+            STUDY.replace("stage.curves", "stage.means"),
+            "stage `curves`",
+        ),
+    ] {
+        let told = is_refused(&bench, &other);
+        assert!(told.contains(lost), "{lost} in\n{told}");
+    }
+}
+
+#[test]
+fn a_growing_study_in_another_file_may_grow_as_far() {
+    let bench = Bench::new();
+    let until = "{ at_least = 2, at_most = 50, until = \"sem(area.area_fraction) < 5 %\" }";
+    let growing = STUDY.replace("realizations = 2", &format!("realizations = {until}"));
+    bench.run(&growing);
+    fs::remove_dir_all(bench.data().join("store")).unwrap();
+    let copy = write(&bench, "copy.toml", &growing);
+    let output = run(&bench, &copy, &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+#[test]
+fn manifest_and_data_may_move_together() {
+    let bench = Bench::new();
+    let [old, new] = ["old", "new"].map(|name| bench.path(name));
+    fs::create_dir(&old).unwrap();
+    let manifest = write(&bench, "old/study.toml", STUDY);
+    let data = |folder: &Path| folder.join("data").display().to_string();
+    let output = run(&bench, &manifest, &["--data", &data(&old)]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    fs::rename(&old, &new).unwrap();
+    let edited = STUDY.replace("seed = 7", "seed = 8");
+    let manifest = write(&bench, "new/study.toml", &edited);
+    let output = run(&bench, &manifest, &["--data", &data(&new)]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_manifest_may_have_any_name() {
+    let bench = Bench::new();
+    let name = std::ffi::OsStr::from_bytes(b"\xff.toml");
+    let path = bench.path("").join(name);
+    fs::write(&path, STUDY).unwrap();
+    for _ in 0..2 {
+        let mut command = bench.asperity(&["run"]);
+        let output = command.arg(&path).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn tables_of_nobody_known_are_not_taken_away_either() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    fs::remove_file(bench.data().join("results/small/owner.json")).unwrap();
+    let told = is_refused(&bench, &STUDY.replace("seed = 7", "seed = 8"));
+    assert!(told.contains("an unknown manifest"), "{told}");
+    bench.run(STUDY);
+    bench.run(&STUDY.replace("seed = 7", "seed = 8"));
+}
+
+#[test]
+fn an_empty_folder_is_anybodys() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    for stage in ["surfaces", "light", "area", "corrected", "law", "curves"] {
+        let table = bench.data().join(format!("results/small/{stage}.parquet"));
+        fs::remove_file(table).unwrap();
+    }
+    let other = write(&bench, "other.toml", &STUDY.replace("seed = 7", "seed = 8"));
+    assert!(run(&bench, &other, &[]).status.success());
+}

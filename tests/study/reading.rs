@@ -1,0 +1,311 @@
+//! Whoever only looks needs no store, and writes nothing.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY, text};
+
+/// How a command on the bench's manifest ends, and what it prints.
+fn command(bench: &Bench, command: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let manifest = bench.path("study.toml");
+    let all = [&[command, manifest.to_str().unwrap()], arguments].concat();
+    let output = bench.output(&all);
+    let [out, err] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
+    (output.status.code(), out, err)
+}
+
+/// What every command prints that only looks, one after the other.
+fn all_that_is_read(bench: &Bench) -> Vec<(Option<i32>, String, String)> {
+    let query = "select count(*) as n from area join law using (k_upper)";
+    let commands: [(&str, &[&str]); 6] = [
+        ("table", &["area", "--json"]),
+        ("table", &["law", "--csv"]),
+        ("table", &["--sql", query, "--json"]),
+        ("table", &["failures", "--json"]),
+        ("columns", &["--json"]),
+        ("claims", &["--json"]),
+    ];
+    commands
+        .map(|(name, arguments)| command(bench, name, arguments))
+        .into()
+}
+
+fn rows(bench: &Bench, stage: &str) -> (usize, String) {
+    let (code, out, err) = command(bench, "table", &[stage, "--json"]);
+    assert_eq!(code, Some(0), "{err}");
+    (out.lines().count(), err)
+}
+
+/// The results, without what only says where they come from.
+fn results(bench: &Bench) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = bench.files();
+    files.retain(|path, _| path.starts_with("results"));
+    files
+}
+
+fn remove(bench: &Bench, name: &str) {
+    fs::remove_dir_all(bench.data().join(name)).unwrap();
+}
+
+#[test]
+fn results_alone_tell_what_they_told_beside_their_store_and_stay_as_they_are() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let with_store = all_that_is_read(&bench);
+    assert!(
+        with_store.iter().all(|(code, ..)| *code == Some(0)),
+        "{with_store:?}"
+    );
+    remove(&bench, "store");
+    remove(&bench, "plans");
+    let before = bench.files();
+    assert_eq!(all_that_is_read(&bench), with_store);
+    assert!(bench.files() == before);
+}
+
+#[test]
+fn a_study_whose_run_was_killed_before_its_tables_is_read_from_its_store_and_nothing_is_written() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let finished = all_that_is_read(&bench);
+    remove(&bench, "results");
+    fs::remove_file(bench.data().join("store/lock")).unwrap();
+    let before = bench.files();
+    assert_eq!(all_that_is_read(&bench), finished);
+    assert!(bench.files() == before);
+}
+
+#[test]
+fn each_task_is_read_from_where_it_is() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let whole = rows(&bench, "area").0;
+    let tasks = bench.table("small", "area");
+    let tasks = tasks.texts("task").unwrap();
+    let stored = |row: usize| {
+        let key = tasks.value(row);
+        bench
+            .data()
+            .join("store")
+            .join(&key[..2])
+            .join(format!("{key}.parquet"))
+    };
+    // Of one task only the published rows are left, of others only what is in the store …
+    bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
+    fs::remove_file(stored(0)).unwrap();
+    // … and a third surface is asked for.
+    bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
+    let (read, told) = rows(&bench, "area");
+    assert_eq!(read, whole);
+    assert!(told.contains("4 of 6 tasks"), "{told}");
+}
+
+#[test]
+fn results_alone_say_how_many_surfaces_were_drawn() {
+    let bench = Bench::new();
+    let until = "{ at_least = 3, at_most = 200, until = \"sem(area.area_fraction) < 4 %\" }";
+    let growing = STUDY.replace("realizations = 2", &format!("realizations = {until}"));
+    bench.run(&growing);
+    let whole = rows(&bench, "surfaces");
+    assert!(whole.0 > 6, "more than at least");
+    remove(&bench, "store");
+    assert_eq!(rows(&bench, "surfaces"), whole);
+    assert_eq!(rows(&bench, "law").1, "");
+}
+
+#[test]
+fn a_run_without_its_store_takes_no_rows_away() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = results(&bench);
+    let key = bench
+        .table("small", "area")
+        .texts("task")
+        .unwrap()
+        .value(0)
+        .to_owned();
+    remove(&bench, "store");
+    let done = bench.run_with(STUDY, &["--only", &key]);
+    assert_eq!(done["area"].computed, 1);
+    assert!(results(&bench) == before);
+
+    // One task is new, of the others only the rows are left.
+    let larger = STUDY.replace("realizations = 2", "realizations = 3");
+    let surfaces = bench.plan(&larger)["surfaces"];
+    assert_eq!(surfaces.to_run, 5);
+    bench.run(&larger);
+    let whole = results(&bench);
+    let area = bench.table("small", "area");
+    let newest =
+        (0..area.rows()).find(|&row| area.integers("realization").unwrap().value(row) == 2);
+    let newest = area
+        .texts("task")
+        .unwrap()
+        .value(newest.unwrap())
+        .to_owned();
+    bench.run(STUDY);
+    remove(&bench, "store");
+    bench.run_with(&larger, &["--only", &newest]);
+    assert_eq!(
+        bench.table("small", "area").rows(),
+        20,
+        "16 kept, and 4 of the new one"
+    );
+    bench.run(&larger);
+    assert!(results(&bench) == whole);
+}
+
+#[test]
+fn what_is_nowhere_is_not_computed_and_what_is_damaged_is_named() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    remove(&bench, "store");
+    let area = bench.data().join("results/small/area.parquet");
+    fs::write(&area, "no table").unwrap();
+    let (code, _, told) = command(&bench, "table", &["area"]);
+    assert_eq!(code, Some(1));
+    assert!(told.contains("area.parquet` is damaged"), "{told}");
+    fs::remove_file(&area).unwrap();
+    let (code, _, told) = command(&bench, "table", &["area"]);
+    assert_eq!(code, Some(1));
+    assert!(told.contains("nothing of `area` is computed"), "{told}");
+}
+
+#[test]
+fn a_map_is_drawn_where_it_is_and_otherwise_the_command_is_named_that_brings_it_back() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let picture = bench.path("view.png");
+    let arguments = ["light", "k_upper=4", "realization=0", "--output"];
+    let arguments = [&arguments[..], &[picture.to_str().unwrap()]].concat();
+    assert_eq!(command(&bench, "view", &arguments).0, Some(0));
+    remove(&bench, "store");
+    fs::remove_file(&picture).unwrap();
+    let (code, _, told) = command(&bench, "view", &arguments);
+    assert_eq!(code, Some(1));
+    assert!(told.contains("only its rows are there"), "{told}");
+    assert!(told.contains("asperity run "), "{told}");
+    assert!(!picture.exists());
+}
+
+/// A rough map of 32 × 32 nodes as NumPy writes it.
+fn npy() -> Vec<u8> {
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (32, 32), }";
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{header:117}\n").bytes());
+    let heights = (0..32 * 32).map(|node: u64| (node * node % 37) as f64);
+    bytes.extend(heights.flat_map(f64::to_le_bytes));
+    bytes
+}
+
+fn measured() -> String {
+    let surfaces = STUDY.split("[stage.surfaces]").next().unwrap();
+    let rest = &STUDY[STUDY.find("[stage.light]").unwrap()..STUDY.find("[stage.law]").unwrap()];
+    let file =
+        "kind = \"generate\"\nmethod = \"file\"\npath = \"map.npy\"\nside = 1.0\nperiodic = true";
+    format!("{surfaces}[stage.surfaces]\n{file}\n\n{rest}")
+}
+
+#[test]
+fn a_surface_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
+    let bench = Bench::new();
+    fs::write(bench.path("map.npy"), npy()).unwrap();
+    bench.run(&measured());
+    let whole = rows(&bench, "corrected");
+    assert_eq!(whole.1, "");
+    remove(&bench, "store");
+    fs::remove_file(bench.path("map.npy")).unwrap();
+    let (read, told) = rows(&bench, "corrected");
+    assert_eq!(read, whole.0);
+    assert!(
+        told.contains("surface file `map.npy` cannot be read"),
+        "{told}"
+    );
+    for name in ["columns", "claims", "report"] {
+        let elsewhere = bench.path("elsewhere");
+        let output = ["--output", elsewhere.to_str().unwrap()];
+        let output = &output[..if name == "report" { 2 } else { 0 }];
+        let (code, _, told) = command(&bench, name, output);
+        assert_eq!(code, Some(0), "{name}: {told}");
+    }
+    // Who would compute needs it.
+    let (code, _, told) = command(&bench, "run", &[]);
+    assert_eq!(code, Some(2));
+    assert!(told.contains("map.npy"), "{told}");
+    // What nobody has ever read is not made up.
+    bench.write(&measured().replace("map.npy", "other.npy"));
+    assert_eq!(command(&bench, "table", &["corrected"]).0, Some(2));
+}
+
+fn figures(said: &str) -> Vec<Value> {
+    let said: Value = serde_json::from_str(said).unwrap();
+    said["drawn"].as_array().unwrap().clone()
+}
+
+#[test]
+fn a_report_of_less_goes_elsewhere_or_asks() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let (_, said, _) = command(&bench, "report", &["--json"]);
+    let all = figures(&said);
+    assert!(all.contains(&"Contact maps".into()));
+    let whole = results(&bench);
+    remove(&bench, "store");
+    let before = bench.files();
+    let (code, _, told) = command(&bench, "report", &[]);
+    assert_eq!(code, Some(2));
+    for part in [
+        "report.html` shows more",
+        "\"Contact maps\"",
+        "--replace",
+        "--output",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+    assert!(bench.files() == before);
+
+    let elsewhere = bench.path("elsewhere");
+    let output = ["--json", "--output", elsewhere.to_str().unwrap()];
+    let (code, said, told) = command(&bench, "report", &output);
+    assert_eq!(code, Some(0), "{told}");
+    assert_eq!(figures(&said).len(), all.len() - 1);
+    assert!(bench.files() == before);
+    let page = fs::read_to_string(elsewhere.join("report.html")).unwrap();
+    assert!(page.contains("which are in the store no more"));
+    let table = elsewhere.join("../data/results/small/area.parquet");
+    assert!(
+        table.exists() && page.contains("..&#x2f;data&#x2f;results&#x2f;small&#x2f;area.parquet")
+    );
+    for (path, bytes) in results(&bench) {
+        if let Ok(figure) = path.strip_prefix("results/small/figures")
+            && !figure.starts_with("contact-maps.svg")
+            && !figure.starts_with("contact-maps.png")
+        {
+            assert!(fs::read(elsewhere.join("figures").join(figure)).unwrap() == bytes);
+        }
+    }
+
+    let (code, said, _) = command(&bench, "report", &["--json", "--replace"]);
+    assert_eq!((code, figures(&said).len()), (Some(0), all.len() - 1));
+    let maps = bench.data().join("results/small/figures/contact-maps.svg");
+    assert!(!maps.exists());
+    bench.run(STUDY);
+    assert_eq!(command(&bench, "report", &[]).0, Some(0));
+    assert!(results(&bench) == whole);
+}
+
+#[test]
+fn a_report_of_a_study_that_was_edited_but_not_run_keeps_the_page_of_the_one_before() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    assert_eq!(command(&bench, "report", &[]).0, Some(0));
+    let before = bench.files();
+    bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
+    let (code, _, told) = command(&bench, "report", &[]);
+    assert_eq!(code, Some(2));
+    assert!(told.contains("the rows of `law`"), "{told}");
+    assert!(bench.files() == before);
+}
