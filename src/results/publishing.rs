@@ -91,6 +91,13 @@ impl Desk<'_> {
         Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
+    /// Keeps other runs of this machine from replacing tables until it is dropped; nothing where
+    /// folders cannot be locked.
+    fn alone(&self) -> Option<File> {
+        let folder = File::open(&self.folder).ok()?;
+        folder.lock().is_ok().then_some(folder)
+    }
+
     /// Writes the table of one stage if the store has a task of it, unless it is there already.
     fn publish(&self, stage: &PlannedStage) -> Result<StageTable, ResultsError> {
         let Grown { study, plan, .. } = self.grown;
@@ -126,8 +133,9 @@ impl Desk<'_> {
             let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
             let bytes = parquet::encode(&rows, &metadata);
             self.own()?;
-            // Somebody may have edited it.
-            published.aside = match there.is_none() && path.is_file() {
+            let _alone = self.alone();
+            // Somebody may have edited it; but it may also be another run's since it was looked at.
+            published.aside = match written_for(&path).is_none() && path.is_file() {
                 true => set_aside(&path)?,
                 false => None,
             };

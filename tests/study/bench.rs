@@ -1,6 +1,6 @@
 //! A folder to run studies in, and what it takes to look at them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -138,6 +138,19 @@ impl Bench {
         collect(&self.data(), &self.data(), &mut files);
         files
     }
+}
+
+/// Fails with the names of the files that differ, or that only one of both has.
+#[track_caller]
+pub fn assert_same_files(
+    found: &BTreeMap<PathBuf, Vec<u8>>,
+    expected: &BTreeMap<PathBuf, Vec<u8>>,
+) {
+    let names = found.keys().chain(expected.keys());
+    let differing: BTreeSet<&PathBuf> = names
+        .filter(|name| found.get(*name) != expected.get(*name))
+        .collect();
+    assert!(differing.is_empty(), "these files differ: {differing:?}");
 }
 
 /// How much of a stage there was and was done.

@@ -2,7 +2,7 @@
 
 use asperity::store::table::Table;
 
-use crate::bench::{Bench, STUDY, is_idle};
+use crate::bench::{Bench, STUDY, assert_same_files, is_idle};
 
 /// The rows of a table that belong to the tasks of another, older one.
 fn rows_of_old_tasks(new: &Table, old: &Table) -> Table {
@@ -62,7 +62,7 @@ fn second_run_computes_nothing() {
     bench.run(STUDY);
     let before = bench.files();
     assert!(bench.run(STUDY).values().all(is_idle));
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }
 
 #[test]
@@ -282,5 +282,5 @@ fn jobs_change_no_byte() {
     let (one, two) = (Bench::new(), Bench::new());
     one.run_with(STUDY, &["--jobs", "1"]);
     two.run_with(STUDY, &["--jobs", "2"]);
-    assert!(one.files() == two.files());
+    assert_same_files(&one.files(), &two.files());
 }

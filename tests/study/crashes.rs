@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::bench::{Bench, STUDY, left_behind};
+use crate::bench::{Bench, STUDY, assert_same_files, left_behind};
 use crate::disk::Disk;
 
 /// How often each study is disturbed.
@@ -58,12 +58,12 @@ fn survives(together: usize, seed: u64) {
         let runs = (0..together).map(|_| start(&bench)).collect();
         if kill_at_random(runs, whole, &mut random) {
             bench.run(&study());
-            assert!(bench.files() == undisturbed.files());
+            assert_same_files(&bench.files(), &undisturbed.files());
             bench = Bench::new();
         }
     }
     bench.run(&study());
-    assert!(bench.files() == undisturbed.files());
+    assert_same_files(&bench.files(), &undisturbed.files());
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
     assert_eq!(failures, TIMES);
     disk.resize(2 * blocks);
     bench.run(&study());
-    assert!(bench.files() == undisturbed.files());
+    assert_same_files(&bench.files(), &undisturbed.files());
 }
 
 /// The nearest thing to a full disk that anybody may have.
@@ -130,7 +130,7 @@ fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
         assert!(bench.output(&["verify"]).status.success());
     }
     bench.run(&study());
-    assert!(bench.files() == undisturbed.files());
+    assert_same_files(&bench.files(), &undisturbed.files());
 }
 
 #[test]
@@ -151,5 +151,5 @@ fn what_a_killed_process_left_goes_as_soon_as_nobody_can_own_it() {
     assert!(left.iter().all(|path| path.exists()));
     drop(somebody);
     bench.run(STUDY);
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }

@@ -6,7 +6,7 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::bench::{Bench, STUDY, counts, is_idle};
+use crate::bench::{Bench, STUDY, assert_same_files, counts, is_idle};
 
 /// A study that takes long enough to be killed in its middle.
 fn longer() -> String {
@@ -89,7 +89,7 @@ fn two_runs_at_once_agree() {
     assert!(runs.iter().all(|output| output.status.success()));
     let alone = Bench::new();
     alone.run(&longer());
-    assert!(bench.files() == alone.files());
+    assert_same_files(&bench.files(), &alone.files());
 }
 
 /// The files of the tables in the store.

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, is_idle, text};
+use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 
 const UNTIL: &str = "sem(area.area_fraction) < 4 %";
 
@@ -82,7 +82,7 @@ fn threads_and_what_was_there_before_change_no_byte() {
     let (one, two, later) = (Bench::new(), Bench::new(), Bench::new());
     one.run_with(&manifest, &["--jobs", "1"]);
     two.run_with(&manifest, &["--jobs", "2"]);
-    assert!(one.files() == two.files());
+    assert_same_files(&one.files(), &two.files());
     later.run(&study("5"));
     later.run(&manifest);
     for stage in ["area", "law", "means"] {
@@ -192,5 +192,5 @@ fn prune_keeps_the_surfaces_that_were_drawn_where_a_table_that_asked_for_them_is
     let counts = bench.run(&manifest);
     let computed = ["surfaces", "light", "area"].map(|stage| counts[stage].computed);
     assert_eq!(computed, [0, 0, 1]);
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use arrow::array::Array;
 use asperity::store::table::Table;
 
-use crate::bench::{Bench, is_idle};
+use crate::bench::{Bench, assert_same_files, is_idle};
 
 const SPECTRA: &str = r#"
 [study]
@@ -194,5 +194,5 @@ fn threads_change_no_pooled_bit() {
     let (one, two) = (Bench::new(), Bench::new());
     one.run_with(DISTRIBUTION, &["--jobs", "1"]);
     two.run_with(DISTRIBUTION, &["--jobs", "3"]);
-    assert!(one.files() == two.files());
+    assert_same_files(&one.files(), &two.files());
 }

@@ -5,7 +5,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::bench::{Bench, STUDY, counts, text};
+use crate::bench::{Bench, STUDY, assert_same_files, counts, text};
 
 /// Another manifest beside that of the bench.
 fn write(bench: &Bench, name: &str, manifest: &str) -> PathBuf {
@@ -52,7 +52,7 @@ fn another_manifest_of_the_same_name_computes_nothing_unless_it_is_told_to_take_
         &["report", other.to_str().unwrap()],
     ] {
         assert!(!bench.output(command).status.success());
-        assert!(bench.files() == before);
+        assert_same_files(&bench.files(), &before);
     }
 
     let output = run(&bench, &other, &["--replace"]);

@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, is_idle, left_behind, text};
+use crate::bench::{Bench, STUDY, assert_same_files, is_idle, left_behind, text};
 
 /// What `prune` says, by kind of file.
 fn prune(bench: &Bench, arguments: &[&str]) -> BTreeMap<String, u64> {
@@ -63,9 +63,9 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
         ("solve", 2),
     ]);
     assert_eq!(prune(&bench, &[small_manifest]), unneeded);
-    assert!(bench.files() == both);
+    assert_same_files(&bench.files(), &both);
     assert_eq!(prune(&bench, &[small_manifest, "--yes"]), unneeded);
-    assert!(bench.files() == small);
+    assert_same_files(&bench.files(), &small);
     assert!(!bench.data().join("results/larger").exists());
     assert!(bench.run(STUDY).values().all(is_idle));
 }
@@ -106,7 +106,7 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
     );
     fs::remove_file(bench.data().join("store/notes.txt")).expect("what others put there stays");
     fs::remove_file(elsewhere).expect("nobody here knows whether it is still being written");
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(told.contains("in use by another process"), "{told}");
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
     drop(somebody);
     assert!(bench.output(&arguments).status.success());
     assert!(bench.files().len() < before.len());
@@ -150,5 +150,5 @@ fn two_runs_and_prunes_at_once_do_no_harm() {
     }
     // The last prune may have found nobody at work.
     bench.run(&study);
-    assert!(bench.files() == alone.files());
+    assert_same_files(&bench.files(), &alone.files());
 }

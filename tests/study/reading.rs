@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, text};
+use crate::bench::{Bench, STUDY, assert_same_files, text};
 
 /// How a command on the bench's manifest ends, and what it prints.
 fn command(bench: &Bench, command: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -63,7 +63,7 @@ fn results_alone_tell_what_they_told_beside_their_store_and_stay_as_they_are() {
     remove(&bench, "plans");
     let before = bench.files();
     assert_eq!(all_that_is_read(&bench), with_store);
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn a_study_whose_run_was_killed_before_its_tables_is_read_from_its_store_and_not
     fs::remove_file(bench.data().join("store/lock")).unwrap();
     let before = bench.files();
     assert_eq!(all_that_is_read(&bench), finished);
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }
 
 #[test]
@@ -265,14 +265,14 @@ fn a_report_of_less_goes_elsewhere_or_asks() {
     ] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 
     let elsewhere = bench.path("elsewhere");
     let output = ["--json", "--output", elsewhere.to_str().unwrap()];
     let (code, said, told) = command(&bench, "report", &output);
     assert_eq!(code, Some(0), "{told}");
     assert_eq!(figures(&said).len(), all.len() - 1);
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
     let page = fs::read_to_string(elsewhere.join("report.html")).unwrap();
     assert!(page.contains("which are in the store no more"));
     let table = elsewhere.join("../data/results/small/area.parquet");
@@ -307,5 +307,5 @@ fn a_report_of_a_study_that_was_edited_but_not_run_keeps_the_page_of_the_one_bef
     let (code, _, told) = command(&bench, "report", &[]);
     assert_eq!(code, Some(2));
     assert!(told.contains("the rows of `law`"), "{told}");
-    assert!(bench.files() == before);
+    assert_same_files(&bench.files(), &before);
 }
