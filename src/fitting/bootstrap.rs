@@ -2,12 +2,35 @@
 //!
 //! The areas of one surface under neighbouring loads are strongly correlated, so loads are never
 //! drawn one by one: a replicate takes each surface a number of times, and all its loads with it.
-//! Percentile intervals are known to be short for few surfaces, by about √(1 − 1/n).
+//!
+//! The interval is the estimate and Student's t of n − 1 degrees of freedom times the standard
+//! error, which is √(n/(n − 1)) standard deviations of the replicates: drawing from n surfaces
+//! knows neither Student's tail nor the last degree of freedom. Parameters that are positive have
+//! it of their logarithms, for replicates of few skewed surfaces may be far out. Of nominal 95 %,
+//! 600 experiments (300 at fifty) cover the exponent μ of the evolution law with κ given, and the least convex κ
+//! (areas that scatter by 5 %, normal and lognormal; in the tests, 20 loads up to 0.06):
+//!
+//! | surfaces | percentile | basic | studentised | Student's t |
+//! |---|---|---|---|---|
+//! | μ, 5 | 81, 79 | 81, 87 | 92, 92 | 93, 96 |
+//! | 10 | 89, 87 | 89, 92 | 94, 90 | 93, 96 |
+//! | 20 | 92, 90 | 92, 94 | 94, 90 | 94, 95 |
+//! | 50 | 92, 92 | 92, 94 | | 94, 94 |
+//! | κ, 5 | 80, 68 | 79, 72 | | 92, 88 |
+//! | 10 | 89, 77 | 87, 80 | | 93, 88 |
+//! | 20 | 90, 78 | 90, 83 | | 93, 86 |
+//! | 50 | 91, 78 | 91, 82 | | 92, 82 |
+//!
+//! What is missing of κ under skewed scatter is no fault of the interval: the weights of the fit
+//! are the scatter of the same surfaces, heavier where areas are small, and bias it.
+//! Studentised intervals (each replicate with its own jackknife error) are also the widest at five
+//! surfaces, by 1.6 beside Student's, and take n times as many fits.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::FitError;
+use super::student::two_sided_quantile;
 
 /// Share of the replicates that must give a fit: intervals of the fortunate rest would mislead.
 const LEAST_SUCCESS: f64 = 0.9;
@@ -23,14 +46,23 @@ pub struct Bootstrap {
     pub level: f64,
 }
 
+/// A parameter, as the whole sample has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Estimate {
+    /// It is above zero whatever the sample, and its logarithm scatters evenly.
+    Positive(f64),
+    /// It may have either sign.
+    Real(f64),
+}
+
 /// What resampling says of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Percentile (1 − level)/2 of the replicates.
+    /// Lower end.
     pub lower: f64,
-    /// Percentile (1 + level)/2 of the replicates.
+    /// Upper end.
     pub upper: f64,
-    /// Standard deviation of the replicates.
+    /// Standard error; of a positive parameter, that of its logarithm times the estimate.
     pub standard_error: f64,
 }
 
@@ -47,13 +79,15 @@ pub struct Intervals {
 }
 
 impl Bootstrap {
-    /// Refits every replicate; `refit` maps the multiplicities of the surfaces to parameters.
+    /// Refits every replicate; `refit` maps the multiplicities of the surfaces to parameters, in the
+    /// order of their estimates.
     ///
     /// Two calls with as many surfaces draw the same replicates, so the differences of paired
     /// curves (the same realizations under other cutoffs) may be taken inside one `refit`.
     pub fn intervals(
         &self,
         surfaces: usize,
+        estimates: &[Estimate],
         mut refit: impl FnMut(&[u32]) -> Result<Vec<f64>, FitError>,
     ) -> Intervals {
         if surfaces < 2 || self.replicates == 0 {
@@ -71,7 +105,7 @@ impl Bootstrap {
         }
         let enough = successes.len() as f64 >= LEAST_SUCCESS * self.replicates as f64;
         Intervals {
-            intervals: enough.then(|| self.percentiles(&successes)),
+            intervals: enough.then(|| self.about(estimates, &successes, surfaces)),
             replicates: self.replicates,
             failed: self.replicates - successes.len(),
         }
@@ -94,29 +128,42 @@ impl Bootstrap {
         }
     }
 
-    fn percentiles(&self, replicates: &[Vec<f64>]) -> Vec<Interval> {
-        let tail = 0.5 * (1.0 - self.level);
-        (0..replicates[0].len())
-            .map(|parameter| {
-                let mut values: Vec<f64> = replicates.iter().map(|fit| fit[parameter]).collect();
-                values.sort_by(f64::total_cmp);
-                Interval {
-                    lower: quantile(&values, tail),
-                    upper: quantile(&values, 1.0 - tail),
-                    standard_error: standard_deviation(&values),
+    fn about(
+        &self,
+        estimates: &[Estimate],
+        replicates: &[Vec<f64>],
+        surfaces: usize,
+    ) -> Vec<Interval> {
+        let freedom = surfaces - 1;
+        let lost = (surfaces as f64 / freedom as f64).sqrt();
+        let quantile = two_sided_quantile(self.level, freedom as u32);
+        let interval = |(parameter, estimate): (usize, &Estimate)| {
+            let error = |of: fn(f64) -> f64| {
+                let values: Vec<f64> = replicates.iter().map(|fit| of(fit[parameter])).collect();
+                lost * standard_deviation(&values)
+            };
+            match *estimate {
+                Estimate::Positive(value) => {
+                    let relative = error(f64::ln);
+                    let factor = (quantile * relative).exp();
+                    Interval {
+                        lower: value / factor,
+                        upper: value * factor,
+                        standard_error: value * relative,
+                    }
                 }
-            })
-            .collect()
+                Estimate::Real(value) => {
+                    let standard_error = error(|value| value);
+                    Interval {
+                        lower: value - quantile * standard_error,
+                        upper: value + quantile * standard_error,
+                        standard_error,
+                    }
+                }
+            }
+        };
+        estimates.iter().enumerate().map(interval).collect()
     }
-}
-
-/// Quantile of ascending values, linear between the order statistics.
-fn quantile(ascending: &[f64], probability: f64) -> f64 {
-    let last = ascending.len() - 1;
-    let place = probability.clamp(0.0, 1.0) * last as f64;
-    let below = (place.floor() as usize).min(last);
-    let above = (below + 1).min(last);
-    ascending[below] + (place - below as f64) * (ascending[above] - ascending[below])
 }
 
 fn standard_deviation(values: &[f64]) -> f64 {
@@ -128,9 +175,11 @@ fn standard_deviation(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::examples::normal;
+    use super::super::evolution::{EvolutionProblem, Kappa, Quantity};
+    use super::super::examples::{normal, scattered, uniform};
     use super::super::{Curves, Window};
     use super::*;
+    use crate::contact::law::ContactEvolution;
 
     const BOOTSTRAP: Bootstrap = Bootstrap {
         replicates: 400,
@@ -150,8 +199,9 @@ mod tests {
     }
 
     fn interval_of_the_mean(values: &[f64]) -> Interval {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
         BOOTSTRAP
-            .intervals(values.len(), mean_of(values))
+            .intervals(values.len(), &[Estimate::Real(mean)], mean_of(values))
             .intervals
             .expect("no failures")[0]
     }
@@ -190,7 +240,7 @@ mod tests {
                 replicates,
                 ..BOOTSTRAP
             }
-            .intervals(6, |times| {
+            .intervals(6, &[Estimate::Real(0.0)], |times| {
                 drawn.push(times.to_vec());
                 Ok(vec![0.0])
             });
@@ -229,18 +279,63 @@ mod tests {
     }
 
     #[test]
-    fn intervals_of_the_mean_cover_it_at_about_the_nominal_rate() {
-        let experiments = 400;
-        let covered = (0..experiments)
-            .filter(|&experiment| {
-                let interval = interval_of_the_mean(&normal(experiment, 30));
+    fn intervals_of_the_mean_cover_it_at_the_nominal_rate_however_few_the_surfaces() {
+        for surfaces in [5, 10, 30] {
+            let experiments = 1000;
+            let covered = (0..experiments).filter(|&experiment| {
+                let interval = interval_of_the_mean(&normal(experiment, surfaces));
                 interval.lower <= 0.0 && 0.0 <= interval.upper
-            })
-            .count();
-        // 30 surfaces shorten the interval by 1.7 % and Student's tails cost another 1.6 %: 0.88,
-        // give or take 0.016 over 400 experiments.
-        let rate = covered as f64 / experiments as f64;
-        assert!((rate - 0.88).abs() < 0.045, "covered {rate}");
+            });
+            // Binomial: 0.0095 over 1000 experiments of nominal 0.9. Percentiles of resamples
+            // cover 0.78 at five surfaces.
+            let rate = covered.count() as f64 / experiments as f64;
+            assert!((rate - 0.9).abs() < 0.03, "{surfaces}: covered {rate}");
+        }
+    }
+
+    #[test]
+    fn intervals_of_fitted_parameters_cover_them_with_few_surfaces() {
+        let law = ContactEvolution {
+            kappa: 2.75,
+            beta: 1.2,
+            mu: 0.6,
+        };
+        for surfaces in [5, 10] {
+            let (experiments, mut covered) = (200, [0; 2]);
+            for experiment in 0..experiments {
+                let loads = uniform(0.06, 20);
+                let curves = scattered(law, loads, surfaces, (0.05, 0.003), experiment);
+                let problem =
+                    EvolutionProblem::new(&curves, Quantity::Area, Window::ALL).expect("20 loads");
+                let kappa = Kappa::Given(law.kappa);
+                let fit = problem.fit(kappa).expect("a law that bends");
+                let found = problem.bootstrap(kappa, &fit, &BOOTSTRAP).intervals;
+                let found = found.expect("no failures");
+                for (place, truth) in [law.beta, law.mu].into_iter().enumerate() {
+                    let Interval { lower, upper, .. } = found[place + 1];
+                    covered[place] += u32::from(lower <= truth && truth <= upper);
+                }
+            }
+            // Binomial: 0.021 over 200 experiments of nominal 0.9.
+            for count in covered {
+                let rate = f64::from(count) / experiments as f64;
+                assert!(
+                    (rate - 0.9).abs() < 0.065,
+                    "{surfaces}: covered {covered:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn intervals_of_positive_parameters_are_factors_about_the_estimate() {
+        let values: Vec<f64> = normal(4, 8).iter().map(|draw| draw.exp()).collect();
+        let mean = values.iter().sum::<f64>() / 8.0;
+        let outcome = BOOTSTRAP.intervals(8, &[Estimate::Positive(mean)], mean_of(&values));
+        let interval = outcome.intervals.expect("no failures")[0];
+        assert!(interval.lower > 0.0);
+        let product = interval.lower * interval.upper;
+        assert!((product / (mean * mean) - 1.0).abs() < 1e-12);
     }
 
     #[test]
@@ -253,9 +348,10 @@ mod tests {
             widths.sum::<f64>() / 20.0
         };
         // Each mean width is known to some 2 %.
-        assert!((width(25) / width(100) - 2.0).abs() < 0.15);
-        // ±1.645 standard errors.
-        assert!((width(100) - 0.329).abs() < 0.03);
+        // Student's t adds 3 % at 25 surfaces.
+        assert!((width(25) / width(100) - 2.06).abs() < 0.15);
+        // ±1.66 standard errors.
+        assert!((width(100) - 0.332).abs() < 0.03);
     }
 
     #[test]
@@ -269,7 +365,7 @@ mod tests {
     fn failed_replicates_are_counted_and_too_many_leave_no_interval() {
         let failing_every = |period: usize| {
             let mut calls = 0;
-            BOOTSTRAP.intervals(4, |_| {
+            BOOTSTRAP.intervals(4, &[Estimate::Positive(1.0)], |_| {
                 calls += 1;
                 if calls % period == 0 {
                     Err(FitError::Kappa { kappa: 0.0 })
@@ -286,11 +382,15 @@ mod tests {
 
     #[test]
     fn single_surface_or_no_replicates_give_no_interval() {
-        assert_eq!(BOOTSTRAP.intervals(1, |_| Ok(vec![1.0])).intervals, None);
+        let intervals = |bootstrap: Bootstrap, surfaces| {
+            let outcome = bootstrap.intervals(surfaces, &[Estimate::Real(1.0)], |_| Ok(vec![1.0]));
+            outcome.intervals
+        };
+        assert_eq!(intervals(BOOTSTRAP, 1), None);
         let none = Bootstrap {
             replicates: 0,
             ..BOOTSTRAP
         };
-        assert_eq!(none.intervals(5, |_| Ok(vec![1.0])).intervals, None);
+        assert_eq!(intervals(none, 5), None);
     }
 }

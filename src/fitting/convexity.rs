@@ -10,7 +10,7 @@
 //! a full fit may run away, this cannot.
 
 use super::FitError;
-use super::bootstrap::{Bootstrap, Intervals};
+use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::evolution::residuals::{Hyperbola, Model};
 use super::evolution::{EvolutionFit, EvolutionProblem, Kappa};
 use super::least_squares::minimize;
@@ -85,7 +85,8 @@ impl CommonKappa {
         {
             return None;
         }
-        Some(bootstrap.intervals(surfaces, |multiplicities| {
+        let estimates = [Estimate::Positive(self.kappa)];
+        Some(bootstrap.intervals(surfaces, &estimates, |multiplicities| {
             let mut largest = 0.0f64;
             for &(problem, near) in &bounded {
                 let mean = problem.data.resampled_mean(multiplicities);

@@ -7,7 +7,7 @@
 //! and is no test of the law; intervals come from resampled surfaces. κ, β and μ are strongly
 //! correlated when all are free.
 
-use super::bootstrap::{Bootstrap, Intervals};
+use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, minimize};
 use super::{Curves, FitError, Window};
@@ -148,7 +148,13 @@ impl EvolutionProblem {
 
     /// Intervals of κ, β and μ, in this order, about a fit of the whole sample.
     pub fn bootstrap(&self, kappa: Kappa, fit: &EvolutionFit, bootstrap: &Bootstrap) -> Intervals {
-        bootstrap.intervals(self.data.surfaces(), |multiplicities| {
+        let ContactEvolution {
+            kappa: of,
+            beta,
+            mu,
+        } = fit.law;
+        let estimates = [of, beta, mu].map(Estimate::Positive);
+        bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
             let mean = self.data.resampled_mean(multiplicities);
             let law = self.fit_mean(&mean, kappa, Some(fit.law))?;
             Ok(vec![law.kappa, law.beta, law.mu])

@@ -13,7 +13,7 @@
 //! deviate from a line is no scatter, for surfaces move along their own lines. The line of the mean
 //! is the mean of the lines of the surfaces.
 
-use super::bootstrap::{Bootstrap, Intervals};
+use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, line};
 use super::{Curves, FitError, Window};
@@ -61,8 +61,9 @@ impl LoadSeparationProblem {
     }
 
     /// Intervals of the decay length and the closing load, in this order.
-    pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
-        bootstrap.intervals(self.gaps.surfaces(), |multiplicities| {
+    pub fn bootstrap(&self, fit: &LoadSeparation, bootstrap: &Bootstrap) -> Intervals {
+        let estimates = [fit.decay_length, fit.closing_load].map(Estimate::Positive);
+        bootstrap.intervals(self.gaps.surfaces(), &estimates, |multiplicities| {
             let fit = self.fit_mean(&self.gaps.resampled_mean(multiplicities))?;
             Ok(vec![fit.decay_length, fit.closing_load])
         })
@@ -153,11 +154,14 @@ mod tests {
         let problem = LoadSeparationProblem::new(&gaps(&heights), WINDOW);
         let fit = problem.fit().unwrap();
         assert!((fit.decay_length / (0.5 * mean) - 1.0).abs() < 1e-12);
-        let intervals = problem.bootstrap(&Bootstrap {
-            replicates: 400,
-            seed: 1,
-            level: 0.95,
-        });
+        let intervals = problem.bootstrap(
+            &fit,
+            &Bootstrap {
+                replicates: 400,
+                seed: 1,
+                level: 0.95,
+            },
+        );
         let [length, load] = intervals.intervals.expect("no failures")[..] else {
             panic!("two parameters")
         };

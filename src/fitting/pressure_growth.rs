@@ -5,7 +5,7 @@
 //! loads of the mean curve, against the mean of the two areas, both in logarithms (fig. dpdp0 of
 //! Yastrebov, Anciaux & Molinari 2015).
 
-use super::bootstrap::{Bootstrap, Intervals};
+use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, line};
 use super::{Curves, FitError, Window};
@@ -65,9 +65,13 @@ impl PressureGrowthProblem {
     }
 
     /// Intervals of the exponent and the prefactor, in this order.
-    pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
+    pub fn bootstrap(&self, fit: &PressureGrowth, bootstrap: &Bootstrap) -> Intervals {
         let surfaces = self.ends.as_ref().map_or(0, Data::surfaces);
-        bootstrap.intervals(surfaces, |multiplicities| {
+        let estimates = [
+            Estimate::Real(fit.exponent),
+            Estimate::Positive(fit.prefactor),
+        ];
+        bootstrap.intervals(surfaces, &estimates, |multiplicities| {
             let fit = self.fit_mean(|ends| ends.resampled_mean(multiplicities))?;
             Ok(vec![fit.exponent, fit.prefactor])
         })
@@ -210,23 +214,24 @@ mod tests {
 
     #[test]
     fn interval_of_the_exponent_contains_it() {
-        let curves = scattered(LAW, uniform(0.3, 60), 20, (0.03, 0.0), 5);
-        let problem = PressureGrowthProblem::new(
-            &curves,
-            Window {
+        // Surfaces that only scale the load have all the same exponent: noise makes it scatter.
+        let problem = |factor, noise| {
+            let window = Window {
                 from: 0.02,
                 to: 0.3,
-            },
-        );
-        let intervals = problem
-            .bootstrap(&Bootstrap {
-                replicates: 200,
-                seed: 1,
-                level: 0.95,
-            })
-            .intervals;
-        let exponent = problem.fit().expect("enough growth").exponent;
+            };
+            let curves = scattered(LAW, uniform(0.3, 20), 20, (factor, noise), 5);
+            PressureGrowthProblem::new(&curves, window)
+        };
+        let fit = problem(0.03, 0.002).fit().expect("enough growth");
+        let bootstrap = Bootstrap {
+            replicates: 200,
+            seed: 1,
+            level: 0.95,
+        };
+        let intervals = problem(0.03, 0.002).bootstrap(&fit, &bootstrap).intervals;
         let interval = intervals.expect("no failures")[0];
-        assert!(interval.lower <= exponent && exponent <= interval.upper);
+        let exact = problem(0.0, 0.0).fit().expect("enough growth").exponent;
+        assert!(interval.lower <= exact && exact <= interval.upper);
     }
 }

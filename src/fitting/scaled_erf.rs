@@ -8,7 +8,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::bootstrap::{Bootstrap, Intervals};
+use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, Window};
@@ -75,8 +75,9 @@ impl ScaledErfProblem {
     }
 
     /// Interval of the factor.
-    pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
-        bootstrap.intervals(self.data.surfaces(), |multiplicities| {
+    pub fn bootstrap(&self, fit: &ScaledErf, bootstrap: &Bootstrap) -> Intervals {
+        let estimates = [Estimate::Positive(fit.beta)];
+        bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
             let approach = self.approach(&self.data.resampled_mean(multiplicities))?;
             Ok(vec![approach.fit(&approach.local())?])
         })
@@ -239,13 +240,13 @@ mod tests {
     fn interval_contains_the_factor_and_is_as_wide_as_the_scatter() {
         let factors: Vec<f64> = normal(4, 50).iter().map(|draw| 1.0 + 0.01 * draw).collect();
         let problem = ScaledErfProblem::new(&scaled(1.1, &factors), HEAVY);
-        let intervals = problem
-            .bootstrap(&Bootstrap {
-                replicates: 300,
-                seed: 2,
-                level: 0.95,
-            })
-            .intervals;
+        let bootstrap = Bootstrap {
+            replicates: 300,
+            seed: 2,
+            level: 0.95,
+        };
+        let fit = problem.fit().expect("open contact");
+        let intervals = problem.bootstrap(&fit, &bootstrap).intervals;
         let interval = intervals.expect("no failures")[0];
         assert!(interval.lower <= 1.1 && 1.1 <= interval.upper);
         // 1 % of 1.1 over √50, known to 1/√100 from the surfaces.

@@ -58,7 +58,7 @@ pub struct EvolutionTable {
     /// Resamplings of whole surfaces for the intervals; 0 for none.
     #[schemars(range(min = 0, max = 1_000_000), extend("default" = 1000))]
     pub bootstrap: Key<i64>,
-    /// Share of the resamplings inside an interval.
+    /// Probability that an interval covers its parameter.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 0.95))]
     pub level: Key<f64>,
     /// Seed of the resampling; that of the study when left out.
@@ -79,7 +79,7 @@ pub struct LawTable {
     /// Resamplings of whole surfaces for the intervals; 0 for none.
     #[schemars(range(min = 0, max = 1_000_000), extend("default" = 1000))]
     pub bootstrap: Key<i64>,
-    /// Share of the resamplings inside an interval.
+    /// Probability that an interval covers its parameter.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 0.95))]
     pub level: Key<f64>,
     /// Seed of the resampling; that of the study when left out.

@@ -23,7 +23,7 @@ use points::Point;
 use rows::Row;
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// One fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,7 +35,7 @@ pub struct Params {
     pub window: [f64; 2],
     /// Resamplings of whole surfaces; 0 for no intervals.
     pub bootstrap: u32,
-    /// Share of resamplings inside the interval.
+    /// Probability that an interval covers its parameter.
     pub level: f64,
     /// Seed of the resampling.
     pub seed: u64,
@@ -237,7 +237,7 @@ fn pressure_growth(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         r_squared: Some(fit.r_squared),
         data: fit.data,
         masked: Some(fit.masked),
-        ..Row::with(problem.bootstrap(&params.bootstrap()))
+        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
     }
     .unless_masked())
 }
@@ -251,7 +251,7 @@ fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
         r_squared: Some(fit.r_squared),
         data: fit.data,
         masked: Some(fit.masked),
-        ..Row::with(problem.bootstrap(&params.bootstrap()))
+        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
     }
     .unless_masked())
 }
@@ -265,7 +265,7 @@ fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
         r_squared: Some(fit.r_squared),
         data: fit.data,
         masked: Some(fit.masked),
-        ..Row::with(problem.bootstrap(&params.bootstrap()))
+        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
     })
 }
 

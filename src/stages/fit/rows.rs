@@ -104,8 +104,8 @@ const fn parameter_in(
     let [value, lower, upper, error] = names;
     Parameter {
         value: Column::result(value, Real, unit, meaning),
-        lower: Column::result(lower, Real, unit, "lower end of the bootstrap interval"),
-        upper: Column::result(upper, Real, unit, "upper end of the bootstrap interval"),
+        lower: Column::result(lower, Real, unit, "lower end of the interval"),
+        upper: Column::result(upper, Real, unit, "upper end of the interval"),
         error: Column::result(error, Real, unit, "standard error by bootstrap"),
     }
 }
