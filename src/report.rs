@@ -5,6 +5,7 @@
 //! which stage would add it; the [`page`] holds them, the tables, and where all of it comes from.
 
 pub mod advice;
+pub mod bars;
 pub mod basis;
 pub mod ensembles;
 pub mod evidence;
@@ -24,6 +25,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use self::bars::Bars;
 use self::basis::Basis;
 use self::evidence::Evidence;
 use self::figure::{Definition, Drawn};
@@ -139,9 +141,14 @@ impl Subject<'_> {
 ///
 /// # Errors
 /// When a surface cannot be drawn, or a file not be written, or a page that shows more is there.
-pub fn write(subject: &Subject, folder: &Path, existing: Existing) -> Result<Report, ReportError> {
+pub fn write(
+    subject: &Subject,
+    bars: Bars,
+    folder: &Path,
+    existing: Existing,
+) -> Result<Report, ReportError> {
     let finished = Finished::of(subject);
-    let evidence = Evidence::of(&finished)?;
+    let evidence = Evidence::of(&finished, bars)?;
     // Each figure by itself: on a machine of many cores they take as long as the slowest.
     let drawn = figures::ALL
         .par_iter()

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::{Data, Failure, counted, misused};
+use crate::report::bars::Bars;
 use crate::report::{self, Report, ReportError, Subject};
 use crate::results::owner;
 use crate::results::reading::Reading;
@@ -24,6 +25,10 @@ pub struct Arguments {
     /// has lost its maps, or of another manifest whose study has the same name.
     #[arg(long)]
     replace: bool,
+
+    /// What error bars are: standard errors of the mean, or standard deviations over the surfaces.
+    #[arg(long, value_name = "KIND", default_value = "sem")]
+    bars: Bars,
 
     /// Print JSON: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
     #[arg(long)]
@@ -57,10 +62,13 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         true => Existing::Replace,
         false => Existing::Keep,
     };
-    let report = report::write(&subject, &folder, existing).map_err(|error| match error {
-        ReportError::ShowsLess { .. } => Failure::from(misused(error)),
-        other => other.into(),
-    })?;
+    let report =
+        report::write(&subject, arguments.bars, &folder, existing).map_err(
+            |error| match error {
+                ReportError::ShowsLess { .. } => Failure::from(misused(error)),
+                other => other.into(),
+            },
+        )?;
     let mut out = stdout().lock();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&report))?,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::claims;
+use crate::report::bars::Bars;
 use crate::report::ensembles as report;
 use crate::stages::aggregate::{self, Groups, Statistic};
 use crate::stages::columns::*;
@@ -153,7 +154,7 @@ fn aggregates_count_every_row_once() {
 fn figures_show_every_row_once() {
     for column in coordinates() {
         let table = swept(&column);
-        let ensembles = report::of(&table).unwrap();
+        let ensembles = report::of(&table, Bars::Sem).unwrap();
         let shown = ensembles
             .iter()
             .map(|one| one.surfaces * one.mean(AREA_FRACTION.name).unwrap().len());

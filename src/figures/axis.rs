@@ -22,6 +22,8 @@ pub enum Spacing {
     Linear,
     /// By their logarithm.
     Logarithmic,
+    /// By their logarithm, with powers of two along the axis.
+    Octaves,
 }
 
 impl Axis {
@@ -33,6 +35,11 @@ impl Axis {
     /// Numbers by their logarithm.
     pub fn logarithmic(label: impl Into<String>) -> Axis {
         Axis::new(label, Spacing::Logarithmic)
+    }
+
+    /// Numbers by their logarithm, as of cutoffs and meshes that double.
+    pub fn octaves(label: impl Into<String>) -> Axis {
+        Axis::new(label, Spacing::Octaves)
     }
 
     fn new(label: impl Into<String>, spacing: Spacing) -> Axis {
@@ -84,7 +91,7 @@ impl Axis {
                 };
                 [from, most + room]
             }
-            Spacing::Logarithmic => {
+            Spacing::Logarithmic | Spacing::Octaves => {
                 let room = if most > least {
                     (most / least).powf(0.04)
                 } else {
@@ -117,10 +124,19 @@ impl Spacing {
         }
     }
 
-    /// How the numbers are written that have been lifted.
+    /// Where a number stands for the drawing crate, which knows no octaves.
+    pub(super) fn place(self, value: f64, lift: f64) -> f64 {
+        match self {
+            Spacing::Octaves => value.log2(),
+            Spacing::Linear | Spacing::Logarithmic => value * lift,
+        }
+    }
+
+    /// How the numbers are written that have been placed.
     pub(super) fn ticks(self, lift: f64) -> TickFormat {
         match self {
             Spacing::Linear => TickFormat::Custom(Arc::new(plain)),
+            Spacing::Octaves => TickFormat::Custom(Arc::new(|value| plain(value.exp2()))),
             Spacing::Logarithmic => TickFormat::Custom(Arc::new(move |value| power(value / lift))),
         }
     }

@@ -74,7 +74,7 @@ impl Series {
             let share = f64::from(step) / f64::from(STEPS);
             match on {
                 Spacing::Linear => from + share * (to - from),
-                Spacing::Logarithmic => from * (to / from).powf(share),
+                Spacing::Logarithmic | Spacing::Octaves => from * (to / from).powf(share),
             }
         };
         Series::new((0..=STEPS).map(|step| (at(step), of(at(step)))), style)
@@ -133,8 +133,8 @@ impl Chart {
     }
 
     fn layout(&self, frame: &Frame, [width, height]: [f64; 2], words: u32) -> Layout {
-        let (x_from, y_from) = frame.lifted(frame.x[0], frame.y[0]);
-        let (x_to, y_to) = frame.lifted(frame.x[1], frame.y[1]);
+        let (x_from, y_from) = frame.placed(frame.x[0], frame.y[0]);
+        let (x_to, y_to) = frame.placed(frame.x[1], frame.y[1]);
         let mut layout = Layout::new((x_from, x_to), (y_from, y_to))
             .with_width(width)
             .with_height(height)
@@ -157,14 +157,18 @@ impl Chart {
         if !self.title.is_empty() {
             layout = layout.with_title(self.title.clone());
         }
-        if frame.spacing[0] == Spacing::Logarithmic {
-            layout = layout.with_log_x();
-        }
-        if frame.spacing[1] == Spacing::Logarithmic {
-            layout = layout.with_log_y();
-        }
+        layout = match frame.spacing[0] {
+            Spacing::Linear => layout,
+            Spacing::Logarithmic => layout.with_log_x(),
+            Spacing::Octaves => layout.with_x_tick_step(1.0),
+        };
+        layout = match frame.spacing[1] {
+            Spacing::Linear => layout,
+            Spacing::Logarithmic => layout.with_log_y(),
+            Spacing::Octaves => layout.with_y_tick_step(1.0),
+        };
         for (x, y, text) in &self.notes {
-            let (x, y) = frame.lifted(*x, *y);
+            let (x, y) = frame.placed(*x, *y);
             let note = TextAnnotation::new(text.clone(), x, y)
                 .with_color(Ink::Text.css())
                 .with_font_size(words - 1);
@@ -174,12 +178,12 @@ impl Chart {
     }
 
     fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
-        let lifted = |point: &Point| frame.lifted(point.x, point.y);
+        let to_place = |point: &Point| frame.placed(point.x, point.y);
         let ink = series.style.ink.css();
         let mut plots = Vec::new();
         if let Some(line) = series.style.line {
             let drawn = LinePlot::new()
-                .with_data(self.placed(series).map(lifted).collect::<Vec<_>>())
+                .with_data(self.placed(series).map(to_place).collect::<Vec<_>>())
                 .with_color(ink.clone())
                 .with_stroke_width(line.width)
                 .with_line_style(line.dash.pattern());
@@ -188,7 +192,7 @@ impl Chart {
         if let Some(marker) = series.style.marker {
             let seen = self.placed(series).filter(|point| frame.holds(point));
             let drawn = ScatterPlot::new()
-                .with_data(seen.map(lifted).collect::<Vec<_>>())
+                .with_data(seen.map(to_place).collect::<Vec<_>>())
                 .with_color(ink)
                 .with_marker(marker.shape())
                 .with_size(f64::from(words) * 0.23);
@@ -203,7 +207,7 @@ impl Chart {
         let seen = self.placed(series).filter(|point| frame.holds(point));
         for (point, bar) in seen.filter_map(|point| Some((point, point.bar?))) {
             let place = |end: f64| {
-                let (x, y) = frame.lifted(point.x, end.clamp(frame.y[0], frame.y[1]));
+                let (x, y) = frame.placed(point.x, end.clamp(frame.y[0], frame.y[1]));
                 [layout.map_x(x), layout.map_y(y)]
             };
             let ([x, low], [_, high]) = (place(bar[0]), place(bar[1]));
@@ -259,8 +263,12 @@ impl Frame {
         is_within(self.x, point.x) && is_within(self.y, point.y)
     }
 
-    fn lifted(&self, x: f64, y: f64) -> (f64, f64) {
-        (x * self.lift[0], y * self.lift[1])
+    fn placed(&self, x: f64, y: f64) -> (f64, f64) {
+        let [along_x, along_y] = self.spacing;
+        (
+            along_x.place(x, self.lift[0]),
+            along_y.place(y, self.lift[1]),
+        )
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use arrow::array::Array;
 
+use super::bars::{Bars, deviation, ends, mean_and_half_bar};
 use crate::ensemble;
 use crate::stages::columns::{COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF};
 use crate::store::table::{Table, TableError};
@@ -22,6 +23,7 @@ pub struct Ensemble<'a> {
     pub surfaces: usize,
     table: &'a Table,
     rows: ensemble::Ensemble,
+    bars: Bars,
 }
 
 /// A quantity under one load, over the surfaces of an ensemble.
@@ -31,15 +33,14 @@ pub struct Mean {
     pub load: f64,
     /// Arithmetic mean.
     pub mean: f64,
-    /// Standard error of the mean; none of a single surface.
-    pub error: Option<f64>,
+    /// Half the length of its error bar; none of a single surface.
+    pub half_bar: Option<f64>,
 }
 
 impl Mean {
-    /// The mean and its standard error on either side.
+    /// The ends of its error bar.
     pub fn bar(&self) -> Option<[f64; 2]> {
-        self.error
-            .map(|error| [self.mean - error, self.mean + error])
+        ends(self.mean, self.half_bar)
     }
 
     /// The quantity over the load: the secant of its curve.
@@ -47,7 +48,7 @@ impl Mean {
         Mean {
             load: self.load,
             mean: self.mean / self.load,
-            error: self.error.map(|error| error / self.load),
+            half_bar: self.half_bar.map(|half| half / self.load),
         }
     }
 }
@@ -59,15 +60,26 @@ pub struct Slope {
     pub load: f64,
     /// Difference over difference.
     pub slope: f64,
-    /// Its standard error: slopes of single surfaces scatter much less than their areas do.
-    pub error: Option<f64>,
+    /// The ends of its error bar: slopes of single surfaces scatter much less than their areas do.
+    pub bar: Option<[f64; 2]>,
+}
+
+/// The growth of the mean contact pressure with the load between two loads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Growth {
+    /// The mean of the two areas.
+    pub area: f64,
+    /// Difference over difference of the mean curve.
+    pub growth: f64,
+    /// The ends of its error bar.
+    pub bar: Option<[f64; 2]>,
 }
 
 /// The ensembles of a table of loads, in order of appearance.
 ///
 /// # Errors
 /// When the table has no loads.
-pub fn of(table: &Table) -> Result<Vec<Ensemble<'_>>, TableError> {
+pub fn of(table: &Table, bars: Bars) -> Result<Vec<Ensemble<'_>>, TableError> {
     let ensembles = ensemble::ensembles(table)?.into_iter();
     Ok(ensembles
         .map(|rows| Ensemble {
@@ -76,6 +88,7 @@ pub fn of(table: &Table) -> Result<Vec<Ensemble<'_>>, TableError> {
             surfaces: rows.members.len(),
             rows,
             table,
+            bars,
         })
         .collect())
 }
@@ -112,8 +125,12 @@ impl Ensemble<'_> {
                 .iter()
                 .map(|&row| values.is_valid(row).then(|| values.value(row)))
                 .collect();
-            let (mean, error) = mean_and_error(&known?);
-            Some(Mean { load, mean, error })
+            let (mean, half_bar) = mean_and_half_bar(&known?, self.bars);
+            Some(Mean {
+                load,
+                mean,
+                half_bar,
+            })
         });
         Ok(means.collect())
     }
@@ -133,11 +150,11 @@ impl Ensemble<'_> {
                 .iter()
                 .zip(&before.1)
                 .map(|(now, before)| (now - before) / step);
-            let (slope, error) = mean_and_error(&each.collect::<Vec<_>>());
+            let (slope, half) = mean_and_half_bar(&each.collect::<Vec<_>>(), self.bars);
             slopes.push(Slope {
                 load: (load + before.0) / 2.0,
                 slope,
-                error,
+                bar: ends(slope, half),
             });
             before = (load, now);
         }
@@ -145,17 +162,40 @@ impl Ensemble<'_> {
     }
 
     /// The growth of the mean contact pressure y/a with the load y, area a by the given column;
-    /// the areas stand for the loads. Its first value has no predecessor and is left out.
+    /// from the second load on. Its error is the delete-one jackknife's: the pressure is not a mean
+    /// over surfaces.
     ///
     /// # Errors
     /// When the table has no such column of numbers.
-    pub fn pressure_growth(&self, column: &str) -> Result<Vec<(f64, f64)>, TableError> {
-        let means = self.mean(column)?;
-        let growth = means.windows(2).map(|pair| {
-            let pressure = |mean: &Mean| mean.load / mean.mean;
-            let rise = pressure(&pair[1]) - pressure(&pair[0]);
-            let area = (pair[0].mean + pair[1].mean) / 2.0;
-            (area, rise / (pair[1].load - pair[0].load))
+    pub fn pressure_growth(&self, column: &str) -> Result<Vec<Growth>, TableError> {
+        let values = self.table.reals(column)?;
+        let complete = self.complete().map(|(load, rows)| {
+            let areas: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
+            (load, areas)
+        });
+        let complete: Vec<(f64, Vec<f64>)> = complete.collect();
+        let growth = complete.windows(2).map(|pair| {
+            let [(load, areas), (next_load, next_areas)] = pair else {
+                unreachable!("windows of two")
+            };
+            let count = areas.len() as f64;
+            let [sum, next_sum] = [areas, next_areas].map(|areas| areas.iter().sum::<f64>());
+            let rise = |sum: f64, next: f64, count: f64| {
+                count * (next_load / next - load / sum) / (next_load - load)
+            };
+            let growth = rise(sum, next_sum, count);
+            let without = areas.iter().zip(next_areas);
+            let without =
+                without.map(|(area, next)| rise(sum - area, next_sum - next, count - 1.0));
+            let without: Vec<f64> = without.collect();
+            // Of n values that leave one out each, the scatter is that of the mean over n − 1.
+            let half = deviation(&without)
+                .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
+            Growth {
+                area: (sum + next_sum) / (2.0 * count),
+                growth,
+                bar: ends(growth, half),
+            }
         });
         Ok(growth.collect())
     }
@@ -165,18 +205,6 @@ impl Ensemble<'_> {
         let loads = self.rows.loads.iter().enumerate();
         loads.filter_map(|(place, &load)| Some((load, self.rows.complete(place)?)))
     }
-}
-
-/// Arithmetic mean and, of more than one value, its standard error.
-pub fn mean_and_error(values: &[f64]) -> (f64, Option<f64>) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let square = values
-        .iter()
-        .map(|value| (value - mean).powi(2))
-        .sum::<f64>();
-    let error = (values.len() > 1).then(|| (square / (count - 1.0) / count).sqrt());
-    (mean, error)
 }
 
 #[cfg(test)]
@@ -219,7 +247,7 @@ mod tests {
     #[test]
     fn blocks_of_loads_make_one_curve_that_ends_where_its_first_surface_does() {
         let table = table();
-        let ensembles = of(&table).unwrap();
+        let ensembles = of(&table, Bars::Sem).unwrap();
         let [ensemble] = ensembles.as_slice() else {
             panic!("one point, found {}", ensembles.len())
         };
@@ -229,24 +257,48 @@ mod tests {
         let found: Vec<(f64, f64)> = means.iter().map(|mean| (mean.load, mean.mean)).collect();
         assert_eq!(found, [(0.1, 0.2), (0.2, 0.4)], "a shared load counts once");
         // Two values, 0.2 apart: half of that is the standard error of their mean.
-        assert!((means[0].error.unwrap() - 0.1).abs() < 1e-15);
+        assert!((means[0].half_bar.unwrap() - 0.1).abs() < 1e-15);
     }
 
     #[test]
     fn slopes_begin_at_the_origin_and_scatter_as_those_of_single_surfaces_do() {
         let table = table();
-        let slopes = of(&table).unwrap()[0].slope("area").unwrap();
+        let slopes = of(&table, Bars::Sem).unwrap()[0].slope("area").unwrap();
         let found: Vec<f64> = slopes.iter().map(|slope| slope.load).collect();
         assert!((found[0] - 0.05).abs() < 1e-15 && (found[1] - 0.15).abs() < 1e-15);
         assert!((slopes[0].slope - 2.0).abs() < 1e-14);
         assert!((slopes[1].slope - 2.0).abs() < 1e-14);
-        assert!(slopes[1].error.unwrap() < 1e-14, "both rise by 0.2");
+        let [low, high] = slopes[1].bar.unwrap();
+        assert!(high - low < 1e-14, "both rise by 0.2");
+    }
+
+    #[test]
+    fn bars_of_deviations_are_longer_than_those_of_errors_by_the_root_of_the_surfaces() {
+        let table = table();
+        let bar = |bars| of(&table, bars).unwrap()[0].mean("area").unwrap()[0].half_bar;
+        let ratio = bar(Bars::Sd).unwrap() / bar(Bars::Sem).unwrap();
+        assert!((ratio - 2f64.sqrt()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_mean_pressure_grows_by_what_its_mean_curve_does() {
+        let table = table();
+        let found = of(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
+        let [growth] = found.unwrap()[..] else {
+            panic!("one step")
+        };
+        // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
+        assert!((growth.area - 0.3).abs() < 1e-15 && growth.growth.abs() < 1e-15);
+        // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1; half their distance.
+        let each: [f64; 2] = [2.0 / 0.3 - 10.0, 4.0 - 1.0 / 0.3];
+        let [low, high] = growth.bar.unwrap();
+        assert!((high - low - (each[1] - each[0]).abs()).abs() < 1e-13);
     }
 
     #[test]
     fn a_single_surface_has_no_error() {
         let table = table().pick(&[0, 1]);
-        let means = of(&table).unwrap()[0].mean("area").unwrap();
-        assert!(means.iter().all(|mean| mean.error.is_none()));
+        let means = of(&table, Bars::Sem).unwrap()[0].mean("area").unwrap();
+        assert!(means.iter().all(|mean| mean.half_bar.is_none()));
     }
 }

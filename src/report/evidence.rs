@@ -6,6 +6,7 @@ use std::path::Path;
 use arrow::array::Array;
 
 use super::ReportError;
+use super::bars::Bars;
 use super::ensembles::{self, Ensemble, Mean, Point};
 use super::looks::{Files, Looks};
 use super::remarks;
@@ -44,6 +45,8 @@ pub struct Evidence<'a> {
     pub files: Files,
     /// Of which surfaces the theories do not speak: a sentence, or nothing.
     pub caveat: String,
+    /// What error bars are.
+    pub bars: Bars,
 }
 
 impl<'a> Evidence<'a> {
@@ -51,10 +54,10 @@ impl<'a> Evidence<'a> {
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
-    pub fn of(finished: &'a Finished<'a>) -> Result<Evidence<'a>, ReportError> {
+    pub fn of(finished: &'a Finished<'a>, bars: Bars) -> Result<Evidence<'a>, ReportError> {
         let files = files(finished)?;
-        let measured = curves(finished, Kind::Measure, AREA_FRACTION.name)?;
-        let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name)?;
+        let measured = curves(finished, Kind::Measure, AREA_FRACTION.name, bars)?;
+        let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name, bars)?;
         let mut points: Vec<Point> = match measured.is_empty() {
             false => measured.iter().map(|one| one.point.clone()).collect(),
             true => points_of_surfaces(finished)?,
@@ -71,6 +74,7 @@ impl<'a> Evidence<'a> {
             caveat: remarks::caveat(finished, &looks)?,
             looks,
             files,
+            bars,
         })
     }
 
@@ -95,7 +99,7 @@ impl<'a> Evidence<'a> {
         self.corrected.iter().filter(wanted)
     }
 
-    /// A mean curve with standard errors, as separate points under the ensemble's name.
+    /// A mean curve with its error bars, as separate points under the ensemble's name.
     pub fn points(&self, ensemble: &Ensemble, means: &[Mean]) -> Series {
         series(means, self.looks.markers(&ensemble.point)).named(self.label(ensemble))
     }
@@ -118,7 +122,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// A mean curve with standard errors.
+/// A mean curve with its error bars.
 pub fn series(means: &[Mean], style: Style) -> Series {
     let points = means.iter().map(|mean| Place {
         x: mean.load,
@@ -134,16 +138,22 @@ pub fn series(means: &[Mean], style: Style) -> Series {
 
 /// Fewer of the means: where a line joins all of them, markers at least `step` apart do.
 pub fn spaced(step: f64, means: &[Mean]) -> Vec<Mean> {
-    let mut spaced: Vec<Mean> = Vec::new();
+    apart(means, |last| last + step)
+}
+
+/// The same on an axis of logarithms, at least a factor apart.
+pub fn spaced_by(factor: f64, means: &[Mean]) -> Vec<Mean> {
+    apart(means, |last| last * factor)
+}
+
+fn apart(means: &[Mean], next: impl Fn(f64) -> f64) -> Vec<Mean> {
+    let mut apart: Vec<Mean> = Vec::new();
     for mean in means {
-        if spaced
-            .last()
-            .is_none_or(|last| mean.load >= last.load + step)
-        {
-            spaced.push(*mean);
+        if apart.last().is_none_or(|last| mean.load >= next(last.load)) {
+            apart.push(*mean);
         }
     }
-    spaced
+    apart
 }
 
 /// The means up to a load.
@@ -194,6 +204,7 @@ fn curves<'a>(
     finished: &'a Finished<'a>,
     kind: Kind,
     area: &str,
+    bars: Bars,
 ) -> Result<Vec<Ensemble<'a>>, TableError> {
     let is_curve = |table: &Table| {
         [SURFACE.name, LOAD.name, area]
@@ -204,7 +215,7 @@ fn curves<'a>(
     let curves = stages.filter(|stage| stage.kind == kind && is_curve(&stage.table));
     let mut ensembles = Vec::new();
     for stage in curves {
-        ensembles.extend(ensembles::of(&stage.table)?);
+        ensembles.extend(ensembles::of(&stage.table, bars)?);
     }
     Ok(ensembles)
 }

@@ -127,6 +127,11 @@ impl Looks {
         Style::line(self.ink(point), Dash::Solid, 1.0)
     }
 
+    /// The line that joins all of a point's means, and the markers at some of them.
+    pub fn both(&self, point: &Point) -> [Style; 2] {
+        [self.joins(point), self.markers(point)]
+    }
+
     /// A line in the colour of a point of the study, its pattern for its marker.
     pub fn line(&self, point: &Point) -> Style {
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];

@@ -12,7 +12,7 @@ use crate::store::TaskTables;
 /// The most points that one figure shows.
 pub const MOST: usize = 9;
 /// Nodes per side that a random surface is drawn on, if its waves allow.
-const NODES: usize = 256;
+const NODES: usize = 512;
 
 /// The first surface of a parameter point.
 pub struct Sample<'a> {

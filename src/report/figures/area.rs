@@ -6,7 +6,9 @@ use crate::figures::chart::Chart;
 use crate::figures::sheet::Sheet;
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, up_to};
+use crate::report::evidence::{
+    AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+};
 use crate::report::figure::{Definition, Drawn, sample};
 
 pub const FIGURE: Definition = Definition {
@@ -16,25 +18,40 @@ pub const FIGURE: Definition = Definition {
 };
 
 /// Lighter loads touch so few nodes that their secants would fill the chart.
-const SECANT_FROM: f64 = LIGHT / 20.0;
+const SECANT_FROM: f64 = LIGHT / 100.0;
+/// Markers of one curve on the chart of secants are farther apart.
+const FACTOR: f64 = 1.25;
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis.clone(), Axis::linear(AREA_LABEL));
-    let mut secants = Chart::new(axis, Axis::linear("secant A/(A₀ y)"));
+    let mut secants = Chart::new(
+        Axis::logarithmic(LOAD_LABEL),
+        Axis::linear("secant A/(A₀ y)"),
+    );
     for ensemble in &evidence.measured {
         let means = up_to(LIGHT, ensemble.mean(COUNTED)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
         let secant: Vec<Mean> = seen.map(Mean::secant).collect();
-        let style = evidence.looks.markers(&ensemble.point);
-        secants.series.push(series(&secant, style));
-        chart.series.push(evidence.points(ensemble, &means));
+        let [line, markers] = evidence.looks.both(&ensemble.point);
+        for (chart, means, apart) in [
+            (&mut chart, &means, spaced(LIGHT / 20.0, &means)),
+            (&mut secants, &secant, spaced_by(FACTOR, &secant)),
+        ] {
+            chart.series.push(series(means, line).without_bars());
+            let points = series(&apart, markers);
+            chart.series.push(points.named(evidence.label(ensemble)));
+        }
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
         return Ok(missing(evidence));
     }
-    let range = [LIGHT * 1e-3, LIGHT];
-    for (chart, quantity) in [(&mut chart, AREA), (&mut secants, SECANT)] {
+    let lightest = secants.series.iter().flat_map(|series| &series.points);
+    let lightest = lightest.fold(LIGHT, |least, point| least.min(point.x));
+    for (chart, quantity, range) in [
+        (&mut chart, AREA, [LIGHT * 1e-3, LIGHT]),
+        (&mut secants, SECANT, [lightest, LIGHT]),
+    ] {
         chart.series.push(theories::persson_curve(quantity, range));
         chart.series.push(theories::asymptote(quantity, range));
         chart
@@ -43,9 +60,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let caption = format!(
         "Contact area fraction against load and, to the right, its secant under loads from \
-         {SECANT_FROM} on, from {}; area as counted on the mesh. Points are means over the \
-         surfaces, bars their standard errors. {}{}",
+         {SECANT_FROM} on, over the logarithm of the load, from {}; area as counted on the mesh. Points are means over the \
+         surfaces at some of the loads that the lines join, bars {}. {}{}",
         sample(&evidence.sample()),
+        evidence.bars,
         evidence.share_of_mesh()?,
         evidence.caveat,
     );

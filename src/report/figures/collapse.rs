@@ -59,10 +59,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let caption = format!(
         "Secants A/(A₀ y) against Nayak's parameter α of the spectrum over continuous wavenumbers, at the \
-         loads that stand beside them, with lines by least squares in ln α; from {}, with standard \
-         errors. As counted, the areas of one α differ with k_lower, for the mesh adds more where \
+         loads that stand beside them, with lines by least squares in ln α; from {}; bars are {}. \
+         As counted, the areas of one α differ with k_lower, for the mesh adds more where \
          wavelengths are short; corrected by π/8 they differ the other way.",
         sample(&surfaces),
+        evidence.bars,
     );
     Ok(Drawn::figure(
         Sheet::of_charts(vec![charts], [330.0, 320.0]),
@@ -118,14 +119,15 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
             .collect();
         if let Some((slope, offset)) = line(&logarithms, &secants) {
             let style = Style::line(Ink::Soft, Dash::Dashed, 1.2);
-            let ends = [least, most].map(|alpha| (alpha, (offset + slope * alpha.ln()).exp()));
+            let secant = |alpha: f64| (offset + slope * alpha.ln()).exp();
+            let ends = [least, most].map(|alpha| (alpha, secant(alpha)));
             chart.series.push(Series::new(ends, style));
+            // At the left ends, where lines are farthest apart.
+            let note = format!("y = {:.3}", spectra[0].means[load].load);
+            chart.notes.push((least / 1.6, secant(least), note));
         }
-        let heaviest = spectra.iter().map(|one| one.means[load].mean);
-        let top = heaviest.fold(0.0, f64::max);
-        let note = format!("y = {}", spectra[0].means[load].load);
-        chart.notes.push(((least * most).sqrt(), 1.02 * top, note));
     }
+    chart.x = chart.x.within(least / 2.6, 1.3 * most);
     for spectrum in spectra {
         let point = |mean: &Mean| Place {
             x: spectrum.nayak,

@@ -3,12 +3,14 @@
 
 use super::theories::{self, AREA, SECANT};
 use crate::figures::axis::Axis;
-use crate::figures::chart::Chart;
+use crate::figures::chart::{Chart, Series};
+use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
+use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
 use crate::report::evidence::{
-    AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced, up_to,
+    AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
 };
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::stages::columns::{AREA_CORRECTED, ERROR_RELATIVE};
@@ -49,15 +51,15 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
                 ..*error
             })
             .collect();
-        let line = evidence.looks.joins(&ensemble.point);
-        chart
-            .series
-            .push(series(&against_area, line).without_bars());
-        let markers = spaced(0.025, &against_area);
-        chart.series.push(evidence.points(ensemble, &markers));
-        by_load
-            .series
-            .push(series(&errors, evidence.looks.line(&ensemble.point)));
+        let [line, markers] = evidence.looks.both(&ensemble.point);
+        for (chart, means, apart) in [
+            (&mut chart, &against_area, spaced(0.025, &against_area)),
+            (&mut by_load, &errors, spaced_by(1.4, &errors)),
+        ] {
+            chart.series.push(series(means, line).without_bars());
+            let points = series(&apart, markers);
+            chart.series.push(points.named(evidence.label(ensemble)));
+        }
         surfaces.push(ensemble.surfaces);
     }
     if surfaces.is_empty() {
@@ -67,8 +69,9 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Half the distance of the bounds on the true area over the counted area, (π/8) S_d Δx/A, \
          against the counted area fraction and, to the right, against load; S_d is the Manhattan \
-         perimeter, Δx the mesh step. Means and standard errors over {}.",
+         perimeter, Δx the mesh step. Means over {}; bars are {}.",
         sample(&surfaces),
+        evidence.bars,
     );
     Ok(Drawn::figure(Sheet::of_two(chart, by_load), caption))
 }
@@ -99,9 +102,10 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
         .map(|one| one.surfaces)
         .collect();
     let caption = format!(
-        "Corrected contact area (points at some of the loads, with standard errors) beside the \
+        "Corrected contact area (points at some of the loads; bars are {}) beside the \
          counted one (lines of the same colour) and, to the right, the secants of both, from {}; \
          corrections: {}.{}",
+        evidence.bars,
         sample(&surfaces),
         corrections
             .iter()
@@ -141,6 +145,9 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
         return Ok(None);
     }
     let range = [LIGHT * 1e-3, LIGHT];
+    let counted = Style::line(Ink::Text, Dash::Solid, 1.0);
+    area.series
+        .push(Series::new([], counted).named("lines: as counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
         chart.series.push(theories::persson_curve(quantity, range));
         chart.series.push(theories::asymptote(quantity, range));

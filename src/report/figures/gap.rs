@@ -53,9 +53,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         false => "A fit with `law = \"load-separation\"` adds the exponential relation.",
     };
     let caption = format!(
-        "Mean gap ū against load, from {}. Points are means over the surfaces, bars their standard \
-         errors. {fits}",
+        "Mean gap ū against load, from {}. Points are means over the surfaces, bars {}. \
+         {fits}",
         sample(&evidence.sample()),
+        evidence.bars,
     );
     Ok(Drawn::figure(Sheet::of(chart), caption))
 }

@@ -31,6 +31,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Axis::logarithmic(LOAD_LABEL),
         Axis::logarithmic("approach F(y)"),
     );
+    let mut open = Chart::new(
+        Axis::linear(LOAD_LABEL),
+        Axis::logarithmic("(1 − A/A₀)/erfc(√2 y)"),
+    );
     let mut heaviest = 0.0_f64;
     let mut least = 1.0_f64;
     for ensemble in &evidence.measured {
@@ -40,9 +44,13 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         means.retain(|mean| mean.load >= FROM);
         heaviest = heaviest.max(means.last().map_or(0.0, |mean| mean.load));
         least = means.iter().fold(least, |least, mean| least.min(mean.mean));
-        chart.series.push(evidence.points(ensemble, &means));
         let style = evidence.looks.markers(&ensemble.point);
         approach.series.push(series(&transformed, style));
+        let known = means.iter().filter(|mean| is_known(mean));
+        let shares: Vec<Mean> = known.map(open_over_persson).collect();
+        let joined = series(&shares, style.joined());
+        open.series.push(joined);
+        chart.series.push(evidence.points(ensemble, &means));
     }
     if heaviest < 2.0 * FROM {
         let lines = evidence
@@ -89,24 +97,61 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         whole(persson::approach, Dash::Dashed),
         whole(|load| 2.0 * load * load, Dash::Dotted),
     ]);
-    chart.x = chart.x.within(FROM, 1.03 * heaviest);
+    let scales = SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]);
+    open.series.extend(scales.map(|(scale, dash)| {
+        let ratio = |load: f64| persson::noncontact(scale * load) / persson::noncontact(load);
+        let style = Style::line(Ink::Soft, dash, 2.6);
+        Series::curve(ratio, range, Spacing::Linear, style)
+    }));
+    open.series.extend([
+        curve(|_| 1.0, Ink::Text, Dash::Dashed, 1.8),
+        curve(
+            |y| full_contact::noncontact(y) / persson::noncontact(y),
+            Ink::Text,
+            Dash::Solid,
+            1.2,
+        ),
+    ]);
+    for chart in [&mut chart, &mut open] {
+        chart.x = chart.x.clone().within(FROM, 1.03 * heaviest);
+    }
     chart.y = chart.y.within((least - 0.05).max(0.0), 1.01);
     let caption = format!(
         "Contact area near full contact from {}; area as counted on the mesh. Points are means up \
-         to the first surface in full contact, bars their standard errors; grey lines are error \
-         functions of a scaled load. To the right F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
+         to the first surface in full contact, bars {}; grey lines are error \
+         functions of a scaled load. In the middle what is left open over what Persson's theory \
+         leaves, where its scatter is below a third; to the right F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
          2 y² in Persson's theory.{}",
         sample(&evidence.sample()),
+        evidence.bars,
         evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, approach), caption))
+    Ok(Drawn::figure(
+        Sheet::of_charts(vec![vec![chart, open, approach]], [400.0, 340.0]),
+        caption,
+    ))
+}
+
+/// Whether the logarithm of what is out of contact is worth a point.
+fn is_known(mean: &&Mean) -> bool {
+    let open = 1.0 - mean.mean;
+    open > 0.0 && mean.half_bar.is_none_or(|half| half < open / 3.0)
+}
+
+fn open_over_persson(mean: &Mean) -> Mean {
+    let persson = persson::noncontact(mean.load);
+    Mean {
+        mean: (1.0 - mean.mean) / persson,
+        half_bar: mean.half_bar.map(|half| half / persson),
+        ..*mean
+    }
 }
 
 fn transformed(mean: &Mean) -> Option<Mean> {
     let open = 1.0 - mean.mean;
     Some(Mean {
         mean: persson::approach_to_full_contact(mean.load, open)?,
-        error: mean.error.map(|error| error / open),
+        half_bar: mean.half_bar.map(|half| half / open),
         ..*mean
     })
 }

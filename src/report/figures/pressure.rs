@@ -61,10 +61,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Contact area fraction and, to the right, mean gap against the mean pressure, from {}; \
          area as counted on the mesh. E* = {}, in whose unit pressures are: pascals if it is given \
-         in pascals. Points are means over the surfaces, bars their standard errors. An exponential \
+         in pascals. Points are means over the surfaces, bars {}. An exponential \
          relation of pressure and gap is a straight line. {}{}",
         sample(&pressed.iter().map(|one| one.surfaces).collect::<Vec<_>>()),
         moduli.join(", "),
+        evidence.bars,
         evidence.share_of_mesh()?,
         evidence.caveat,
     );

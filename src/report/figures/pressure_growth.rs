@@ -1,19 +1,32 @@
 //! Growth of the mean contact pressure with the load (fig. C.1).
 
+use arrow::array::Array;
+
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Series};
+use crate::figures::chart::{Chart, Point, Series};
 use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
+use crate::report::ensembles;
 use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::tables::Stage;
+use crate::stages::columns::CORRECTION;
 
 pub const FIGURE: Definition = Definition {
     name: "pressure-growth",
     title: "Growth of the mean contact pressure",
     draw,
 };
+
+/// The area to which the growth is shown: near full contact all curves fall to zero.
+const MOST: f64 = 0.5;
+/// Differences that tell a power law.
+const FEWEST: usize = 3;
+
+/// Guides pass above the data, by this factor.
+const GUIDES_ABOVE: f64 = 1.8;
 
 /// The exponents that the paper draws.
 const GUIDES: [(f64, Ink, Dash); 2] = [
@@ -26,50 +39,120 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Axis::logarithmic(AREA_LABEL),
         Axis::logarithmic("dp̄/dp₀, with p̄ = p₀ A₀/A"),
     );
+    let (mut all, mut rising) = (0, 0);
     for ensemble in &evidence.measured {
+        let mut growth = ensemble.pressure_growth(COUNTED)?;
+        growth.retain(|one| one.area < MOST);
+        all += growth.len();
+        growth.retain(|one| one.growth > 0.0);
+        rising += growth.len();
         let style = evidence.looks.markers(&ensemble.point);
-        let label = evidence.label(ensemble);
-        let growth = ensemble.pressure_growth(COUNTED)?;
-        chart.series.push(Series::new(growth, style).named(label));
+        let points = growth.iter().map(|one| Point {
+            x: one.area,
+            y: one.growth,
+            bar: one.bar,
+        });
+        chart.series.push(Series {
+            points: points.collect(),
+            style,
+            label: Some(evidence.label(ensemble)),
+        });
     }
-    let points = || chart.series.iter().flat_map(|series| &series.points);
-    let shown = || points().filter(|point| point.x < 0.5 && point.y > 0.0);
-    if shown().count() < 3 {
+    let Some(extent) = Extent::of(&chart.series) else {
         let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "measured contacts under several light loads",
             lines,
         ));
-    }
-    // Guides pass above the data: through the largest growth at the geometric middle of the areas.
-    let bounds =
-        |of: fn(f64, f64) -> f64, start| shown().fold(start, |end, point| of(end, point.x));
-    let (least, most) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, 0.0));
-    let middle = (least * most).sqrt();
-    let near = |x: f64| (x / middle).ln().abs() < 0.4;
-    let top = shown()
-        .filter(|point| near(point.x))
-        .fold(0.0, |top: f64, point| top.max(point.y));
-    let top = 1.8 * if top > 0.0 { top } else { 1.0 };
+    };
+    let fits = fits(evidence, extent.areas)?;
+    let told = match fits.is_empty() {
+        true => "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra.",
+        false => "Lines in colours are the fitted power laws.",
+    };
+    chart.series.extend(fits);
+    let [least, most] = extent.growths;
+    let top = GUIDES_ABOVE * extent.growth_in_the_middle;
     for (exponent, ink, dash) in GUIDES {
-        let guide = |area: f64| top * (area / middle).powf(exponent);
-        let range = [middle / 4.0, 4.0 * middle];
+        chart.series.push(extent.guide(top, exponent, ink, dash));
+    }
+    // Bars that reach far down, or below zero, would take the axis with them.
+    chart.y = chart.y.within(least / 1.5, 3.0 * most.max(top));
+    let caption = format!(
+        "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, by \
+         differences of the mean curves, against the area fraction up to {MOST}; from {}, area as \
+         counted on the mesh; bars are {}. Straight black and grey lines are guides. {told} In \
+         {} of {all} steps of the load p̄ falls: these have no logarithm and are left out.",
+        sample(&evidence.sample()),
+        evidence.bars,
+        all - rising,
+    );
+    Ok(Drawn::figure(Sheet::of(chart), caption))
+}
+
+/// Where the points of a chart lie.
+struct Extent {
+    areas: [f64; 2],
+    growths: [f64; 2],
+    /// The largest growth near the geometric middle of the areas.
+    growth_in_the_middle: f64,
+}
+
+impl Extent {
+    /// Of fewer than [`FEWEST`] points, none.
+    fn of(series: &[Series]) -> Option<Extent> {
+        let points = || series.iter().flat_map(|series| &series.points);
+        let ends = |of: fn(&Point) -> f64| {
+            let values = || points().map(of);
+            [
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(0.0, f64::max),
+            ]
+        };
+        let [areas, growths] = [ends(|point| point.x), ends(|point| point.y)];
+        let middle = (areas[0] * areas[1]).sqrt();
+        let near = points().filter(|point| (point.x / middle).ln().abs() < 0.4);
+        let largest = near.map(|point| point.y).reduce(f64::max);
+        (points().count() >= FEWEST).then(|| Extent {
+            areas,
+            growths,
+            growth_in_the_middle: largest.unwrap_or(growths[1]),
+        })
+    }
+
+    /// A power of the area, through a growth in the middle of the areas.
+    fn guide(&self, growth: f64, exponent: f64, ink: Ink, dash: Dash) -> Series {
+        let middle = (self.areas[0] * self.areas[1]).sqrt();
         let guide = Series::curve(
-            guide,
-            range,
+            |area| growth * (area / middle).powf(exponent),
+            [middle / 4.0, 4.0 * middle],
             Spacing::Logarithmic,
             Style::line(ink, dash, 1.8),
         );
-        chart
-            .series
-            .push(guide.named(format!("exponent {exponent}").replace('-', "−")));
+        guide.named(format!("exponent {exponent}").replace('-', "−"))
     }
-    let caption = format!(
-        "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, by \
-         differences of the mean curves, against the area fraction; from {}, area as counted on \
-         the mesh. Straight lines are guides. A decrease of p̄ between two loads has no logarithm \
-         and is left out.",
-        sample(&evidence.sample()),
-    );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+}
+
+/// The power laws fitted to counted areas.
+fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
+    let mut lines = Vec::new();
+    let columns = ["exponent", "prefactor", "law"];
+    for Stage { table, .. } in evidence.finished.with(&columns) {
+        let (exponents, prefactors) = (table.reals("exponent")?, table.reals("prefactor")?);
+        let corrections = table.has(CORRECTION.name);
+        let corrections = corrections.then(|| table.texts(CORRECTION.name));
+        let corrections = corrections.transpose()?;
+        for row in (0..table.rows()).filter(|&row| exponents.is_valid(row)) {
+            if corrections.is_some_and(|names| names.value(row) != "none") {
+                continue;
+            }
+            let (exponent, prefactor) = (exponents.value(row), prefactors.value(row));
+            let growth = |area: f64| prefactor * area.powf(exponent);
+            let ink = evidence.looks.ink(&ensembles::point(table, row));
+            let style = Style::line(ink, Dash::Solid, 1.2);
+            let line = Series::curve(growth, range, Spacing::Logarithmic, style);
+            lines.push(line);
+        }
+    }
+    Ok(lines)
 }

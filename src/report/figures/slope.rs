@@ -69,8 +69,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     };
     let caption = format!(
         "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
-         mesh. Bars are standard errors over the surfaces. {fits}{}",
+         mesh. Bars are {}. {fits}{}",
         sample(&evidence.sample()),
+        evidence.bars,
         evidence.caveat,
     );
     Ok(Drawn::figure(Sheet::of(chart), caption))
@@ -81,9 +82,7 @@ fn points(slopes: &[Slope], style: Style) -> Series {
     let points = slopes.iter().filter(is_light).map(|slope| Point {
         x: slope.load,
         y: slope.slope,
-        bar: slope
-            .error
-            .map(|error| [slope.slope - error, slope.slope + error]),
+        bar: slope.bar,
     });
     Series {
         points: points.collect(),

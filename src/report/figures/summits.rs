@@ -8,10 +8,12 @@ use arrow::array::Array;
 use crate::contact::nayak::Continuum;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point as Place, Series};
+use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::ensembles::{self, Point, mean_and_error};
+use crate::report::bars::{Bars, ends, mean_and_half_bar};
+use crate::report::ensembles::{self, Point};
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::looks::Looks;
@@ -53,6 +55,9 @@ const DENSITY_OF_SUMMITS: Quantity = Quantity {
     closed_form: Continuum::summit_density,
 };
 
+/// The Hurst exponents of the paper's figures: that of its surfaces, and another.
+const PAPERS_HURST: f64 = 0.8;
+const OTHER_HURST: f64 = 0.3;
 /// More Hurst exponents than that share one chart.
 const MOST_CHARTS: usize = 3;
 
@@ -90,35 +95,47 @@ fn draw(evidence: &Evidence, quantity: &Quantity) -> Result<Drawn, ReportError> 
     let surfaces = curves.values().flat_map(Curve::values);
     let counts: Vec<usize> = surfaces.map(|one| one.values.len()).collect();
     let caption = format!(
-        "{}: means over {} with standard errors, and, as lines, the closed form over continuous \
-         wavenumbers. Periodic cells with few long waves differ from it.",
+        "{}: means over {}, bars {}, and, as lines, the closed form over continuous \
+         wavenumbers{}. Periodic cells with few long waves differ from it.",
         quantity.meaning,
         sample(&counts),
+        evidence.bars,
+        match has_other(&curves) {
+            true => format!(", in dashes those of the paper's other Hurst exponent, {OTHER_HURST}"),
+            false => String::new(),
+        },
     );
-    Ok(Drawn::figure(
-        sheet(&curves, &evidence.looks, quantity),
-        caption,
-    ))
+    Ok(Drawn::figure(sheet(&curves, evidence, quantity), caption))
 }
 
 /// One chart for each Hurst exponent if they are few, else one for all.
-fn sheet(curves: &BTreeMap<Family, Curve>, looks: &Looks, quantity: &Quantity) -> Sheet {
+fn sheet(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quantity) -> Sheet {
     let uppers = || curves.values().flat_map(BTreeMap::keys).copied();
     let ends = [uppers().min(), uppers().max()].map(|end| end.unwrap_or(1) as f64);
     let range = [ends[0] / 1.15, ends[1] * 1.15];
     let mut exponents: Vec<u64> = curves.keys().map(|family| family.hurst).collect();
     exponents.dedup();
     let chart = |has: &dyn Fn(&Family) -> bool| {
-        let x = Axis::logarithmic("upper cutoff wavenumber k_upper").within(range[0], range[1]);
+        let x = Axis::octaves("upper cutoff wavenumber k_upper").within(range[0], range[1]);
         let mut chart = Chart::new(x, Axis::logarithmic(quantity.label));
         for (family, curve) in curves.iter().filter(|(family, _)| has(family)) {
-            let drawn = family.series(curve, range, looks, quantity);
+            let drawn = family.series(curve, range, &evidence.looks, quantity, evidence.bars);
             chart.series.extend(drawn);
         }
         chart
     };
     if exponents.len() == 1 || exponents.len() > MOST_CHARTS {
-        return Sheet::of(chart(&|_| true));
+        let mut chart = chart(&|_| true);
+        if has_other(curves) {
+            chart.series.extend(curves.iter().map(|(family, curve)| {
+                let other = Family {
+                    hurst: OTHER_HURST.to_bits(),
+                    ..*family
+                };
+                other.closed_form(curve, range, &evidence.looks, quantity, Dash::Dashed)
+            }));
+        }
+        return Sheet::of(chart);
     }
     let charts = exponents.iter().map(|&hurst| {
         let title = format!("H = {}", f64::from_bits(hurst));
@@ -127,15 +144,22 @@ fn sheet(curves: &BTreeMap<Family, Curve>, looks: &Looks, quantity: &Quantity) -
     Sheet::of_charts(vec![charts.collect()], [430.0, 340.0])
 }
 
+/// Whether the paper's other Hurst exponent stands beside that of the study.
+fn has_other(curves: &BTreeMap<Family, Curve>) -> bool {
+    let mut exponents = curves.keys().map(|family| f64::from_bits(family.hurst));
+    exponents.all(|hurst| hurst == PAPERS_HURST)
+}
+
 impl Family {
-    /// The closed form as a line, and each spectrum's surfaces as a point.
-    fn series(
+    /// The closed form as a line in the colour of a curve.
+    fn closed_form(
         &self,
         curve: &Curve,
         [from, to]: [f64; 2],
         looks: &Looks,
         quantity: &Quantity,
-    ) -> Vec<Series> {
+        dash: Dash,
+    ) -> Series {
         let [k_lower, k_rolloff] = [self.k_lower, self.k_rolloff].map(|k| k as f64);
         let closed_form = |k_upper: f64| {
             let continuum = Continuum {
@@ -145,26 +169,40 @@ impl Family {
             };
             (quantity.closed_form)(&continuum, k_rolloff)
         };
-        let mut series = Vec::new();
-        if let Some(surfaces) = curve.values().next() {
-            let style = Style::line(looks.ink(&surfaces.point), Dash::Solid, 1.3);
-            let range = [from.max(k_rolloff), to];
-            let line = Series::curve(closed_form, range, Spacing::Logarithmic, style);
-            let label = looks.label_of_colour(&surfaces.point);
-            series.push(line.named(label.unwrap_or_else(|| "closed form".to_owned())));
-        }
+        let first = curve.values().next().map(|surfaces| &surfaces.point);
+        let ink = first.map_or(Ink::Text, |point| looks.ink(point));
+        let range = [from.max(k_rolloff), to];
+        Series::curve(
+            closed_form,
+            range,
+            Spacing::Octaves,
+            Style::line(ink, dash, 1.3),
+        )
+    }
+
+    /// The closed form as a line, and each spectrum's surfaces as a point.
+    fn series(
+        &self,
+        curve: &Curve,
+        range: [f64; 2],
+        looks: &Looks,
+        quantity: &Quantity,
+        bars: Bars,
+    ) -> Vec<Series> {
+        let line = self.closed_form(curve, range, looks, quantity, Dash::Solid);
+        let mut series = vec![line];
         for (&k_upper, surfaces) in curve {
             let values: Vec<f64> = surfaces.values.values().copied().collect();
-            let (mean, error) = mean_and_error(&values);
+            let (mean, half) = mean_and_half_bar(&values, bars);
             let place = Place {
                 x: k_upper as f64,
                 y: mean,
-                bar: error.map(|error| [mean - error, mean + error]),
+                bar: ends(mean, half),
             };
             series.push(Series {
                 points: vec![place],
                 style: looks.markers(&surfaces.point),
-                label: None,
+                label: looks.label(&surfaces.point),
             });
         }
         series

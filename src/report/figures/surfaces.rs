@@ -18,7 +18,7 @@ pub const FIGURE: Definition = Definition {
 };
 
 /// Pixels per side of a map.
-const PIXELS: usize = 192;
+const PIXELS: usize = 512;
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut samples = samples::of(evidence)?;

@@ -20,18 +20,27 @@ pub const AREA: Quantity = |area, _| area;
 /// The area over the load.
 pub const SECANT: Quantity = |area, load| area / load;
 
+/// A curve that does not begin at zero may be seen on an axis of logarithms, where it bends most at
+/// its light end.
+fn steps([from, _]: [f64; 2]) -> Spacing {
+    match from > 0.0 {
+        true => Spacing::Logarithmic,
+        false => Spacing::Linear,
+    }
+}
+
 /// Persson's theory.
 pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {
     let style = Style::line(Ink::Text, Dash::Dashed, 1.8);
     let curve = |load| quantity(persson::area(load), load);
-    Series::curve(curve, range, Spacing::Linear, style).named("Persson 2001")
+    Series::curve(curve, range, steps(range), style).named("Persson 2001")
 }
 
 /// What asperity models tend to at light load.
 pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
     let style = Style::line(Ink::Soft, Dash::Dotted, 1.6);
     let curve = |load| quantity(KAPPA_BGT * load, load);
-    Series::curve(curve, range, Spacing::Linear, style).named("asymptote √(2π) y of BGT")
+    Series::curve(curve, range, steps(range), style).named("asymptote √(2π) y of BGT")
 }
 
 /// The asperity models of the paper.
@@ -55,7 +64,7 @@ pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
             let curve = |load| quantity(area(load), load);
             let style = Style::line(ink, dash, 1.4);
             let label = format!("{name}, α = {nayak}");
-            Series::curve(curve, range, Spacing::Linear, style).named(label)
+            Series::curve(curve, range, steps(range), style).named(label)
         })
     });
     curves.collect()
