@@ -9,7 +9,12 @@ fn claims(bench: &Bench) -> Value {
     let path = bench.path("study.toml");
     let output = bench.output(&["claims", path.to_str().unwrap(), "--json"]);
     assert!(output.status.success(), "{output:?}");
-    serde_json::from_slice(&output.stdout).unwrap()
+    let mut claims: Value = serde_json::from_slice(&output.stdout).unwrap();
+    // What more surfaces would take is measured anew by every command.
+    for claim in claims["claims"].as_array_mut().unwrap() {
+        claim["core_hours"] = Value::Null;
+    }
+    claims
 }
 
 #[test]
