@@ -1,7 +1,7 @@
 //! A transform pair with its kernel, against the bare transforms of rustfft and the memory.
 
+use asperity::contact::elasticity::half_space;
 use asperity::contact::fft::{Real, Transform};
-use asperity::contact::half_space;
 use divan::{Bencher, black_box, counter::BytesCount};
 use realfft::RealFftPlanner;
 use rustfft::{FftPlanner, num_complex::Complex};

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
+use asperity::contact::elasticity::half_space;
 use asperity::contact::fft::Transform;
-use asperity::contact::half_space;
 use asperity::contact::solver::{Settings, Solver};
-use asperity::contact::spectrum::Spectrum;
-use asperity::contact::surface::{Amplitude, RandomSurface};
+use asperity::contact::topography::spectrum::Spectrum;
+use asperity::contact::topography::surface::{Amplitude, RandomSurface};
 
 /// Cutoffs of the surfaces.
 const SPECTRA: [(u32, u32); 3] = [(1, 32), (4, 64), (16, 128)];

@@ -1,6 +1,6 @@
 //! Which surfaces of a study are not what theories of rough contact assume, by their own numbers.
 
-use crate::contact::assumptions::Statistics;
+use crate::contact::topography::assumptions::Statistics;
 use crate::stages::StageError;
 use crate::stages::aggregate::{Groups, Statistic, grouped};
 use crate::store::table::Table;

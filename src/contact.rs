@@ -1,28 +1,21 @@
-//! Surfaces, half-spaces and what happens between them.
+//! Surfaces, elastic bodies and what happens between them: the numerics, which know no files and no
+//! tables.
 //!
-//! Heights are positive towards the elastic body. Maps are row-major: node (i, j) of a mesh with N
-//! nodes a side is element i·N + j and lies at x = iΔx, y = jΔx. Wavenumbers k are integers,
-//! k = L/λ; angular ones are q = 2πk/L. Everything elastic depends on the load
-//! y = p₀/(E* h′) alone, where h′ = √⟨|∇h|²⟩ is the rms slope: solvers and models work in it.
+//! - [`topography`]: rough surfaces, drawn or measured, and their statistics;
+//! - [`elasticity`]: what a pressure does to the surface of a body;
+//! - [`fft`]: the transforms that both are computed with;
+//! - [`solver`]: which nodes of a surface touch under a load, and with which pressure;
+//! - [`morphology`]: area, perimeter and clusters of the nodes that touch;
+//! - [`theory`]: what the area should be.
+//!
+//! Maps are row-major: node (i, j) of a mesh with N nodes a side is element i·N + j and lies at
+//! x = iΔx, y = jΔx. Wavenumbers k are integers, k = L/λ; angular ones are q = 2πk/L. Everything
+//! elastic depends on the load y = p₀/(E* h′) alone, where h′ = √⟨|∇h|²⟩ is the rms slope: solvers
+//! and models work in it.
 
-pub mod area;
-pub mod assumptions;
-pub mod clusters;
-pub mod correction;
-pub mod descriptors;
-pub mod draw;
+pub mod elasticity;
 pub mod fft;
-pub mod half_space;
-pub mod histogram;
-pub mod law;
-pub mod map;
-pub mod measured;
-pub mod models;
-pub mod moments;
-pub mod nayak;
-pub mod periodic;
-pub mod persson;
-pub mod shapes;
+pub mod morphology;
 pub mod solver;
-pub mod spectrum;
-pub mod surface;
+pub mod theory;
+pub mod topography;

@@ -20,9 +20,9 @@ use serde::{Deserialize, Serialize};
 
 use aggregate::sql::QueryError;
 
-use crate::contact::map::MapError;
-use crate::contact::measured::MeasuredError;
-use crate::contact::surface::SurfaceError;
+use crate::contact::morphology::map::MapError;
+use crate::contact::topography::measured::MeasuredError;
+use crate::contact::topography::surface::SurfaceError;
 use crate::sources::{SourceError, Sources};
 use crate::store::column::{Column, Value};
 use crate::store::table::{Table, TableError};

@@ -1,8 +1,8 @@
 //! Any bytes as a measured surface: a square map of finite heights, or refused.
 #![no_main]
 
-use asperity::contact::measured::read_npy;
-use asperity::contact::periodic::Edges;
+use asperity::contact::topography::measured::read_npy;
+use asperity::contact::topography::periodic::Edges;
 use libfuzzer_sys::fuzz_target;
 
 /// Larger maps are sound, but slow.

@@ -5,8 +5,8 @@ use super::light::LIGHT;
 use super::quantities::{Quantities, data, needs, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
-use crate::contact::models::AsperityModel;
-use crate::contact::models::asperities::Asperities;
+use crate::contact::theory::models::AsperityModel;
+use crate::contact::theory::models::asperities::Asperities;
 
 const WEAKER_THAN_IN_MODELS: Statement = Statement {
     name: "effect-of-alpha-is-weaker-than-in-asperity-models",

@@ -2,13 +2,13 @@
 
 use super::intervals::{Bound, jackknife};
 use super::{Claim, Expectation, Judgement, Origin, Outcome, Statement};
-use crate::contact::law::KAPPA_BGT;
-use crate::contact::models::AsperityModel;
-use crate::contact::models::asperities::{Asperities, Contact};
-use crate::contact::nayak::Continuum;
-use crate::contact::persson;
-use crate::contact::spectrum::Spectrum;
-use crate::contact::surface::{Amplitude, RandomSurface};
+use crate::contact::theory::law::KAPPA_BGT;
+use crate::contact::theory::models::AsperityModel;
+use crate::contact::theory::models::asperities::{Asperities, Contact};
+use crate::contact::theory::persson;
+use crate::contact::topography::nayak::Continuum;
+use crate::contact::topography::spectrum::Spectrum;
+use crate::contact::topography::surface::{Amplitude, RandomSurface};
 
 const SUMMITS: Statement = Statement {
     name: "tabulated-density-of-summits",

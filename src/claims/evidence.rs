@@ -6,7 +6,7 @@ use arrow::array::{Array, Float64Array};
 
 use super::intervals::Weights;
 use super::setting::Setting;
-use crate::contact::nayak::Continuum;
+use crate::contact::topography::nayak::Continuum;
 use crate::ensemble::{self, Member, Members, ensembles};
 use crate::fitting::{Curves, Window};
 use crate::stages::Kind;

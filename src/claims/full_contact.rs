@@ -5,8 +5,8 @@ use super::intervals::Weights;
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
-use crate::contact::models::full_contact;
-use crate::contact::persson;
+use crate::contact::theory::models::full_contact;
+use crate::contact::theory::persson;
 
 const AT_THE_END: Statement = Statement {
     name: "full-contact-at-1.7",

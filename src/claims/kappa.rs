@@ -5,7 +5,7 @@ use super::intervals::Weights;
 use super::quantities::{Quantities, data, families, needs, surfaces};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
-use crate::contact::law::KAPPA_BGT;
+use crate::contact::theory::law::KAPPA_BGT;
 use crate::fitting::Window;
 use crate::fitting::evolution::{EvolutionFit, EvolutionProblem, Kappa, Quantity};
 

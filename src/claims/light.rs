@@ -5,8 +5,8 @@ use super::intervals::Weights;
 use super::quantities::{Quantities, data, needs, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
-use crate::contact::law::{KAPPA_BGT, KAPPA_PERSSON};
-use crate::contact::persson;
+use crate::contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
+use crate::contact::theory::persson;
 
 /// Loads that stand for light contact.
 pub const LIGHT: [f64; 3] = [0.012, 0.024, 0.06];

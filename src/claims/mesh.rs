@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015};
 use super::quantities::{Quantities, needs, under};
 use super::{Claim, Expectation, Origin, Statement};
-use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::stages::columns::{EDGE_NODES_4, SWITCHES};
 
 const EDGE_NODES: Statement = Statement {

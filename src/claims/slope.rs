@@ -4,7 +4,7 @@ use super::evidence::{COUNTED, Ensemble, Evidence, OF_2017};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, needs};
 use super::{Claim, Expectation, Origin, Statement};
-use crate::contact::persson;
+use crate::contact::theory::persson;
 
 /// Ends of three equal stretches of light load.
 const STRETCHES: [f64; 3] = [0.02, 0.04, 0.06];

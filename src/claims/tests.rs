@@ -3,7 +3,7 @@
 use super::evidence::{COUNTED, Finished, OF_2015, OF_2017};
 use super::intervals::Weights;
 use super::*;
-use crate::contact::persson;
+use crate::contact::theory::persson;
 use crate::fitting::examples::normal;
 use crate::stages::Kind;
 use crate::stages::columns::*;

@@ -191,7 +191,7 @@ fn distinct(table: &Table, name: &str) -> Result<Vec<String>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::law::ContactEvolution;
+    use crate::contact::theory::law::ContactEvolution;
     use crate::stages::columns::{AREA_FRACTION, LOAD, STOP, SURFACE};
     use crate::stages::fit;
     use crate::store::column::{Column, ColumnKind, reals, texts};

@@ -13,7 +13,7 @@
 //! refinement.
 
 use super::fft::{Kernel, Scratch, Transform};
-use super::half_space;
+use crate::contact::elasticity::half_space;
 
 mod landing;
 mod lanes;

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 
 use colorous::{CIVIDIS, Gradient, INFERNO, YELLOW_GREEN_BLUE};
 
-use crate::contact::map::ContactMap;
+use crate::contact::morphology::map::ContactMap;
 
 /// Red, green, blue.
 pub type Pixel = [u8; 3];
@@ -183,7 +183,7 @@ impl Raster {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::map::ContactMap;
+    use crate::contact::morphology::map::ContactMap;
 
     fn contact(nodes: usize, touches: impl Fn(usize, usize) -> bool) -> ContactMap {
         let pressure = |node| f64::from(u8::from(touches(node / nodes, node % nodes)));

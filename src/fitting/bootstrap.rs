@@ -179,7 +179,7 @@ mod tests {
     use super::super::examples::{normal, scattered, uniform};
     use super::super::{Curves, Window};
     use super::*;
-    use crate::contact::law::ContactEvolution;
+    use crate::contact::theory::law::ContactEvolution;
 
     const BOOTSTRAP: Bootstrap = Bootstrap {
         replicates: 400,

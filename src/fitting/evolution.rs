@@ -11,7 +11,7 @@ use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, minimize};
 use super::{Curves, FitError, Window};
-use crate::contact::law::ContactEvolution;
+use crate::contact::theory::law::ContactEvolution;
 
 pub(super) mod residuals;
 

@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::Curves;
-use crate::contact::law::ContactEvolution;
-use crate::contact::persson;
+use crate::contact::theory::law::ContactEvolution;
+use crate::contact::theory::persson;
 
 /// Area fractions of the model of Bush, Gibson & Thomas with Nayak parameter 2, under the loads
 /// `uniform(0.06, 50)`: full elliptic Hertz contacts integrated over Nayak's joint density.

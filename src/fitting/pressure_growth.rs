@@ -128,7 +128,7 @@ fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
 mod tests {
     use super::super::examples::{BGT_ALPHA_2, BGT_ALPHA_10, scattered, single, uniform};
     use super::*;
-    use crate::contact::law::ContactEvolution;
+    use crate::contact::theory::law::ContactEvolution;
 
     const LAW: ContactEvolution = ContactEvolution {
         kappa: 2.7,

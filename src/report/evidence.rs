@@ -11,7 +11,7 @@ use super::ensembles::{self, Ensemble, Mean, Point};
 use super::looks::{Files, Looks};
 use super::remarks;
 use super::tables::{Finished, Stage};
-use crate::contact::spectrum::Spectrum;
+use crate::contact::topography::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;

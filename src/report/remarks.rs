@@ -7,7 +7,7 @@ use super::evidence::{COUNTED, Evidence, LIGHT};
 use super::looks::Looks;
 use super::tables::{Finished, Stage};
 use crate::caveats;
-use crate::contact::correction::YASTREBOV_2017;
+use crate::contact::morphology::correction::YASTREBOV_2017;
 use crate::stages::Kind;
 use crate::stages::columns::{NODES, PERIMETER_MANHATTAN, SIDE, UNIT};
 use crate::store::table::TableError;

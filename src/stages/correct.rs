@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::{Input, StageError};
-use crate::contact::correction::{CountedArea, PI_OVER_EIGHT};
+use crate::contact::morphology::correction::{CountedArea, PI_OVER_EIGHT};
 use crate::store::column::{optional_reals, reals, texts};
 use crate::store::table::Table;
 

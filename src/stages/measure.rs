@@ -10,10 +10,10 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::{Context, Effort, Extent, Footprint, Input, Recipe, StageError, generate};
-use crate::contact::area::ContactArea;
-use crate::contact::clusters::Clusters;
-use crate::contact::histogram::{Histogram, Pool};
-use crate::contact::map::ContactMap;
+use crate::contact::morphology::area::ContactArea;
+use crate::contact::morphology::clusters::Clusters;
+use crate::contact::morphology::map::ContactMap;
+use crate::contact::topography::histogram::{Histogram, Pool};
 use crate::store::column::{Role, flags, integers, optional_reals, reals};
 use crate::store::table::Table;
 

@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::{Context, Effort, Footprint, Input, Recipe, StageError};
-use crate::contact::map::ContactMap;
+use crate::contact::morphology::map::ContactMap;
 use crate::contact::solver::{Outcome, Settings, Solver, Stop, bytes_per_node, pace};
-use crate::contact::surface::Surface;
+use crate::contact::topography::surface::Surface;
 use crate::decimal;
 use crate::store::column::{Column, Value, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, SHARE, report_equal_points};
 use super::flow::Rows;
-use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::evaluate::{
     self, CorrectTable, Correction as WrittenCorrection, CorrectionWord, EvolutionTable, KappaWord,

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::{Stage, Study, Work};
-use crate::contact::shapes::Shape;
+use crate::contact::topography::shapes::Shape;
 use crate::stages::fit::Law;
 use crate::stages::generate::Form;
 use crate::stages::measure;

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 
-use asperity::contact::map::ContactMap;
+use asperity::contact::morphology::map::ContactMap;
 use asperity::store::parquet::{self, Columns};
 use serde_json::Value;
 

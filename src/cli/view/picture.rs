@@ -5,8 +5,8 @@ use arrow::datatypes::Float64Type;
 
 use super::Map;
 use crate::cli::{Failure, Misused, counted};
-use crate::contact::map::ContactMap;
-use crate::contact::surface::Surface;
+use crate::contact::morphology::map::ContactMap;
+use crate::contact::topography::surface::Surface;
 use crate::figures::raster::{Raster, Scale};
 use crate::sources::Sources;
 use crate::stages::columns::{CONTACT, LOAD, NODES, PRESSURES, UNIT};

@@ -84,8 +84,8 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::elasticity::half_space;
     use crate::contact::fft::Transform;
-    use crate::contact::half_space;
 
     const NODES: usize = 12;
 

@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use super::super::fft::Transform;
-use super::super::half_space;
 use super::Settings;
+use crate::contact::elasticity::half_space;
 
 /// Cost of a whole iteration over that of its transforms, in pairs: 1.65 at 512² and 1.85 at 1024².
 const OVERHEAD: f64 = 1.8;

@@ -11,7 +11,7 @@ use super::Solver;
 use super::lanes::Wide;
 use super::passes::{Ask, Onwards, Response, Seen};
 use super::survey::Standing;
-use crate::contact::half_space;
+use crate::contact::elasticity::half_space;
 
 /// How far from the last load, in units of the way to it from the one before, a straight line
 /// through both solutions is a better guess than the last one scaled: back to the one before, or

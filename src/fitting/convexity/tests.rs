@@ -4,7 +4,7 @@ use super::super::examples::{
 };
 use super::super::{Curves, Window};
 use super::*;
-use crate::contact::law::{ContactEvolution, KAPPA_BGT};
+use crate::contact::theory::law::{ContactEvolution, KAPPA_BGT};
 
 const LIGHT: Window = Window {
     from: 0.0,

@@ -1,7 +1,7 @@
 //! Residuals of the contact evolution law, with the parameters that are free in each kind of fit.
 
 use super::{EvolutionProblem, Quantity};
-use crate::contact::law::ContactEvolution;
+use crate::contact::theory::law::ContactEvolution;
 use crate::fitting::least_squares::Residuals;
 
 /// Residuals of a law against a mean curve, and their derivatives by (ln β, ln μ, ln κ).

@@ -2,7 +2,7 @@ use super::super::examples::{
     BGT_ALPHA_2, BGT_ALPHA_10, persson_curve, scattered, single, uniform,
 };
 use super::*;
-use crate::contact::law::{KAPPA_BGT, KAPPA_PERSSON};
+use crate::contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
 
 const LAW: ContactEvolution = ContactEvolution {
     kappa: 1.1 * KAPPA_BGT,

@@ -1,7 +1,7 @@
 //! Corrected areas of all spectra on one curve against Nayak's parameter, and what the mesh makes of
 //! it: a finding of this program, beside section 5.2.2 of the paper.
 
-use crate::contact::nayak::Continuum;
+use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::ink::Ink;

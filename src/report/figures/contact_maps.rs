@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::contact::map::ContactMap;
+use crate::contact::morphology::map::ContactMap;
 use crate::figures::raster::Raster;
 use crate::figures::sheet::{Panel, Sheet, panel_of_map};
 use crate::report::ReportError;

@@ -2,7 +2,7 @@
 
 use super::contact_maps::SHOWN_LOADS;
 use super::theories::{self, AREA};
-use crate::contact::persson;
+use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
 use crate::figures::ink::Ink;

@@ -2,7 +2,7 @@
 
 use arrow::array::Array;
 
-use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::ink::Ink;

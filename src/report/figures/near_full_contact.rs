@@ -1,7 +1,7 @@
 //! The approach to full contact (fig. 10).
 
-use crate::contact::models::full_contact;
-use crate::contact::persson;
+use crate::contact::theory::models::full_contact;
+use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Series};
 use crate::figures::ink::Ink;

@@ -1,6 +1,6 @@
 //! Area and mean gap against the mean pressure, in the units of the study; beyond the paper.
 
-use crate::contact::persson;
+use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
 use crate::figures::ink::Ink;

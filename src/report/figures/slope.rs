@@ -2,8 +2,8 @@
 
 use arrow::array::Array;
 
-use crate::contact::law::{ContactEvolution, KAPPA_BGT};
-use crate::contact::persson;
+use crate::contact::theory::law::{ContactEvolution, KAPPA_BGT};
+use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
 use crate::figures::ink::Ink;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use arrow::array::Array;
 
-use crate::contact::nayak::Continuum;
+use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::ink::Ink;

@@ -1,9 +1,9 @@
 //! The theories that stand beside the data, as curves.
 
-use crate::contact::law::KAPPA_BGT;
-use crate::contact::models::AsperityModel;
-use crate::contact::models::asperities::Asperities;
-use crate::contact::persson;
+use crate::contact::theory::law::KAPPA_BGT;
+use crate::contact::theory::models::AsperityModel;
+use crate::contact::theory::models::asperities::Asperities;
+use crate::contact::theory::persson;
 use crate::figures::axis::Spacing;
 use crate::figures::chart::Series;
 use crate::figures::ink::Ink;

@@ -10,11 +10,11 @@ use super::super::StageError;
 use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, PRESSURE};
 use super::groups::{COUNT, LOAD_MIDPOINT, mean_of, named};
 use super::{Groups, Statistic};
-use crate::contact::law::KAPPA_BGT;
-use crate::contact::models::asperities::Asperities;
-use crate::contact::models::{AsperityModel, full_contact};
-use crate::contact::nayak::Continuum;
-use crate::contact::persson;
+use crate::contact::theory::law::KAPPA_BGT;
+use crate::contact::theory::models::asperities::Asperities;
+use crate::contact::theory::models::{AsperityModel, full_contact};
+use crate::contact::theory::persson;
+use crate::contact::topography::nayak::Continuum;
 use crate::store::column::{Column, ColumnKind, optional_reals};
 use crate::store::table::{Table, TableError};
 

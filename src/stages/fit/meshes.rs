@@ -10,7 +10,7 @@ use arrow::array::{ArrayRef, Int64Array};
 
 use super::Params;
 use super::rows::{self, Row};
-use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::ensemble::{self, Member, ensembles};
 use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
 use crate::fitting::{FitError, Window};

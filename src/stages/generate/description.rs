@@ -3,12 +3,12 @@
 use arrow::array::ArrayRef;
 
 use super::{Form, Params};
-use crate::contact::descriptors::Descriptors;
-use crate::contact::moments::Moments;
-use crate::contact::nayak::Continuum;
-use crate::contact::periodic::Edges;
-use crate::contact::shapes::Shape;
-use crate::contact::surface::{Amplitude, RandomSurface, Surface};
+use crate::contact::topography::descriptors::Descriptors;
+use crate::contact::topography::moments::Moments;
+use crate::contact::topography::nayak::Continuum;
+use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::shapes::Shape;
+use crate::contact::topography::surface::{Amplitude, RandomSurface, Surface};
 use crate::stages::columns::*;
 use crate::store::column::{Column, Value, optional_reals};
 

@@ -1,11 +1,11 @@
 //! Loads so light that a few nodes bear them, or one, or plateaus at next to no pressure.
 
 use super::*;
-use crate::contact::measured::read_npy;
-use crate::contact::moments::Moments;
-use crate::contact::shapes::Shape;
-use crate::contact::spectrum::Spectrum;
-use crate::contact::surface::{Amplitude, RandomSurface, Surface};
+use crate::contact::topography::measured::read_npy;
+use crate::contact::topography::moments::Moments;
+use crate::contact::topography::shapes::Shape;
+use crate::contact::topography::spectrum::Spectrum;
+use crate::contact::topography::surface::{Amplitude, RandomSurface, Surface};
 
 /// Of unit rms slope on a unit cell.
 fn reduced(surface: Surface) -> Vec<f64> {

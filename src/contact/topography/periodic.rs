@@ -122,7 +122,7 @@ fn map_nodes(surface: &Surface, change: impl Fn(usize, f64) -> f64) -> Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::moments::Moments;
+    use crate::contact::topography::moments::Moments;
 
     fn surface(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Surface {
         let heights = (0..nodes * nodes)

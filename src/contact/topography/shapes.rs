@@ -56,7 +56,7 @@ impl Shape {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::moments::Moments;
+    use crate::contact::topography::moments::Moments;
 
     #[test]
     fn paraboloid_has_its_summit_in_the_centre_and_its_radius_there() {

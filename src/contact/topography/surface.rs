@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::draw::{Draws, ModeDraw};
-use super::fft::Transform;
 use super::moments::{MomentSum, Moments};
 use super::spectrum::Spectrum;
+use crate::contact::fft::Transform;
 
 /// Heights of a surface on the nodes of a periodic square cell, peaks up.
 ///

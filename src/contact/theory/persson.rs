@@ -9,7 +9,7 @@ pub mod error_function;
 use std::f64::consts::{PI, SQRT_2};
 
 use self::error_function::{erf_inverse, erfc_inverse, erfcx};
-use crate::contact::law::KAPPA_PERSSON;
+use crate::contact::theory::law::KAPPA_PERSSON;
 
 /// Area fraction under a load ≥ 0.
 pub fn area(load: f64) -> f64 {

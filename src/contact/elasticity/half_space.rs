@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::fft::{Kernel, Real, Scratch, Transform};
+use crate::contact::fft::{Kernel, Real, Scratch, Transform};
 
 /// The kernel from pressure to displacement, 2/|q| and zero at q = 0.
 pub fn displacement<T: Real>(nodes: usize) -> Kernel<T> {

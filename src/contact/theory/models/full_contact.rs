@@ -4,7 +4,7 @@
 //! negative it is a paraboloid, T − Cr². A crack there opens up to the radius at which its stress
 //! intensity vanishes, b² = 3T/(2C): its area is 3/2 times that under tension.
 
-use crate::contact::persson;
+use crate::contact::theory::persson;
 
 /// Area of an isolated crack over the area under tension of the paraboloid of pressure that opens it.
 pub const CRACK_OVER_TENSION: f64 = 1.5;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use crate::contact::persson::error_function::erfcx;
+use crate::contact::theory::persson::error_function::erfcx;
 
 /// Standard deviations beyond which the density is below rounding.
 const REACH: f64 = 9.0;
@@ -136,7 +136,7 @@ fn density(w: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::models::quadrature::GaussLegendre;
+    use crate::contact::theory::models::quadrature::GaussLegendre;
 
     const STANDARD: GaussianHeights = GaussianHeights {
         mean: 0.0,

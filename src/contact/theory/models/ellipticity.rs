@@ -85,7 +85,7 @@ fn transform(nodes: &[Node], x: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::models::hertz::Ellipse;
+    use crate::contact::theory::models::hertz::Ellipse;
 
     fn ellipses(ratio: f64) -> (f64, f64) {
         let ellipse = Ellipse::of_curvature_ratio(ratio);
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn integral_agrees_with_one_in_the_curvature_difference() {
         let nodes: Vec<Node> = STEPS.map(|step| Node::new(step, ellipses)).collect();
-        let rule = crate::contact::models::quadrature::GaussLegendre::new(400);
+        let rule = crate::contact::theory::models::quadrature::GaussLegendre::new(400);
         for x in [0.0_f64, 1.0, 30.0, 1000.0] {
             // t = sin θ softens the root with which the integrand ends at t = 1.
             let (mut area, mut load) = (0.0, 0.0);

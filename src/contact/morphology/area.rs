@@ -138,8 +138,8 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
-    use crate::contact::map::samples::{MESHES, map, random};
+    use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+    use crate::contact::morphology::map::samples::{MESHES, map, random};
 
     fn count(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactArea {
         ContactArea::of(&map(nodes, contact))

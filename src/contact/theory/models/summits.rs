@@ -98,7 +98,7 @@ impl Summits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::models::quadrature::GaussLegendre;
+    use crate::contact::theory::models::quadrature::GaussLegendre;
 
     /// ∫ weight(z, H) D dz dH dd.
     fn mean(summits: Summits, weight: impl Fn(f64, f64) -> f64) -> f64 {

@@ -201,7 +201,7 @@ fn subtract(a: [i32; 2], b: [i32; 2]) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::map::samples::{MESHES, map, random};
+    use crate::contact::morphology::map::samples::{MESHES, map, random};
 
     fn clusters(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> [Clusters; 2] {
         let map = map(nodes, contact);

@@ -112,7 +112,7 @@ impl Pool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::surface::Surface;
+    use crate::contact::topography::surface::Surface;
 
     /// Four nodes at −1 and +1 rms heights from the mean, or at √3 and −1/√3.
     fn histograms() -> [Histogram; 2] {

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use rustfft::num_complex::Complex;
 
-use super::fft::Transform;
 use super::surface::Surface;
+use crate::contact::fft::Transform;
 
 /// Moments of the power spectrum, m_pq = Σ q_x^p q_y^q |ĥ(q)|² over all modes q = 2πk/L but the
 /// mean; m_pq has the unit of length^(2 − p − q).
@@ -178,7 +178,7 @@ fn multiplicity(i: usize, k_y: usize, nodes: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::shapes::Shape;
+    use crate::contact::topography::shapes::Shape;
 
     /// Heights without any symmetry.
     fn rough(nodes: usize, side: f64) -> Surface {

@@ -68,10 +68,10 @@ impl Statistics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::descriptors::Descriptors;
-    use crate::contact::shapes::Shape;
-    use crate::contact::spectrum::Spectrum;
-    use crate::contact::surface::{Amplitude, RandomSurface, Surface};
+    use crate::contact::topography::descriptors::Descriptors;
+    use crate::contact::topography::shapes::Shape;
+    use crate::contact::topography::spectrum::Spectrum;
+    use crate::contact::topography::surface::{Amplitude, RandomSurface, Surface};
 
     fn of(surface: &Surface) -> Vec<String> {
         let seen = Descriptors::of(surface);

@@ -137,7 +137,7 @@ pub(super) mod samples {
 
     /// A map of independent nodes, of which `share` are in contact.
     pub fn random(nodes: usize, share: f64) -> ContactMap {
-        let draws = crate::contact::draw::Draws::new(5, nodes as u32);
+        let draws = crate::contact::topography::draw::Draws::new(5, nodes as u32);
         map(nodes, |i, j| {
             (-draws.mode(i as i32, j as u32).power()).exp() < share
         })

@@ -8,7 +8,7 @@ use super::ellipticity::EllipticityMeans;
 use super::gaussian_heights::GaussianHeights;
 use super::quadrature::GaussLegendre;
 use super::summits::Summits;
-use crate::contact::law::KAPPA_BGT;
+use crate::contact::theory::law::KAPPA_BGT;
 
 /// Largest separation: areas and loads are numbers up to there, of 1e-300.
 const FARTHEST: f64 = 37.0;

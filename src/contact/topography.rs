@@ -1,0 +1,26 @@
+//! Topography: the heights of a rough surface, where they come from and what is known of them before
+//! anything is pressed.
+//!
+//! - [`spectrum`] has the power spectral density of a self-affine surface and the modes that it
+//!   occupies; [`draw`] the random numbers of each mode, the same on every mesh; [`surface`] the
+//!   heights that follow from both.
+//! - [`measured`] reads a height map from a file, and [`periodic`] makes it periodic; [`shapes`] are
+//!   punches and waves whose contact has a closed form.
+//! - [`moments`] are the spectral moments, slopes and curvatures of a surface, [`descriptors`] all
+//!   that a table says of it, [`histogram`] how its heights are distributed, [`nayak`] the closed
+//!   forms of α and the density of summits; [`assumptions`] judge whether it is the isotropic
+//!   Gaussian roughness that theories speak of.
+//!
+//! Heights are positive towards the elastic body.
+
+pub mod assumptions;
+pub mod descriptors;
+pub mod draw;
+pub mod histogram;
+pub mod measured;
+pub mod moments;
+pub mod nayak;
+pub mod periodic;
+pub mod shapes;
+pub mod spectrum;
+pub mod surface;
