@@ -5,8 +5,8 @@ use std::time::Instant;
 use asperity::contact::elasticity::half_space;
 use asperity::contact::fft::Transform;
 use asperity::contact::solver::{Settings, Solver};
+use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
-use asperity::contact::topography::surface::{Amplitude, RandomSurface};
 
 /// Cutoffs of the surfaces.
 const SPECTRA: [(u32, u32); 3] = [(1, 32), (4, 64), (16, 128)];

@@ -7,6 +7,7 @@ mod check;
 mod claims;
 mod columns;
 mod completions;
+mod counts;
 mod explain;
 mod grid;
 mod outlook;
@@ -34,7 +35,6 @@ use std::{panic, thread};
 
 use clap::{Parser, Subcommand};
 use outlook::Outlook;
-use run::warn;
 
 use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
@@ -262,10 +262,15 @@ fn study(manifest: &Path) -> Result<Study, Failure> {
     Ok(Study::read(manifest)?)
 }
 
+/// Nobody is left to tell if standard error is closed.
+pub fn warn(line: &str) {
+    let _ = writeln!(stderr(), "{line}");
+}
+
 /// Says what should be known of a study; nothing ends for it.
 fn tell(warnings: &[Warning]) {
     for warning in warnings {
-        run::warn(&format!("warning: {warning}"));
+        warn(&format!("warning: {warning}"));
     }
 }
 

@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::diagnostics::chain;
+use crate::names::FAILURES;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::{ResultsError, StageTable, path};
 use crate::runner::{Outcome, TaskError};
@@ -20,9 +21,6 @@ use crate::store::key::TaskKey;
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::{Table, TableError};
 use crate::store::{Store, StoreError};
-
-/// The table's name; no stage has it.
-pub const NAME: &str = "failures";
 
 /// Values of `outcome`: the work itself failed …
 pub const FAILED: &str = "failed";
@@ -89,7 +87,7 @@ impl Failures<'_> {
         let mut tables = rows.collect::<Result<Vec<_>, _>>()?;
         tables.retain(|table| table.rows() > 0);
         stacked(&tables).map_err(|source| ResultsError::Table {
-            stage: NAME.to_owned(),
+            stage: FAILURES.to_owned(),
             source,
         })
     }
@@ -186,7 +184,7 @@ impl Failures<'_> {
 /// # Errors
 /// When it cannot be read.
 pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
-    match read_whole(&path(folder, study, NAME), Columns::All) {
+    match read_whole(&path(folder, study, FAILURES), Columns::All) {
         Ok((table, _)) => Ok(table),
         Err(StoreError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
             Ok(Table::empty(&OWN))
@@ -200,7 +198,7 @@ pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
 /// # Errors
 /// When the folder cannot be written.
 pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf>, StoreError> {
-    let path = path(folder, study, NAME);
+    let path = path(folder, study, FAILURES);
     if table.rows() == 0 {
         return match fs::remove_file(&path) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => {

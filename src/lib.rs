@@ -26,6 +26,8 @@
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
 
+pub mod names;
+
 pub mod manifest;
 
 pub mod study;

@@ -10,15 +10,17 @@ mod form;
 pub mod generate;
 mod grid;
 mod layout;
+mod points;
 mod reader;
 mod schema;
 pub mod solve;
 mod syntax;
 pub mod written;
 
-pub use form::{Form, Points, a_stage};
+pub use form::{Form, a_stage};
 pub use grid::{Point, Section};
 pub use layout::{Layout, Table};
+pub use points::Points;
 pub use schema::schema;
 
 use schemars::JsonSchema;

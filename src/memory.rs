@@ -9,7 +9,6 @@ use std::hint::black_box;
 use bytesize::ByteSize;
 
 use crate::plan::Plan;
-use crate::runner::columns_read_by;
 use crate::stages::Footprint;
 use crate::store::parquet::Columns;
 
@@ -53,7 +52,7 @@ pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: usize) -> usi
 /// What a task takes at its peak, with so many threads to draw the surfaces on that it pools.
 pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let task = &plan.tasks[task];
-    let reads_maps = columns_read_by(&task.recipe) == Columns::All;
+    let reads_maps = task.recipe.columns_read() == Columns::All;
     let inputs = task.inputs.iter().filter(|_| reads_maps);
     let read: f64 = inputs
         .map(|&input| plan.tasks[input].recipe.footprint().table)

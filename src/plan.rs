@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::ensemble::Point;
-use crate::failures;
+use crate::names;
 use crate::stages::{Kind, Recipe, aggregate};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
@@ -110,7 +110,7 @@ impl Plan {
     /// Whether this is the study of that name, and has a table of that name.
     pub fn has_table(&self, study: &str, table: &str) -> bool {
         let mut names = self.stages.iter().map(|stage| stage.name.as_str());
-        self.study == study && (table == failures::NAME || names.any(|name| name == table))
+        self.study == study && (table == names::FAILURES || names.any(|name| name == table))
     }
 
     /// The task of a key.

@@ -7,6 +7,7 @@
 pub mod advice;
 pub mod bars;
 pub mod basis;
+pub mod caveat;
 pub mod ensembles;
 pub mod evidence;
 pub mod figure;
@@ -28,8 +29,7 @@ use rayon::prelude::*;
 use self::bars::Bars;
 use self::basis::Basis;
 use self::evidence::Evidence;
-use self::figure::{Definition, Drawn};
-use self::page::{DrawnFigure, MissingFigure};
+use self::figure::{Definition, Drawn, DrawnFigure, MissingFigure};
 use self::provenance::Provenance;
 use self::tables::Finished;
 use crate::figures::pixels::{self, PixelsError};
@@ -154,7 +154,7 @@ pub fn write(
         .par_iter()
         .map(|definition| draw(definition, &evidence));
     let (there, missing) = parted(drawn.collect::<Result<Vec<_>, ReportError>>()?);
-    let basis = Basis::of(&there, &finished.stages);
+    let basis = Basis::of(&there, seal::digests(&there), &finished.stages);
     let page = folder.join(PAGE);
     let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
     if existing == Existing::Keep && !is_complete {

@@ -16,7 +16,7 @@ use crate::diagnostics::words_of_panic;
 use crate::memory;
 use crate::plan::{Plan, Task};
 use crate::sources::Sources;
-use crate::stages::{Context, Input, Kind, Recipe, StageError};
+use crate::stages::{Context, Input, StageError};
 use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
@@ -299,7 +299,7 @@ impl<'a> Run<'a> {
         }
         let inputs = inputs
             .iter()
-            .map(|&input| self.read(input, columns_read_by(recipe)))
+            .map(|&input| self.read(input, recipe.columns_read()))
             .collect::<Result<Vec<_>, _>>()?;
         let context = Context {
             sources: self.sources,
@@ -387,14 +387,5 @@ impl<'a> Run<'a> {
         outcome.interrupted = self.interrupted.load(Ordering::Relaxed);
         outcome.halted = self.halted.load(Ordering::Relaxed);
         outcome
-    }
-}
-
-/// Only solving and measuring look at heights and contact maps, of one surface at a time.
-pub fn columns_read_by(recipe: &Recipe) -> Columns {
-    match recipe.kind() {
-        Kind::Measure if recipe.pools_surfaces() => Columns::Light,
-        Kind::Generate | Kind::Solve | Kind::Measure => Columns::All,
-        Kind::Correct | Kind::Fit | Kind::Aggregate => Columns::Light,
     }
 }

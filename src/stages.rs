@@ -25,6 +25,7 @@ use crate::contact::topography::measured::MeasuredError;
 use crate::contact::topography::surface::SurfaceError;
 use crate::sources::{SourceError, Sources};
 use crate::store::column::{Column, Value};
+use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
@@ -155,6 +156,16 @@ impl Recipe {
             Recipe::Correct(_) => Kind::Correct,
             Recipe::Fit(_) => Kind::Fit,
             Recipe::Aggregate(_) => Kind::Aggregate,
+        }
+    }
+
+    /// Which columns of its inputs it reads: only solving and measuring look at heights and contact
+    /// maps, of one surface at a time.
+    pub fn columns_read(&self) -> Columns {
+        match self.kind() {
+            Kind::Measure if self.pools_surfaces() => Columns::Light,
+            Kind::Generate | Kind::Solve | Kind::Measure => Columns::All,
+            Kind::Correct | Kind::Fit | Kind::Aggregate => Columns::Light,
         }
     }
 

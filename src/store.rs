@@ -14,7 +14,6 @@ pub mod listing;
 pub mod lock;
 pub mod parquet;
 pub mod provenance;
-mod schema;
 pub mod table;
 pub mod writer;
 

@@ -23,16 +23,12 @@ use std::sync::Arc;
 
 use crate::diagnostics::{ManifestErrors, Problem, Problems};
 use crate::manifest::Manifest;
+use crate::names;
 use crate::sources::{Recollection, Sources, read_regular};
 use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
 
 pub use until::{Limit, Until};
 pub use warnings::Warning;
-
-/// Names of studies and stages: they become files, folders and tables of queries.
-pub const NAME_PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_-]*$";
-/// Bytes of a name.
-pub const LONGEST_NAME: usize = 64;
 
 /// Bytes of a manifest: far more than anybody writes.
 const LONGEST_MANIFEST: u64 = 4 << 20;
@@ -168,7 +164,7 @@ impl Study {
         Study::parse(&text, &file, folder(path)).or_else(|errors| {
             let manifest = Manifest::parse(&text, &mut Problems::default());
             let name = manifest.as_ref().and_then(Manifest::study_name);
-            let Some(name) = name.filter(|name| is_plain(name)) else {
+            let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
             Study::judged(&text, &file, Sources::recalling(folder(path), recall(name)))
@@ -228,13 +224,6 @@ fn text_of(path: &Path) -> Result<String, ManifestErrors> {
             .count();
         unreadable(format!("line {line} is not UTF-8"))
     })
-}
-
-/// Whether a name matches [`NAME_PATTERN`].
-fn is_plain(name: &str) -> bool {
-    let is_inner = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-');
-    name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-        && name.chars().all(is_inner)
 }
 
 #[cfg(test)]

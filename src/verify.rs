@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::failures;
+use crate::names;
 use crate::plan::Plan;
 use crate::report::seal;
 use crate::results;
@@ -94,7 +94,7 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
         What::Stage { study, stage } => {
             let (_, metadata) = read_whole(path, Columns::All)?;
             // The table of failures is of no stage.
-            let of_stage = (stage != failures::NAME).then_some(stage.as_str());
+            let of_stage = (stage != names::FAILURES).then_some(stage.as_str());
             match metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
                 true => Ok(()),
                 false => Err(StoreError::Damaged {

@@ -7,8 +7,8 @@ use crate::contact::theory::models::AsperityModel;
 use crate::contact::theory::models::asperities::{Asperities, Contact};
 use crate::contact::theory::persson;
 use crate::contact::topography::nayak::Continuum;
+use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::spectrum::Spectrum;
-use crate::contact::topography::surface::{Amplitude, RandomSurface};
 
 const SUMMITS: Statement = Statement {
     name: "tabulated-density-of-summits",

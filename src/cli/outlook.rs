@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::counted;
-use super::plan::{Count, Counts};
+use super::counts::{Count, Counts};
 use super::progress::duration;
 use crate::growth::{GrowingStage, Grown};
 use crate::pace::Pace;

@@ -1,18 +1,18 @@
 //! `asperity run`: compute what is missing and write the tables.
 
-use std::io::{Write, stderr, stdout};
+use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bytesize::ByteSize;
 use serde_json::json;
 
+use super::counts::Counts;
 use super::outlook::growing;
-use super::plan::Counts;
 use super::progress::Progress;
 use super::signals::Stop;
 use super::trouble::Trouble;
-use super::{Data, Failure, Misused, chain, counted, summary, tasks};
+use super::{Data, Failure, Misused, chain, counted, summary, tasks, warn};
 use crate::growth::Grown;
 use crate::memory::{self, Allowance};
 use crate::pace::Pace;
@@ -327,11 +327,6 @@ fn report_orphans(plan: &Plan, data: &Data) -> Result<(), Failure> {
         ));
     }
     Ok(())
-}
-
-/// Nobody is left to tell if standard error is closed.
-pub fn warn(line: &str) {
-    let _ = writeln!(stderr(), "{line}");
 }
 
 fn exit_code(outcome: &Outcome, stop: &Stop) -> ExitCode {

@@ -10,7 +10,7 @@ use std::time::Duration;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 
-use super::run::warn;
+use super::warn;
 
 /// How long a stopped run may take to end.
 const PATIENCE: Duration = Duration::from_millis(1500);

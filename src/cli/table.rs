@@ -12,7 +12,7 @@ use arrow::record_batch::RecordBatch;
 use super::grid::{self, Layout};
 use super::tables::Tables;
 use super::{Data, Failure, Misused, chain, unknown};
-use crate::failures;
+use crate::names;
 use crate::stages::StageError;
 use crate::stages::aggregate::Sql;
 use crate::stages::aggregate::sql::{self, QueryError};
@@ -88,7 +88,7 @@ impl Tables<'_> {
         let named = sql::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
         let mut known = Vec::new();
-        for name in self.names().into_iter().chain([failures::NAME]) {
+        for name in self.names().into_iter().chain([names::FAILURES]) {
             let is_read = named.contains(name);
             known.push((name.to_owned(), usize::from(is_read)));
             if is_read {

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::{Failure, counted, place_of, run::warn};
+use super::{Failure, counted, place_of, warn};
 use crate::failures;
+use crate::names;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::reading::Reading;
 use crate::store::table::Table;
@@ -19,7 +20,7 @@ pub struct Tables<'a> {
 impl Tables<'_> {
     /// A stage's table, by the stage's name, or the table of failures.
     pub fn of(&self, name: &str) -> Result<Table, Failure> {
-        if name == failures::NAME {
+        if name == names::FAILURES {
             return Ok(failures::read(self.folder, &self.plan.study)?);
         }
         let stage = &self.plan.stages[place_of(&self.names(), name)?];

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use arrow::array::Array;
 use arrow::util::display::array_value_to_string;
 
-use super::{Data, Failure, chain, counted, run::warn};
+use super::{Data, Failure, chain, counted, warn};
 use crate::failures::{self, stacked};
 use crate::failures::{COMMAND, FAILED, Failures, NOT_STARTED, OUTCOME, REASON, STAGE};
 use crate::plan::Plan;

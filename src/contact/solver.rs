@@ -15,6 +15,8 @@
 use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::half_space;
 
+mod flags;
+mod history;
 mod landing;
 mod lanes;
 mod line;
@@ -26,9 +28,9 @@ mod start;
 mod steps;
 mod survey;
 
+use history::Search;
 use landing::Evaluation;
 use passes::{Base, Sample};
-use search::Search;
 use start::Start;
 use steps::Steps;
 

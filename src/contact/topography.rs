@@ -2,8 +2,8 @@
 //! anything is pressed.
 //!
 //! - [`spectrum`] has the power spectral density of a self-affine surface and the modes that it
-//!   occupies; [`draw`] the random numbers of each mode, the same on every mesh; [`surface`] the
-//!   heights that follow from both.
+//!   occupies; [`draw`] the random numbers of each mode, the same on every mesh; [`random`] the
+//!   surface that follows from both, and [`surface`] its heights on a mesh.
 //! - [`measured`] reads a height map from a file, and [`periodic`] makes it periodic; [`shapes`] are
 //!   punches and waves whose contact has a closed form.
 //! - [`moments`] are the spectral moments, slopes and curvatures of a surface, [`descriptors`] all
@@ -21,6 +21,7 @@ pub mod measured;
 pub mod moments;
 pub mod nayak;
 pub mod periodic;
+pub mod random;
 pub mod shapes;
 pub mod spectrum;
 pub mod surface;

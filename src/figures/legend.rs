@@ -8,6 +8,7 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 use super::chart::Series;
 use super::ink::Ink;
 use super::style::Style;
+use super::svg::shift;
 use super::words::width_of;
 
 /// Between the left ends of a sample and of its words.
@@ -155,7 +156,7 @@ fn alone(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
     let (from_x, from_y) = (computed.map_x(0.5), computed.map_y(0.5));
     let scene = render_multiple(vec![Plot::Scatter(sample)], layout);
     let mut inside = false;
-    let mut kept = vec![super::sheet::shift(x - from_x, y - from_y)];
+    let mut kept = vec![shift(x - from_x, y - from_y)];
     for element in scene.elements {
         match element {
             Primitive::ClipStart { .. } => inside = true,

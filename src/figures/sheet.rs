@@ -9,7 +9,7 @@ use super::chart::{Chart, Series};
 use super::ink::Ink;
 use super::legend::{self, Legend};
 use super::raster::Raster;
-use super::svg::finished;
+use super::svg::{finished, shift};
 use super::words::width_of;
 
 /// The family of all words: the font that travels with the program comes first.
@@ -191,15 +191,6 @@ fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
     scene.elements.extend(drawn.elements);
     scene.add(Primitive::GroupEnd);
     scene.defs.extend(drawn.defs);
-}
-
-/// Opens a group that is moved.
-pub(super) fn shift(x: f64, y: f64) -> Primitive {
-    Primitive::GroupStart {
-        transform: Some(format!("translate({x:.1},{y:.1})")),
-        title: None,
-        extra_attrs: None,
-    }
 }
 
 #[cfg(test)]

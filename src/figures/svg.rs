@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use kuva::backend::svg::SvgBackend;
-use kuva::render::render::Scene;
+use kuva::render::render::{Primitive, Scene};
 
 use super::ink::{self, Ink};
 
@@ -50,4 +50,13 @@ pub fn alone(svg: &str) -> String {
     let paper = Ink::Paper.css();
     let sheet = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
     ink::written_in(&sheet)
+}
+
+/// Opens a group that is moved.
+pub(super) fn shift(x: f64, y: f64) -> Primitive {
+    Primitive::GroupStart {
+        transform: Some(format!("translate({x:.1},{y:.1})")),
+        title: None,
+        extra_attrs: None,
+    }
 }

@@ -5,8 +5,8 @@ use serde_json::{Map, Value, json};
 use super::StudyTable;
 use super::form::Form;
 use super::layout::Table;
+use crate::names;
 use crate::stages::Kind;
-use crate::study::NAME_PATTERN;
 
 /// The JSON Schema of a whole manifest (draft 7, which the TOML plug-ins of editors know).
 pub fn schema() -> Value {
@@ -22,7 +22,7 @@ pub fn schema() -> Value {
                 "description": "The stages, each a table `[stage.NAME]`.",
                 "type": "object",
                 "minProperties": 1,
-                "propertyNames": { "pattern": NAME_PATTERN, "maxLength": crate::study::LONGEST_NAME },
+                "propertyNames": { "pattern": names::PATTERN, "maxLength": names::LONGEST },
                 "additionalProperties": { "oneOf": stages },
             },
         },

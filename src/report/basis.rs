@@ -7,13 +7,15 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::page::DrawnFigure;
-use super::seal::{self, Digests};
+use super::figure::DrawnFigure;
 use super::tables::Stage;
 
 /// How a page begins and ends to say it.
 const OPENING: &str = "id=\"basis\">";
 const CLOSING: &str = "</script>";
+
+/// Digests of the files of figures, by their names.
+pub type Digests = BTreeMap<String, String>;
 
 /// The figures of a page, and the rows that they are drawn from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -28,7 +30,7 @@ pub struct Basis {
 
 impl Basis {
     /// Of a page with these figures, of these stages.
-    pub fn of(figures: &[DrawnFigure], stages: &[Stage]) -> Basis {
+    pub fn of(figures: &[DrawnFigure], files: Digests, stages: &[Stage]) -> Basis {
         let rows = stages.iter();
         let rows = rows.map(|stage| (stage.name.clone(), stage.table.rows()));
         Basis {
@@ -37,7 +39,7 @@ impl Basis {
                 .map(|figure| figure.title.to_owned())
                 .collect(),
             rows: rows.collect(),
-            files: seal::digests(figures),
+            files,
         }
     }
 

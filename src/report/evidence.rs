@@ -7,9 +7,9 @@ use arrow::array::Array;
 
 use super::ReportError;
 use super::bars::Bars;
+use super::caveat::caveat;
 use super::ensembles::{self, Ensemble, Mean, Point};
 use super::looks::{Files, Looks};
-use super::remarks;
 use super::tables::{Finished, Stage};
 use crate::contact::topography::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
@@ -71,7 +71,7 @@ impl<'a> Evidence<'a> {
             finished,
             measured,
             corrected,
-            caveat: remarks::caveat(finished, &looks)?,
+            caveat: caveat(finished, &looks)?,
             looks,
             files,
             bars,

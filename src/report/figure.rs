@@ -1,5 +1,7 @@
 //! A figure of the page, or what it would take.
 
+use serde::Serialize;
+
 use super::ReportError;
 use super::evidence::Evidence;
 use crate::figures::sheet::Sheet;
@@ -53,6 +55,44 @@ impl Drawn {
             lines: lines.into(),
         }
     }
+}
+
+/// A figure that is there.
+#[derive(Debug, Serialize)]
+pub struct DrawnFigure {
+    /// Its files' name, and its anchor.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// The drawing.
+    pub svg: String,
+    /// The drawing as a file of its own.
+    #[serde(skip)]
+    pub alone: String,
+    /// The same in pixels.
+    #[serde(skip)]
+    pub png: Vec<u8>,
+    /// What is to be seen.
+    pub caption: String,
+}
+
+impl DrawnFigure {
+    /// Its files: their names, and what is in them.
+    pub fn files(&self) -> [(String, &[u8]); 2] {
+        let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
+        bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
+    }
+}
+
+/// A figure for which the study has no data.
+#[derive(Debug, Serialize)]
+pub struct MissingFigure {
+    /// Its heading.
+    pub title: &'static str,
+    /// What it needs.
+    pub needs: &'static str,
+    /// The lines of a manifest that would add it; none if the study has them.
+    pub lines: Option<String>,
 }
 
 /// `8 surfaces`, `4 surfaces for each of 2 spectra`.

@@ -9,6 +9,7 @@ use minijinja::value::Serde;
 use serde::Serialize;
 
 use super::basis::Basis;
+use super::figure::{DrawnFigure, MissingFigure};
 use super::provenance::Provenance;
 use super::tables::{Finished, Stage};
 use crate::figures::{ink, pixels};
@@ -21,44 +22,6 @@ const SCRIPT: &str = include_str!("page/page.js");
 
 /// Rows of a table that the page holds; its file holds all.
 const ROWS: usize = 100;
-
-/// A figure that is there.
-#[derive(Debug, Serialize)]
-pub struct DrawnFigure {
-    /// Its files' name, and its anchor.
-    pub name: &'static str,
-    /// Its heading.
-    pub title: &'static str,
-    /// The drawing.
-    pub svg: String,
-    /// The drawing as a file of its own.
-    #[serde(skip)]
-    pub alone: String,
-    /// The same in pixels.
-    #[serde(skip)]
-    pub png: Vec<u8>,
-    /// What is to be seen.
-    pub caption: String,
-}
-
-impl DrawnFigure {
-    /// Its files: their names, and what is in them.
-    pub fn files(&self) -> [(String, &[u8]); 2] {
-        let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
-        bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
-    }
-}
-
-/// A figure for which the study has no data.
-#[derive(Debug, Serialize)]
-pub struct MissingFigure {
-    /// Its heading.
-    pub title: &'static str,
-    /// What it needs.
-    pub needs: &'static str,
-    /// The lines of a manifest that would add it; none if the study has them.
-    pub lines: Option<String>,
-}
 
 /// What the template asks for.
 #[derive(Serialize)]

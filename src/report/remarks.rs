@@ -1,19 +1,11 @@
 //! What captions say of a study beside its data: what its meshes add, which surfaces are not what
 //! theories assume, in which unit its lengths are.
 
-use super::ReportError;
-use super::ensembles::{self, Mean};
+use super::ensembles::Mean;
 use super::evidence::{COUNTED, Evidence, LIGHT};
-use super::looks::Looks;
-use super::tables::{Finished, Stage};
-use crate::caveats;
 use crate::contact::morphology::correction::YASTREBOV_2017;
-use crate::stages::Kind;
 use crate::stages::columns::{NODES, PERIMETER_MANHATTAN, SIDE, UNIT};
 use crate::store::table::TableError;
-
-/// A caption names as many parameter points beside which theories do not belong.
-const MOST_CAVEATS: usize = 4;
 
 impl Evidence<'_> {
     /// The unit of length of measured surfaces, if all have the same.
@@ -59,38 +51,4 @@ impl Evidence<'_> {
              load nearest to {LIGHT}."
         ))
     }
-}
-
-/// Of which surfaces the theories do not speak, and why: a sentence after a space, or nothing.
-///
-/// # Errors
-/// When a table of surfaces lacks a column of its stage.
-pub fn caveat(finished: &Finished, looks: &Looks) -> Result<String, ReportError> {
-    let mut told = Vec::new();
-    let stages = finished.stages.iter();
-    for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
-        for point in caveats::points(table).map_err(ReportError::Caveats)? {
-            if point.departures.is_empty() {
-                continue;
-            }
-            let label = looks.label(&ensembles::point(&point.place, 0));
-            let label = label.unwrap_or_else(|| "these surfaces".to_owned());
-            let line = format!("{label} ({})", point.departures.join(", "));
-            if !told.contains(&line) {
-                told.push(line);
-            }
-        }
-    }
-    if told.is_empty() {
-        return Ok(String::new());
-    }
-    let hidden = told.len().saturating_sub(MOST_CAVEATS);
-    told.truncate(MOST_CAVEATS);
-    if hidden > 0 {
-        told.push(format!("{hidden} more"));
-    }
-    Ok(format!(
-        " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.",
-        told.join("; ")
-    ))
 }

@@ -3,7 +3,8 @@
 use super::ReportError;
 use super::ensembles::{self, Point};
 use super::evidence::Evidence;
-use crate::contact::topography::surface::{RandomSurface, Surface};
+use crate::contact::topography::random::RandomSurface;
+use crate::contact::topography::surface::Surface;
 use crate::ensemble;
 use crate::stages::generate::{self, Form};
 use crate::stages::{Recipe, StageError};

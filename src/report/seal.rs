@@ -1,19 +1,15 @@
 //! How a page tells that nobody has changed it, nor the figures beside it.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::basis::Basis;
-use super::page::DrawnFigure;
+use super::basis::{Basis, Digests};
+use super::figure::DrawnFigure;
 use super::{FIGURES, PAGE};
 
 /// A page ends with a digest of all before it.
 const OPENING: &str = "<!-- blake3 ";
 const CLOSING: &str = " -->\n";
-
-/// Digests of the files of figures, by their names.
-pub type Digests = BTreeMap<String, String>;
 
 /// Of figures that are to be written.
 pub fn digests(figures: &[DrawnFigure]) -> Digests {

@@ -11,6 +11,7 @@ use crate::store::table::Table;
 mod confidence;
 mod frame;
 mod groups;
+mod names;
 mod regression;
 pub mod sql;
 mod theory;

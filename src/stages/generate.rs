@@ -9,8 +9,9 @@ use super::columns::{HEIGHTS, NODES, SIDE};
 use super::{Context, Effort, Footprint, Kind, Recipe, StageError};
 use crate::contact::topography::measured;
 use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::shapes::Shape;
-use crate::contact::topography::surface::{RandomSurface, Surface};
+use crate::contact::topography::surface::Surface;
 use crate::sources::{ContentHash, Sources};
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
@@ -239,8 +240,8 @@ pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::topography::random::Amplitude;
     use crate::contact::topography::spectrum::Spectrum;
-    use crate::contact::topography::surface::Amplitude;
 
     #[test]
     fn a_surface_is_known_from_its_recipe() {

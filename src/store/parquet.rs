@@ -1,6 +1,7 @@
 //! Tables as Parquet, byte for byte the same every time.
 
 pub mod digest;
+mod schema;
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -22,7 +23,6 @@ use parquet::schema::types::ColumnPath;
 
 use crate::store::column::{ColumnKind, Role};
 use crate::store::key::TaskKey;
-use crate::store::schema;
 use crate::store::table::Table;
 
 /// Prefix of our entries in a file's metadata.

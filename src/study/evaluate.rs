@@ -107,7 +107,7 @@ fn correction(written: &Written<WrittenCorrection>, checks: &mut Checks) -> Opti
             let label = match words.map(known).iter().find(|known| known.name == *name) {
                 Some(_) => "this name is taken by a known estimator",
                 None if name.trim().is_empty() => "a name must not be empty",
-                None if name.len() > super::LONGEST_NAME => "too long",
+                None if name.len() > crate::names::LONGEST => "too long",
                 None => {
                     let name = name.clone();
                     return Some(Correction {

@@ -3,11 +3,10 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-use super::{LONGEST_NAME, is_plain};
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
-use crate::failures;
 use crate::manifest::StageTable;
 use crate::manifest::written::Written;
+use crate::names::{self, LONGEST, is_plain};
 
 /// The stages as a directed graph without cycles, as far as it can be made out.
 pub struct Graph {
@@ -47,7 +46,7 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
     let mut folded = BTreeMap::new();
     for Written { value, span } in stages.iter().map(|stage| &stage.name) {
         check_name("stage", value, span.clone(), problems);
-        if value.eq_ignore_ascii_case(failures::NAME) {
+        if value.eq_ignore_ascii_case(names::FAILURES) {
             let message = format!("a stage cannot be called `{value}`");
             let label = "the table of failed tasks is called so";
             problems.push(Problem::new(message, span.clone(), label));
@@ -69,7 +68,7 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
 
 /// A name becomes a file and a table of queries.
 pub fn check_name(what: &str, name: &str, span: crate::diagnostics::Span, problems: &mut Problems) {
-    let (message, label) = if name.len() > LONGEST_NAME {
+    let (message, label) = if name.len() > LONGEST {
         (format!("the {what}'s name is too long"), "too long")
     } else if !is_plain(name) {
         (
@@ -79,9 +78,8 @@ pub fn check_name(what: &str, name: &str, span: crate::diagnostics::Span, proble
     } else {
         return;
     };
-    let help = format!(
-        "a letter or `_`, then letters, digits, `_` and `-`, at most {LONGEST_NAME} in all"
-    );
+    let help =
+        format!("a letter or `_`, then letters, digits, `_` and `-`, at most {LONGEST} in all");
     problems.push(Problem::new(message, span, label).help(help));
 }
 

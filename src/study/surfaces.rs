@@ -4,9 +4,9 @@ use std::ops::Bound;
 
 use super::checks::{Checks, QUANTITY, report_equal_points};
 use super::{Ensemble, until};
+use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::spectrum::Spectrum;
-use crate::contact::topography::surface::{Amplitude, RandomSurface};
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::generate::{
     self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable,

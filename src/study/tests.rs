@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::contact::topography::surface::RandomSurface;
+use crate::contact::topography::random::RandomSurface;
 use crate::decimal;
 
 fn folder() -> PathBuf {

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
-use asperity::contact::topography::surface::{Amplitude, RandomSurface};
 
 use crate::bench::Bench;
 

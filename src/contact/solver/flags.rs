@@ -6,7 +6,7 @@
 
 use pulp::Simd;
 
-use super::super::lanes::{Choice, Lanes};
+use super::lanes::{Choice, Lanes};
 
 /// Takes part in the iteration: has pressure or penetrates.
 pub const FREE: u32 = 1;

@@ -1,9 +1,9 @@
 //! From single precision to double: what a search found is evaluated.
 
+use super::history::{LastMove, Search};
 use super::lanes::{Wide, over_rows};
 use super::line::Line;
 use super::passes::{Arrive, Depart, Fold, Join, Land, Landing, Settle, Withdraw};
-use super::search::{LastMove, Search};
 use super::survey::{Standing, Survey};
 use super::{Settings, Solver};
 
@@ -101,7 +101,7 @@ impl Solver {
         } = pass.landing;
         let evaluation = self.evaluation(&survey, work);
         let best = line.best(curvature);
-        if self.learn(search, best) {
+        if search.learn(&mut self.steps, best) {
             return self.withdraw(1.0 - best, evaluation.standing.level);
         }
         search.last = (best > 0.0).then_some(LastMove {

@@ -3,7 +3,6 @@
 mod ask;
 mod base;
 mod evaluate;
-mod marks;
 mod respond;
 mod sample;
 mod steer;
@@ -11,7 +10,6 @@ mod steer;
 pub use ask::{Ask, Onwards};
 pub use base::Base;
 pub use evaluate::{Arrive, Depart, Join, Land, Landing, Settle, Withdraw};
-pub use marks::{FREE, PRESSED};
 pub use respond::{Respond, Response, Seen};
 pub use sample::{Means, Peek, Sample};
 pub use steer::{Course, Fold, Steer, Sums};

@@ -31,12 +31,12 @@
 //! made.
 
 use super::Solver;
+use super::flags::{FREE, PRESSED};
+use super::history::{LastMove, Search};
 use super::landing::Evaluation;
 use super::lanes::Wide;
 use super::line::Line;
-use super::passes::{
-    Course, FREE, Fold, Means, PRESSED, Peek, Respond, Response, Seen, Steer, Sums,
-};
+use super::passes::{Course, Fold, Means, Peek, Respond, Response, Seen, Steer, Sums};
 use super::start::Start;
 use super::survey::Standing;
 
@@ -50,64 +50,9 @@ const COMPLIANCE: f64 = 1.4;
 /// to the next, which a predicted step does not bear.
 const LARGEST_SHARE: f64 = 2.0;
 
-/// A move of which less than this part would have been best is taken back to that part. Below one
-/// half it would have raised the energy.
-const SMALLEST_PART: f64 = 0.5;
-
-/// Where less than this part would have been best, the next steps are shortened.
-const RECKLESS_PART: f64 = 0.25;
-
 /// The least by which an iteration is expected to reduce the residual, nearly always: what comes
 /// that close to the goal is moved and evaluated in double precision at once.
 const EXPECTED_REDUCTION: f64 = 0.5;
-
-/// Steps are shortened as far as this only if directions are wrong altogether: made for the rows of
-/// a sample, it may be, where contact follows the rows.
-const LEAST_CAUTION: f64 = 0.01;
-
-/// What iterations of one load leave to later ones, besides the steps.
-pub struct Search {
-    iteration: usize,
-    /// Shortens steps after one that went much too far. Without it, a step that clips too many
-    /// nodes to go downhill would be taken back and tried again for ever.
-    caution: f64,
-    /// Whether all rows are looked at, and not a sample.
-    sees_all_rows: bool,
-    /// The last move, if it was evaluated.
-    pub last: Option<LastMove>,
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self {
-            iteration: 0,
-            caution: 1.0,
-            sees_all_rows: false,
-            last: None,
-        }
-    }
-}
-
-impl Search {
-    fn shorten_steps(&mut self) {
-        self.caution *= 0.5;
-        self.sees_all_rows |= self.caution < LEAST_CAUTION;
-    }
-}
-
-/// A move that has been made, but for what its fold says.
-#[derive(Clone, Copy)]
-pub struct LastMove {
-    pub fold: Fold,
-    /// ⟨move, its displacement⟩, twice the elastic energy of the move alone.
-    pub curvature: f64,
-    /// The part of the move that should be added to it.
-    pub missed: f64,
-    /// How far it made the level rise.
-    pub rise: f64,
-    /// Whether the extension followed it.
-    pub extends: bool,
-}
 
 impl Solver {
     /// Iterates, at least once, until single precision has done what it can or need do, and
@@ -162,7 +107,7 @@ impl Solver {
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
-        let short = self.learn(search, best);
+        let short = search.learn(&mut self.steps, best);
         let part = if short { best } else { 1.0 };
         let fold = Fold {
             scale: line.scale,
@@ -179,23 +124,6 @@ impl Solver {
             extends: true,
         };
         (standing, made)
-    }
-
-    /// Learns from a move of which the part `best` would have been right. Says whether that was too
-    /// little to keep it.
-    pub(super) fn learn(&mut self, search: &mut Search, best: f64) -> bool {
-        if search.caution == 1.0 {
-            self.steps.learn(search.iteration, best);
-        }
-        // What the first move clips of a guess is not to be taken back.
-        let short = search.iteration > 0 && best < SMALLEST_PART;
-        if short && best < RECKLESS_PART {
-            search.shorten_steps();
-        } else if !short {
-            search.caution = (2.0 * search.caution).min(1.0);
-        }
-        search.iteration += 1;
-        short
     }
 
     /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.

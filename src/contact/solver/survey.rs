@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
+use super::flags::PRESSED;
 use super::lanes::Lanes;
-use super::passes::PRESSED;
 
 /// Where a search stands.
 #[derive(Debug, Clone, Copy)]

@@ -69,9 +69,10 @@ impl Statistics {
 mod tests {
     use super::*;
     use crate::contact::topography::descriptors::Descriptors;
+    use crate::contact::topography::random::{Amplitude, RandomSurface};
     use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
-    use crate::contact::topography::surface::{Amplitude, RandomSurface, Surface};
+    use crate::contact::topography::surface::Surface;
 
     fn of(surface: &Surface) -> Vec<String> {
         let seen = Descriptors::of(surface);

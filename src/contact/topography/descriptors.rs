@@ -114,9 +114,9 @@ fn multiply_by_half_wavenumber(spectrum: &mut [Complex<f64>], nodes: usize, side
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::topography::random::{Amplitude, RandomSurface};
     use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
-    use crate::contact::topography::surface::{Amplitude, RandomSurface};
 
     fn assert_close(found: f64, exact: f64) {
         assert!((found - exact).abs() < 1e-12, "{found} should be {exact}");

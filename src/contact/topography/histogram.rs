@@ -72,9 +72,9 @@ impl Histogram {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::topography::random::{Amplitude, RandomSurface};
     use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
-    use crate::contact::topography::surface::{Amplitude, RandomSurface};
 
     fn counts(histogram: &Histogram) -> Vec<usize> {
         histogram.bins.iter().map(|bin| bin.count).collect()

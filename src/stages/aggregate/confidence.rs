@@ -31,7 +31,7 @@ use polars::prelude::{
 use super::super::StageError;
 use super::super::columns::SURFACE;
 use super::frame::polars_error;
-use super::groups::mean_of;
+use super::names::mean_of;
 use crate::fitting::student;
 
 /// `ci95` for a level of 0.95: the digits after the point, two or more.

@@ -14,30 +14,11 @@ use super::super::columns::{
 };
 use super::super::fit::rows::{FITTED, STATUS};
 use super::frame::{self, polars_error};
+use super::names::{COUNT, LOAD_MIDPOINT, UNCONVERGED, UNFITTED, mean_of, named};
 use super::{Groups, Statistic, confidence, regression, theory};
 use crate::ensemble;
-use crate::store::column::{Column, ColumnKind, Role};
+use crate::store::column::{Column, Role};
 use crate::store::table::Table;
-
-pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
-const UNCONVERGED: Column = Column::result(
-    "unconverged",
-    ColumnKind::Integer,
-    "1",
-    "rows in the group whose load did not converge; they count all the same",
-);
-const UNFITTED: Column = Column::result(
-    "unfitted",
-    ColumnKind::Integer,
-    "1",
-    "fits in the group that failed; they are in `count`, and in no statistic",
-);
-pub const LOAD_MIDPOINT: Column = Column::result(
-    "load_midpoint",
-    ColumnKind::Real,
-    "E* × rms slope",
-    "load half way from the one before, where slopes belong",
-);
 
 /// What is said of every group, whatever is reduced.
 pub const OWN: [Column; 4] = [COUNT, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
@@ -163,15 +144,6 @@ fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
 /// Whether its rows are fits; those that failed hold nulls.
 fn is_of_fits(table: &Table) -> bool {
     table.texts(STATUS.name).is_ok()
-}
-
-/// The name under which the mean waits for slopes and secants; no user's column has it.
-pub fn mean_of(name: &str) -> String {
-    format!("{name} mean")
-}
-
-pub fn named(name: &str, statistic: Statistic) -> String {
-    format!("{name}_{}", statistic.suffix())
 }
 
 fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
@@ -300,6 +272,7 @@ mod tests {
 
     use super::super::super::columns::REALIZATION;
     use super::*;
+    use crate::store::column::ColumnKind;
     use crate::store::column::{integers, optional_reals, reals, texts};
 
     const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");

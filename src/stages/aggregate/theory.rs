@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::super::StageError;
 use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, PRESSURE};
-use super::groups::{COUNT, LOAD_MIDPOINT, mean_of, named};
+use super::names::{COUNT, LOAD_MIDPOINT, mean_of, named};
 use super::{Groups, Statistic};
 use crate::contact::theory::law::KAPPA_BGT;
 use crate::contact::theory::models::asperities::Asperities;

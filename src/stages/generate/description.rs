@@ -7,8 +7,9 @@ use crate::contact::topography::descriptors::Descriptors;
 use crate::contact::topography::moments::Moments;
 use crate::contact::topography::nayak::Continuum;
 use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
-use crate::contact::topography::surface::{Amplitude, RandomSurface, Surface};
+use crate::contact::topography::surface::Surface;
 use crate::stages::columns::*;
 use crate::store::column::{Column, Value, optional_reals};
 

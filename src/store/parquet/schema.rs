@@ -11,8 +11,8 @@ use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ArrowReaderOptions};
 use parquet::file::metadata::ParquetMetaData;
 use serde::{Deserialize, Serialize};
 
-use super::column::ColumnKind;
-use super::parquet::ParquetError;
+use super::ParquetError;
+use crate::store::column::ColumnKind;
 
 /// Role, unit and meaning of a column, as far as they are known.
 #[derive(Serialize, Deserialize)]
@@ -75,11 +75,11 @@ fn our_type(found: &DataType) -> DataType {
 
 #[cfg(test)]
 mod tests {
-    use super::super::column::Column;
-    use super::super::parquet::{self, Columns, Metadata};
-    use super::super::table::Table;
+    use super::super::{self as parquet, Columns, Metadata};
     use super::*;
+    use crate::store::column::Column;
     use crate::store::provenance::Provenance;
+    use crate::store::table::Table;
 
     fn schema() -> Schema {
         let names = ["a", "b", "c", "d", "e", "f"];

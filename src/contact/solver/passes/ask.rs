@@ -2,9 +2,9 @@
 
 use pulp::{Scalar, Simd};
 
+use super::super::flags::marked;
 use super::super::lanes::{Lanes, Pass, sum_by};
 use super::base::Base;
-use super::marks::marked;
 use super::respond::{Response, Seen};
 
 /// Starts from the last gap and pressure, or from a guess along the straight line through them.

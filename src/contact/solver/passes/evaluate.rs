@@ -2,10 +2,10 @@
 
 use pulp::{Scalar, Simd};
 
+use super::super::flags::{FREE, PRESSED, has, mark, marked};
 use super::super::lanes::{Lanes, Pass, greater, sum_by, weight};
 use super::super::survey::Survey;
 use super::base::Base;
-use super::marks::{FREE, PRESSED, has, mark, marked};
 use super::sample::Sample;
 
 /// Departs from a pressure as it is.

@@ -2,9 +2,9 @@
 
 use pulp::{Scalar, Simd};
 
+use super::super::flags::{FREE, PRESSED, mark};
 use super::super::lanes::{Lanes, Pass};
 use super::super::survey::Extremes;
-use super::marks::{FREE, PRESSED, mark};
 use super::sample::Sample;
 
 /// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is

@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
+use super::super::flags::{FREE, has};
 use super::super::lanes::{Pass, sum_by, total, weight};
-use super::marks::{FREE, has};
 
 /// The fewest pairs of rows in a sample: on smaller meshes, it is the whole mesh.
 const FEWEST: usize = 32;

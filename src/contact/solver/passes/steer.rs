@@ -2,9 +2,9 @@
 
 use pulp::{Scalar, Simd};
 
+use super::super::flags::{FREE, mark};
 use super::super::lanes::{Lanes, Pass, sum_by};
 use super::base::Base;
-use super::marks::{FREE, mark};
 
 /// What is still to be done to pressures after a move: scale them, and take part of it back.
 #[derive(Debug, Clone, Copy)]

@@ -3,9 +3,10 @@
 use super::*;
 use crate::contact::topography::measured::read_npy;
 use crate::contact::topography::moments::Moments;
+use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::spectrum::Spectrum;
-use crate::contact::topography::surface::{Amplitude, RandomSurface, Surface};
+use crate::contact::topography::surface::Surface;
 
 /// Of unit rms slope on a unit cell.
 fn reduced(surface: Surface) -> Vec<f64> {

@@ -1,0 +1,33 @@
+//! Columns of a table of groups, by their names.
+
+use super::Statistic;
+use crate::store::column::{Column, ColumnKind};
+
+pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
+pub const UNCONVERGED: Column = Column::result(
+    "unconverged",
+    ColumnKind::Integer,
+    "1",
+    "rows in the group whose load did not converge; they count all the same",
+);
+pub const UNFITTED: Column = Column::result(
+    "unfitted",
+    ColumnKind::Integer,
+    "1",
+    "fits in the group that failed; they are in `count`, and in no statistic",
+);
+pub const LOAD_MIDPOINT: Column = Column::result(
+    "load_midpoint",
+    ColumnKind::Real,
+    "E* × rms slope",
+    "load half way from the one before, where slopes belong",
+);
+
+/// The name under which the mean waits for slopes and secants; no user's column has it.
+pub fn mean_of(name: &str) -> String {
+    format!("{name} mean")
+}
+
+pub fn named(name: &str, statistic: Statistic) -> String {
+    format!("{name}_{}", statistic.suffix())
+}
