@@ -159,8 +159,6 @@ pub fn surfaces(ensembles: &[&Ensemble]) -> Vec<usize> {
 pub struct Plane {
     /// s and t.
     pub slopes: [f64; 2],
-    /// Root mean square of what is left.
-    pub rest: f64,
 }
 
 impl Plane {
@@ -186,12 +184,7 @@ impl Plane {
             (xz * yy - yz * xy) / determinant,
             (yz * xx - xz * xy) / determinant,
         ];
-        let rest = points.iter().map(|point| {
-            let at = |axis: usize| point[axis] - centre[axis];
-            at(2) - slopes[0] * at(0) - slopes[1] * at(1)
-        });
-        let rest = (rest.map(|rest| rest * rest).sum::<f64>() / count).sqrt();
-        Some(Plane { slopes, rest })
+        Some(Plane { slopes })
     }
 }
 
@@ -205,7 +198,6 @@ mod tests {
             [1.0, 2.0, 3.0].map(|x| [0.0, 1.0].map(|y: f64| [x, y, 0.3 - 0.04 * x + 0.02 * y]));
         let plane = Plane::through(&grid.concat()).unwrap();
         assert!((plane.slopes[0] + 0.04).abs() < 1e-15 && (plane.slopes[1] - 0.02).abs() < 1e-15);
-        assert!(plane.rest < 1e-15);
         let line = [1.0, 2.0, 3.0, 4.0].map(|x| [x, 2.0 * x, x]);
         assert_eq!(Plane::through(&line), None);
     }

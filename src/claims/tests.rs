@@ -4,6 +4,7 @@ use super::evidence::{COUNTED, Finished, OF_2015, OF_2017};
 use super::intervals::Weights;
 use super::*;
 use crate::contact::theory::persson;
+use crate::contact::topography::nayak::Continuum;
 use crate::fitting::examples::normal;
 use crate::stages::Kind;
 use crate::stages::columns::*;
@@ -213,6 +214,53 @@ fn areas_of_the_bandwidth_alone_collapse_and_others_do_not() {
         ..CAMPAIGN
     };
     assert_eq!(verdict(&of_both.claims(), name), Verdict::DoesNotHold);
+}
+
+/// Surfaces of one pair of cutoffs and of several Hurst exponents, with areas that follow a function
+/// of both α and H.
+fn of_several_exponents(area: fn(alpha: f64, hurst: f64) -> f64) -> Vec<Claim> {
+    let scatter = normal(5, 10);
+    let mut rows = Vec::new();
+    for hurst in [0.2, 0.4, 0.6, 0.8] {
+        let spectrum = Continuum {
+            hurst,
+            plateau: 1.0,
+            magnification: 8.0,
+        };
+        for (surface, scatter) in scatter.iter().enumerate() {
+            let factor = (0.02 * scatter).exp() * area(spectrum.nayak(), hurst);
+            let of_load = |load: f64| (hurst, surface as i64, load, 2.2 * load * factor);
+            rows.extend([0.012, 0.024, 0.06].map(of_load));
+        }
+    }
+    let count = rows.len();
+    let table = Table::new(
+        count,
+        vec![
+            (NODES, integers(vec![512; count])),
+            (HURST, reals(rows.iter().map(|row| row.0))),
+            (K_LOWER, integers(vec![4; count])),
+            (K_ROLLOFF, integers(vec![4; count])),
+            (K_UPPER, integers(vec![32; count])),
+            (REALIZATION, integers(rows.iter().map(|row| row.1))),
+            (CORRECTION, texts(vec![OF_2017; count])),
+            (LOAD, reals(rows.iter().map(|row| row.2))),
+            (AREA_CORRECTED, reals(rows.iter().map(|row| row.3))),
+        ],
+    );
+    all(&Evidence::of(&[finished(Kind::Correct, table)]).unwrap())
+}
+
+#[test]
+fn areas_of_alpha_alone_collapse_whatever_the_exponent() {
+    let name = "corrected-area-collapses-on-alpha";
+    let of_alpha = of_several_exponents(|alpha, _| alpha.powf(-0.04));
+    assert_eq!(verdict(&of_alpha, name), Verdict::Holds);
+    let of_both = of_several_exponents(|alpha, hurst| {
+        let beside = if hurst == 0.4 { 1.1 } else { 1.0 };
+        beside * alpha.powf(-0.04)
+    });
+    assert_eq!(verdict(&of_both, name), Verdict::DoesNotHold);
 }
 
 /// Surfaces that approach full contact with an exponent, more or less open than Persson's.

@@ -46,7 +46,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         least = means.iter().fold(least, |least, mean| least.min(mean.mean));
         let style = evidence.looks.markers(&ensemble.point);
         approach.series.push(series(&transformed, style));
-        let known = means.iter().filter(|mean| is_known(mean));
+        let known = means.iter().filter(is_known);
         let shares: Vec<Mean> = known.map(open_over_persson).collect();
         let joined = series(&shares, style.joined());
         open.series.push(joined);
