@@ -17,6 +17,9 @@ pub const GAP: Pixel = [255, 255, 255];
 /// Where there is.
 pub const CONTACT: Pixel = [38, 38, 38];
 
+/// Colours that a file names by one byte a pixel.
+const PALETTE: usize = 256;
+
 /// A picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Raster {
@@ -68,8 +71,10 @@ impl Scale {
         let share = (value - self.lowest) / (self.highest - self.lowest);
         // A constant map has no range: one colour for all of it.
         let share = if share.is_finite() { share } else { 0.5 };
+        // As many colours as a palette holds, and more than an eye tells apart.
+        let step = ((PALETTE - 1) as f64 * share.clamp(0.0, 1.0)).round();
         self.gradient
-            .eval_continuous(share.clamp(0.0, 1.0))
+            .eval_rational(step as usize, PALETTE)
             .into_array()
     }
 }
@@ -163,18 +168,33 @@ impl Raster {
         }
     }
 
-    /// The picture as a PNG file, the same bytes every time.
+    /// The picture as a PNG file, the same bytes every time: a third as many if a palette holds its
+    /// colours.
     pub fn to_png(&self) -> Vec<u8> {
+        let mut palette: Vec<Pixel> = self.pixels.clone();
+        palette.sort_unstable();
+        palette.dedup();
         let size = self
             .size()
             .map(|side| u32::try_from(side).expect("a mesh of fewer than 2³² nodes a side"));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
-        encoder.set_color(png::ColorType::Rgb);
         encoder.set_compression(png::Compression::High);
+        let place = |pixel: &Pixel| palette.binary_search(pixel).expect("it is among them") as u8;
+        let pixels = match palette.len() <= PALETTE {
+            true => {
+                encoder.set_color(png::ColorType::Indexed);
+                encoder.set_palette(palette.as_flattened().to_vec());
+                self.pixels.iter().map(place).collect()
+            }
+            false => {
+                encoder.set_color(png::ColorType::Rgb);
+                self.pixels.as_flattened().to_vec()
+            }
+        };
         encoder
             .write_header()
-            .and_then(|mut writer| writer.write_image_data(self.pixels.as_flattened()))
+            .and_then(|mut writer| writer.write_image_data(&pixels))
             .expect("writing to memory cannot fail");
         bytes
     }
@@ -242,12 +262,19 @@ mod tests {
 
     #[test]
     fn a_png_holds_the_pixels_and_is_the_same_every_time() {
-        let picture = Raster::of_heights(3, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        let few = Raster::of_heights(3, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        holds_the_pixels(&few);
+        let more_than_a_palette = Raster::of_nodes(20, |node| [node as u8, (node / 256) as u8, 7]);
+        holds_the_pixels(&more_than_a_palette);
+    }
+
+    #[track_caller]
+    fn holds_the_pixels(picture: &Raster) {
         let bytes = picture.to_png();
         assert_eq!(bytes, picture.to_png());
-        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes))
-            .read_info()
-            .unwrap();
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
+        decoder.set_transformations(png::Transformations::EXPAND);
+        let mut reader = decoder.read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut pixels).unwrap();
         assert_eq!(pixels, picture.pixels.as_flattened());

@@ -163,6 +163,16 @@ impl Sheet {
     }
 }
 
+/// Rows of two charts: on a page, words of more would be small.
+pub fn in_pairs(mut charts: Vec<Chart>) -> Vec<Vec<Chart>> {
+    let mut rows = Vec::new();
+    while !charts.is_empty() {
+        let rest = charts.split_off(charts.len().min(2));
+        rows.push(std::mem::replace(&mut charts, rest));
+    }
+    rows
+}
+
 /// Width and height of panels for maps with such words above, in pixels.
 pub fn panel_of_map<'a>(words: impl Iterator<Item = &'a str>, width: f64) -> [f64; 2] {
     let lines = words.map(|words| wrapped(words, width).len()).max();

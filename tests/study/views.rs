@@ -13,7 +13,9 @@ use crate::bench::{Bench, STUDY, text};
 /// Width and pixels of a picture, row by row from the top.
 fn pixels(path: &Path) -> (usize, Vec<[u8; 3]>) {
     let file = BufReader::new(File::open(path).unwrap());
-    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut decoder = png::Decoder::new(file);
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let frame = reader.next_frame(&mut bytes).unwrap();
     let (pixels, _) = bytes.as_chunks();

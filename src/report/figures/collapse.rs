@@ -5,7 +5,7 @@ use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::sheet::{Sheet, in_pairs};
 use crate::figures::style::{Dash, Style};
 use crate::fitting::line;
 use crate::report::ReportError;
@@ -66,7 +66,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.bars,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(vec![charts], [330.0, 320.0]),
+        Sheet::of_charts(in_pairs(charts), [430.0, 320.0]),
         caption,
     ))
 }
@@ -124,10 +124,10 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
             chart.series.push(Series::new(ends, style));
             // At the left ends, where lines are farthest apart.
             let note = format!("y = {:.3}", spectra[0].means[load].load);
-            chart.notes.push((least / 1.6, secant(least), note));
+            chart.notes.push((least / 1.9, secant(least), note));
         }
     }
-    chart.x = chart.x.within(least / 2.6, 1.3 * most);
+    chart.x = chart.x.within(least / 3.2, 1.3 * most);
     for spectrum in spectra {
         let point = |mean: &Mean| Place {
             x: spectrum.nayak,

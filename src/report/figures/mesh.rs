@@ -6,7 +6,7 @@ use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point as Place, Series};
 use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::sheet::{Sheet, in_pairs};
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Ensemble, Point};
@@ -56,11 +56,6 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             charts.push(error_chart(name, &ensembles, &coefficients, &looks)?);
         }
     }
-    let mut rows = Vec::new();
-    while !charts.is_empty() {
-        let rest = charts.split_off(charts.len().min(2));
-        rows.push(std::mem::replace(&mut charts, rest));
-    }
     let caption = format!(
         "Coefficient c of A_N = A* + c S_d Δx for each load, over all meshes and surfaces, with \
          bootstrap intervals; and the deviation of the area from A* on each mesh under the load \
@@ -69,7 +64,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         sample(&evidence.sample()),
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(rows, [430.0, 310.0]),
+        Sheet::of_charts(in_pairs(charts), [430.0, 310.0]),
         caption,
     ))
 }

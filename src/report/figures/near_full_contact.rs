@@ -119,15 +119,15 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Contact area near full contact from {}; area as counted on the mesh. Points are means up \
          to the first surface in full contact, bars {}; grey lines are error \
-         functions of a scaled load. In the middle what is left open over what Persson's theory \
-         leaves, where its scatter is below a third; to the right F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
+         functions of a scaled load. To the right what is left open over what Persson's theory \
+         leaves, where its scatter is below a third; below F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
          2 y² in Persson's theory.{}",
         sample(&evidence.sample()),
         evidence.bars,
         evidence.caveat,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(vec![vec![chart, open, approach]], [400.0, 340.0]),
+        Sheet::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
         caption,
     ))
 }
