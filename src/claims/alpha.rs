@@ -1,12 +1,13 @@
 //! Claims on Nayak's parameter: how much it does, and what it cannot do alone (sections 5.2, 9.3).
 
-use super::evidence::{COUNTED, Evidence, OF_2017, Spectrum};
+use super::evidence::{Evidence, Spectrum};
 use super::light::LIGHT;
 use super::quantities::{Quantities, data, needs, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::theory::models::AsperityModel;
 use crate::contact::theory::models::asperities::Asperities;
+use crate::stages::correct::{AS_COUNTED, OF_2017};
 
 const WEAKER_THAN_IN_MODELS: Statement = Statement {
     name: "effect-of-alpha-is-weaker-than-in-asperity-models",
@@ -51,7 +52,7 @@ const ALPHA_ALONE: Statement = Statement {
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     vec![
         weaker_than_in_models(evidence),
-        of_equal_bandwidth(evidence, COUNTED, NOT_ALPHA_ALONE),
+        of_equal_bandwidth(evidence, AS_COUNTED, NOT_ALPHA_ALONE),
         of_equal_bandwidth(evidence, OF_2017, ALPHA_ALONE),
     ]
 }
@@ -61,7 +62,7 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
         (AsperityModel::BushGibsonThomas, "Bush, Gibson & Thomas"),
         (AsperityModel::SimplifiedElliptic, "Greenwood 2006"),
     ];
-    let ensembles = evidence.of_the_paper(COUNTED);
+    let ensembles = evidence.of_the_paper(AS_COUNTED);
     let mut quantities = Quantities::default();
     for step in Step::all(&ensembles, Cutoff::Upper) {
         for places in LIGHT.into_iter().filter_map(|load| step.at(load)) {
@@ -82,8 +83,8 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
         }
     }
     let spectra = "spectra that differ in `k_upper` alone";
-    quantities.judge(WEAKER_THAN_IN_MODELS, data(COUNTED), || {
-        needs(evidence, COUNTED, &LIGHT, spectra)
+    quantities.judge(WEAKER_THAN_IN_MODELS, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &LIGHT, spectra)
     })
 }
 

@@ -5,12 +5,13 @@
 //! ζ = k_upper/k_lower, so that the area falls logarithmically with the bandwidth alone. Yastrebov,
 //! Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find the same law in α.
 
-use super::evidence::{Ensemble, Evidence, OF_2017, Spectrum};
+use super::evidence::{Ensemble, Evidence, Spectrum};
 use super::intervals::Weights;
 use super::light::UP_TO_FOUR_FIFTHS;
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::fitting::line;
+use crate::stages::correct::OF_2017;
 
 const BANDWIDTH_ALONE: Statement = Statement {
     name: "corrected-area-depends-on-bandwidth-alone",

@@ -11,15 +11,9 @@ use crate::ensemble::{self, Member, Members, ensembles};
 use crate::fitting::{Curves, Window};
 use crate::stages::Kind;
 use crate::stages::columns::*;
+use crate::stages::correct::AS_COUNTED;
 use crate::stages::fit::meshes::refinements;
 use crate::store::table::{Table, TableError};
-
-/// The correction of the counted area.
-pub const COUNTED: &str = "none";
-/// The correction that is right to 15 %.
-pub const OF_2017: &str = "2017";
-/// The correction of the 2015 paper.
-pub const OF_2015: &str = "pi/8";
 
 /// Nodes to the shortest wavelength of the paper's coarsest meshes.
 const COARSEST: i64 = 8;
@@ -219,7 +213,7 @@ impl Evidence {
         value: impl Fn(&BTreeMap<&'static str, f64>) -> f64,
     ) -> Vec<AtLoad> {
         let loads = self
-            .of_the_paper(COUNTED)
+            .of_the_paper(AS_COUNTED)
             .into_iter()
             .filter_map(|ensemble| {
                 let load = ensemble.loads[ensemble.at(load)?];
@@ -362,7 +356,7 @@ fn curves(table: &Table) -> Result<Vec<Ensemble>, TableError> {
         };
         let correction = match is_corrected {
             true => table.texts(CORRECTION.name)?.value(rows.first).to_owned(),
-            false => COUNTED.to_owned(),
+            false => AS_COUNTED.to_owned(),
         };
         curves.push(ensemble(spectrum, correction, &rows, areas));
     }

@@ -1,12 +1,13 @@
 //! Claims on the approach to full contact (section 7).
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2017};
+use super::evidence::{Ensemble, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::theory::models::full_contact;
 use crate::contact::theory::persson;
+use crate::stages::correct::{AS_COUNTED, OF_2017};
 
 const AT_THE_END: Statement = Statement {
     name: "full-contact-at-1.7",
@@ -159,7 +160,7 @@ fn known(ensemble: &Ensemble, from: f64, error: f64) -> Vec<usize> {
 
 fn exponent(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in evidence.of_the_paper(COUNTED) {
+    for ensemble in evidence.of_the_paper(AS_COUNTED) {
         let nodes = (ensemble.spectrum.nodes as f64).powi(2);
         let is_near = |place: &usize| {
             let area = ensemble.mean(*place);
@@ -173,10 +174,10 @@ fn exponent(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(EXPONENT, data(COUNTED), || {
+    quantities.judge(EXPONENT, data(AS_COUNTED), || {
         needs(
             evidence,
-            COUNTED,
+            AS_COUNTED,
             &[],
             "three loads or more of areas from 0.9 to 0.998",
         )
@@ -218,7 +219,7 @@ fn least(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
 
 fn faster_than_persson(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in evidence.of_the_paper(COUNTED) {
+    for ensemble in evidence.of_the_paper(AS_COUNTED) {
         for place in known(ensemble, NEAR_FULL.start, KNOWN) {
             let load = ensemble.loads[place];
             let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(load));
@@ -228,14 +229,14 @@ fn faster_than_persson(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(FASTER_THAN_PERSSON, data(COUNTED), || {
-        needs(evidence, COUNTED, &[], HEAVY_LOADS)
+    quantities.judge(FASTER_THAN_PERSSON, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[], HEAVY_LOADS)
     })
 }
 
 fn scaled_erf(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in evidence.of_the_paper(COUNTED) {
+    for ensemble in evidence.of_the_paper(AS_COUNTED) {
         for place in known(ensemble, NEAR_FULL.start, KNOWN) {
             let load = ensemble.loads[place];
             let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(load));
@@ -245,8 +246,8 @@ fn scaled_erf(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(SCALED_ERF, data(COUNTED), || {
-        needs(evidence, COUNTED, &[], HEAVY_LOADS)
+    quantities.judge(SCALED_ERF, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[], HEAVY_LOADS)
     })
 }
 
@@ -268,7 +269,7 @@ fn cracks(evidence: &Evidence) -> Claim {
 
 fn groups_by_k_upper(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for family in families(&evidence.of_the_paper(COUNTED)) {
+    for family in families(&evidence.of_the_paper(AS_COUNTED)) {
         for &load in &family[0].loads {
             let place = |one: &&Ensemble| {
                 let place = one.at(load)?;
@@ -291,15 +292,15 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(GROUPS_BY_K_UPPER, data(COUNTED), || {
+    quantities.judge(GROUPS_BY_K_UPPER, data(AS_COUNTED), || {
         let spectra = "spectra of at least two `k_lower` and two `k_upper` each, and loads of areas \
                        from 0.95 on";
-        needs(evidence, COUNTED, &[], spectra)
+        needs(evidence, AS_COUNTED, &[], spectra)
     })
 }
 
 fn faster_for_smaller_k_lower(evidence: &Evidence) -> Claim {
-    let ensembles = evidence.of_the_paper(COUNTED);
+    let ensembles = evidence.of_the_paper(AS_COUNTED);
     let mut quantities = Quantities::default();
     for step in Step::all(&ensembles, Cutoff::Lower) {
         let others = known(step.greater, VERY_NEAR_FULL, KNOWN);
@@ -315,8 +316,8 @@ fn faster_for_smaller_k_lower(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(FASTER_FOR_SMALLER_K_LOWER, data(COUNTED), || {
+    quantities.judge(FASTER_FOR_SMALLER_K_LOWER, data(AS_COUNTED), || {
         let spectra = "spectra that differ in `k_lower` alone, and loads of areas from 0.95 on";
-        needs(evidence, COUNTED, &[], spectra)
+        needs(evidence, AS_COUNTED, &[], spectra)
     })
 }

@@ -1,12 +1,13 @@
 //! Claims on which cutoff decides: how curves group, how surfaces scatter, whether anything
 //! converges (sections 5.2, 6 and 8).
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015};
+use super::evidence::{Ensemble, Evidence};
 use super::intervals::Weights;
 use super::light::{LIGHT, UP_TO_FOUR_FIFTHS};
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
+use crate::stages::correct::{AS_COUNTED, OF_2015};
 
 const GROUPS_BY_K_LOWER: Statement = Statement {
     name: "area-groups-by-k-lower",
@@ -85,7 +86,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
 }
 
 fn variances(evidence: &Evidence) -> Claim {
-    let ensembles = evidence.of_the_paper(COUNTED);
+    let ensembles = evidence.of_the_paper(AS_COUNTED);
     let mut quantities = Quantities::default();
     for cutoff in [Cutoff::Lower, Cutoff::Upper] {
         for step in Step::all(&ensembles, cutoff) {
@@ -100,10 +101,10 @@ fn variances(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(VARIANCES, data(COUNTED), || {
+    quantities.judge(VARIANCES, data(AS_COUNTED), || {
         needs(
             evidence,
-            COUNTED,
+            AS_COUNTED,
             &[0.06],
             "spectra that differ in one cutoff alone",
         )
@@ -111,7 +112,7 @@ fn variances(evidence: &Evidence) -> Claim {
 }
 
 fn no_convergence(evidence: &Evidence) -> Claim {
-    let ensembles = evidence.of_the_paper(COUNTED);
+    let ensembles = evidence.of_the_paper(AS_COUNTED);
     let steps = Step::all(&ensembles, Cutoff::Lower);
     let mut quantities = Quantities::default();
     for (first, second) in steps.iter().flat_map(|first| {
@@ -139,19 +140,22 @@ fn no_convergence(evidence: &Evidence) -> Claim {
         }
     }
     let spectra = "spectra with three `k_lower` in equal ratio at one `k_upper`";
-    quantities.judge(NO_CONVERGENCE, data(COUNTED), || {
-        needs(evidence, COUNTED, &LIGHT, spectra)
+    quantities.judge(NO_CONVERGENCE, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &LIGHT, spectra)
     })
 }
 
 const SEVERAL_CUTOFFS: &str = "spectra of at least two `k_lower` and two `k_upper` each";
 
 fn groups_by_k_lower(evidence: &Evidence) -> Claim {
-    let quantities = sensitivities(evidence, COUNTED, &UP_TO_FOUR_FIFTHS, |[lower, upper]| {
-        lower.abs() - upper.abs()
-    });
-    quantities.judge(GROUPS_BY_K_LOWER, data(COUNTED), || {
-        needs(evidence, COUNTED, &UP_TO_FOUR_FIFTHS, SEVERAL_CUTOFFS)
+    let quantities = sensitivities(
+        evidence,
+        AS_COUNTED,
+        &UP_TO_FOUR_FIFTHS,
+        |[lower, upper]| lower.abs() - upper.abs(),
+    );
+    quantities.judge(GROUPS_BY_K_LOWER, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &UP_TO_FOUR_FIFTHS, SEVERAL_CUTOFFS)
     })
 }
 

@@ -1,6 +1,6 @@
 //! Claims on the contact evolution law and its κ (sections 5.2.1, 9.5 and appendix C).
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015};
+use super::evidence::{Ensemble, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, families, needs, surfaces};
 use super::steps::{Cutoff, Step};
@@ -8,6 +8,7 @@ use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::theory::law::KAPPA_BGT;
 use crate::fitting::Window;
 use crate::fitting::evolution::{EvolutionFit, EvolutionProblem, Kappa, Quantity};
+use crate::stages::correct::{AS_COUNTED, OF_2015};
 
 const LEAST_CONVEX: Statement = Statement {
     name: "least-convex-kappa",
@@ -131,21 +132,21 @@ fn common_kappa(ensembles: &[&Ensemble], weights: &Weights) -> Option<f64> {
 
 fn least_convex(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for family in families(&resolved(evidence, COUNTED)) {
+    for family in families(&resolved(evidence, AS_COUNTED)) {
         let label = format!("all {} spectra", family.len());
         quantities.add(label, &surfaces(&family), |weights| {
             Some(common_kappa(&family, weights)? / KAPPA_BGT)
         });
     }
-    quantities.judge(LEAST_CONVEX, data(COUNTED), || {
-        needs(evidence, COUNTED, &[0.06], MANY_LOADS)
+    quantities.judge(LEAST_CONVEX, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS)
     })
 }
 
 fn falls_with_correction(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     let corrected = families(&resolved(evidence, OF_2015));
-    for (counted, corrected) in families(&resolved(evidence, COUNTED))
+    for (counted, corrected) in families(&resolved(evidence, AS_COUNTED))
         .iter()
         .zip(&corrected)
     {
@@ -164,7 +165,7 @@ fn falls_with_correction(evidence: &Evidence) -> Claim {
 }
 
 fn depends_on_k_lower(evidence: &Evidence) -> Claim {
-    let ensembles = resolved(evidence, COUNTED);
+    let ensembles = resolved(evidence, AS_COUNTED);
     let mut quantities = Quantities::default();
     for step in Step::all(&ensembles, Cutoff::Lower) {
         let label = step.name(evidence);
@@ -174,15 +175,15 @@ fn depends_on_k_lower(evidence: &Evidence) -> Claim {
             Some((greater? / lesser?).ln())
         });
     }
-    quantities.judge(DEPENDS_ON_K_LOWER, data(COUNTED), || {
+    quantities.judge(DEPENDS_ON_K_LOWER, data(AS_COUNTED), || {
         let spectra = format!("spectra that differ in `k_lower` alone, and {MANY_LOADS}");
-        needs(evidence, COUNTED, &[0.06], &spectra)
+        needs(evidence, AS_COUNTED, &[0.06], &spectra)
     })
 }
 
 fn exponent(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in resolved(evidence, COUNTED) {
+    for ensemble in resolved(evidence, AS_COUNTED) {
         let label = evidence.name(&ensemble.spectrum);
         quantities.add(label, &[ensemble.surfaces()], |weights| {
             let kappa = Kappa::Given(GIVEN_KAPPA);
@@ -190,14 +191,14 @@ fn exponent(evidence: &Evidence) -> Claim {
             Some(fit.law.mu - 1.0)
         });
     }
-    quantities.judge(EXPONENT, data(COUNTED), || {
-        needs(evidence, COUNTED, &[0.06], MANY_LOADS)
+    quantities.judge(EXPONENT, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS)
     })
 }
 
 fn fits_well(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in resolved(evidence, COUNTED) {
+    for ensemble in resolved(evidence, AS_COUNTED) {
         let below = |place: &usize| ensemble.mean(*place) < 0.2;
         let Some(last) = (0..ensemble.loads.len()).rfind(below) else {
             continue;
@@ -216,7 +217,7 @@ fn fits_well(evidence: &Evidence) -> Claim {
             Some((rests.sum::<f64>() / (last + 1) as f64).sqrt())
         });
     }
-    quantities.judge(FITS_WELL, data(COUNTED), || {
-        needs(evidence, COUNTED, &[0.06], MANY_LOADS)
+    quantities.judge(FITS_WELL, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS)
     })
 }

@@ -1,12 +1,13 @@
 //! Claims on the area at light load: what cutoffs do to it, and the theories beside (section 5.2).
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015, OF_2017};
+use super::evidence::{Ensemble, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, needs, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
 use crate::contact::theory::persson;
+use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 
 /// Loads that stand for light contact.
 pub const LIGHT: [f64; 3] = [0.012, 0.024, 0.06];
@@ -126,12 +127,12 @@ const SECANT_GROWS: Statement = Statement {
 /// The claims, in the order of the paper.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     vec![
-        grows_with_k_lower(evidence, COUNTED, GROWS_WITH_K_LOWER),
+        grows_with_k_lower(evidence, AS_COUNTED, GROWS_WITH_K_LOWER),
         grows_with_k_lower(evidence, OF_2017, GROWS_CORRECTED),
         close_to_bgt(evidence),
-        above_persson(evidence, COUNTED, ABOVE_PERSSON),
+        above_persson(evidence, AS_COUNTED, ABOVE_PERSSON),
         above_persson(evidence, OF_2017, CORRECTED_ABOVE_PERSSON),
-        falls_with_alpha(evidence, COUNTED, FALLS_WITH_ALPHA),
+        falls_with_alpha(evidence, AS_COUNTED, FALLS_WITH_ALPHA),
         falls_with_alpha(evidence, OF_2017, FALLS_CORRECTED),
         area_at_the_end(evidence),
         between_the_asymptotes(evidence),
@@ -188,10 +189,10 @@ fn above_persson(evidence: &Evidence, correction: &str, statement: Statement) ->
 }
 
 fn close_to_bgt(evidence: &Evidence) -> Claim {
-    let ensembles = of_widest_k_lower(evidence.of_the_paper(COUNTED));
+    let ensembles = of_widest_k_lower(evidence.of_the_paper(AS_COUNTED));
     let quantities = at_light_loads(evidence, &ensembles, |area, load| area / (KAPPA_BGT * load));
-    quantities.judge(CLOSE_TO_BGT, data(COUNTED), || {
-        needs(evidence, COUNTED, &LIGHT, WIDEST)
+    quantities.judge(CLOSE_TO_BGT, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &LIGHT, WIDEST)
     })
 }
 
@@ -254,7 +255,7 @@ fn secant_grows(evidence: &Evidence) -> Claim {
 
 fn area_at_the_end(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in evidence.of_the_paper(COUNTED) {
+    for ensemble in evidence.of_the_paper(AS_COUNTED) {
         if let Some(place) = ensemble.at(0.06) {
             let label = evidence.name(&ensemble.spectrum);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
@@ -262,7 +263,7 @@ fn area_at_the_end(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(AREA_AT_THE_END, data(COUNTED), || {
-        needs(evidence, COUNTED, &[0.06], "random surfaces")
+    quantities.judge(AREA_AT_THE_END, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[0.06], "random surfaces")
     })
 }

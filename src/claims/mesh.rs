@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015};
+use super::evidence::{Ensemble, Evidence};
 use super::quantities::{Quantities, needs, under};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::stages::columns::{EDGE_NODES_4, SWITCHES};
+use crate::stages::correct::{AS_COUNTED, OF_2015};
 
 const EDGE_NODES: Statement = Statement {
     name: "edge-nodes-are-pi-over-4-of-the-switches",
@@ -120,14 +121,14 @@ fn edge_nodes(evidence: &Evidence) -> Claim {
         });
     }
     quantities.judge(EDGE_NODES, "measured contacts", || {
-        needs(evidence, COUNTED, &[0.06], "measured contacts")
+        needs(evidence, AS_COUNTED, &[0.06], "measured contacts")
     })
 }
 
 /// Counted and corrected curves of the same spectrum, on the same loads, from first touch on.
 fn with_error(evidence: &Evidence) -> Vec<[&Ensemble; 2]> {
     let corrected = evidence.of_the_paper(OF_2015);
-    let counted = evidence.of_the_paper(COUNTED).into_iter();
+    let counted = evidence.of_the_paper(AS_COUNTED).into_iter();
     let pairs = counted.filter_map(|counted| {
         let own = |other: &&&Ensemble| {
             other.spectrum == counted.spectrum

@@ -1,8 +1,9 @@
 //! The quantities of a claim, gathered one by one.
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2015, OF_2017, Spectrum};
+use super::evidence::{Ensemble, Evidence, Spectrum};
 use super::intervals::{Bound, FEWEST_SURFACES, Weights, jackknife};
 use super::{Claim, Judgement, Outcome, Statement};
+use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 
 /// Quantities that one claim is about.
 #[derive(Default)]
@@ -66,7 +67,7 @@ impl Quantities {
 /// Words for the area under a correction.
 pub fn data(correction: &str) -> &'static str {
     match correction {
-        COUNTED => "counted area",
+        AS_COUNTED => "counted area",
         OF_2015 => "area corrected by π/8",
         OF_2017 => "area corrected by 2017",
         _ => "corrected area",
@@ -79,7 +80,7 @@ pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str
     let all = evidence.under(correction);
     if all.is_empty() {
         return match correction {
-            COUNTED => "a `measure` stage over contacts of random surfaces".to_owned(),
+            AS_COUNTED => "a `measure` stage over contacts of random surfaces".to_owned(),
             _ => format!("a `correct` stage with `correction = \"{correction}\"`"),
         };
     }

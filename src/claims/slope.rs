@@ -1,10 +1,11 @@
 //! Claims on the slope of the area against the load (sections 5.2.2 and 6).
 
-use super::evidence::{COUNTED, Ensemble, Evidence, OF_2017};
+use super::evidence::{Ensemble, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, needs};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::theory::persson;
+use crate::stages::correct::{AS_COUNTED, OF_2017};
 
 /// Ends of three equal stretches of light load.
 const STRETCHES: [f64; 3] = [0.02, 0.04, 0.06];
@@ -68,9 +69,9 @@ const CROSSES_PERSSON: Statement = Statement {
 /// The claims, in the order of the paper.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     vec![
-        decreases(evidence, COUNTED, DECREASES),
+        decreases(evidence, AS_COUNTED, DECREASES),
         decreases(evidence, OF_2017, DECREASES_CORRECTED),
-        is_convex(evidence, COUNTED, CONVEX),
+        is_convex(evidence, AS_COUNTED, CONVEX),
         is_convex(evidence, OF_2017, CONVEX_CORRECTED),
         crosses_persson(evidence),
     ]
@@ -160,7 +161,7 @@ fn third_difference(points: &[(f64, f64); 4]) -> f64 {
 
 fn crosses_persson(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    for ensemble in evidence.of_the_paper(COUNTED) {
+    for ensemble in evidence.of_the_paper(AS_COUNTED) {
         if ensemble.loads.iter().all(|load| *load < 0.5) {
             continue;
         }
@@ -169,10 +170,10 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
             crossing(ensemble, weights)
         });
     }
-    quantities.judge(CROSSES_PERSSON, data(COUNTED), || {
+    quantities.judge(CROSSES_PERSSON, data(AS_COUNTED), || {
         needs(
             evidence,
-            COUNTED,
+            AS_COUNTED,
             &[0.5],
             "loads from first touch to two thirds of the area",
         )

@@ -1,6 +1,6 @@
 //! Claims on made-up tables, in which they must hold, must fail, or cannot be told.
 
-use super::evidence::{COUNTED, Finished, OF_2015, OF_2017};
+use super::evidence::Finished;
 use super::intervals::Weights;
 use super::*;
 use crate::contact::theory::persson;
@@ -8,6 +8,7 @@ use crate::contact::topography::nayak::Continuum;
 use crate::fitting::examples::normal;
 use crate::stages::Kind;
 use crate::stages::columns::*;
+use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use crate::store::column::{integers, reals, texts};
 use crate::store::table::Table;
 
@@ -74,7 +75,7 @@ const CAMPAIGN: Campaign = Campaign {
     shared: 0.05,
     own: 0.001,
     area: as_the_paper_says,
-    correction: COUNTED,
+    correction: AS_COUNTED,
 };
 
 fn finished(kind: Kind, table: Table) -> Finished {
@@ -298,7 +299,7 @@ fn approaching(exponent: f64, share: f64) -> Vec<Claim> {
         let table = table.with(vec![(CORRECTION, texts(vec![correction; count]))]);
         finished(Kind::Correct, table)
     };
-    all(&Evidence::of(&[under(COUNTED), under(OF_2017)]).unwrap())
+    all(&Evidence::of(&[under(AS_COUNTED), under(OF_2017)]).unwrap())
 }
 
 #[test]
@@ -534,7 +535,7 @@ fn counted_summits_are_two_pi_squared_times_the_tabulated_density() {
 fn the_areas_of_a_curve_end_where_all_surfaces_are_in_full_contact() {
     let table = CAMPAIGN.table();
     let evidence = Evidence::of(&[finished(Kind::Correct, table)]).unwrap();
-    let ensemble = evidence.under(COUNTED)[0];
+    let ensemble = evidence.under(AS_COUNTED)[0];
     let curves = ensemble.curves(&Weights::ALL).unwrap();
     assert_eq!((curves.surfaces(), curves.loads().len()), (20, 50));
 }

@@ -11,6 +11,7 @@ use crate::plan::{Plan, PlannedStage};
 use crate::results::StageTable;
 use crate::stages::Kind;
 use crate::stages::fit::rows::{FITTED, STATUS};
+use crate::stages::solve::GIVEN_UP;
 use crate::store::table::{Table, TableError};
 
 /// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
@@ -108,7 +109,7 @@ fn solved(table: &Table) -> Result<Vec<Option<String>>, TableError> {
         Ok(stops.iter().filter(|stop| *stop == Some(word)).count())
     };
     let surfaces: BTreeSet<_> = table.texts("surface")?.iter().collect();
-    let given_up = among("pair-limit")?;
+    let given_up = among(GIVEN_UP)?;
     let full = among("full-contact")?;
     Ok(vec![
         Some(format!(

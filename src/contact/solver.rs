@@ -42,6 +42,11 @@ const SINGLE_REDUCTION: f64 = 1e-4;
 /// it, contact would be whatever a guess took for it.
 const SHARE_OF_DISPLACEMENT: f64 = 0.1;
 
+/// At this tolerance contact counts are within 4 nodes of a million, 0.4 on average.
+pub const DEFAULT_TOLERANCE: f64 = 6e-5;
+/// Far more than any load of a rough surface takes.
+pub const DEFAULT_PAIR_LIMIT: u32 = 2000;
+
 /// When a load counts as solved, and when to give up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -55,11 +60,10 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// At this tolerance contact counts are within 4 nodes of a million, 0.4 on average.
     fn default() -> Self {
         Self {
-            tolerance: 6e-5,
-            pair_limit: 2000,
+            tolerance: DEFAULT_TOLERANCE,
+            pair_limit: DEFAULT_PAIR_LIMIT,
         }
     }
 }

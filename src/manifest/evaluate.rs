@@ -13,15 +13,26 @@ use serde::{Deserialize, Deserializer};
 use super::layout::table;
 use super::written::{Key, Written, deserialize_either};
 
+/// Of `bootstrap`: the largest, and what it is when left out.
+pub const MOST_RESAMPLINGS: u32 = 1_000_000;
+pub const DEFAULT_RESAMPLINGS: u32 = 1000;
+/// `level` when left out.
+pub const DEFAULT_LEVEL: f64 = 0.95;
+/// Of `bins`: the largest, and what it is when left out.
+pub const MOST_BINS: u32 = 1_000_000;
+pub const DEFAULT_BINS: u32 = 1000;
+/// `range` when left out.
+pub const DEFAULT_RANGE: f64 = 5.0;
+
 /// Counts contacts, or the heights of surfaces.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeasureTable {
     /// Bins of the histogram of heights; for surfaces only.
-    #[schemars(range(min = 1, max = 1_000_000), extend("default" = 1000))]
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = DEFAULT_BINS))]
     pub bins: Key<i64>,
     /// Half width of the histogram of heights, in rms heights; for surfaces only.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 5.0))]
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = DEFAULT_RANGE))]
     pub range: Key<f64>,
     /// Whether all surfaces of a parameter point share one histogram, with mean and standard
     /// deviation between them, instead of having one each; for surfaces only.
@@ -56,10 +67,10 @@ pub struct EvolutionTable {
     #[schemars(length(equal = 2), inner(range(min = 0)), extend("default" = [0.0, 0.06]))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.
-    #[schemars(range(min = 0, max = 1_000_000), extend("default" = 1000))]
+    #[schemars(range(min = 0, max = MOST_RESAMPLINGS), extend("default" = DEFAULT_RESAMPLINGS))]
     pub bootstrap: Key<i64>,
     /// Probability that an interval covers its parameter.
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 0.95))]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_LEVEL))]
     pub level: Key<f64>,
     /// Seed of the resampling; that of the study when left out.
     #[schemars(range(min = 0))]
@@ -77,10 +88,10 @@ pub struct LawTable {
     #[schemars(length(equal = 2), inner(range(min = 0)))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.
-    #[schemars(range(min = 0, max = 1_000_000), extend("default" = 1000))]
+    #[schemars(range(min = 0, max = MOST_RESAMPLINGS), extend("default" = DEFAULT_RESAMPLINGS))]
     pub bootstrap: Key<i64>,
     /// Probability that an interval covers its parameter.
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 0.95))]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_LEVEL))]
     pub level: Key<f64>,
     /// Seed of the resampling; that of the study when left out.
     #[schemars(range(min = 0))]

@@ -2,6 +2,7 @@
 //!
 //! The comments of the keys are what editors show and what messages quote.
 
+use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use std::fmt;
 
 use schemars::{JsonSchema, Schema};
@@ -12,6 +13,9 @@ use serde_json::Value;
 
 use super::layout::table;
 use super::written::{Key, Written, deserialize_either};
+
+/// The largest `max_pairs`.
+pub const MOST_PAIRS: u32 = 1_000_000;
 
 /// Presses surfaces through one block of loads.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -32,10 +36,10 @@ pub struct SolveTable {
     pub load_unit: Key<LoadUnit>,
     /// When to stop: largest gap in contact and largest penetration outside it, over rms slope ×
     /// mesh step.
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = 6e-5))]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
     pub tolerance: Key<f64>,
     /// Pairs of Fourier transforms after which a load is given up; its row says so.
-    #[schemars(range(min = 1, max = 1_000_000), extend("default" = 2000))]
+    #[schemars(range(min = 1, max = MOST_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
     pub max_pairs: Key<i64>,
     /// Which pressure fields are stored: `"none"`, `"all"`, or those at some of the `loads`.
     #[schemars(extend("default" = "none"))]

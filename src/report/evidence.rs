@@ -18,6 +18,7 @@ use crate::plan::Plan;
 use crate::stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTENT, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
 };
+use crate::stages::correct::AS_COUNTED;
 use crate::stages::generate::{self, Form};
 use crate::stages::{Kind, Recipe};
 use crate::store::table::{Table, TableError};
@@ -29,7 +30,7 @@ pub const LOAD_LABEL: &str = "load p₀/(E* h′)";
 /// The share of the nominal area that touches.
 pub const AREA_LABEL: &str = "contact area A/A₀";
 /// What `measure` counts.
-pub const COUNTED: &str = AREA_FRACTION.name;
+pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
 /// What figures are drawn from.
 pub struct Evidence<'a> {
@@ -86,7 +87,7 @@ impl<'a> Evidence<'a> {
             .iter()
             .filter_map(|one| one.correction.as_deref())
         {
-            if name != "none" && !found.contains(&name) {
+            if name != AS_COUNTED && !found.contains(&name) {
                 found.push(name);
             }
         }

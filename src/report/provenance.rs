@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::Subject;
 use super::tables::Finished;
 use crate::stages::columns::STOP;
+use crate::stages::solve::GIVEN_UP;
 
 /// What a page says of its origin.
 #[derive(Debug, Serialize)]
@@ -94,10 +95,7 @@ fn converged(finished: &Finished) -> (usize, usize) {
     let solved = finished.with(&["pairs", STOP.name]);
     let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
     stops.fold((0, 0), |(loads, unconverged), stops| {
-        let given_up = stops
-            .iter()
-            .filter(|stop| *stop == Some("pair-limit"))
-            .count();
+        let given_up = stops.iter().filter(|stop| *stop == Some(GIVEN_UP)).count();
         (loads + stops.iter().len(), unconverged + given_up)
     })
 }

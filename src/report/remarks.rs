@@ -2,7 +2,7 @@
 //! theories assume, in which unit its lengths are.
 
 use super::ensembles::Mean;
-use super::evidence::{COUNTED, Evidence, LIGHT};
+use super::evidence::{COUNTED_AREA, Evidence, LIGHT};
 use crate::contact::morphology::correction::YASTREBOV_2017;
 use crate::stages::columns::{NODES, PERIMETER_MANHATTAN, SIDE, UNIT};
 use crate::store::table::TableError;
@@ -25,7 +25,7 @@ impl Evidence<'_> {
         let mut shares = Vec::new();
         for ensemble in &self.measured {
             let (areas, perimeters) = (
-                ensemble.mean(COUNTED)?,
+                ensemble.mean(COUNTED_AREA)?,
                 ensemble.mean(PERIMETER_MANHATTAN.name)?,
             );
             let pairs = areas.iter().zip(&perimeters);

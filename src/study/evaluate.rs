@@ -9,12 +9,13 @@ use super::flow::Rows;
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::evaluate::{
-    self, CorrectTable, Correction as WrittenCorrection, CorrectionWord, EvolutionTable, KappaWord,
-    LawTable, MeasureTable,
+    self, CorrectTable, Correction as WrittenCorrection, CorrectionWord, DEFAULT_BINS,
+    DEFAULT_LEVEL, DEFAULT_RANGE, DEFAULT_RESAMPLINGS, EvolutionTable, KappaWord, LawTable,
+    MOST_BINS, MOST_RESAMPLINGS, MeasureTable,
 };
 use crate::manifest::written::{Key, Written};
 use crate::manifest::{Form, Section};
-use crate::stages::correct::{self, Correction};
+use crate::stages::correct::{self, AS_COUNTED, Correction, OF_2015, OF_2017};
 use crate::stages::fit::{self, Datum, Kappa, Law};
 use crate::stages::measure;
 
@@ -26,8 +27,8 @@ pub fn measurement(
 ) -> Option<measure::Params> {
     let point = section.points.first()?;
     let checks = &mut Checks::of(section, point, problems);
-    let bins = checks.whole_or("bins", &point.table.bins, 1..=1_000_000, 1000);
-    let range = checks.number_or("range", &point.table.range, POSITIVE, 5.0);
+    let bins = checks.whole_or("bins", &point.table.bins, 1..=MOST_BINS, DEFAULT_BINS);
+    let range = checks.number_or("range", &point.table.range, POSITIVE, DEFAULT_RANGE);
     if read? == Rows::Surfaces {
         let (bins, range) = (bins?, range?);
         let pool = point.table.pool.written().is_some_and(|pool| pool.value);
@@ -127,9 +128,9 @@ fn correction(written: &Written<WrittenCorrection>, checks: &mut Checks) -> Opti
 
 fn known(word: CorrectionWord) -> Correction {
     let (name, coefficient) = match word {
-        CorrectionWord::None => ("none", 0.0),
-        CorrectionWord::PiOver8 => ("pi/8", PI_OVER_EIGHT),
-        CorrectionWord::Of2017 => ("2017", YASTREBOV_2017),
+        CorrectionWord::None => (AS_COUNTED, 0.0),
+        CorrectionWord::PiOver8 => (OF_2015, PI_OVER_EIGHT),
+        CorrectionWord::Of2017 => (OF_2017, YASTREBOV_2017),
     };
     Correction {
         name: name.to_owned(),
@@ -229,8 +230,13 @@ fn fit(
     checks: &mut Checks,
 ) -> Option<Arc<fit::Params>> {
     let window = window(keys.window, default_window, checks);
-    let bootstrap = checks.whole_or("bootstrap", keys.bootstrap, 0..=1_000_000, 1000);
-    let level = checks.number_or("level", keys.level, SHARE, 0.95);
+    let bootstrap = checks.whole_or(
+        "bootstrap",
+        keys.bootstrap,
+        0..=MOST_RESAMPLINGS,
+        DEFAULT_RESAMPLINGS,
+    );
+    let level = checks.number_or("level", keys.level, SHARE, DEFAULT_LEVEL);
     let seed = checks.whole_or("seed", keys.seed, 0..=i64::MAX as u64, study_seed);
     Some(Arc::new(fit::Params {
         law: law?,

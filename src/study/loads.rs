@@ -4,11 +4,13 @@ use std::ops::Bound;
 use std::sync::Arc;
 
 use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points};
+use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems};
 use crate::manifest::Section;
 use crate::manifest::solve::{
-    self, Body, LoadRange, Loads, Pressures as WrittenPressures, PressuresWord, SolveTable, Spacing,
+    self, Body, LoadRange, Loads, MOST_PAIRS, Pressures as WrittenPressures, PressuresWord,
+    SolveTable, Spacing,
 };
 use crate::manifest::written::Written;
 use crate::stages::solve::{LoadUnit, Params, Pressures};
@@ -41,8 +43,13 @@ pub fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<
 fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let loads = loads(table, checks);
-    let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, 6e-5);
-    let max_pairs = checks.whole_or("max_pairs", &table.max_pairs, 1..=1_000_000, 2000);
+    let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, DEFAULT_TOLERANCE);
+    let max_pairs = checks.whole_or(
+        "max_pairs",
+        &table.max_pairs,
+        1..=MOST_PAIRS,
+        DEFAULT_PAIR_LIMIT,
+    );
     let load_unit = match table.load_unit.written().map(|unit| unit.value) {
         Some(solve::LoadUnit::Absolute) => LoadUnit::Absolute,
         Some(solve::LoadUnit::Relative) | None => LoadUnit::Relative,

@@ -7,7 +7,7 @@ use crate::figures::sheet::Sheet;
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
 use crate::report::evidence::{
-    AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
 };
 use crate::report::figure::{Definition, Drawn, sample};
 
@@ -30,7 +30,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Axis::linear("secant A/(A₀ y)"),
     );
     for ensemble in &evidence.measured {
-        let means = up_to(LIGHT, ensemble.mean(COUNTED)?);
+        let means = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
         let secant: Vec<Mean> = seen.map(Mean::secant).collect();
         let [line, markers] = evidence.looks.both(&ensemble.point);

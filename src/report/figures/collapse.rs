@@ -10,9 +10,10 @@ use crate::figures::style::{Dash, Style};
 use crate::fitting::line;
 use crate::report::ReportError;
 use crate::report::ensembles::{Ensemble, Mean, Point};
-use crate::report::evidence::{COUNTED, Evidence};
+use crate::report::evidence::{COUNTED_AREA, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::stages::columns::{AREA_CORRECTED, HURST, K_LOWER, K_ROLLOFF, K_UPPER};
+use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 
 pub const FIGURE: Definition = Definition {
     name: "collapse",
@@ -28,9 +29,9 @@ const NEAR: f64 = 0.1;
 const FEWEST_SPECTRA: usize = 3;
 /// The corrections, and the words above their charts.
 const CORRECTIONS: [(&str, &str); 3] = [
-    ("none", "as counted"),
-    ("pi/8", "corrected by π/8"),
-    ("2017", "corrected as in 2017"),
+    (AS_COUNTED, "as counted"),
+    (OF_2015, "corrected by π/8"),
+    (OF_2017, "corrected as in 2017"),
 ];
 
 /// Secants of one spectrum.
@@ -51,7 +52,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
         charts.push(chart(evidence, &spectra).titled(title));
     }
-    if !evidence.under("2017").any(|_| true) || charts.is_empty() {
+    if !evidence.under(OF_2017).any(|_| true) || charts.is_empty() {
         return Ok(Drawn::missing(
             "areas of three spectra or more, corrected as in 2017",
             evidence.lines_of_corrections(),
@@ -78,8 +79,8 @@ fn spectra<'a>(evidence: &'a Evidence, correction: &str) -> Result<Vec<Spectrum<
         let Some(continuum) = continuum(&ensemble.point) else {
             continue;
         };
-        let area = if correction == "none" {
-            COUNTED
+        let area = if correction == AS_COUNTED {
+            COUNTED_AREA
         } else {
             AREA_CORRECTED.name
         };

@@ -10,13 +10,11 @@ use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
 use crate::report::evidence::{
-    AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
 };
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::stages::columns::{AREA_CORRECTED, ERROR_RELATIVE};
-
-/// The correction of the 2015 paper, which comes with bounds.
-const OF_2015: &str = "pi/8";
+use crate::stages::correct::OF_2015;
 
 pub const RELATIVE_ERROR: Definition = Definition {
     name: "relative-error",
@@ -42,7 +40,7 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut surfaces = Vec::new();
     for ensemble in evidence.under(OF_2015) {
         let errors = ensemble.mean(ERROR_RELATIVE.name)?;
-        let areas = ensemble.mean(COUNTED)?;
+        let areas = ensemble.mean(COUNTED_AREA)?;
         let against_area: Vec<Mean> = errors
             .iter()
             .zip(&areas)
@@ -129,7 +127,7 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
     let mut secant = Chart::new(axis, Axis::linear("secant A/(A₀ y)")).titled(title);
     for ensemble in evidence.under(correction) {
         let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
-        let counted = up_to(LIGHT, ensemble.mean(COUNTED)?);
+        let counted = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let markers = evidence.looks.markers(&ensemble.point);
         let line = evidence.looks.joins(&ensemble.point);
         let label = evidence.label(ensemble);

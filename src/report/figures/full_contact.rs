@@ -9,7 +9,9 @@ use crate::figures::ink::Ink;
 use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LIGHT, LOAD_LABEL, series, spaced};
+use crate::report::evidence::{
+    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced,
+};
 use crate::report::figure::{Definition, Drawn, sample};
 
 pub const FIGURE: Definition = Definition {
@@ -26,7 +28,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut slopes = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear("slope d(A/A₀)/dy"));
     let (mut heaviest, mut largest) = (0.0_f64, 0.0_f64);
     for ensemble in &evidence.measured {
-        let means = ensemble.mean(COUNTED)?;
+        let means = ensemble.mean(COUNTED_AREA)?;
         let last = means.last().map_or(0.0, |mean| mean.load);
         heaviest = heaviest.max(last);
         largest = means
@@ -36,7 +38,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let line = evidence.looks.joins(&ensemble.point);
         chart.series.push(series(&means, line).without_bars());
         chart.series.push(evidence.points(ensemble, &markers));
-        let points = ensemble.slope(COUNTED)?;
+        let points = ensemble.slope(COUNTED_AREA)?;
         let points = points.iter().map(|slope| Point {
             x: slope.load,
             y: slope.slope,

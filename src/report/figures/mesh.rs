@@ -14,6 +14,7 @@ use crate::report::evidence::{Evidence, LIGHT, LOAD_LABEL};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::looks::Looks;
 use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD, NODES};
+use crate::stages::correct::AS_COUNTED;
 use crate::store::table::{Table, TableError};
 
 pub const FIGURE: Definition = Definition {
@@ -49,7 +50,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
     let looks = Looks::of(points, &evidence.files);
     let mut charts = vec![coefficient_chart(&coefficients, &looks)];
-    let names = ["none"].into_iter().chain(evidence.corrections());
+    let names = [AS_COUNTED].into_iter().chain(evidence.corrections());
     for name in names.take(3) {
         let ensembles: Vec<&Ensemble> = evidence.under(name).collect();
         if !ensembles.is_empty() {
@@ -114,7 +115,7 @@ fn error_chart(
     looks: &Looks,
 ) -> Result<Chart, TableError> {
     let title = match correction {
-        "none" => "as counted".to_owned(),
+        AS_COUNTED => "as counted".to_owned(),
         _ => format!("correction {correction}"),
     };
     let mut chart = Chart::new(

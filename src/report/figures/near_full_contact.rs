@@ -9,7 +9,7 @@ use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence, LOAD_LABEL, series};
+use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence, LOAD_LABEL, series};
 use crate::report::figure::{Definition, Drawn, sample};
 
 pub const FIGURE: Definition = Definition {
@@ -38,7 +38,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut heaviest = 0.0_f64;
     let mut least = 1.0_f64;
     for ensemble in &evidence.measured {
-        let mut means = ensemble.mean(COUNTED)?;
+        let mut means = ensemble.mean(COUNTED_AREA)?;
         means.retain(|mean| mean.load >= APPROACH_FROM);
         let transformed: Vec<Mean> = means.iter().filter_map(transformed).collect();
         means.retain(|mean| mean.load >= FROM);

@@ -8,7 +8,7 @@ use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{Ensemble, Mean};
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence};
+use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::stages::columns::{EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE};
 
@@ -46,7 +46,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             style,
             label: None,
         };
-        let area = against(&ensemble.mean(COUNTED)?);
+        let area = against(&ensemble.mean(COUNTED_AREA)?);
         areas.series.push(area.named(evidence.label(ensemble)));
         gaps.series.push(against(&ensemble.mean(MEAN_GAP.name)?));
         areas.series.extend(theory(evidence, ensemble, &pressures));

@@ -9,10 +9,11 @@ use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles;
-use crate::report::evidence::{AREA_LABEL, COUNTED, Evidence};
+use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::tables::Stage;
 use crate::stages::columns::CORRECTION;
+use crate::stages::correct::AS_COUNTED;
 
 pub const FIGURE: Definition = Definition {
     name: "pressure-growth",
@@ -41,7 +42,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     );
     let (mut all, mut rising) = (0, 0);
     for ensemble in &evidence.measured {
-        let mut growth = ensemble.pressure_growth(COUNTED)?;
+        let mut growth = ensemble.pressure_growth(COUNTED_AREA)?;
         growth.retain(|one| one.area < MOST);
         all += growth.len();
         growth.retain(|one| one.growth > 0.0);
@@ -143,7 +144,7 @@ fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError
         let corrections = corrections.then(|| table.texts(CORRECTION.name));
         let corrections = corrections.transpose()?;
         for row in (0..table.rows()).filter(|&row| exponents.is_valid(row)) {
-            if corrections.is_some_and(|names| names.value(row) != "none") {
+            if corrections.is_some_and(|names| names.value(row) != AS_COUNTED) {
                 continue;
             }
             let (exponent, prefactor) = (exponents.value(row), prefactors.value(row));

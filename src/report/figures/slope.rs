@@ -11,8 +11,9 @@ use crate::figures::sheet::Sheet;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Slope};
-use crate::report::evidence::{COUNTED, Evidence, LIGHT, LOAD_LABEL};
+use crate::report::evidence::{COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::stages::correct::AS_COUNTED;
 use crate::store::table::{Table, TableError};
 
 pub const FIGURE: Definition = Definition {
@@ -26,7 +27,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
     let mut kappas: Vec<String> = Vec::new();
     for ensemble in &evidence.measured {
-        let slopes = ensemble.slope(COUNTED)?;
+        let slopes = ensemble.slope(COUNTED_AREA)?;
         let style = evidence.looks.markers(&ensemble.point);
         let label = evidence.label(ensemble);
         chart.series.push(points(&slopes, style).named(label));
@@ -107,7 +108,7 @@ fn fits(table: &Table) -> Result<Vec<Fit>, TableError> {
     let [kappa, beta, mu] = ["kappa", "beta", "mu"].map(|name| table.reals(name));
     let (kappa, beta, mu) = (kappa?, beta?, mu?);
     let is_shown = |&row: &usize| {
-        let counted = corrections.is_none_or(|column| column.value(row) == "none");
+        let counted = corrections.is_none_or(|column| column.value(row) == AS_COUNTED);
         let is_known = beta.is_valid(row) && mu.is_valid(row) && kappa.is_valid(row);
         counted
             && is_known

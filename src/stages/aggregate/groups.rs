@@ -17,6 +17,7 @@ use super::frame::{self, polars_error};
 use super::names::{COUNT, LOAD_MIDPOINT, UNCONVERGED, UNFITTED, mean_of, named};
 use super::{Groups, Statistic, confidence, regression, theory};
 use crate::ensemble;
+use crate::stages::solve::GIVEN_UP;
 use crate::store::column::{Column, Role};
 use crate::store::table::Table;
 
@@ -119,7 +120,7 @@ fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
 fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
     let mut expressions = vec![len().alias(COUNT.name)];
     if table.has(STOP.name) {
-        let given_up = col(STOP.name).eq(lit("pair-limit"));
+        let given_up = col(STOP.name).eq(lit(GIVEN_UP));
         expressions.push(given_up.sum().alias(UNCONVERGED.name));
     }
     if is_of_fits(table) {
