@@ -29,15 +29,20 @@ pub const NOT_STARTED: &str = "not-started";
 /// … or it has a load that was given up, whose row is there all the same.
 pub const NOT_CONVERGED: &str = "not-converged";
 
+/// Columns of the table: where the task belongs …
 pub const STAGE: Column = Column::result("stage", Text, "", "stage of the task");
+/// … which it is …
 pub const TASK: Column = Column::result("task", Text, "", "key of the task");
+/// … what came of it …
 pub const OUTCOME: Column = Column::result(
     "outcome",
     Text,
     "",
     "failed, not-started because of another task, or not-converged at a load",
 );
+/// … why …
 pub const REASON: Column = Column::result("reason", Text, "", "what went wrong");
+/// … and what would compute it again.
 pub const COMMAND: Column =
     Column::result("command", Text, "", "what computes the task again, alone");
 

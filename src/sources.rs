@@ -69,6 +69,7 @@ pub struct Sources {
 
 /// Why the file of a surface cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
 pub enum SourceError {
     /// No file of the study has this content.
     #[error("no surface file of this study has the content {content}")]

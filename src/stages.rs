@@ -5,6 +5,7 @@
 //! parameters and input tables and of nothing else: no clock, no environment, no thread number.
 
 pub mod aggregate;
+#[expect(missing_docs, reason = "each column says what it means")]
 pub mod columns;
 pub mod correct;
 pub mod fit;

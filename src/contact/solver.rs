@@ -84,6 +84,7 @@ pub enum Stop {
 /// What is known of a load besides its pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
+    /// How it ended.
     pub stop: Stop,
     /// Transform pairs spent, in both precisions.
     pub pairs: u32,

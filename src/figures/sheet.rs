@@ -69,7 +69,7 @@ impl Sheet {
         }
     }
 
-    /// The figure as SVG in the variables of [`ink`]; `name` keeps its parts apart from those of
+    /// The figure as SVG in the variables of [`super::ink`]; `name` keeps its parts apart from those of
     /// other figures on a page.
     pub fn to_svg(&self, name: &str) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;

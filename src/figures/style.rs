@@ -27,6 +27,7 @@ pub struct Line {
 
 /// The pattern of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "its name says it")]
 pub enum Dash {
     Solid,
     Dashed,
@@ -36,6 +37,7 @@ pub enum Dash {
 
 /// What stands at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "its name says it")]
 pub enum Marker {
     Circle,
     Square,

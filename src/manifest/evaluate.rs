@@ -13,13 +13,15 @@ use serde::{Deserialize, Deserializer};
 use super::layout::table;
 use super::written::{Key, Written, deserialize_either};
 
-/// Of `bootstrap`: the largest, and what it is when left out.
+/// The largest `bootstrap`.
 pub const MOST_RESAMPLINGS: u32 = 1_000_000;
+/// `bootstrap` when left out.
 pub const DEFAULT_RESAMPLINGS: u32 = 1000;
 /// `level` when left out.
 pub const DEFAULT_LEVEL: f64 = 0.95;
-/// Of `bins`: the largest, and what it is when left out.
+/// The largest `bins`.
 pub const MOST_BINS: u32 = 1_000_000;
+/// `bins` when left out.
 pub const DEFAULT_BINS: u32 = 1000;
 /// `range` when left out.
 pub const DEFAULT_RANGE: f64 = 5.0;

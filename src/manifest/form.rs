@@ -8,6 +8,7 @@ use crate::stages::Kind;
 
 /// Which keys a stage has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "`word` and `kind` say it")]
 pub enum Form {
     Filter,
     RandomPhase,

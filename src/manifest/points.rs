@@ -14,6 +14,7 @@ use crate::stages::Kind;
 
 /// The points of a stage's grid, by what they say.
 #[derive(Debug)]
+#[expect(missing_docs, reason = "the table of each says it")]
 pub enum Points {
     Random(Form, Section<RandomTable>),
     File(Section<FileTable>),

@@ -15,6 +15,7 @@ pub struct ContactMap {
 
 /// Why bytes are not a contact map.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapError {
     #[error("a contact map of {nodes} × {nodes} nodes has {needed} bytes, not {found}")]
     Length {

@@ -14,6 +14,7 @@ use crate::contact::fft::Transform;
 /// `None`, everything else is zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Descriptors {
+    /// Spectral moments.
     pub moments: Moments,
     /// Root mean square height about the mean.
     pub rms_height: f64,

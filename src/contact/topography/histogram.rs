@@ -10,6 +10,7 @@ pub use pool::{Pool, PooledBin};
 /// Density of the heights about their mean, scaled by the rms height of the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
+    /// From the lowest to the highest.
     pub bins: Vec<Bin>,
     /// Width of a bin, in rms heights.
     pub width: f64,

@@ -10,6 +10,7 @@ use super::surface::{Surface, SurfaceError};
 
 /// Why a file is not a height map.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
 pub enum MeasuredError {
     #[error("not a NumPy file: it does not start with `\\x93NUMPY`")]
     Magic,

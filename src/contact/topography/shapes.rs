@@ -9,6 +9,7 @@ use super::surface::Surface;
 /// A periodic surface of simple shape, peaks up; lengths in the unit of the side of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "kebab-case")]
+#[expect(missing_docs, reason = "the formula of each names them")]
 pub enum Shape {
     /// h = −r²/(2R) around the centre of the cell: Hertz's contact while it is small in the cell.
     Paraboloid { radius: f64 },

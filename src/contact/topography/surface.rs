@@ -14,6 +14,7 @@ pub struct Surface {
 
 /// Why heights do not make a surface.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
 pub enum SurfaceError {
     #[error("{found} heights do not fill a mesh of {nodes} × {nodes} nodes")]
     Count { found: usize, nodes: usize },

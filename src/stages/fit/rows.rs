@@ -27,8 +27,11 @@ pub struct Row {
     pub failed_replicates: usize,
     /// The smallest convex κ of this point alone.
     pub own_kappa: Option<f64>,
+    /// Root mean square of what the fit leaves.
     pub rms_residual: Option<f64>,
+    /// Coefficient of determination.
     pub r_squared: Option<f64>,
+    /// χ² per degree of freedom.
     pub reduced_chi_square: Option<f64>,
     /// Number of data.
     pub data: usize,
@@ -36,6 +39,7 @@ pub struct Row {
     pub unconverged: usize,
     /// Data left out, because their logarithm does not exist.
     pub masked: Option<usize>,
+    /// Whether the fitted slope is convex.
     pub convex: Option<bool>,
     /// Why there is no fit.
     pub failure: Option<String>,
@@ -249,6 +253,7 @@ const BOOTSTRAP_FAILED: Column = Column::result(
     "1",
     "resamplings that could not be fitted",
 );
+/// Whether there is a fit.
 pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why there are no values");
 
 /// Every column that a law of one parameter point may add.
