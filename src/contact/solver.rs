@@ -1,35 +1,35 @@
 //! Presses a rigid rough surface into an elastic half-space, load after load.
 //!
-//! The pressure p and the gap g between the bodies satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node of
-//! a periodic mesh, where g = u − h − level: displacement u of the half-space, height h of the
-//! rough surface, and the level that makes the mean pressure equal to the load. Friction and
+//! The pressure p and the gap g between the bodies satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node
+//! of a periodic mesh, where g = u − h − offset: displacement u of the half-space, height h of the
+//! rough surface, and the rigid offset that makes the mean pressure equal to the load. Friction and
 //! adhesion are absent, so the solution is unique and owes nothing to the loads before it: they
 //! serve as a guess.
 //!
-//! `start` guesses, `search` holds the iteration, in the line of Polonsky & Keer (*Wear* 231, 1999,
-//! 206) with a preconditioner, `landing` evaluates where it led, and `release` lets go what is in
-//! contact by an oversight. The search runs in single precision on increments; what it finds is
-//! evaluated in double precision, and the residual found there is where it goes on: iterative
-//! refinement.
+//! `start` guesses, `conjugate_gradients` holds the iteration, in the line of Polonsky & Keer
+//! (*Wear* 231, 1999, 206) with a preconditioner, `evaluation` evaluates where it led, and
+//! `active_set` lets go what is in contact by an oversight. The search runs in single precision on
+//! increments; what it finds is evaluated in double precision, and the residual found there is
+//! where it goes on: iterative refinement.
 
 use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::half_space;
 
+mod active_set;
+mod conjugate_gradients;
+mod evaluation;
 mod flags;
 mod history;
-mod landing;
 mod lanes;
-mod line;
+mod line_search;
 pub mod pace;
 mod passes;
-mod release;
-mod search;
 mod start;
 mod steps;
 mod survey;
 
-use history::Search;
-use landing::Evaluation;
+use evaluation::Evaluation;
+use history::History;
 use passes::{Base, Sample};
 use start::Start;
 use steps::Steps;
@@ -125,17 +125,17 @@ pub struct Solver {
     earlier_load: f64,
     steps: Steps,
 
-    /// Gap less the datum.
+    /// Gap less the gap reference.
     gap: Vec<f32>,
-    datum: f64,
+    reference: f64,
     earlier_gap: Vec<f32>,
-    earlier_datum: f64,
-    /// Mean of the gap in contact, less the datum.
-    level: f64,
-    earlier_level: f64,
-    /// Heights less their datum.
+    earlier_reference: f64,
+    /// Mean of the gap in contact, less the reference.
+    offset: f64,
+    earlier_offset: f64,
+    /// Heights less their reference.
     single_heights: Vec<f32>,
-    height_datum: f64,
+    height_reference: f64,
     /// Pressures of a search are counted from here,
     base: Base,
     /// and are so much higher.
@@ -175,7 +175,7 @@ impl Solver {
         Self {
             nodes,
             single_heights: heights.iter().map(|height| *height as f32).collect(),
-            height_datum: 0.0,
+            height_reference: 0.0,
             highest: heights.iter().fold(f64::MIN, |highest, h| highest.max(*h)),
             heights,
             full_contact_load,
@@ -185,11 +185,11 @@ impl Solver {
             earlier_load: 0.0,
             steps: Steps::default(),
             gap: vec![0.0; cells],
-            datum: 0.0,
+            reference: 0.0,
             earlier_gap: vec![0.0; cells],
-            earlier_datum: 0.0,
-            level: 0.0,
-            earlier_level: 0.0,
+            earlier_reference: 0.0,
+            offset: 0.0,
+            earlier_offset: 0.0,
             carry: vec![0.0; cells],
             base: Base::new(nodes),
             rise: vec![0.0; cells],
@@ -240,22 +240,22 @@ impl Solver {
                 ..self.outcome(Stop::FullContact, evaluation)
             };
         }
-        let mut search = Search::default();
+        let mut history = History::default();
         let mut evaluation = match self.guess(load) {
-            Some(start) => self.approach(&mut search, start, settings, interrupted),
+            Some(start) => self.approach(&mut history, start, settings, interrupted),
             None => self.evaluate_guess(settings),
         };
         loop {
             let stop = if self.is_solved(settings, &evaluation) {
-                self.release(evaluation.standing.level);
+                self.release(evaluation.standing.offset);
                 Stop::Converged
             } else if self.pairs >= settings.pair_limit {
                 Stop::PairLimit
             } else if interrupted() {
                 Stop::Interrupted
             } else {
-                let start = self.ask(evaluation.standing.level);
-                evaluation = self.approach(&mut search, start, settings, interrupted);
+                let start = self.ask(evaluation.standing.offset);
+                evaluation = self.approach(&mut history, start, settings, interrupted);
                 continue;
             };
             return self.outcome(stop, evaluation);
@@ -265,7 +265,7 @@ impl Solver {
     /// Iterates to where the tolerance is met, or as far as single precision reaches.
     fn approach(
         &mut self,
-        search: &mut Search,
+        history: &mut History,
         start: Start,
         settings: &Settings,
         interrupted: &dyn Fn() -> bool,
@@ -274,7 +274,7 @@ impl Solver {
         let tolerance = self.tolerance(settings, self.free_nodes);
         let goal = tolerance.max(SINGLE_REDUCTION * begun);
         let stop = |pairs| pairs >= settings.pair_limit || interrupted();
-        self.refine(search, start, goal, &stop)
+        self.refine(history, start, goal, &stop)
     }
 
     fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {

@@ -1,6 +1,6 @@
 //! What the iterations of one load have learnt of its moves.
 
-use super::passes::Fold;
+use super::passes::PendingUpdate;
 use super::steps::Steps;
 
 /// A move of which less than this part would have been best is taken back to that part. Below one
@@ -12,36 +12,36 @@ const RECKLESS_PART: f64 = 0.25;
 
 /// Steps are shortened as far as this only if directions are wrong altogether: made for the rows of
 /// a sample, it may be, where contact follows the rows.
-const LEAST_CAUTION: f64 = 0.01;
+const LEAST_DAMPING: f64 = 0.01;
 
 /// What iterations of one load leave to later ones, besides the steps.
-pub struct Search {
+pub struct History {
     pub iteration: usize,
     /// Shortens steps after one that went much too far. Without it, a step that clips too many
     /// nodes to go downhill would be taken back and tried again for ever.
-    pub caution: f64,
+    pub damping: f64,
     /// Whether all rows are looked at, and not a sample.
     pub sees_all_rows: bool,
     /// The last move, if it was evaluated.
     pub last: Option<LastMove>,
 }
 
-impl Default for Search {
+impl Default for History {
     fn default() -> Self {
         Self {
             iteration: 0,
-            caution: 1.0,
+            damping: 1.0,
             sees_all_rows: false,
             last: None,
         }
     }
 }
 
-impl Search {
+impl History {
     /// Learns from a move of which the part `best` would have been right. Says whether that was too
     /// little to keep it.
     pub fn learn(&mut self, steps: &mut Steps, best: f64) -> bool {
-        if self.caution == 1.0 {
+        if self.damping == 1.0 {
             steps.learn(self.iteration, best);
         }
         // What the first move clips of a guess is not to be taken back.
@@ -49,27 +49,27 @@ impl Search {
         if short && best < RECKLESS_PART {
             self.shorten_steps();
         } else if !short {
-            self.caution = (2.0 * self.caution).min(1.0);
+            self.damping = (2.0 * self.damping).min(1.0);
         }
         self.iteration += 1;
         short
     }
 
     pub fn shorten_steps(&mut self) {
-        self.caution *= 0.5;
-        self.sees_all_rows |= self.caution < LEAST_CAUTION;
+        self.damping *= 0.5;
+        self.sees_all_rows |= self.damping < LEAST_DAMPING;
     }
 }
 
-/// A move that has been made, but for what its fold says.
+/// A move that has been made, but for its pending update.
 #[derive(Clone, Copy)]
 pub struct LastMove {
-    pub fold: Fold,
+    pub pending: PendingUpdate,
     /// ⟨move, its displacement⟩, twice the elastic energy of the move alone.
     pub curvature: f64,
     /// The part of the move that should be added to it.
     pub missed: f64,
-    /// How far it made the level rise.
+    /// How far it made the offset rise.
     pub rise: f64,
     /// Whether the extension followed it.
     pub extends: bool,

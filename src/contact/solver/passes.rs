@@ -3,13 +3,13 @@
 mod ask;
 mod base;
 mod evaluate;
-mod respond;
 mod sample;
-mod steer;
+mod update_gap;
+mod update_pressure;
 
 pub use ask::{Ask, Onwards};
 pub use base::Base;
 pub use evaluate::{Arrive, Depart, Join, Land, Landing, Settle, Withdraw};
-pub use respond::{Respond, Response, Seen};
 pub use sample::{Means, Peek, Sample};
-pub use steer::{Course, Fold, Steer, Sums};
+pub use update_gap::{GapUpdate, Seen, UpdateGap};
+pub use update_pressure::{Direction, PendingUpdate, Sums, UpdatePressure};

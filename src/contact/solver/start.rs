@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 
 use super::Solver;
 use super::lanes::Wide;
-use super::passes::{Ask, Onwards, Response, Seen};
+use super::passes::{Ask, GapUpdate, Onwards, Seen};
 use super::survey::Standing;
 use crate::contact::elasticity::half_space;
 
@@ -82,7 +82,7 @@ impl Solver {
             *p += load;
         }
         self.load = load;
-        self.datum = 0.0;
+        self.reference = 0.0;
     }
 
     /// Along the straight line through the last two solutions. While the contact does not change,
@@ -93,19 +93,19 @@ impl Solver {
             *earlier = last;
             guess
         };
-        self.datum = onwards(self.datum, &mut self.earlier_datum);
-        self.level = onwards(self.level, &mut self.earlier_level);
+        self.reference = onwards(self.reference, &mut self.earlier_reference);
+        self.offset = onwards(self.offset, &mut self.earlier_offset);
         self.earlier_load = self.load;
-        self.begin(self.level, Some(reach))
+        self.begin(self.offset, Some(reach))
     }
 
     /// Begins a search where pressure and gap are.
-    pub(super) fn ask(&mut self, level: f64) -> Start {
-        self.begin(level, None)
+    pub(super) fn ask(&mut self, offset: f64) -> Start {
+        self.begin(offset, None)
     }
 
     /// Begins a search `reach` beyond pressure and gap, or where they are.
-    fn begin(&mut self, level: f64, reach: Option<f64>) -> Start {
+    fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
         let onwards = reach.map(|reach| Onwards {
             reach,
             earlier_pressure: &mut self.earlier_pressure,
@@ -113,7 +113,7 @@ impl Solver {
         });
         let mut pass = Ask {
             onwards,
-            response: Response::to_a_start(level),
+            response: GapUpdate::to_a_start(offset),
             gap: &mut self.gap,
             pressure: &mut self.pressure,
             carry: &mut self.carry,
@@ -127,7 +127,7 @@ impl Solver {
         let (seen, base_sum) = (pass.seen, pass.base_sum);
         self.free_nodes = seen.free_nodes;
         Start {
-            standing: seen.extremes.seen_from(level),
+            standing: seen.extremes.seen_from(offset),
             base_sum,
         }
     }
@@ -137,12 +137,12 @@ impl Solver {
             *earlier = *p as f32;
         }
         self.earlier_gap.copy_from_slice(&self.gap);
-        self.earlier_datum = self.datum;
-        self.earlier_level = self.level;
+        self.earlier_reference = self.reference;
+        self.earlier_offset = self.offset;
         self.earlier_load = self.load;
     }
 
-    /// The part of the full-contact pressure above a level that leaves the mean `load`.
+    /// The part of the full-contact pressure above a plane that leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
         let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
@@ -155,7 +155,7 @@ impl Solver {
             *p = (height - self.highest) / self.nodal_compliance;
         }
         let highest = self.raise_to(load, (0.0, load * self.pressure.len() as f64));
-        self.datum = highest * self.nodal_compliance - self.highest;
+        self.reference = highest * self.nodal_compliance - self.highest;
     }
 
     /// Raises the pressure so far that what is then above zero has the mean `load`, and says how far:
@@ -181,12 +181,12 @@ impl Solver {
     /// Single precision tells displacements from heights best where heights are small: under a light
     /// load, they are to be so in the highest nodes.
     fn count_heights_from(&mut self, height: f64) {
-        if self.height_datum == height {
+        if self.height_reference == height {
             return;
         }
-        self.height_datum = height;
+        self.height_reference = height;
         for (single, height) in self.single_heights.iter_mut().zip(&self.heights) {
-            *single = (height - self.height_datum) as f32;
+            *single = (height - self.height_reference) as f32;
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a pass over the gap reveals: the contact, its level, and how far off it is.
+//! What a pass over the gap reveals: the contact, its offset, and how far off it is.
 
 use pulp::Simd;
 
@@ -9,8 +9,8 @@ use super::lanes::Lanes;
 #[derive(Debug, Clone, Copy)]
 pub struct Standing {
     /// Mean of the gap over the contact, where the rigid surface is to be shifted to.
-    pub level: f64,
-    /// The largest gap in contact or penetration anywhere, measured from the level.
+    pub offset: f64,
+    /// The largest gap in contact or penetration anywhere, measured from the offset.
     pub error: f64,
 }
 
@@ -27,11 +27,11 @@ impl Extremes {
         lowest: f32::MAX,
     };
 
-    pub fn seen_from(self, level: f64) -> Standing {
-        let highest = f64::from(self.highest_in_contact) - level;
-        let lowest = f64::from(self.lowest) - level;
+    pub fn seen_from(self, offset: f64) -> Standing {
+        let highest = f64::from(self.highest_in_contact) - offset;
+        let lowest = f64::from(self.lowest) - offset;
         Standing {
-            level,
+            offset,
             error: highest.max(-lowest),
         }
     }
@@ -78,7 +78,7 @@ impl Survey {
     }
 
     pub fn standing(&self) -> Standing {
-        let level = self.contact_sum / self.contact_nodes;
-        self.extremes.seen_from(level)
+        let offset = self.contact_sum / self.contact_nodes;
+        self.extremes.seen_from(offset)
     }
 }

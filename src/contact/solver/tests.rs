@@ -82,8 +82,8 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
         .filter(|(_, p)| **p > 0.0)
         .map(|(gap, _)| *gap)
         .collect();
-    let level = mean(&contact);
-    gap.iter().map(|gap| gap - level).collect()
+    let offset = mean(&contact);
+    gap.iter().map(|gap| gap - offset).collect()
 }
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {

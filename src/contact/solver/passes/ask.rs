@@ -5,13 +5,13 @@ use pulp::{Scalar, Simd};
 use super::super::flags::marked;
 use super::super::lanes::{Lanes, Pass, sum_by};
 use super::base::Base;
-use super::respond::{Response, Seen};
+use super::update_gap::{GapUpdate, Seen};
 
 /// Starts from the last gap and pressure, or from a guess along the straight line through them.
 pub struct Ask<'a> {
     /// Where to go on to first.
     pub onwards: Option<Onwards<'a>>,
-    pub response: Response,
+    pub response: GapUpdate,
     pub gap: &'a mut [f32],
     pub pressure: &'a mut [f64],
     /// Marked where there is pressure; the last move on free nodes, if there is one to go on from.

@@ -92,7 +92,7 @@ impl Pass<f64> for Withdraw<'_> {
 pub struct Arrive<'a> {
     pub heights: &'a [f64],
     /// Subtracted from the gap before it is rounded to single precision.
-    pub datum: f64,
+    pub reference: f64,
     pub gap: &'a mut [f32],
     /// Marked where there is pressure.
     pub carry: &'a [f32],
@@ -104,7 +104,7 @@ impl Pass<f64> for Arrive<'_> {
     fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f64]) {
         let range = row * values.len()..(row + 1) * values.len();
         let gap = &mut self.gap[range.clone()];
-        above(values, &self.heights[range.clone()], self.datum, gap);
+        above(values, &self.heights[range.clone()], self.reference, gap);
         let carry = &self.carry[range];
         self.survey.contact_sum += contact_sum(values, carry);
         let (gap, last_gap) = S::as_simd_f32s(gap);
@@ -115,9 +115,9 @@ impl Pass<f64> for Arrive<'_> {
 }
 
 #[inline(always)]
-fn above(values: &mut [f64], heights: &[f64], datum: f64, gap: &mut [f32]) {
+fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     for ((gap, value), height) in gap.iter_mut().zip(values).zip(heights) {
-        *value -= height + datum;
+        *value -= height + reference;
         *gap = *value as f32;
     }
 }
@@ -133,7 +133,7 @@ fn contact_sum(gap: &[f64], carry: &[f32]) -> f64 {
 /// Arrives at the gap after a move that was followed at once, and sees what the move did.
 pub struct Land<'a> {
     pub heights: &'a [f64],
-    pub datum: f64,
+    pub reference: f64,
     pub landing: Landing,
     pub base: &'a Base,
     pub rise: &'a [f32],
@@ -150,8 +150,8 @@ pub struct Land<'a> {
 #[derive(Clone, Copy)]
 pub struct Landing {
     pub scale: f32,
-    /// How much the datum rose.
-    pub datum_rise: f32,
+    /// How much the reference rose.
+    pub reference_rise: f32,
     pub survey: Survey,
     /// Σ move × displacement under it.
     pub curvature: f64,
@@ -164,7 +164,7 @@ impl Pass<f64> for Land<'_> {
         above(
             values,
             &self.heights[range.clone()],
-            self.datum,
+            self.reference,
             &mut self.found,
         );
         {
@@ -202,11 +202,11 @@ impl Landing {
         rise: &[S::f32s],
     ) {
         let scaling = Lanes::all(simd, self.scale - 1.0);
-        let datum_rise = Lanes::all(simd, self.datum_rise);
+        let reference_rise = Lanes::all(simd, self.reference_rise);
         let mut curvature = Lanes::all(simd, 0.0);
         let nodes = found.iter_mut().zip(gap).zip(carry);
         for (((found, gap), carry), (base, rise)) in nodes.zip(base.iter().zip(rise)) {
-            let image = Lanes::of(simd, *found) - Lanes::of(simd, *gap) + datum_rise;
+            let image = Lanes::of(simd, *found) - Lanes::of(simd, *gap) + reference_rise;
             *gap = *found;
             *found = image.numbers();
             let c = Lanes::of(simd, *carry);

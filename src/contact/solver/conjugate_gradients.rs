@@ -24,19 +24,21 @@
 //! On large meshes memory is the limit, and not arithmetic. So the end of each transform and the
 //! beginning of the next are one pass: the mesh is gone over twice an iteration, each time between
 //! two transforms. What a pass would have to know in advance is had in other ways. The line search
-//! after a move follows from sums over the pass that made it and from the transform (`line`), and
-//! so does the level of the gap, which here is its mean weighted by pressure. Scaling pressures
-//! back to their mean, and taking back what was too far, are left to the next pass (`Fold`). And
-//! what the corrections are like on the whole is seen in a sample of rows, before all of them are
-//! made.
+//! after a move follows from sums over the pass that made it and from the transform
+//! (`line_search`), and so does the offset of the gap, which here is its mean weighted by pressure.
+//! Scaling pressures back to their mean, and taking back what was too far, are left to the next
+//! pass (`PendingUpdate`). And what the corrections are like on the whole is seen in a sample of
+//! rows, before all of them are made.
 
 use super::Solver;
+use super::evaluation::Evaluation;
 use super::flags::{FREE, PRESSED};
-use super::history::{LastMove, Search};
-use super::landing::Evaluation;
+use super::history::{History, LastMove};
 use super::lanes::Wide;
-use super::line::Line;
-use super::passes::{Course, Fold, Means, Peek, Respond, Response, Seen, Steer, Sums};
+use super::line_search::LineSearch;
+use super::passes::{
+    Direction, GapUpdate, Means, Peek, PendingUpdate, Seen, Sums, UpdateGap, UpdatePressure,
+};
 use super::start::Start;
 use super::survey::Standing;
 
@@ -59,7 +61,7 @@ impl Solver {
     /// evaluates where that led.
     pub(super) fn refine(
         &mut self,
-        search: &mut Search,
+        history: &mut History,
         start: Start,
         goal: f64,
         stop: &dyn Fn(u32) -> bool,
@@ -69,55 +71,65 @@ impl Solver {
             mut standing,
             base_sum,
         } = start;
-        let mut last = search.last.take();
+        let mut last = history.last.take();
         if let Some(last) = &mut last {
-            last.rise += standing.level;
+            last.rise += standing.offset;
         }
         loop {
-            let landing = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
+            let is_last = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
             self.single
                 .multiply(&self.single_stiffness, &mut self.single_scratch);
             self.pairs += 1;
-            let step = search.caution * self.steps.of(search.iteration);
-            let course = self.course(last.as_ref(), step, search.sees_all_rows);
-            let sums = self.steer(course, landing);
-            let line = Line::new(&sums, base_sum, full, self.datum + self.height_datum);
+            let step = history.damping * self.steps.of(history.iteration);
+            let direction = self.direction(last.as_ref(), step, history.sees_all_rows);
+            let sums = self.update_pressure(direction, is_last);
+            let line = LineSearch::new(
+                &sums,
+                base_sum,
+                full,
+                self.reference + self.height_reference,
+            );
             if line.sheds_load() {
-                search.shorten_steps();
-                return self.settle(Fold::ALL_BACK, standing.level);
+                history.shorten_steps();
+                return self.settle(PendingUpdate::ALL_BACK, standing.offset);
             }
-            if landing {
-                return self.land(search, &line, standing.level);
+            if is_last {
+                return self.evaluate_move(history, &line, standing.offset);
             }
-            let (next, made) = self.follow(search, &line, standing.level);
+            let (next, made) = self.follow(history, &line, standing.offset);
             standing = next;
-            let stuck = made.fold.part == 0.0;
+            let stuck = made.pending.part == 0.0;
             if self.residual(standing.error) <= goal || stuck || stop(self.pairs) {
-                return self.settle(made.fold, standing.level);
+                return self.settle(made.pending, standing.offset);
             }
             last = Some(made);
         }
     }
 
     /// Follows a move that has been made with the gap.
-    fn follow(&mut self, search: &mut Search, line: &Line, level: f64) -> (Standing, LastMove) {
+    fn follow(
+        &mut self,
+        history: &mut History,
+        line: &LineSearch,
+        offset: f64,
+    ) -> (Standing, LastMove) {
         let own_work = self
             .single
             .multiply(&self.single_displacement, &mut self.single_scratch);
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
-        let short = search.learn(&mut self.steps, best);
+        let short = history.learn(&mut self.steps, best);
         let part = if short { best } else { 1.0 };
-        let fold = Fold {
+        let pending = PendingUpdate {
             scale: line.scale,
             part,
         };
-        let next_level = line.level(part, curvature);
-        let rise = next_level - level;
-        let standing = self.respond(fold, next_level, rise);
+        let next_offset = line.offset(part, curvature);
+        let rise = next_offset - offset;
+        let standing = self.update_gap(pending, next_offset, rise);
         let made = LastMove {
-            fold,
+            pending,
             curvature: part * part * curvature,
             missed: if short { 0.0 } else { (best - 1.0).min(1.0) },
             rise,
@@ -143,16 +155,16 @@ impl Solver {
     }
 
     /// Chooses a direction, conjugate to the last move.
-    fn course(&mut self, last: Option<&LastMove>, step: f64, sees_all_rows: bool) -> Course {
+    fn direction(&mut self, last: Option<&LastMove>, step: f64, sees_all_rows: bool) -> Direction {
         let means = self.peek(sees_all_rows);
         let Some(last) = last else {
-            return Course::first(step, -means.correction);
+            return Direction::first(step, -means.correction);
         };
-        // Gaps count from the level, and the level has moved too.
+        // Gaps count from the offset, and the offset has moved too.
         let along = means.correction_on_image - last.rise * means.sampled_correction;
         let share = self.free_nodes * along / last.curvature + last.missed / step;
         let share = share.clamp(0.0, LARGEST_SHARE);
-        let Fold { scale, part } = last.fold;
+        let PendingUpdate { scale, part } = last.pending;
         let cells = self.pressure.len() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
         let mean = share * part * (means.last_move + scaling) - means.correction;
@@ -161,13 +173,13 @@ impl Solver {
         } else {
             0.0
         };
-        Course::next(last.fold, share, step, mean, compliance)
+        Direction::next(last.pending, share, step, mean, compliance)
     }
 
     /// Moves the pressures along a new direction.
-    fn steer(&mut self, course: Course, landing: bool) -> Sums {
-        let mut pass = Steer {
-            course,
+    fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
+        let mut pass = UpdatePressure {
+            direction,
             base: &self.base,
             rise: &mut self.rise,
             carry: &mut self.carry,
@@ -176,7 +188,7 @@ impl Solver {
             sums: Sums::default(),
         };
         let rows = &mut Wide(&mut pass);
-        if landing {
+        if is_last {
             self.single.finish(rows, &mut self.single_scratch);
         } else {
             self.single.turn(rows, &mut self.single_scratch);
@@ -185,18 +197,18 @@ impl Solver {
     }
 
     /// Moves the gap after the pressures, and goes on with what it asks for.
-    fn respond(&mut self, fold: Fold, level: f64, rise: f64) -> Standing {
-        let response = Response {
-            level: level as f32,
+    fn update_gap(&mut self, pending: PendingUpdate, offset: f64, rise: f64) -> Standing {
+        let response = GapUpdate {
+            offset: offset as f32,
             rise: rise as f32,
-            on_move: (fold.part * fold.scale) as f32,
-            on_pressure: (fold.part * (fold.scale - 1.0)) as f32,
-            datum: (self.datum + self.height_datum) as f32,
+            on_move: (pending.part * pending.scale) as f32,
+            on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
+            reference: (self.reference + self.height_reference) as f32,
             // What is taken back in part leaves pressure wherever there was some.
-            pressed: if fold.part < 1.0 { FREE } else { PRESSED },
+            pressed: if pending.part < 1.0 { FREE } else { PRESSED },
             memory: MEMORY,
         };
-        let mut pass = Respond {
+        let mut pass = UpdateGap {
             response,
             heights: &self.single_heights,
             gap: &mut self.gap,
@@ -208,6 +220,6 @@ impl Solver {
             .turn(&mut Wide(&mut pass), &mut self.single_scratch);
         let seen = pass.seen;
         self.free_nodes = seen.free_nodes;
-        seen.extremes.seen_from(level)
+        seen.extremes.seen_from(offset)
     }
 }

@@ -12,10 +12,10 @@ const WORST_SCALE: f64 = 2.0;
 
 /// The whole move as a line from the pressure before it.
 #[derive(Debug, Clone, Copy)]
-pub struct Line {
+pub struct LineSearch {
     /// s
     pub scale: f64,
-    /// ⟨d, g⟩: for d has no mean, whatever level gaps are counted from.
+    /// ⟨d, g⟩: for d has no mean, whatever offset gaps are counted from.
     slope: f64,
     /// ⟨p, A d⟩
     along: f64,
@@ -28,16 +28,17 @@ pub struct Line {
     full: f64,
 }
 
-impl Line {
+impl LineSearch {
     /// A move whose pressures come to `base + sums.rise`, and are to come to `full`; gaps are u less
-    /// height and `datum`.
-    pub fn new(sums: &Sums, base: f64, full: f64, datum: f64) -> Self {
+    /// height and `reference`.
+    pub fn new(sums: &Sums, base: f64, full: f64, reference: f64) -> Self {
         let after = base + sums.rise;
         let scale = full / after;
         let pressure_on_gap = sums.pressure_on_gap - sums.move_on_gap;
         let pressure_on_height = sums.pressure_on_height - sums.move_on_height;
-        let move_on_displacement = sums.move_on_gap + sums.move_on_height + datum * (after - full);
-        let work = pressure_on_gap + pressure_on_height + datum * full;
+        let move_on_displacement =
+            sums.move_on_gap + sums.move_on_height + reference * (after - full);
+        let work = pressure_on_gap + pressure_on_height + reference * full;
         Self {
             scale,
             slope: scale * sums.move_on_gap + (scale - 1.0) * pressure_on_gap,
@@ -70,14 +71,14 @@ impl Line {
     }
 
     /// The mean of the gap, weighted by pressure, after `part` of the move.
-    pub fn level(&self, part: f64, curvature: f64) -> f64 {
+    pub fn offset(&self, part: f64, curvature: f64) -> f64 {
         let linear = self.slope + self.along;
         (self.pressure_on_gap + part * (linear + part * curvature)) / self.full
     }
 
-    /// What [`Line::level`] will be after the whole move, if that is about the best part.
-    pub fn expected_level(&self) -> f64 {
-        self.level(1.0, self.slope.abs())
+    /// What [`LineSearch::offset`] will be after the whole move, if that is about the best part.
+    pub fn expected_offset(&self) -> f64 {
+        self.offset(1.0, self.slope.abs())
     }
 }
 
@@ -117,12 +118,12 @@ mod tests {
     }
 
     /// Pressure and gap before, the move before scaling, and the line along it all.
-    fn example() -> ([Vec<f64>; 3], Line) {
-        let (pressure, heights, datum) = (noise(1), noise(2), 0.3);
+    fn example() -> ([Vec<f64>; 3], LineSearch) {
+        let (pressure, heights, reference) = (noise(1), noise(2), 0.3);
         let gap: Vec<f64> = sunk(&pressure)
             .iter()
             .zip(&heights)
-            .map(|(u, height)| u - height - datum)
+            .map(|(u, height)| u - height - reference)
             .collect();
         let after = noise(3);
         let moved: Vec<f64> = after.iter().zip(&pressure).map(|(a, p)| a - p).collect();
@@ -135,7 +136,7 @@ mod tests {
             pressure_on_height: dot(&after, &heights),
         };
         let full = pressure.iter().sum();
-        let line = Line::new(&sums, (NODES * NODES) as f64, full, datum);
+        let line = LineSearch::new(&sums, (NODES * NODES) as f64, full, reference);
         ([pressure, gap, moved], line)
     }
 
@@ -160,8 +161,8 @@ mod tests {
                 a.iter().zip(b).map(|(a, b)| a + part * b).collect()
             };
             let (p, g) = (along(&pressure, &whole), along(&gap, &image));
-            let level = dot(&p, &g) / p.iter().sum::<f64>();
-            assert!(close(line.level(part, curvature), level));
+            let offset = dot(&p, &g) / p.iter().sum::<f64>();
+            assert!(close(line.offset(part, curvature), offset));
         }
     }
 
@@ -171,7 +172,7 @@ mod tests {
             rise: -1.0,
             ..Sums::default()
         };
-        assert!(Line::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());
+        assert!(LineSearch::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());
         let (_, line) = example();
         assert!(!line.sheds_load());
     }

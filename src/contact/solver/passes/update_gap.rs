@@ -9,8 +9,8 @@ use super::sample::Sample;
 
 /// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is
 /// to close: the gap of free nodes and its extension over the others.
-pub struct Respond<'a> {
-    pub response: Response,
+pub struct UpdateGap<'a> {
+    pub response: GapUpdate,
     pub heights: &'a [f32],
     pub gap: &'a mut [f32],
     /// Moves of free nodes, extension on the others.
@@ -21,9 +21,9 @@ pub struct Respond<'a> {
 
 /// What each node does.
 #[derive(Clone, Copy)]
-pub struct Response {
+pub struct GapUpdate {
     /// Level of the gap after the move.
-    pub level: f32,
+    pub offset: f32,
     /// How far it rose.
     pub rise: f32,
     /// Of the displacement under the move before it is scaled.
@@ -31,7 +31,7 @@ pub struct Response {
     /// Of the displacement under the pressure before the move.
     pub on_pressure: f32,
     /// Subtracted from gaps.
-    pub datum: f32,
+    pub reference: f32,
     /// The mark of nodes that may have pressure.
     pub pressed: u32,
     /// How much of the extension is kept.
@@ -52,7 +52,7 @@ impl Seen {
     };
 }
 
-impl Pass<f32> for Respond<'_> {
+impl Pass<f32> for UpdateGap<'_> {
     #[inline(always)]
     fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
         let range = row * values.len()..(row + 1) * values.len();
@@ -70,15 +70,15 @@ impl Pass<f32> for Respond<'_> {
     }
 }
 
-impl Response {
+impl GapUpdate {
     /// To a gap that has not moved, and that nothing extends.
-    pub fn to_a_start(level: f64) -> Self {
+    pub fn to_a_start(offset: f64) -> Self {
         Self {
-            level: level as f32,
+            offset: offset as f32,
             rise: 0.0,
             on_move: 0.0,
             on_pressure: 0.0,
-            datum: 0.0,
+            reference: 0.0,
             pressed: PRESSED,
             memory: 0.0,
         }
@@ -95,10 +95,10 @@ impl Response {
     ) {
         let on_move = Lanes::all(simd, self.on_move);
         let on_pressure = Lanes::all(simd, self.on_pressure);
-        let datum = Lanes::all(simd, self.datum);
+        let reference = Lanes::all(simd, self.reference);
         for ((value, gap), height) in values.iter_mut().zip(gap).zip(heights) {
             let (g, h) = (Lanes::of(simd, *gap), Lanes::of(simd, *height));
-            let displacement = g + h + datum;
+            let displacement = g + h + reference;
             let image = (on_pressure * displacement).plus(on_move, Lanes::of(simd, *value));
             *value = image.numbers();
             *gap = (g + image).numbers();
@@ -133,7 +133,7 @@ impl Response {
         carry: &mut [S::f32s],
         seen: &mut Seen,
     ) {
-        let level = Lanes::all(simd, self.level);
+        let offset = Lanes::all(simd, self.offset);
         let rise = Lanes::all(simd, self.rise);
         let memory = Lanes::all(simd, self.memory);
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
@@ -142,7 +142,7 @@ impl Response {
         let mut lowest = Lanes::all(simd, f32::MAX);
         for ((value, gap), carry) in values.iter_mut().zip(gap).zip(carry) {
             let (g, c) = (Lanes::of(simd, *gap), Lanes::of(simd, *carry));
-            let above = g - level;
+            let above = g - offset;
             let was_free = c.has(FREE);
             let pressed = c.has(self.pressed);
             let free = pressed | above.is_below(zero);

@@ -8,14 +8,14 @@ use super::base::Base;
 
 /// What is still to be done to pressures after a move: scale them, and take part of it back.
 #[derive(Debug, Clone, Copy)]
-pub struct Fold {
+pub struct PendingUpdate {
     /// The move that the pressures took was to be scaled by this after it.
     pub scale: f64,
     /// And so much of all that was to be done.
     pub part: f64,
 }
 
-impl Fold {
+impl PendingUpdate {
     pub const NOTHING: Self = Self {
         scale: 1.0,
         part: 1.0,
@@ -34,8 +34,8 @@ impl Fold {
 
 /// Makes of a correction a direction, conjugate to the last move, and moves the pressures along it
 /// as far as they stay positive.
-pub struct Steer<'a> {
-    pub course: Course,
+pub struct UpdatePressure<'a> {
+    pub direction: Direction,
     pub base: &'a Base,
     pub rise: &'a mut [f32],
     /// Moves of free nodes, extension on the others.
@@ -45,7 +45,7 @@ pub struct Steer<'a> {
     pub sums: Sums,
 }
 
-impl Pass<f32> for Steer<'_> {
+impl Pass<f32> for UpdatePressure<'_> {
     #[inline(always)]
     fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
         let range = row * values.len()..(row + 1) * values.len();
@@ -56,8 +56,8 @@ impl Pass<f32> for Steer<'_> {
         let (carry, last_carry) = S::as_mut_simd_f32s(&mut self.carry[range.clone()]);
         let (gap, last_gap) = S::as_simd_f32s(&self.gap[range.clone()]);
         let (heights, last_heights) = S::as_simd_f32s(&self.heights[range]);
-        let course = self.course;
-        course.follow(
+        let direction = self.direction;
+        direction.follow(
             simd,
             values,
             base,
@@ -68,7 +68,7 @@ impl Pass<f32> for Steer<'_> {
             &mut self.sums,
         );
         if !last_values.is_empty() {
-            course.follow(
+            direction.follow(
                 Scalar,
                 last_values,
                 last_base,
@@ -86,7 +86,7 @@ impl Pass<f32> for Steer<'_> {
 
 /// What each node does.
 #[derive(Clone, Copy)]
-pub struct Course {
+pub struct Direction {
     /// Of the pressure, and of the last move, still to be added.
     of_pressure: f32,
     of_move: f32,
@@ -102,7 +102,7 @@ pub struct Course {
     compliance: f32,
 }
 
-impl Course {
+impl Direction {
     /// Down the correction, from pressures that are as they should be.
     pub fn first(step: f64, mean: f64) -> Self {
         Self {
@@ -116,14 +116,14 @@ impl Course {
         }
     }
 
-    /// With `share` of the last move, of which `fold` is still to be done.
-    pub fn next(fold: Fold, share: f64, step: f64, mean: f64, compliance: f64) -> Self {
-        let share = share * fold.part;
+    /// With `share` of the last move, of which `pending` is still to be done.
+    pub fn next(pending: PendingUpdate, share: f64, step: f64, mean: f64, compliance: f64) -> Self {
+        let share = share * pending.part;
         Self {
-            of_pressure: (fold.part * (fold.scale - 1.0)) as f32,
-            of_move: (fold.part - 1.0) as f32,
+            of_pressure: (pending.part * (pending.scale - 1.0)) as f32,
+            of_move: (pending.part - 1.0) as f32,
             share: share as f32,
-            scaling: (share * (fold.scale - 1.0)) as f32,
+            scaling: (share * (pending.scale - 1.0)) as f32,
             mean: mean as f32,
             step: step as f32,
             compliance: compliance as f32,

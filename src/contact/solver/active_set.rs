@@ -17,10 +17,10 @@ impl Solver {
     ///
     /// Taking the pressure off such a node lowers its own gap by less than its height, so that it
     /// stays open.
-    pub(super) fn release(&mut self, level: f64) {
+    pub(super) fn release(&mut self, offset: f64) {
         let mut pass = Release {
             asked: UNDECIDED * self.nodal_stiffness,
-            level,
+            offset,
             gap: &self.gap,
         };
         over_rows(&mut self.pressure, self.nodes, &mut pass);
@@ -48,7 +48,7 @@ impl Solver {
 
 struct Release<'a> {
     asked: f64,
-    level: f64,
+    offset: f64,
     gap: &'a [f32],
 }
 
@@ -59,7 +59,7 @@ impl Pass<f64> for Release<'_> {
         for (p, gap) in pressure.iter_mut().zip(gap) {
             // The lowest gap in contact is no higher than their mean, but may be rounded to be.
             let rounding = f64::from(f32::EPSILON * gap.abs());
-            let above = f64::from(*gap) - self.level - rounding;
+            let above = f64::from(*gap) - self.offset - rounding;
             *p *= weight::<f64>(*p >= self.asked * above);
         }
     }

@@ -1,9 +1,9 @@
 //! From single precision to double: what a search found is evaluated.
 
-use super::history::{LastMove, Search};
+use super::history::{History, LastMove};
 use super::lanes::{Wide, over_rows};
-use super::line::Line;
-use super::passes::{Arrive, Depart, Fold, Join, Land, Landing, Settle, Withdraw};
+use super::line_search::LineSearch;
+use super::passes::{Arrive, Depart, Join, Land, Landing, PendingUpdate, Settle, Withdraw};
 use super::survey::{Standing, Survey};
 use super::{Settings, Solver};
 
@@ -31,59 +31,64 @@ impl Solver {
     }
 
     /// The same of a guess: twice, if it is no solution, but all that is seen of its error is how
-    /// gaps so far from their datum are rounded. A search would find nothing to do there.
+    /// gaps so far from their reference are rounded. A search would find nothing to do there.
     pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
         let evaluation = self.evaluate();
-        let Standing { level, error } = evaluation.standing;
-        let is_seen = error > f64::from(f32::EPSILON) * level.abs();
+        let Standing { offset, error } = evaluation.standing;
+        let is_seen = error > f64::from(f32::EPSILON) * offset.abs();
         if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
         }
-        self.datum += level;
+        self.reference += offset;
         self.evaluate()
     }
 
-    /// The same of the pressure where a search led. Gaps are to be counted from `level`, near to that
+    /// The same of the pressure where a search led. Gaps are to be counted from `offset`, near to that
     /// which will be found, so that gaps in contact keep all their digits.
-    pub(super) fn settle(&mut self, fold: Fold, level: f64) -> Evaluation {
-        if fold.part == 1.0 {
-            self.depart(fold.scale, level);
+    pub(super) fn settle(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
+        if pending.part == 1.0 {
+            self.depart(pending.scale, offset);
             return self.arrive();
         }
         let mut join = Join {
-            factor: fold.of_pressure(),
+            factor: pending.of_pressure(),
             base: &self.base,
             rise: &self.rise,
         };
         over_rows(&mut self.pressure, self.nodes, &mut join);
-        self.withdraw(1.0 - fold.part, level)
+        self.withdraw(1.0 - pending.part, offset)
     }
 
     /// The same without so much of the last move.
-    fn withdraw(&mut self, part: f64, level: f64) -> Evaluation {
+    fn withdraw(&mut self, part: f64, offset: f64) -> Evaluation {
         let mut pass = Withdraw {
             part,
             carry: &self.carry,
         };
         over_rows(&mut self.pressure, self.nodes, &mut pass);
         self.conclude();
-        self.datum += level;
+        self.reference += offset;
         self.evaluate()
     }
 
     /// Evaluates a move at once, and once more if only a part of it is kept.
-    pub(super) fn land(&mut self, search: &mut Search, line: &Line, level: f64) -> Evaluation {
-        let rise = line.expected_level();
+    pub(super) fn evaluate_move(
+        &mut self,
+        history: &mut History,
+        line: &LineSearch,
+        offset: f64,
+    ) -> Evaluation {
+        let rise = line.expected_offset();
         self.depart(line.scale, rise);
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Land {
             heights: &self.heights,
-            datum: self.datum,
+            reference: self.reference,
             landing: Landing {
                 scale: line.scale as f32,
-                datum_rise: rise as f32,
+                reference_rise: rise as f32,
                 survey: Survey::NOTHING,
                 curvature: 0.0,
             },
@@ -101,21 +106,21 @@ impl Solver {
         } = pass.landing;
         let evaluation = self.evaluation(&survey, work);
         let best = line.best(curvature);
-        if search.learn(&mut self.steps, best) {
-            return self.withdraw(1.0 - best, evaluation.standing.level);
+        if history.learn(&mut self.steps, best) {
+            return self.withdraw(1.0 - best, evaluation.standing.offset);
         }
-        search.last = (best > 0.0).then_some(LastMove {
-            fold: Fold::NOTHING,
+        history.last = (best > 0.0).then_some(LastMove {
+            pending: PendingUpdate::NOTHING,
             curvature,
             missed: (best - 1.0).min(1.0),
-            rise: rise - level,
+            rise: rise - offset,
             extends: false,
         });
         evaluation
     }
 
-    fn depart(&mut self, scale: f64, level: f64) {
-        self.datum += level;
+    fn depart(&mut self, scale: f64, offset: f64) {
+        self.reference += offset;
         let mut pass = Settle {
             scale,
             base: &self.base,
@@ -132,7 +137,7 @@ impl Solver {
             .multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Arrive {
             heights: &self.heights,
-            datum: self.datum,
+            reference: self.reference,
             gap: &mut self.gap,
             carry: &self.carry,
             survey: Survey::NOTHING,
@@ -146,12 +151,12 @@ impl Solver {
     fn evaluation(&mut self, survey: &Survey, work: f64) -> Evaluation {
         let standing = survey.standing();
         self.pairs += 1;
-        self.level = standing.level;
+        self.offset = standing.offset;
         Evaluation {
             standing,
             contact_nodes: survey.contact_nodes,
             // Displacements and heights have no mean.
-            mean_gap: -(self.datum + standing.level),
+            mean_gap: -(self.reference + standing.offset),
             energy: 0.5 * work / self.pressure.len() as f64,
         }
     }
