@@ -9,6 +9,7 @@ mod columns;
 mod completions;
 mod counts;
 mod explain;
+mod failure_report;
 mod grid;
 mod outlook;
 mod plan;
@@ -23,7 +24,6 @@ mod summary;
 mod table;
 mod tables;
 mod tasks;
-mod trouble;
 mod verify;
 mod view;
 

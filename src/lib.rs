@@ -5,7 +5,7 @@
 //! intermediate table, and computes nothing twice. The story, in the order in which data flows:
 //!
 //! 1. [`manifest`] – what the user wrote, key by key, list by list.
-//! 2. [`study`] – what makes sense: past it nobody checks again.
+//! 2. [`study`] – the same with every value checked: past it nobody checks again.
 //! 3. [`plan`] – the tasks, each named by a key that holds everything that decides its table.
 //! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
 //! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB; whoever only

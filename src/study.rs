@@ -1,6 +1,6 @@
-//! What makes sense.
+//! A validated study.
 //!
-//! A [`Study`] is a manifest whose every value has been judged: cutoffs in order and within the
+//! A [`Study`] is a manifest whose every value has been validated: cutoffs in order and within the
 //! mesh, loads ascending, stages that can read each other, files that are there. Past it nobody
 //! checks again.
 
@@ -10,11 +10,11 @@ mod columns;
 mod evaluate;
 mod flow;
 mod graph;
-mod judge;
 mod loads;
 mod maps;
 mod surfaces;
 mod until;
+mod validate;
 mod warnings;
 
 use std::collections::BTreeMap;
@@ -167,7 +167,7 @@ impl Study {
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
-            Study::judged(&text, &file, Sources::recalling(folder(path), recall(name)))
+            Study::validated(&text, &file, Sources::recalling(folder(path), recall(name)))
         })
     }
 
@@ -185,13 +185,13 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with the manifest, as far as it can be told at once.
     pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Study, ManifestErrors> {
-        Study::judged(text, file, Sources::new(folder))
+        Study::validated(text, file, Sources::new(folder))
     }
 
-    fn judged(text: &str, file: &str, sources: Sources) -> Result<Study, ManifestErrors> {
+    fn validated(text: &str, file: &str, sources: Sources) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
         let study = Manifest::parse(text, &mut problems)
-            .and_then(|manifest| judge::judge(&manifest, sources, &mut problems));
+            .and_then(|manifest| validate::validate(&manifest, sources, &mut problems));
         match study {
             Some(study) if problems.is_empty() => Ok(study),
             _ => Err(problems.into_errors(file, text)),

@@ -8,10 +8,10 @@ use bytesize::ByteSize;
 use serde_json::json;
 
 use super::counts::Counts;
+use super::failure_report::FailureReport;
 use super::outlook::growing;
 use super::progress::Progress;
 use super::signals::Stop;
-use super::trouble::Trouble;
 use super::{Data, Failure, Misused, chain, counted, summary, tasks, warn};
 use crate::growth::Grown;
 use crate::memory::{self, Allowance};
@@ -93,16 +93,16 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         true => Ok(None),
         false => work.publish(&data.results(), &mut outcome).map(Some),
     };
-    let trouble = Trouble {
+    let report = FailureReport {
         plan,
         manifest: &arguments.manifest,
         data,
     };
-    let failed = trouble.tell(&outcome)?;
+    let failed = report.tell(&outcome)?;
     let tables = tables?;
     tell_set_aside(tables.as_deref().unwrap_or_default());
     let failures = match &tables {
-        Some(tables) => trouble.write(failed, &wanted, tables, &store)?,
+        Some(tables) => report.write(failed, &wanted, tables, &store)?,
         None => None,
     };
     report_orphans(plan, data)?;

@@ -100,7 +100,7 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
 
 /// Judges what a query answers to empty tables: what is wrong with it shows before anything is
 /// computed.
-pub fn judge_answer(
+pub fn validate_answer(
     section: &Section<AggregateTable>,
     answer: Result<Table, StageError>,
     tables: &[(String, Table)],

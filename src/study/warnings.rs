@@ -1,4 +1,4 @@
-//! What makes sense, and should be known all the same before it is run.
+//! What is valid, and should be known all the same before it is run.
 
 use std::fmt;
 

@@ -20,13 +20,13 @@ use crate::store::table::{Table, TableError};
 const TOLD: usize = 10;
 
 /// A run, as far as its failures go.
-pub struct Trouble<'a> {
+pub struct FailureReport<'a> {
     pub plan: &'a Plan,
     pub manifest: &'a Path,
     pub data: &'a Data,
 }
 
-impl Trouble<'_> {
+impl FailureReport<'_> {
     /// Says which tables were damaged and which tasks failed, and why; the rows of the latter.
     pub fn tell(&self, outcome: &Outcome) -> Result<Table, Failure> {
         for damage in &outcome.damaged {

@@ -16,28 +16,33 @@ const MOST_TASKS: usize = 1_000_000;
 /// Of all stages together.
 const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
 
-/// Judges a manifest; whatever does not make sense is reported.
-pub fn judge(manifest: &Manifest, sources: Sources, problems: &mut Problems) -> Option<Study> {
-    let (name, seed) = judge_study(&manifest.study, problems);
+/// Validates a manifest; whatever is wrong is reported.
+pub fn validate(manifest: &Manifest, sources: Sources, problems: &mut Problems) -> Option<Study> {
+    let (name, seed) = validate_study(&manifest.study, problems);
     let graph = Graph::of(&manifest.stages, problems);
-    let mut judge = Judge {
+    let mut validator = Validator {
         stages: &manifest.stages,
         seed,
         sources,
         is_read: vec![false; manifest.stages.len()],
         tasks: 0,
-        judged: manifest.stages.iter().map(|_| Judged::default()).collect(),
+        validated: manifest
+            .stages
+            .iter()
+            .map(|_| Validated::default())
+            .collect(),
     };
     for &input in graph.inputs.iter().flatten().flatten() {
-        judge.is_read[input] = true;
+        validator.is_read[input] = true;
     }
     for stage in until::looked_at(&manifest.stages) {
-        judge.is_read[stage] = true;
+        validator.is_read[stage] = true;
     }
     for &stage in &graph.order {
-        judge.judged[stage] = judge.stage(stage, graph.inputs[stage].as_deref(), problems);
+        validator.validated[stage] =
+            validator.stage(stage, graph.inputs[stage].as_deref(), problems);
     }
-    let empty = |stage: usize| judge.judged[stage].empty.as_ref();
+    let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     until::check(&manifest.stages, &graph, empty, problems);
     let mut place = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
@@ -47,18 +52,18 @@ pub fn judge(manifest: &Manifest, sources: Sources, problems: &mut Problems) -> 
         Some(Stage {
             name: manifest.stages[stage].name.value.clone(),
             inputs: inputs.iter().map(|&input| place[input]).collect(),
-            work: judge.judged[stage].work.take()?,
+            work: validator.validated[stage].work.take()?,
         })
     });
     Some(Study {
         name: name?,
         stages: stages.collect::<Option<_>>()?,
-        sources: judge.sources,
+        sources: validator.sources,
     })
 }
 
 /// Name and seed.
-fn judge_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Option<String>, u64) {
+fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Option<String>, u64) {
     let Some(point) = section.points.first() else {
         return (None, 0);
     };
@@ -71,9 +76,9 @@ fn judge_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Optio
     (name.map(|name| name.value.clone()), seed.unwrap_or(0))
 }
 
-/// What is known of a stage once it has been judged.
+/// What is known of a stage once it has been validated.
 #[derive(Default)]
-struct Judged {
+struct Validated {
     rows: Option<Rows>,
     work: Option<Work>,
     /// Its table without rows, if another stage reads it.
@@ -81,7 +86,7 @@ struct Judged {
     tasks: usize,
 }
 
-struct Judge<'a> {
+struct Validator<'a> {
     stages: &'a [StageTable],
     seed: u64,
     sources: Sources,
@@ -90,11 +95,16 @@ struct Judge<'a> {
     /// Tasks of the stages so far, or inputs of tasks, whichever are more.
     tasks: usize,
     /// By the stage's position in the manifest; those that a stage reads are there before it.
-    judged: Vec<Judged>,
+    validated: Vec<Validated>,
 }
 
-impl Judge<'_> {
-    fn stage(&mut self, stage: usize, inputs: Option<&[usize]>, problems: &mut Problems) -> Judged {
+impl Validator<'_> {
+    fn stage(
+        &mut self,
+        stage: usize,
+        inputs: Option<&[usize]>,
+        problems: &mut Problems,
+    ) -> Validated {
         let table = &self.stages[stage];
         let is_read = self.is_read[stage];
         let inputs = inputs.unwrap_or_default();
@@ -103,7 +113,7 @@ impl Judge<'_> {
             .map(|&input| {
                 (
                     self.stages[input].name.value.as_str(),
-                    self.judged[input].rows,
+                    self.validated[input].rows,
                 )
             })
             .collect();
@@ -117,7 +127,7 @@ impl Judge<'_> {
             .points
             .as_ref()
             .and_then(|points| self.work(points, rows_read, stacked.as_ref(), problems));
-        let above = inputs.iter().map(|&input| self.judged[input].tasks);
+        let above = inputs.iter().map(|&input| self.validated[input].tasks);
         let above = above.fold(0, usize::saturating_add);
         let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
         self.count(tasks, above, &table.name.span, problems);
@@ -128,11 +138,11 @@ impl Judge<'_> {
             .map(|(work, read)| (empty_table(work, &read), read));
         let empty = empty.and_then(|(empty, read)| match &table.points {
             Some(Points::Aggregate(section)) => {
-                aggregate::judge_answer(section, empty, &read, problems)
+                aggregate::validate_answer(section, empty, &read, problems)
             }
             _ => empty.ok(),
         });
-        Judged {
+        Validated {
             rows,
             work,
             empty,
@@ -203,7 +213,7 @@ impl Judge<'_> {
     fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
         let tables = inputs.iter().map(|&input| {
             let name = self.stages[input].name.value.clone();
-            Some((name, self.judged[input].empty.clone()?))
+            Some((name, self.validated[input].empty.clone()?))
         });
         tables.collect()
     }
