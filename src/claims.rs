@@ -100,6 +100,8 @@ pub struct Judgement {
     pub contradicting: usize,
     /// How many say neither.
     pub undecided: usize,
+    /// Those that have no value, so that nothing can hold of all.
+    pub without_value: Vec<String>,
 }
 
 /// Whether a claim holds.
@@ -212,7 +214,21 @@ impl Judgement {
             contradicting,
             undecided,
             bounds,
+            without_value: Vec::new(),
         })
+    }
+
+    /// The same beside quantities that have no value: what is said of all cannot hold then.
+    pub fn beside(self, without_value: &[String]) -> Judgement {
+        let verdict = match self.verdict {
+            Verdict::Holds if !without_value.is_empty() => Verdict::CannotSay,
+            verdict => verdict,
+        };
+        Judgement {
+            verdict,
+            without_value: without_value.to_vec(),
+            ..self
+        }
     }
 }
 

@@ -14,9 +14,9 @@ const SUMMITS: Statement = Statement {
     name: "tabulated-density-of-summits",
     origin: Origin::Paper,
     says: "the density of asperities D = (√3/18π) m₄/m₂, tabulated, from which “we can easily compute the \
-           average distance between closest asperities ⟨d⟩ = 1/√D”",
-    place: "appendix A.2, eq. (Danal), table A.2",
-    quantity: "summits counted on a cell of side 1 over the tabulated D, in integer wavenumbers; \
+           average distance between closest asperities”, ⟨d⟩ = 1/√D",
+    place: "appendix A.2, eq. (Danal), table 3",
+    quantity: "summits counted on a cell of side 1 over D in integer wavenumbers, as the table has it; \
                k_lower 2, k_upper 8, twenty surfaces of 128² nodes",
     expected: Expectation::Within(0.9, 1.1),
     because: "a mesh of 16 nodes to the shortest wavelength misses 3 % of the summits; with angular \
@@ -28,7 +28,7 @@ const ASYMPTOTE_OF_ALPHA: Statement = Statement {
     name: "asymptote-of-alpha",
     origin: Origin::Paper,
     says: "“For a high enough ratio ζ, a simple asymptotic may be used: α ∼ ζ^(2H).”",
-    place: "section 3, appendix A.1, eq. (alpha_as)",
+    place: "section 3, appendix A.1, eq. (a:alpha_as)",
     quantity: "d ln α/d ln ζ at ζ = 10⁸ over 2H, H = 0.3 and 0.8",
     expected: Expectation::Within(0.99, 1.01),
     because: "“∼” is the exponent; the prefactor is 3(1 − H)²/(2H(2 − H)): 1.44 for H = 0.3, 0.0625 for \
@@ -40,7 +40,7 @@ const PERSSON_IS_CONCAVE: Statement = Statement {
     name: "persson-slope-is-concave",
     origin: Origin::Paper,
     says: "“in Persson's model the slope decreases as a concave function”",
-    place: "section 5.2.2, at light load",
+    place: "section 5.2.2 at light load, section 9.6; inset of fig. 9",
     quantity: "d³A/dy³ of A = erf(√2 y), loads up to 0.06",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.0),
     because: "a sign; it changes at y = 1/2, where 68 % touch",
@@ -54,7 +54,8 @@ const ALPHA_IN_BGT: Statement = Statement {
     place: "section 5.2, fig. 5",
     quantity: "1 − A(α = 10)/A(α = 2) in the model, loads 0.01, 0.02, 0.04, 0.06",
     expected: Expectation::Within(0.25, 0.35),
-    because: "“≈” is taken as five points; the model has α = 2 higher than α = 10 by 25 to 29 %",
+    because: "“≈” is taken as five points; in the model α = 2 is higher than α = 10 by 26 to 29 %; the paper \
+              names the simplified elliptic model beside it",
     figure: Some("area-light"),
 };
 

@@ -1,6 +1,7 @@
 //! Claims on the approach to full contact (section 7).
 
 use super::evidence::{Ensemble, Evidence};
+use super::groups::spread;
 use super::intervals::Weights;
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
 use super::steps::{Cutoff, Step};
@@ -81,10 +82,11 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     says: "“Close to the full contact the numerical data points are grouped by their upper cutoff \
            wavenumber k_s.”",
     place: "section 7, fig. 10",
-    quantity: "|∂ ln(1 − A)/∂ ln k_upper| − |∂ ln(1 − A)/∂ ln k_lower| by least squares over the \
-               spectra, at loads with all areas from 0.95 on",
+    quantity: "distance of neighbouring groups of k_upper less the width of a group, in ln(1 − A) by \
+               least squares over the spectra, at loads with all areas from 0.95 on",
     expected: Expectation::Positive,
-    because: "for each e-fold of a cutoff",
+    because: "groups lie apart when a step of k_upper, a factor of 2, does more than all of k_lower, one \
+              of 16",
     figure: Some("near-full-contact"),
 };
 
@@ -270,6 +272,7 @@ fn cracks(evidence: &Evidence) -> Claim {
 fn groups_by_k_upper(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for family in families(&evidence.of_the_paper(AS_COUNTED)) {
+        let [steps, spans] = spread(&family);
         for &load in &family[0].loads {
             let place = |one: &&Ensemble| {
                 let place = one.at(load)?;
@@ -288,7 +291,7 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
                 };
                 let points: Vec<[f64; 3]> = family.iter().zip(&places).map(point).collect();
                 let [lower, upper] = Plane::through(&points)?.slopes;
-                Some(upper.abs() - lower.abs())
+                Some(steps[1] * upper.abs() - spans[0] * lower.abs())
             });
         }
     }

@@ -1,7 +1,7 @@
 //! Claims on which cutoff decides: how curves group, how surfaces scatter, whether anything
 //! converges (sections 5.2, 6 and 8).
 
-use super::evidence::{Ensemble, Evidence};
+use super::evidence::{Ensemble, Evidence, Spectrum};
 use super::intervals::Weights;
 use super::light::{LIGHT, UP_TO_FOUR_FIFTHS};
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
@@ -15,10 +15,10 @@ const GROUPS_BY_K_LOWER: Statement = Statement {
     says: "“The curves form three groups with respect to the lower cutoff wavenumber k_l = 16, 4, 1”, \
            “easily distinguished up to about 80 % of the contact area”",
     place: "sections 5.2 and 6, figs. 5, 9",
-    quantity: "|∂ ln A/∂ ln k_lower| − |∂ ln A/∂ ln k_upper| by least squares over the spectra, loads \
-               0.012 … 0.52 with less than 80 % of the area",
+    quantity: "distance of neighbouring groups of k_lower less the width of a group, in ln A by least \
+               squares over the spectra, loads 0.012 … 0.53 with less than 80 % of the area",
     expected: Expectation::Positive,
-    because: "for each e-fold of a cutoff, since k_lower spans a factor of 16 and k_upper one of 4",
+    because: "groups lie apart when a step of k_lower, a factor of 4, does more than all of k_upper",
     figure: Some("area-light"),
 };
 
@@ -28,10 +28,11 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     says: "“The results depend only slightly on the lower cutoff wavenumber k_l, but strongly on the \
            upper cutoff k_s. The curves are grouped by the value of k_s”",
     place: "section 8, eq. (corrected_area), fig. 13",
-    quantity: "|∂ ln A/∂ ln k_upper| − |∂ ln A/∂ ln k_lower| of the area corrected by π/8, by least \
-               squares over the spectra, loads 0.012, 0.024, 0.06",
+    quantity: "distance of neighbouring groups of k_upper less the width of a group, in ln A of the area \
+               corrected by π/8, by least squares over the spectra, loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    because: "for each e-fold of a cutoff",
+    because: "groups lie apart when a step of k_upper, a factor of 2, does more than all of k_lower, one \
+              of 16",
     figure: Some("area-corrected"),
 };
 
@@ -70,7 +71,8 @@ const NO_CONVERGENCE: Statement = Statement {
     quantity: "ln of the ratio of mean areas over one step of k_lower, less half of that over the \
                step before, steps of equal ratio, loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    because: "a series that converges as fast as 1/2 a step would have zero or less",
+    because: "a series that converges as fast as 1/2 a step would have zero or less; “any” would be more, \
+              for slower ones converge too",
     figure: Some("area-light"),
 };
 
@@ -152,7 +154,7 @@ fn groups_by_k_lower(evidence: &Evidence) -> Claim {
         evidence,
         AS_COUNTED,
         &UP_TO_FOUR_FIFTHS,
-        |[lower, upper]| lower.abs() - upper.abs(),
+        |[lower, upper], [steps, spans]| steps[0] * lower.abs() - spans[1] * upper.abs(),
     );
     quantities.judge(GROUPS_BY_K_LOWER, data(AS_COUNTED), || {
         needs(evidence, AS_COUNTED, &UP_TO_FOUR_FIFTHS, SEVERAL_CUTOFFS)
@@ -160,31 +162,50 @@ fn groups_by_k_lower(evidence: &Evidence) -> Claim {
 }
 
 fn groups_by_k_upper(evidence: &Evidence) -> Claim {
-    let quantities = sensitivities(evidence, OF_2015, &LIGHT, |[lower, upper]| {
-        upper.abs() - lower.abs()
-    });
+    let apart = |[lower, upper]: [f64; 2], [steps, spans]: [[f64; 2]; 2]| {
+        steps[1] * upper.abs() - spans[0] * lower.abs()
+    };
+    let quantities = sensitivities(evidence, OF_2015, &LIGHT, apart);
     quantities.judge(GROUPS_BY_K_UPPER, data(OF_2015), || {
         needs(evidence, OF_2015, &LIGHT, SEVERAL_CUTOFFS)
     })
 }
 
 fn no_trend_within_groups(evidence: &Evidence) -> Claim {
-    let quantities = sensitivities(evidence, OF_2015, &LIGHT, |[lower, _]| lower);
+    let quantities = sensitivities(evidence, OF_2015, &LIGHT, |[lower, _], _| lower);
     quantities.judge(NO_TREND_WITHIN_GROUPS, data(OF_2015), || {
         needs(evidence, OF_2015, &LIGHT, SEVERAL_CUTOFFS)
     })
 }
 
-/// A function of how ln A depends on ln k_lower and ln k_upper, at each load at which less than four
+/// The least steps, and the spans, of ln k_lower and ln k_upper among ensembles.
+pub fn spread(family: &[&Ensemble]) -> [[f64; 2]; 2] {
+    let cutoffs: [fn(&Spectrum) -> i64; 2] = [|one| one.k_lower, |one| one.k_upper];
+    let steps_and_span = cutoffs.map(|cutoff| {
+        let mut all: Vec<i64> = family.iter().map(|one| cutoff(&one.spectrum)).collect();
+        all.sort_unstable();
+        all.dedup();
+        let ln = |pair: &[i64]| (pair[1] as f64 / pair[0] as f64).ln();
+        let step = all.windows(2).map(ln).fold(f64::INFINITY, f64::min);
+        (step, ln(&[all[0], all[all.len() - 1]]))
+    });
+    [
+        steps_and_span.map(|both| both.0),
+        steps_and_span.map(|both| both.1),
+    ]
+}
+
+/// A function of how ln A depends on ln k_lower and ln k_upper, and of their spread, at each load at which less than four
 /// fifths touch.
 fn sensitivities(
     evidence: &Evidence,
     correction: &str,
     loads: &[f64],
-    quantity: fn([f64; 2]) -> f64,
+    quantity: fn([f64; 2], [[f64; 2]; 2]) -> f64,
 ) -> Quantities {
     let mut quantities = Quantities::default();
     for family in families(&evidence.of_the_paper(correction)) {
+        let spread = spread(&family);
         for &load in loads {
             let places: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
             let Some(places) = places else {
@@ -206,7 +227,7 @@ fn sensitivities(
             quantities.add(
                 under(family[0].loads[places[0]]),
                 &surfaces(&family),
-                |weights| Some(quantity(plane(weights)?.slopes)),
+                |weights| Some(quantity(plane(weights)?.slopes, spread)),
             );
         }
     }

@@ -42,8 +42,9 @@ const DEPENDS_ON_K_LOWER: Statement = Statement {
     place: "section 5.2.1",
     quantity: "ln of the ratio of the least convex κ of the spectra of neighbouring k_lower, at equal \
                k_upper, each spectrum by itself",
-    expected: Expectation::Within(0.02, f64::INFINITY),
-    because: "“strongly” is taken as two per cent for each step, where the areas differ by a few",
+    expected: Expectation::Within(0.05, f64::INFINITY),
+    because: "“strongly” is taken as five per cent for each step, as “significantly” is elsewhere; that κ \
+              grows with k_lower is what is found, the paper gives no direction",
     figure: Some("slope"),
 };
 
@@ -52,7 +53,8 @@ const EXPONENT: Statement = Statement {
     origin: Origin::Paper,
     says: "the mean contact pressure's derivative dp̄/dp₀ “decreases approximately as a power law of the \
            contact area”, β (A₀/A)^(1 − μ) with 0 < μ < 1",
-    place: "appendix C, eq. (b1), fig. C.1; its lines of −0.7 and −0.9 guide the eye",
+    place: "appendix C, eq. (b1), fig. 17; the figure has lines of −0.7 and −0.9, which hold for fewer of \
+            these spectra",
     quantity: "m = μ − 1 of the contact evolution law with κ = 1.1 √(2π), fitted to the slopes at loads \
                up to 0.06",
     expected: Expectation::Within(-1.0, 0.0),

@@ -30,12 +30,13 @@ const fn misprint(
     }
 }
 
-const MISPRINTS: [Statement; 8] = [
+const MISPRINTS: [Statement; 9] = [
     misprint(
         "cutoffs-belong-to-the-spectrum",
         "section 3, eq. of the spectrum",
         "C if k_l < |k| < k_r",
-        "appendix A.1 has k_l ≤ |k|, and the tables of α and D are those of spectra with both ends",
+        "appendix A.1 has k_l ≤ |k|; without a plateau the second line includes k_l, so that it matters with \
+         one alone",
     ),
     misprint(
         "shortest-wavelength",
@@ -45,10 +46,10 @@ const MISPRINTS: [Statement; 8] = [
     ),
     misprint(
         "p0-over-rms-slope",
-        "section 4, three times",
+        "section 4, twice; footnote of section 5.2.1; captions of figs. 12 and 13",
         "p₀ = 1.7 E*, p₀ ∈ [0; 0.06 E*]",
-        "loads are p₀/(E* √⟨|∇h|²⟩), as on the axes of all figures: with a slope of 0.02, 0.06 E* would \
-         be far beyond full contact",
+        "loads are p₀/(E* √⟨|∇h|²⟩), as in eqs. (linear_a) and (area_persson): with a slope of 0.02, \
+         0.06 E* would be 3 in those units, beyond full contact",
     ),
     misprint(
         "relative-error-is-absolute",
@@ -78,9 +79,15 @@ const MISPRINTS: [Statement; 8] = [
     ),
     misprint(
         "density-in-integer-wavenumbers",
-        "appendix A.2, table A.2",
+        "appendix A.2, table 3",
         "D, with ⟨d⟩ = 1/√D",
-        "the table counts wavenumbers as integers: summits in a cell of side L number (2π)² D, and \
-         ⟨d⟩ is smaller by 2π; see tabulated-density-of-summits",
+        "the table counts waves per side, eq. (Danal) wants angular wavenumbers: a factor of (2π)² is \
+         missing in D, of 2π in ⟨d⟩; an error more than a slip, see tabulated-density-of-summits",
+    ),
+    misprint(
+        "asymptote-of-itself",
+        "section 5.1",
+        "the prediction (area_persson_as) “only slightly deviates from its asymptotics”",
+        "eq. (area_persson) is meant; it deviates by 0.24 % at the load 0.06",
     ),
 ];

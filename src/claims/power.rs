@@ -14,7 +14,7 @@ impl Judgement {
     /// A quantity on the wrong side decides the claim once its interval, beside those of all others,
     /// excludes what is expected; else the claim holds once each quantity does by itself.
     pub fn more_surfaces(&self, expected: Expectation) -> Option<usize> {
-        if self.verdict != Verdict::CannotSay {
+        if self.verdict != Verdict::CannotSay || self.undecided == 0 {
             return None;
         }
         let now = self

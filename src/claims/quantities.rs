@@ -11,8 +11,8 @@ pub struct Quantities {
     bounds: Vec<Bound>,
     /// Whether there were some with too few surfaces to have an interval.
     lacks_surfaces: bool,
-    /// One that has no value, of all surfaces or without one of them.
-    undefined: Option<String>,
+    /// Those that have no value, of all surfaces or without one of them.
+    without_value: Vec<String>,
 }
 
 impl Quantities {
@@ -27,7 +27,7 @@ impl Quantities {
         self.lacks_surfaces |= too_few;
         match jackknife(label.clone(), surfaces, value) {
             Some(bound) => self.bounds.push(bound),
-            None if !too_few => self.undefined = Some(label),
+            None if !too_few => self.without_value.push(label),
             None => {}
         }
     }
@@ -39,14 +39,15 @@ impl Quantities {
         data: &'static str,
         needs: impl FnOnce() -> String,
     ) -> Claim {
-        let judgement = Judgement::of(statement.expected, self.bounds);
+        let judgement = Judgement::of(statement.expected, self.bounds)
+            .map(|judgement| judgement.beside(&self.without_value));
         let outcome = judgement.map_or_else(
             || {
                 let few = format!(
                     "{FEWEST_SURFACES} surfaces or more of each spectrum: of fewer the scatter is \
                      not known"
                 );
-                Outcome::NotComputed(match (self.lacks_surfaces, self.undefined) {
+                Outcome::NotComputed(match (self.lacks_surfaces, self.without_value.last()) {
                     (true, _) => few,
                     (false, Some(label)) => {
                         format!("curves that tell it: it has no value for {label}")

@@ -41,7 +41,7 @@ const CONVEX: Statement = Statement {
     quantity: "third divided difference of the mean area over the loads 0, 0.005, 0.02, 0.06: a sixth \
                of a mean third derivative",
     expected: Expectation::Positive,
-    because: "equal thirds would miss the steep start",
+    because: "equal thirds would miss the steep start; less than convexity everywhere, as the paper has it",
     figure: Some("slope"),
 };
 

@@ -10,12 +10,12 @@ const GAUSSIAN: Statement = Statement {
     origin: Origin::Paper,
     says: "“When we increase the lower cutoff to k_l = 4, 16, an accurate Gaussian distribution is \
            obtained even for individual surfaces.”",
-    place: "section 3, fig. 3; appendix B",
+    place: "section 3, fig. 3; appendix B, fig. 16",
     quantity: "root mean square over single surfaces of the excess kurtosis of their heights, k_lower \
                from 4 on",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.25),
-    because: "a quarter is a hundredth of the density at its maximum, below what a figure shows; \
-              k_lower = 1 has four times that",
+    because: "a quarter changes the density at its maximum by 3 %, hardly seen in a figure; k_lower = 1 \
+              has about twice that; skewness is not looked at",
     figure: Some("heights"),
 };
 
@@ -23,20 +23,21 @@ const NOT_GAUSSIAN: Statement = Statement {
     name: "heights-are-not-gaussian-for-k-lower-1",
     origin: Origin::Paper,
     says: "“For k_l = 1 … each particular distribution is strictly non-Gaussian”",
-    place: "section 3, fig. 3; appendix B",
+    place: "section 3, fig. 3; appendix B, fig. 16",
     quantity: "root mean square over single surfaces of the excess kurtosis of their heights, \
                k_lower = 1",
     expected: Expectation::Within(0.25, f64::INFINITY),
-    because: "as for heights-are-gaussian-from-k-lower-4",
+    because: "as for heights-are-gaussian-from-k-lower-4; “each … strictly” would be more than the root mean \
+              square over surfaces",
     figure: Some("heights"),
 };
 
 const K_UPPER_DOES_NOT_HELP: Statement = Statement {
     name: "modes-come-from-k-lower",
     origin: Origin::Paper,
-    says: "“increasing k_s does not solve the problem; it practically has no effect on the \
-           distribution”",
-    place: "section 3, fig. 3; appendix B",
+    says: "for k_l = 1 “increasing k_s does not solve the problem; it practically has no effect on the \
+           distribution”, and “an increase in k_s does not result in approaching a normal distribution”",
+    place: "section 3; appendix B, fig. 16",
     quantity: "ratio of the mean effective numbers of modes of neighbouring k_upper at equal k_lower, \
                k_upper from 8 k_lower on: a proxy for the distribution, whose mean excess kurtosis \
                is −3/2 over that number",
@@ -49,7 +50,7 @@ const TABLE_OF_ALPHA: Statement = Statement {
     name: "table-of-alpha",
     origin: Origin::Paper,
     says: "Nayak's parameter for different cutoffs, computed on 200 surfaces of 1024 × 1024 nodes",
-    place: "table A.1, numerical",
+    place: "table 2, numerical",
     quantity: "mean α over the surfaces less the printed one, in units of 3.5 standard errors of a mean \
                of 200 such surfaces, and half a unit of the last digit",
     expected: Expectation::Within(-1.0, 1.0),
@@ -61,7 +62,7 @@ const TABLE_OF_DENSITY: Statement = Statement {
     name: "table-of-summit-density",
     says: "The density of asperities for different cutoffs, computed on 200 surfaces of 1024 × 1024 \
            nodes",
-    place: "table A.2, numerical; in integer wavenumbers",
+    place: "table 3, numerical; in integer wavenumbers",
     quantity: "mean D over the surfaces less the printed one, in units of 3.5 standard errors of a mean \
                of 200 such surfaces, and half a unit of the last digit",
     figure: Some("summit-density"),

@@ -62,10 +62,10 @@ impl Campaign {
     }
 }
 
-/// Four per cent more area for every doubling of k_lower, one per cent less for k_upper.
+/// Six per cent more area for every doubling of k_lower, one per cent less for k_upper.
 fn as_the_paper_says(k_lower: i64, k_upper: i64, load: f64) -> f64 {
     let doublings = |cutoff: i64| (cutoff as f64).log2();
-    let factor = 1.0 + 0.04 * doublings(k_lower) - 0.01 * doublings(k_upper);
+    let factor = 1.0 + 0.06 * doublings(k_lower) - 0.01 * doublings(k_upper);
     // The slope 2.3 e^(−4y) falls and is convex.
     factor * 2.3 * (1.0 - (-4.0 * load).exp()) / 4.0
 }

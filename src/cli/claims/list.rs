@@ -71,11 +71,18 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
             counted(more, "more surface"),
             core_hours(seconds)
         ),
-        (Verdict::CannotSay, None) => "; no number of surfaces would decide it".to_owned(),
+        (Verdict::CannotSay, None) if judgement.undecided + judgement.contradicting > 0 => {
+            "; no number of surfaces would decide it".to_owned()
+        }
         _ => String::new(),
     };
+    let without = match judgement.without_value.as_slice() {
+        [] => String::new(),
+        [one] => format!("; no value for {one}"),
+        [one, more @ ..] => format!("; no value for {one}, nor {} more", more.len()),
+    };
     format!(
-        "expected {}; decided by {} [{interval}] at {}{others}{more}",
+        "expected {}; decided by {} [{interval}] at {}{others}{without}{more}",
         claim.statement.expected,
         short(deciding.value),
         deciding.label

@@ -32,6 +32,9 @@ pub fn text(told: &Told, claim: &Claim) -> String {
     match &claim.outcome {
         Outcome::Judged(judgement) => {
             lines.push(("verdict", verdict_of(told, claim, judgement)));
+            if !judgement.without_value.is_empty() {
+                lines.push(("no value", judgement.without_value.join("; ")));
+            }
             table = quantities(claim, judgement);
         }
         Outcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
@@ -64,7 +67,9 @@ fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
             counted(more, "more surface"),
             core_hours(seconds)
         ),
-        (Verdict::CannotSay, None) => "; no number of surfaces would decide it".to_owned(),
+        (Verdict::CannotSay, None) if judgement.undecided > 0 => {
+            "; no number of surfaces would decide it".to_owned()
+        }
         _ => String::new(),
     };
     format!("{}{more}", verdict(claim))

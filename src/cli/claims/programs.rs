@@ -48,6 +48,7 @@ fn one(told: &Told, claim: &Claim) -> Value {
         "deciding": null,
         "contradicting": null,
         "undecided": null,
+        "without_value": [],
         "needs": null,
         "more_surfaces": null,
         "core_hours": null,
@@ -65,6 +66,7 @@ fn one(told: &Told, claim: &Claim) -> Value {
             json["deciding"] = json!(judgement.bounds[judgement.deciding].label);
             json["contradicting"] = json!(judgement.contradicting);
             json["undecided"] = json!(judgement.undecided);
+            json["without_value"] = json!(judgement.without_value);
             if let Some((more, seconds)) = told.power(claim, judgement) {
                 json["more_surfaces"] = json!(more);
                 json["core_hours"] = json!(seconds / 3600.0);

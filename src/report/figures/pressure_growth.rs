@@ -1,4 +1,4 @@
-//! Growth of the mean contact pressure with the load (fig. C.1).
+//! Growth of the mean contact pressure with the load (fig. 17).
 
 use arrow::array::Array;
 
