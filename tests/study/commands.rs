@@ -238,7 +238,7 @@ fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
     for part in [
         "the paper",
         "section 5.2",
-        "expected    above 0",
+        "expected    at least 0.1",
         "each end at 95 %",
         "k_upper 4",
     ] {
