@@ -16,7 +16,7 @@ const GROUPS_BY_K_LOWER: Statement = Statement {
            “easily distinguished up to about 80 % of the contact area”",
     place: "sections 5.2 and 6, figs. 5, 9",
     quantity: "distance of neighbouring groups of k_lower less the width of a group, in ln A by least \
-               squares over the spectra, loads 0.012 … 0.53 with less than 80 % of the area",
+               squares over the spectra, loads 0.012 … 0.52 with less than 80 % of the area",
     expected: Expectation::Positive,
     because: "groups lie apart when a step of k_lower, a factor of 4, does more than all of k_upper",
     figure: Some("area-light"),
@@ -195,8 +195,8 @@ pub fn spread(family: &[&Ensemble]) -> [[f64; 2]; 2] {
     ]
 }
 
-/// A function of how ln A depends on ln k_lower and ln k_upper, and of their spread, at each load at which less than four
-/// fifths touch.
+/// A function of how ln A depends on ln k_lower and ln k_upper, and of their spread, at each load at
+/// which less than four fifths touch.
 fn sensitivities(
     evidence: &Evidence,
     correction: &str,

@@ -21,7 +21,7 @@ const GROWS_WITH_K_LOWER: Statement = Statement {
            contact pressure … up to about A/A₀ ≈ 80 %”",
     place: "section 9.2, figs. 5, 9",
     quantity: "ln of the ratio of mean areas of neighbouring k_lower, at equal k_upper and load, \
-               loads 0.012 … 0.53 with less than 80 % of the area",
+               loads 0.012 … 0.52 with less than 80 % of the area",
     expected: Expectation::Positive,
     because: "an order, so any difference will do",
     figure: Some("area-light"),

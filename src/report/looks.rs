@@ -106,12 +106,6 @@ impl Looks {
         others.any(|other| other.get(name) != point.get(name))
     }
 
-    /// What the colour of a point stands for, if for anything: `k_lower 4`.
-    pub fn label_of_colour(&self, point: &Point) -> Option<String> {
-        let (name, _) = &self.varying[self.colour?];
-        Some(format!("{name} {}", point.get(name)?))
-    }
-
     /// The colour of a point.
     pub fn ink(&self, point: &Point) -> Ink {
         Ink::Series(self.place(self.colour, point))
@@ -242,20 +236,6 @@ mod tests {
         let mixed = [worn.clone(), random.clone()];
         assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&mixed, &random).as_deref(), Some("method filter"));
-    }
-
-    #[test]
-    fn a_colour_has_a_name_of_its_own() {
-        let points = [point(1, 32), point(1, 128), point(16, 32)];
-        let looks = Looks::of(&points, &Files::new());
-        assert_eq!(
-            looks.label_of_colour(&points[1]).as_deref(),
-            Some("k_lower 1")
-        );
-        assert_eq!(
-            Looks::of(&points[..1], &Files::new()).label_of_colour(&points[0]),
-            None
-        );
     }
 
     #[test]
