@@ -1,7 +1,8 @@
 //! A transform pair with its kernel, against the bare transforms of rustfft and the memory.
 
-use asperity::contact::elasticity::half_space;
+use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity::contact::fft::{Real, Transform};
+use asperity::contact::grid::Grid;
 use divan::{Bencher, black_box, counter::BytesCount};
 use realfft::RealFftPlanner;
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -15,8 +16,9 @@ fn main() {
 /// What the solver does, but for its passes over the mesh: forward, multiply, inverse.
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn convolution<T: Real>(bencher: Bencher, nodes: usize) {
-    let transform = Transform::<T>::new(nodes);
-    let kernel = half_space::displacement(nodes);
+    let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
+    let transform = Transform::<T>::new(grid.nodes());
+    let kernel = displacement(&PeriodicHalfSpace::new(grid));
     let field = vec![T::one(); nodes * nodes];
     let mut out = field.clone();
     let mut scratch = transform.scratch();

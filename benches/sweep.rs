@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use asperity::contact::elasticity::half_space;
+use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity::contact::fft::Transform;
+use asperity::contact::grid::Grid;
 use asperity::contact::solver::{Settings, Solver};
 use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
@@ -18,14 +19,16 @@ fn main() {
     println!("{nodes}² nodes, H = 0.8, 90 loads to 1.7 E* × rms slope");
     println!("k_lower  k_upper   pairs  seconds  ms a pair  of bare pairs");
     for (k_lower, k_upper) in SPECTRA {
-        let mut solver = Solver::new(nodes, &heights(nodes, k_lower, k_upper));
-        let before = bare_pair(nodes);
+        let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
+        let heights = heights(grid, k_lower, k_upper);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
+        let before = bare_pair(grid);
         let begun = Instant::now();
         let pairs: u32 = loads()
             .map(|load| solver.press(load, &Settings::default(), &|| false).pairs)
             .sum();
         let seconds = begun.elapsed().as_secs_f64();
-        let bare = 0.5 * (before + bare_pair(nodes));
+        let bare = 0.5 * (before + bare_pair(grid));
         let pair = seconds / f64::from(pairs);
         println!(
             "{k_lower:7} {k_upper:8} {pairs:7} {seconds:8.2} {:10.2} {:14.2}",
@@ -42,7 +45,7 @@ fn loads() -> impl Iterator<Item = f64> {
     light.chain(heavy)
 }
 
-fn heights(nodes: usize, k_lower: u32, k_upper: u32) -> Vec<f64> {
+fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> Vec<f64> {
     let surface = RandomSurface {
         spectrum: Spectrum {
             hurst: 0.8,
@@ -55,14 +58,14 @@ fn heights(nodes: usize, k_lower: u32, k_upper: u32) -> Vec<f64> {
         seed: 2015,
         realization: 0,
     };
-    surface.draw(nodes, 1.0).into_heights()
+    surface.draw(grid).into_heights()
 }
 
 /// Median seconds of a single-precision pair without anything else.
-fn bare_pair(nodes: usize) -> f64 {
-    let transform = Transform::<f32>::new(nodes);
-    let kernel = half_space::displacement(nodes);
-    let field = vec![1.0; nodes * nodes];
+fn bare_pair(grid: Grid) -> f64 {
+    let transform = Transform::<f32>::new(grid.nodes());
+    let kernel = displacement(&PeriodicHalfSpace::new(grid));
+    let field = vec![1.0; grid.count()];
     let mut out = field.clone();
     let mut scratch = transform.scratch();
     let mut seconds: Vec<f64> = (0..101)

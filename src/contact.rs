@@ -1,6 +1,7 @@
 //! Surfaces, elastic bodies and what happens between them: the numerics, which know no files and no
 //! tables.
 //!
+//! - [`grid`]: where the nodes of all maps lie;
 //! - [`topography`]: rough surfaces, drawn or measured, and their statistics;
 //! - [`elasticity`]: what a pressure does to the surface of a body;
 //! - [`fft`]: the transforms that both are computed with;
@@ -8,13 +9,15 @@
 //! - [`morphology`]: area, perimeter and clusters of the nodes that touch;
 //! - [`theory`]: what the area should be.
 //!
-//! Maps are row-major: node (i, j) of a mesh with N nodes a side is element i·N + j and lies at
-//! x = iΔx, y = jΔx. Wavenumbers k are integers, k = L/λ; angular ones are q = 2πk/L. Everything
+//! Maps are row-major: node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at
+//! x = iΔx, y = jΔy. Wavenumbers k count waves along the longer side L of the cell, k = L/λ; angular
+//! ones are q = 2πk/L. Everything
 //! elastic depends on the load y = p₀/(E* h′) alone, where h′ = √⟨|∇h|²⟩ is the rms slope: solvers
 //! and models work in it.
 
 pub mod elasticity;
 pub mod fft;
+pub mod grid;
 pub mod morphology;
 pub mod solver;
 pub mod theory;

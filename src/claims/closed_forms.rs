@@ -2,6 +2,7 @@
 
 use super::intervals::{Bound, jackknife};
 use super::{Claim, Expectation, Judgement, Origin, Outcome, Statement};
+use crate::contact::grid::Grid;
 use crate::contact::theory::law::KAPPA_BGT;
 use crate::contact::theory::models::AsperityModel;
 use crate::contact::theory::models::asperities::{Asperities, Contact};
@@ -102,6 +103,7 @@ fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim
 /// Twenty small surfaces of one narrow spectrum: some 90 summits each, well resolved.
 fn summits() -> Claim {
     let (nodes, surfaces) = (128, 20);
+    let grid = Grid::square(nodes, 1.0).expect("a mesh of nodes on a cell of unit side");
     let density_over_counted = |realization: u32| {
         let surface = RandomSurface {
             spectrum: Spectrum {
@@ -115,8 +117,10 @@ fn summits() -> Claim {
             seed: 2015,
             realization,
         };
-        let tabulated = surface.moments(1.0).summit_density_integer(1.0);
-        count_summits(nodes, surface.draw(nodes, 1.0).heights()) as f64 / tabulated
+        let tabulated = surface
+            .moments(grid.cell())
+            .summit_density_integer(grid.cell());
+        count_summits(nodes, surface.draw(grid).heights()) as f64 / tabulated
     };
     let ratios: Vec<f64> = (0..surfaces).map(density_over_counted).collect();
     let label = "H 0.8, k_lower 2, k_upper 8".to_owned();

@@ -1,6 +1,74 @@
 //! Elasticity: which displacement a pressure on the surface of a body causes, and how stiff the body
 //! is in return.
 //!
+//! - [`ElasticOperator`]: all that a solver asks of a body;
 //! - [`half_space`]: the isotropic half-space under a pressure that repeats for ever.
+//!
+//! Lengths are in units of the cell's longer side L and pressures in units of E*, so that a
+//! wavenumber of the mesh is |q| = 2πk.
+
+use crate::contact::fft::{Kernel, Real};
+use crate::contact::grid::{Grid, magnitude};
 
 pub mod half_space;
+
+pub use half_space::PeriodicHalfSpace;
+
+/// An elastic body under the pressures on a grid: all that a solver asks of it.
+///
+/// Pressure p lowers its surface by u, a convolution with an even kernel: a factor for each wave of
+/// the mesh on which pressures are convolved.
+pub trait ElasticOperator {
+    /// Where pressures act.
+    fn grid(&self) -> Grid;
+
+    /// Displacement per pressure of a wave with so many periods along x and y of the mesh.
+    fn displacement(&self, waves: [usize; 2]) -> f64;
+
+    /// Pressure per displacement of such a wave: what a solver preconditions with. Zero for the
+    /// mean, so that nothing asks for another load.
+    fn stiffness(&self, waves: [usize; 2]) -> f64;
+
+    /// Whether the stiffness is the inverse of the displacement, on maps of zero mean. Then one
+    /// pressure flattens any heights, and contact can be full.
+    fn stiffness_is_exact(&self) -> bool;
+
+    /// Whether a uniform pressure displaces nothing, so that displacements have no mean: it is the
+    /// far field that moves, and what it moves by is not asked.
+    fn keeps_mean(&self) -> bool;
+
+    /// The displacement of one node, in units of cell sides, under a unit pressure on this node
+    /// alone, in units of E*.
+    fn nodal_compliance(&self) -> f64 {
+        mean_over_waves(self.grid().nodes(), |waves| self.displacement(waves))
+    }
+
+    /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
+    /// alone asks for.
+    fn nodal_stiffness(&self) -> f64 {
+        mean_over_waves(self.grid().nodes(), |waves| self.stiffness(waves))
+    }
+}
+
+/// The convolution from pressure to displacement.
+pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
+    Kernel::new(operator.grid().nodes(), |k_x, k_y| {
+        operator.displacement([k_x, k_y])
+    })
+}
+
+/// The convolution from displacement to pressure.
+pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
+    Kernel::new(operator.grid().nodes(), |k_x, k_y| {
+        operator.stiffness([k_x, k_y])
+    })
+}
+
+/// A node's own share of a convolution: the mean of its factors.
+fn mean_over_waves([nodes_x, nodes_y]: [usize; 2], factor: impl Fn([usize; 2]) -> f64) -> f64 {
+    let waves = (0..nodes_x).flat_map(|k_x| (0..nodes_y).map(move |k_y| (k_x, k_y)));
+    let sum: f64 = waves
+        .map(|(k_x, k_y)| factor([magnitude(k_x, nodes_x), magnitude(k_y, nodes_y)]))
+        .sum();
+    sum / (nodes_x * nodes_y) as f64
+}

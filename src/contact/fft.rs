@@ -1,16 +1,17 @@
-//! Real transforms of a periodic square map, and the convolution that never writes its spectrum back.
+//! Real transforms of a periodic map, and the convolution that never writes its spectrum back.
 //!
-//! A map is row-major, node (i, j) at `i * nodes + j`. Its spectrum keeps the non-negative half of
-//! the wavenumbers along a row: with M = N/2 + 1 columns, entry (i, j) at `i * M + j` is
+//! A map of N_x × N_y nodes is row-major, node (i, j) at `i * N_y + j`. Its spectrum keeps the
+//! non-negative half of the wavenumbers along a row: with M = N_y/2 + 1 columns, entry (i, j) at
+//! `i * M + j` is
 //!
-//! ĥ(k_x, k_y) = Σ h(x, y) exp(−2πi (k_x x + k_y y)/N), k_x = i or i − N, k_y = j,
+//! ĥ(k_x, k_y) = Σ h(i, j) exp(−2πi (k_x i/N_x + k_y j/N_y)), k_x = i or i − N_x, k_y = j,
 //!
 //! and the other half follows from ĥ(−k) = ĥ(k)*. Neither direction is normalised: forward then
-//! inverse multiplies by N².
+//! inverse multiplies by N_x N_y.
 //!
 //! `half_spectrum` does all this on any mesh, with rustfft. A sweep of loads is little else than
 //! convolutions, so these have a second way, `packed`, which takes half the time on meshes of
-//! 2^a·3^b·5^c nodes with enough twos and on processors whose `registers` it knows.
+//! 2^a·3^b·5^c nodes a side with enough twos and on processors whose `registers` it knows.
 //!
 //! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
 //! result of one makes the map of the next, row by row, both happen in one turn, and memory is
@@ -22,11 +23,14 @@ mod aligned;
 mod half_spectrum;
 mod packed;
 mod registers;
+mod row;
 
 use aligned::Aligned;
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
 use registers::{InstructionSet, Vectorize};
+
+pub use row::Row;
 
 /// Single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
@@ -50,14 +54,14 @@ impl Real for f64 {
 ///
 /// Masks, casts and sums done here cost no pass over memory of their own.
 pub trait Rows<T> {
-    /// Writes row `row` of a map, reads it, or replaces it by that of another one; called once per
-    /// row, in ascending order.
-    fn row(&mut self, row: usize, values: &mut [T]);
+    /// Writes a row of a map, reads it, or replaces it by that of another one; called once per row,
+    /// in ascending order.
+    fn row(&mut self, row: Row, values: &mut [T]);
 }
 
 /// Planned transforms of one mesh in one precision; cheap to share, since buffers are the caller's.
 pub struct Transform<T> {
-    nodes: usize,
+    nodes: [usize; 2],
     half_spectrum: HalfSpectrum<T>,
     packed: Option<Packed<T>>,
 }
@@ -72,16 +76,16 @@ pub struct Scratch<T> {
 /// An even convolution on one mesh, as a factor for each wavenumber, in the order in which
 /// [`Transform::convolve`] needs them.
 pub struct Kernel<T> {
-    nodes: usize,
+    nodes: [usize; 2],
     factors: Aligned<T>,
 }
 
 impl<T: Real> Kernel<T> {
-    /// The convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for both up
-    /// to N/2.
-    pub fn new(nodes: usize, factor: impl Fn(usize, usize) -> f64) -> Self {
+    /// The convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for these up
+    /// to N_x/2 and N_y/2.
+    pub fn new(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64) -> Self {
         // What two unnormalised transforms leave.
-        let normalisation = 1.0 / (nodes as f64 * nodes as f64);
+        let normalisation = 1.0 / (nodes[0] as f64 * nodes[1] as f64);
         let factor = |k_x, k_y| normalisation * factor(k_x, k_y);
         let factors = match plan_packed(nodes) {
             Some(packed) => packed.kernel(factor),
@@ -91,14 +95,14 @@ impl<T: Real> Kernel<T> {
     }
 }
 
-fn plan_packed<T: Real>(nodes: usize) -> Option<Packed<T>> {
+fn plan_packed<T: Real>(nodes: [usize; 2]) -> Option<Packed<T>> {
     Packed::new(nodes, InstructionSet::all().next()?)
 }
 
 impl<T: Real> Transform<T> {
-    /// Plans the transforms of a mesh of `nodes` × `nodes`: any number from 1, primes included.
-    pub fn new(nodes: usize) -> Self {
-        assert!(nodes > 0, "a mesh has at least one node");
+    /// Plans the transforms of a mesh of N_x × N_y nodes: any numbers from 1, primes included.
+    pub fn new(nodes: [usize; 2]) -> Self {
+        assert!(nodes[0] * nodes[1] > 0, "a mesh has at least one node");
         Self {
             nodes,
             half_spectrum: HalfSpectrum::new(nodes),
@@ -106,17 +110,21 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Nodes per side.
-    pub fn nodes(&self) -> usize {
+    /// Nodes along x and y.
+    pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
-    /// Wavenumbers kept along a row, N/2 + 1.
+    fn count(&self) -> usize {
+        self.nodes[0] * self.nodes[1]
+    }
+
+    /// Wavenumbers kept along a row, N_y/2 + 1.
     pub fn spectrum_columns(&self) -> usize {
         self.half_spectrum.columns()
     }
 
-    /// Entries of a half spectrum, N (N/2 + 1).
+    /// Entries of a half spectrum, N_x (N_y/2 + 1).
     pub fn spectrum_len(&self) -> usize {
         self.half_spectrum.len()
     }
@@ -129,17 +137,17 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Transforms a map of N² values into its half spectrum, unnormalised.
+    /// Transforms a map into its half spectrum, unnormalised.
     pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
-        assert_eq!(field.len(), self.nodes * self.nodes);
+        assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
         self.half_spectrum
             .forward(field, spectrum, &mut scratch.half_spectrum);
     }
 
-    /// Transforms a half spectrum into N² values, unnormalised; the spectrum is destroyed.
+    /// Transforms a half spectrum into a map, unnormalised; the spectrum is destroyed.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T], scratch: &mut Scratch<T>) {
-        assert_eq!(field.len(), self.nodes * self.nodes);
+        assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
         self.half_spectrum
             .inverse(spectrum, field, &mut scratch.half_spectrum);
@@ -153,11 +161,10 @@ impl<T: Real> Transform<T> {
         out: &mut [T],
         scratch: &mut Scratch<T>,
     ) {
-        let (nodes, cells) = (self.nodes, self.nodes * self.nodes);
-        assert_eq!((field.len(), out.len()), (cells, cells));
-        self.begin(&mut Source { nodes, field }, scratch);
+        assert_eq!((field.len(), out.len()), (self.count(), self.count()));
+        self.begin(&mut Source(field), scratch);
         self.multiply(kernel, scratch);
-        self.finish(&mut Sink { nodes, out }, scratch);
+        self.finish(&mut Sink(out), scratch);
     }
 
     /// Begins a convolution of the map whose rows are written.
@@ -223,26 +230,20 @@ enum Way<'a, T> {
 }
 
 /// Rows of a map to convolve.
-struct Source<'a, T> {
-    nodes: usize,
-    field: &'a [T],
-}
+struct Source<'a, T>(&'a [T]);
 
 impl<T: Real> Rows<T> for Source<'_, T> {
-    fn row(&mut self, row: usize, values: &mut [T]) {
-        values.copy_from_slice(&self.field[row * self.nodes..][..self.nodes]);
+    fn row(&mut self, row: Row, values: &mut [T]) {
+        values.copy_from_slice(row.of(self.0));
     }
 }
 
 /// Rows of a convolved map.
-struct Sink<'a, T> {
-    nodes: usize,
-    out: &'a mut [T],
-}
+struct Sink<'a, T>(&'a mut [T]);
 
 impl<T: Real> Rows<T> for Sink<'_, T> {
-    fn row(&mut self, row: usize, values: &mut [T]) {
-        self.out[row * self.nodes..][..self.nodes].copy_from_slice(values);
+    fn row(&mut self, row: Row, values: &mut [T]) {
+        row.of_mut(self.0).copy_from_slice(values);
     }
 }
 

@@ -1,8 +1,9 @@
-//! Presses a rigid rough surface into an elastic half-space, load after load.
+//! Presses a rigid rough surface into an elastic body, load after load.
 //!
 //! The pressure p and the gap g between the bodies satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node
-//! of a periodic mesh, where g = u − h − offset: displacement u of the half-space, height h of the
-//! rough surface, and the rigid offset that makes the mean pressure equal to the load. Friction and
+//! of a mesh, where g = u − h − offset: displacement u of the elastic body, height h of the
+//! rough surface, and the rigid offset that makes the mean pressure equal to the load. What the body
+//! is, an [`ElasticOperator`] says. Friction and
 //! adhesion are absent, so the solution is unique and owes nothing to the loads before it: they
 //! serve as a guess.
 //!
@@ -13,7 +14,7 @@
 //! where it goes on: iterative refinement.
 
 use super::fft::{Kernel, Scratch, Transform};
-use crate::contact::elasticity::half_space;
+use crate::contact::elasticity::{self, ElasticOperator};
 
 mod active_set;
 mod conjugate_gradients;
@@ -89,13 +90,13 @@ pub struct Outcome {
     /// Transform pairs spent, in both precisions.
     pub pairs: u32,
     /// The largest of |g| in contact and of the penetration −g elsewhere, in double precision, in
-    /// units of rms slope × mesh step. The gap is measured from its mean in contact.
+    /// units of rms slope × the smaller mesh step. The gap is measured from its mean in contact.
     pub residual: f64,
     /// Nodes with pressure.
     pub contact_nodes: usize,
-    /// Mean gap over the cell, in units of rms slope × cell side.
+    /// Mean gap over the cell, in units of rms slope × its longer side.
     pub mean_gap: f64,
-    /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × cell side.
+    /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side.
     pub energy: f64,
     /// In units of E* × rms slope.
     pub peak_pressure: f64,
@@ -113,7 +114,10 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// iteration in single; a half spectrum of each precision, and three kernels of half the mesh. For
 /// tolerances below 1e-5, 4 more.
 pub struct Solver {
-    nodes: usize,
+    body: Box<dyn ElasticOperator>,
+    nodes: [usize; 2],
+    /// Mesh steps, the smaller ones, in the longer side.
+    steps_per_side: f64,
     heights: Vec<f64>,
     /// The largest of them.
     highest: f64,
@@ -160,20 +164,27 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Prepares a surface of `nodes` × `nodes` heights, peaks towards the elastic body, in units of
-    /// rms slope × cell side: of unit rms slope on a unit cell. Their mean is of no consequence.
-    pub fn new(nodes: usize, heights: &[f64]) -> Self {
-        let cells = nodes * nodes;
+    /// Prepares a surface of one height for each node of the body's grid, peaks towards the body, in
+    /// units of rms slope × the longer side of the cell: of unit rms slope where that is one. Their
+    /// mean is of no consequence.
+    pub fn new(body: impl ElasticOperator + 'static, heights: &[f64]) -> Self {
+        Self::of(Box::new(body), heights)
+    }
+
+    fn of(body: Box<dyn ElasticOperator>, heights: &[f64]) -> Self {
+        let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         assert_eq!(heights.len(), cells, "heights fill the mesh");
         let mean = heights.iter().sum::<f64>() / cells as f64;
         let heights: Vec<f64> = heights.iter().map(|height| height - mean).collect();
         let (double, single) = (Transform::new(nodes), Transform::new(nodes));
         let mut double_scratch = double.scratch();
         let mut pressure = vec![0.0; cells];
-        half_space::full_contact_pressure(&double, &heights, &mut pressure, &mut double_scratch);
+        let flatten = elasticity::stiffness(&*body);
+        double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
         let full_contact_load = -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p));
         Self {
             nodes,
+            steps_per_side: body.grid().smaller_steps(),
             single_heights: heights.iter().map(|height| *height as f32).collect(),
             height_reference: 0.0,
             highest: heights.iter().fold(f64::MIN, |highest, h| highest.max(*h)),
@@ -197,14 +208,15 @@ impl Solver {
             free_nodes: 0.0,
             double,
             double_scratch,
-            displacement: half_space::displacement(nodes),
+            displacement: elasticity::displacement(&*body),
             single_scratch: single.scratch(),
             single,
-            single_displacement: half_space::displacement(nodes),
-            single_stiffness: half_space::stiffness(nodes),
-            nodal_stiffness: half_space::nodal_stiffness(nodes),
-            nodal_compliance: half_space::nodal_compliance(nodes),
+            single_displacement: elasticity::displacement(&*body),
+            single_stiffness: elasticity::stiffness(&*body),
+            nodal_stiffness: body.nodal_stiffness(),
+            nodal_compliance: body.nodal_compliance(),
             pairs: 0,
+            body,
         }
     }
 
@@ -293,7 +305,7 @@ impl Solver {
 
     /// An error of the gap in mesh steps of a surface of unit rms slope.
     fn residual(&self, error: f64) -> f64 {
-        self.nodes as f64 * error
+        self.steps_per_side * error
     }
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {

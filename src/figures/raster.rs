@@ -88,13 +88,13 @@ pub fn colour_of_load(load: usize, count: usize) -> Pixel {
 
 impl Raster {
     /// Heights of the nodes, row-major.
-    pub fn of_heights(nodes: usize, heights: &[f64]) -> Raster {
+    pub fn of_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
         let scale = Scale::of_heights(heights);
         Raster::of_nodes(nodes, |node| scale.colour(heights[node]))
     }
 
     /// Pressures of the nodes, row-major, zero where there is no contact.
-    pub fn of_pressures(nodes: usize, pressures: &[f64]) -> Raster {
+    pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Raster {
         let scale = Scale::of_pressures(pressures);
         Raster::of_nodes(nodes, |node| match pressures[node] > 0.0 {
             true => scale.colour(pressures[node]),
@@ -104,8 +104,9 @@ impl Raster {
 
     /// Where there is contact.
     pub fn of_contact(map: &ContactMap) -> Raster {
-        let nodes = map.nodes();
-        Raster::of_nodes(nodes, |node| match map.get(node / nodes, node % nodes) {
+        let row_nodes = map.nodes()[1];
+        let touches = |node: usize| map.get(node / row_nodes, node % row_nodes);
+        Raster::of_nodes(map.nodes(), |node| match touches(node) {
             true => CONTACT,
             false => GAP,
         })
@@ -119,18 +120,19 @@ impl Raster {
     pub fn of_contacts(maps: &[ContactMap]) -> Raster {
         let nodes = maps[0].nodes();
         Raster::of_nodes(nodes, |node| {
-            let touches = |map: &ContactMap| map.get(node / nodes, node % nodes);
+            let touches = |map: &ContactMap| map.get(node / nodes[1], node % nodes[1]);
             let first = maps.iter().position(touches);
             first.map_or(GAP, |load| colour_of_load(load, maps.len()))
         })
     }
 
-    fn of_nodes(nodes: usize, colour: impl Fn(usize) -> Pixel) -> Raster {
-        let rows = (0..nodes).rev();
-        let pixels = rows.flat_map(|j| (0..nodes).map(move |i| i * nodes + j));
+    /// x to the right, y upwards.
+    fn of_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
+        let rows = (0..nodes_y).rev();
+        let pixels = rows.flat_map(|j| (0..nodes_x).map(move |i| i * nodes_y + j));
         Raster {
-            width: nodes,
-            height: nodes,
+            width: nodes_x,
+            height: nodes_y,
             pixels: pixels.map(colour).collect(),
         }
     }
@@ -208,7 +210,7 @@ mod tests {
     fn contact(nodes: usize, touches: impl Fn(usize, usize) -> bool) -> ContactMap {
         let pressure = |node| f64::from(u8::from(touches(node / nodes, node % nodes)));
         let pressures: Vec<f64> = (0..nodes * nodes).map(pressure).collect();
-        ContactMap::of_pressures(nodes, &pressures)
+        ContactMap::of_pressures([nodes; 2], &pressures)
     }
 
     #[test]
@@ -220,21 +222,29 @@ mod tests {
     }
 
     #[test]
+    fn a_rectangle_is_as_wide_as_x_and_as_high_as_y() {
+        let picture = Raster::of_pressures([3, 2], &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(picture.size(), [3, 2]);
+        let dark = picture.pixels.iter().position(|&pixel| pixel != GAP);
+        assert_eq!(dark, Some(2), "the upper right corner");
+    }
+
+    #[test]
     fn the_lowest_and_the_highest_node_have_the_ends_of_the_scale() {
-        let picture = Raster::of_heights(2, &[-1.0, 0.0, 0.5, 3.0]);
+        let picture = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
         let ends = [0.0, 1.0].map(|share| CIVIDIS.eval_continuous(share).into_array());
         assert_eq!([picture.pixels[2], picture.pixels[1]], ends);
     }
 
     #[test]
     fn a_flat_surface_has_one_colour() {
-        let picture = Raster::of_heights(2, &[0.7; 4]);
+        let picture = Raster::of_heights([2, 2], &[0.7; 4]);
         assert!(picture.pixels.iter().all(|&p| p == picture.pixels[0]));
     }
 
     #[test]
     fn nodes_without_pressure_are_a_gap_and_not_the_lowest_pressure() {
-        let picture = Raster::of_pressures(2, &[0.0, 1.0, 2.0, 0.0]);
+        let picture = Raster::of_pressures([2, 2], &[0.0, 1.0, 2.0, 0.0]);
         let gaps = picture.pixels.iter().filter(|&&pixel| pixel == GAP).count();
         assert_eq!(gaps, 2);
     }
@@ -262,9 +272,10 @@ mod tests {
 
     #[test]
     fn a_png_holds_the_pixels_and_is_the_same_every_time() {
-        let few = Raster::of_heights(3, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        let few = Raster::of_heights([3, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
         holds_the_pixels(&few);
-        let more_than_a_palette = Raster::of_nodes(20, |node| [node as u8, (node / 256) as u8, 7]);
+        let more_than_a_palette =
+            Raster::of_nodes([20, 20], |node| [node as u8, (node / 256) as u8, 7]);
         holds_the_pixels(&more_than_a_palette);
     }
 

@@ -230,7 +230,7 @@ mod tests {
             .push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
         let map = Panel::Map {
             title: "heights".to_owned(),
-            raster: Raster::of_heights(2, &[0.0, 1.0, 2.0, 3.0]),
+            raster: Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]),
         };
         Sheet {
             rows: vec![vec![Panel::Chart(Box::new(chart)), map]],

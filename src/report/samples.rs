@@ -44,7 +44,7 @@ impl Sample<'_> {
             Form::Random { nodes, surface } => {
                 let needed = 2 * surface.spectrum.k_upper as usize;
                 let nodes = (*nodes as usize).min(NODES.max(needed));
-                Ok(surface.draw(nodes, self.params.side))
+                Ok(surface.draw(generate::grid(nodes, self.params.side)?))
             }
             Form::File(_) | Form::Shape { .. } => self.params.draw(evidence.finished.sources),
         }

@@ -68,7 +68,7 @@ fn counted_areas(measured: &Table) -> Result<Vec<CountedArea>, StageError> {
     let contact_nodes = measured.integers(CONTACT_NODES.name)?;
     let switches = measured.integers(SWITCHES.name)?;
     let counted = |row| CountedArea {
-        nodes: nodes.value(row).unsigned_abs() as usize,
+        nodes: (nodes.value(row).unsigned_abs() as usize).saturating_pow(2),
         contact_nodes: contact_nodes.value(row).unsigned_abs() as usize,
         switches: switches.value(row).unsigned_abs() as usize,
     };

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use self::description::Description;
 use super::columns::{HEIGHTS, NODES, SIDE};
 use super::{Context, Effort, Footprint, Kind, Recipe, StageError};
+use crate::contact::grid::Grid;
 use crate::contact::topography::measured;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::random::RandomSurface;
@@ -163,17 +164,26 @@ impl Params {
         }
     }
 
+    /// Where its nodes lie.
+    ///
+    /// # Errors
+    /// When the recipe is not one that a study made, and has no such grid.
+    pub fn grid(&self) -> Result<Grid, StageError> {
+        grid(self.nodes(), self.side)
+    }
+
     /// Draws the surface, or reads it.
     ///
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
     pub fn draw(&self, sources: &Sources) -> Result<Surface, StageError> {
         match &self.form {
-            Form::Random { nodes, surface } => Ok(surface.draw(*nodes as usize, self.side)),
-            Form::Shape { nodes, shape } => Ok(shape.draw(*nodes as usize, self.side)),
+            Form::Random { surface, .. } => Ok(surface.draw(self.grid()?)),
+            Form::Shape { shape, .. } => Ok(shape.draw(self.grid()?)),
             Form::File(file) => {
                 let bytes = sources.read(&file.content)?;
-                let map = measured::read_npy(&bytes, self.side).map_err(|source| {
+                let cell = grid(1, self.side)?.cell();
+                let map = measured::read_npy(&bytes, cell).map_err(|source| {
                     let path = sources.path_of(&file.content);
                     StageError::Measured {
                         path: path
@@ -200,9 +210,17 @@ impl Params {
         let side = table.reals(SIDE.name)?.value(0);
         let list = table.lists(HEIGHTS.name)?.value(0);
         let heights = list.as_primitive::<Float64Type>().values().to_vec();
-        let surface = Surface::new(nodes.unsigned_abs() as usize, side, heights);
-        surface.map_err(StageError::Heights)
+        let grid = grid(nodes.unsigned_abs() as usize, side)?;
+        Surface::new(grid, heights).map_err(StageError::Heights)
     }
+}
+
+/// So many nodes on a square cell.
+///
+/// # Errors
+/// When there is no node, or no cell.
+pub fn grid(nodes: usize, side: f64) -> Result<Grid, StageError> {
+    Grid::square(nodes, side).map_err(|error| StageError::Heights(error.into()))
 }
 
 /// The columns that place a surface among others of its method.
@@ -221,14 +239,15 @@ pub fn own_row(form: &Form) -> Table {
 /// # Errors
 /// When the file of a measured surface is gone, has changed, or is no map of heights.
 pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
-    if let (Form::Random { nodes, surface }, Heights::None) = (&params.form, params.heights) {
-        let description = Description::of_modes(surface, params.side);
-        let columns = description.row(params, *nodes as usize, params.side);
+    if let (Form::Random { surface, .. }, Heights::None) = (&params.form, params.heights) {
+        let grid = params.grid()?;
+        let description = Description::of_modes(surface, grid.cell());
+        let columns = description.row(params, grid);
         return Ok(Table::new(1, columns));
     }
     let surface = params.draw(context.sources)?;
     let description = Description::of_surface(&params.form, &surface);
-    let mut columns = description.row(params, surface.nodes(), surface.side());
+    let mut columns = description.row(params, surface.grid());
     if params.keeps_heights() {
         let heights = Float64Array::from(surface.into_heights());
         let length = heights.len();

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::{Context, Effort, Extent, Footprint, Input, Recipe, StageError, generate};
+use crate::contact::grid::Grid;
 use crate::contact::morphology::area::ContactArea;
 use crate::contact::morphology::clusters::Clusters;
 use crate::contact::morphology::map::ContactMap;
@@ -84,12 +85,14 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
 
 fn contacts(solved: &Table) -> Result<Table, StageError> {
     let nodes = solved.integers(NODES.name)?;
+    let side = solved.reals(SIDE.name)?;
     let maps = solved.bytes(CONTACT.name)?;
     let measured = (0..solved.rows())
         .map(|row| {
             let nodes = nodes.value(row).unsigned_abs() as usize;
-            let map = ContactMap::from_bytes(nodes, maps.value(row)).map_err(StageError::Map)?;
-            Ok(Contact::of(&map))
+            let grid = generate::grid(nodes, side.value(row))?;
+            let map = ContactMap::from_bytes(grid.nodes(), maps.value(row));
+            Ok(Contact::of(grid, &map.map_err(StageError::Map)?))
         })
         .collect::<Result<Vec<_>, StageError>>()?;
 
@@ -112,7 +115,6 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
         )
     };
     let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
-    let side = solved.reals(SIDE.name)?;
     let load = solved.reals(LOAD.name)?;
     let pressure = solved.reals(PRESSURE.name)?;
     let columns = vec![
@@ -126,11 +128,11 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
         (SWITCHES, area(ContactArea::switches)),
         (
             PERIMETER_MANHATTAN,
-            real(&|row, contact| contact.area.manhattan_perimeter(side.value(row))),
+            real(&|_, contact| contact.area.manhattan_perimeter(contact.grid)),
         ),
         (
             PERIMETER_EUCLIDEAN,
-            real(&|row, contact| contact.area.euclidean_perimeter(side.value(row))),
+            real(&|_, contact| contact.area.euclidean_perimeter(contact.grid)),
         ),
         (EDGE_NODES_4, area(|area| area.edge_nodes_4)),
         (EDGE_NODES_8, area(|area| area.edge_nodes_8)),
@@ -204,14 +206,16 @@ fn drawn<'a>(input: &Input<'a>) -> &'a generate::Params {
 
 /// One contact map, measured.
 struct Contact {
+    grid: Grid,
     area: ContactArea,
     contact: Clusters,
     gap: Clusters,
 }
 
 impl Contact {
-    fn of(map: &ContactMap) -> Contact {
+    fn of(grid: Grid, map: &ContactMap) -> Contact {
         Contact {
+            grid,
             area: ContactArea::of(map),
             contact: Clusters::of_contact(map),
             gap: Clusters::of_gap(map),
@@ -228,7 +232,7 @@ mod tests {
 
     #[test]
     fn nothing_in_contact_has_no_mean_pressure() {
-        let map = |pressures: [f64; 4]| ContactMap::of_pressures(2, &pressures).to_bytes();
+        let map = |pressures: [f64; 4]| ContactMap::of_pressures([2, 2], &pressures).to_bytes();
         let maps = [map([0.0; 4]), map([0.0, 3.0, 0.0, 5.0])];
         let ones = || reals([1.0; 2]);
         let columns = vec![

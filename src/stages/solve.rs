@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::{Context, Effort, Footprint, Input, Recipe, StageError};
+use crate::contact::elasticity::PeriodicHalfSpace;
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::solver::{Outcome, Settings, Solver, Stop, bytes_per_node, pace};
 use crate::contact::topography::surface::Surface;
@@ -133,10 +134,11 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
     };
     let surface = drawn.surface(table, context.sources)?;
     let scales = Scales::of(&surface, table, params)?;
-    let mut solver = Solver::new(surface.nodes(), &scales.reduced(surface));
+    let body = PeriodicHalfSpace::new(surface.grid());
+    let mut solver = Solver::new(body, &scales.reduced(surface));
     let mut rows = Rows::default();
-    let surface_nodes = scales.nodes;
-    let expected = |loads: &[f64]| pace::expected_pairs(surface_nodes, loads, params.tolerance);
+    let nodes = scales.nodes[0];
+    let expected = |loads: &[f64]| pace::expected_pairs(nodes, loads, params.tolerance);
     for (index, &given) in params.loads.iter().enumerate() {
         let load = scales.load(given, params.load_unit);
         let outcome = solver.press(load, &params.settings(), context.interrupted);
@@ -155,7 +157,8 @@ pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table
 
 /// From the solver's units to the user's.
 struct Scales {
-    nodes: usize,
+    nodes: [usize; 2],
+    /// The longer side of the cell.
     side: f64,
     /// rms slope; a flat surface counts as one of slope 1, which changes no result.
     slope: f64,
@@ -168,8 +171,8 @@ impl Scales {
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
         let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
         Ok(Scales {
-            nodes: surface.nodes(),
-            side: surface.side(),
+            nodes: surface.grid().nodes(),
+            side: surface.grid().cell().longer_side(),
             slope,
             pressure: params.effective_modulus * slope,
         })

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::Ensemble;
 use super::checks::{Checks, QUANTITY};
 use super::surfaces::{NODES, ensembles, single};
+use crate::contact::grid::Cell;
 use crate::contact::topography::measured::read_npy;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::surface::Surface;
@@ -99,7 +100,8 @@ fn read_map(
         }
         Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
     };
-    let surface = match read_npy(&bytes, side) {
+    let cell = Cell::square(side).expect("the side was checked");
+    let surface = match read_npy(&bytes, cell) {
         Ok(surface) => surface,
         Err(error) => return refuse(format!("is no map of heights: {error}"), "this file"),
     };
@@ -108,7 +110,14 @@ fn read_map(
         _ => 1,
     };
     let most = NODES.end() / copies;
-    let nodes = surface.nodes();
+    let [nodes, columns] = surface.grid().nodes();
+    if columns != nodes {
+        let reason = format!(
+            "is no map of heights: the array has shape [{nodes}, {columns}], a height map must be \
+             square, like [256, 256]"
+        );
+        return refuse(reason, "this file");
+    }
     if !(*NODES.start() as usize..=most as usize).contains(&nodes) {
         let reason = format!(
             "has {nodes} nodes per side, here it must be from {} to {most}",

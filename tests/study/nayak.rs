@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use asperity::contact::grid::Grid;
 use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
 
@@ -75,9 +76,10 @@ fn realizations(spectrum: Spectrum, count: u32) -> Vec<[f64; 2]> {
             seed: 2015,
             realization,
         };
-        let moments = surface.moments(1.0);
+        let cell = Grid::square(1, 1.0).unwrap().cell();
+        let moments = surface.moments(cell);
         let nayak = moments.nayak().unwrap();
-        [nayak, moments.summit_density_integer(1.0)]
+        [nayak, moments.summit_density_integer(cell)]
     });
     drawn.collect()
 }

@@ -56,7 +56,7 @@ fn a_contact_map_has_a_dark_pixel_for_each_node_that_touches() {
         let load = table.reals("load").unwrap().value(row);
         view(&bench, &[&key, "--load", &load.to_string()]);
         let (nodes, pixels) = pixels(&bench.path("view.png"));
-        let map = ContactMap::from_bytes(nodes, table.bytes("contact").unwrap().value(row));
+        let map = ContactMap::from_bytes([nodes; 2], table.bytes("contact").unwrap().value(row));
         let map = map.unwrap();
         for (pixel, [red, ..]) in pixels.into_iter().enumerate() {
             let (i, j) = (pixel % nodes, nodes - 1 - pixel / nodes);

@@ -104,7 +104,7 @@ impl Finished {
     fn contact(&self, load: Option<f64>) -> Result<Picture, Failure> {
         let nodes = self.nodes()?;
         let maps = self.table.bytes(CONTACT.name)?;
-        let map = |row: usize| ContactMap::from_bytes(nodes, maps.value(row));
+        let map = |row: usize| ContactMap::from_bytes([nodes; 2], maps.value(row));
         let rows: Vec<usize> = (0..self.table.rows()).collect();
         let row = load.map(|load| self.nearest(load, &rows)).transpose()?;
         let raster = match row {
@@ -145,7 +145,7 @@ impl Finished {
         let pressures: Vec<f64> = pressures.map(Option::unwrap_or_default).collect();
         let nodes = self.nodes()?;
         Ok(Picture {
-            raster: Raster::of_pressures(nodes, &pressures),
+            raster: Raster::of_pressures([nodes; 2], &pressures),
             map: Map::Pressures,
             nodes,
             load: Some(self.load(row)?),
@@ -175,9 +175,9 @@ impl Finished {
 fn of_surface(surface: &Surface, unit: String) -> Picture {
     let heights = surface.heights();
     Picture {
-        raster: Raster::of_heights(surface.nodes(), heights),
+        raster: Raster::of_heights(surface.grid().nodes(), heights),
         map: Map::Heights,
-        nodes: surface.nodes(),
+        nodes: surface.grid().nodes()[0],
         load: None,
         range: Some(Range::of(&Scale::of_heights(heights), unit)),
     }

@@ -1,162 +1,168 @@
-//! The elastic half-space: what a periodic pressure does to its surface, wavenumber by wavenumber.
+//! The isotropic half-space: what a periodic pressure does to its surface, wavenumber by wavenumber.
 //!
-//! Lengths are in units of the cell side L and pressures in units of E*, so that an angular
-//! wavenumber is |q| = 2πk with an integer vector k. Pressure p lowers the surface by u, with
-//! û = 2 p̂ / (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997) and
-//! û(0) = 0: a uniform pressure moves the far field, not the shape.
+//! Pressure p lowers the surface by u, with û = 2 p̂ / (E* |q|) (Johnson, *Contact Mechanics*, 1985,
+//! §13.2; Stanley & Kato 1997) and û(0) = 0: a uniform pressure moves the far field, not the shape.
 
 use std::f64::consts::PI;
 
-use crate::contact::fft::{Kernel, Real, Scratch, Transform};
+use super::ElasticOperator;
+use crate::contact::grid::Grid;
 
-/// The kernel from pressure to displacement, 2/|q| and zero at q = 0.
-pub fn displacement<T: Real>(nodes: usize) -> Kernel<T> {
-    kernel(nodes, displacement_of_wave)
-}
-
-/// The kernel from displacement to pressure, |q|/2; the inverse of [`displacement`] on maps of zero
-/// mean.
-pub fn stiffness<T: Real>(nodes: usize) -> Kernel<T> {
-    kernel(nodes, stiffness_of_wave)
-}
-
-fn displacement_of_wave(k: f64) -> f64 {
-    if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
-}
-
-fn stiffness_of_wave(k: f64) -> f64 {
-    PI * k
-}
-
-/// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
-/// alone asks for: the mean of |q|/2 over the wavenumbers of the mesh.
-pub fn nodal_stiffness(nodes: usize) -> f64 {
-    mean_over_waves(nodes, stiffness_of_wave)
-}
-
-/// The displacement of one node, in units of cell sides, under a unit pressure on this node alone,
-/// in units of E*: the mean of 2/|q| over the wavenumbers of the mesh.
-pub fn nodal_compliance(nodes: usize) -> f64 {
-    mean_over_waves(nodes, displacement_of_wave)
-}
-
-fn mean_over_waves(nodes: usize, factor: impl Fn(f64) -> f64) -> f64 {
-    // Wavenumbers k and k − N are one on a mesh.
-    let magnitude = |k: usize| k.min(nodes - k) as f64;
-    let waves = (0..nodes).flat_map(|k_x| (0..nodes).map(move |k_y| (k_x, k_y)));
-    let sum: f64 = waves
-        .map(|(k_x, k_y)| factor(magnitude(k_x).hypot(magnitude(k_y))))
-        .sum();
-    sum / (nodes * nodes) as f64
-}
-
-/// The pressure, of zero mean, that flattens `heights` altogether: F⁻¹(|q| ĥ)/2, in units of E*
-/// when heights are in units of the cell side.
+/// An isotropic half-space under a pressure that repeats for ever, cell by cell.
 ///
-/// Full contact under a mean pressure p₀ has the pressure p₀ plus this one. By Parseval's theorem
-/// its variance is a quarter of the mean square slope of the heights.
-pub fn full_contact_pressure(
-    transform: &Transform<f64>,
-    heights: &[f64],
-    pressure: &mut [f64],
-    scratch: &mut Scratch<f64>,
-) {
-    transform.convolve(&stiffness(transform.nodes()), heights, pressure, scratch);
+/// Full contact under a mean pressure p₀ has the pressure p₀ + F⁻¹(|q| ĥ)/2, in units of E* when
+/// heights are in units of the cell's longer side. By Parseval's theorem its variance is a quarter of
+/// the mean square slope of the heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodicHalfSpace {
+    grid: Grid,
 }
 
-/// A kernel that depends on k = |q|/2π alone.
-///
-/// Nyquist rows keep the full |q|: on a mesh they are wavenumbers like any other.
-fn kernel<T: Real>(nodes: usize, factor: impl Fn(f64) -> f64) -> Kernel<T> {
-    Kernel::new(nodes, |k_x, k_y| {
-        factor(((k_x * k_x + k_y * k_y) as f64).sqrt())
-    })
+impl PeriodicHalfSpace {
+    /// A half-space below the nodes of a grid; of the grid's lengths only their ratio counts.
+    pub fn new(grid: Grid) -> Self {
+        Self { grid }
+    }
+
+    /// Nyquist waves keep the full |q|: on a mesh they are waves like any other.
+    fn wavenumber(&self, waves: [usize; 2]) -> f64 {
+        self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
+    }
+}
+
+impl ElasticOperator for PeriodicHalfSpace {
+    fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// 2/|q|, and zero at q = 0.
+    fn displacement(&self, waves: [usize; 2]) -> f64 {
+        let k = self.wavenumber(waves);
+        if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
+    }
+
+    /// |q|/2.
+    fn stiffness(&self, waves: [usize; 2]) -> f64 {
+        PI * self.wavenumber(waves)
+    }
+
+    fn stiffness_is_exact(&self) -> bool {
+        true
+    }
+
+    fn keeps_mean(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::elasticity::{displacement, stiffness};
+    use crate::contact::fft::{Kernel, Transform};
+    use crate::contact::grid::samples::{rectangle, square};
     use std::f64::consts::TAU;
 
-    /// cos(2π(a x + b y)) on the mesh.
-    fn wave(nodes: usize, a: usize, b: usize) -> Vec<f64> {
-        let turns = |node: usize| (a * (node / nodes) + b * (node % nodes)) % nodes;
-        (0..nodes * nodes)
-            .map(|node| (TAU * turns(node) as f64 / nodes as f64).cos())
-            .collect()
+    /// Squares, and rectangles with cells that are square or not, lying or standing.
+    fn grids() -> [Grid; 7] {
+        [
+            square(1, 1.0),
+            square(2, 1.0),
+            square(7, 1.0),
+            square(12, 3.0),
+            rectangle([8, 12], [1.0, 1.5]),
+            rectangle([16, 7], [0.5, 2.0]),
+            rectangle([1, 9], [2.0, 0.3]),
+        ]
+    }
+
+    /// cos 2π(a x/L_x + b y/L_y) on the mesh.
+    fn wave(grid: Grid, a: usize, b: usize) -> Vec<f64> {
+        let [nodes_x, nodes_y] = grid.nodes();
+        let phase = |node: usize| {
+            let [i, j] = grid.place(node);
+            let turns = |waves: usize, index: usize, nodes: usize| {
+                (waves * index % nodes) as f64 / nodes as f64
+            };
+            TAU * (turns(a, i, nodes_x) + turns(b, j, nodes_y))
+        };
+        (0..grid.count()).map(|node| phase(node).cos()).collect()
+    }
+
+    fn convolved(grid: Grid, kernel: &Kernel<f64>, map: &[f64]) -> Vec<f64> {
+        let transform = Transform::new(grid.nodes());
+        let mut out = vec![0.0; map.len()];
+        transform.convolve(kernel, map, &mut out, &mut transform.scratch());
+        out
+    }
+
+    /// Waves up to the Nyquist one, whose full |q| counts, with their |q| in units of the longer
+    /// side.
+    fn waves() -> [(Grid, usize, usize, f64); 9] {
+        let lying = rectangle([12, 16], [1.5, 4.0]);
+        [
+            (square(15, 1.0), 3, 4, TAU * 5.0),
+            (square(16, 2.0), 1, 0, TAU),
+            (square(16, 1.0), 8, 0, TAU * 8.0),
+            (square(16, 1.0), 8, 8, TAU * 128_f64.sqrt()),
+            (square(15, 1.0), 7, 2, TAU * 53_f64.sqrt()),
+            (lying, 3, 0, TAU * 8.0),
+            (lying, 0, 8, TAU * 8.0),
+            (lying, 6, 0, TAU * 16.0),
+            (lying, 3, 6, TAU * 10.0),
+        ]
     }
 
     #[test]
     fn a_wave_sinks_by_two_over_its_wavenumber() {
-        let (nodes, a, b) = (15, 3, 4);
-        let transform = Transform::<f64>::new(nodes);
-        let (pressure, mut sunk) = (wave(nodes, a, b), vec![0.0; nodes * nodes]);
-        transform.convolve(
-            &displacement(nodes),
-            &pressure,
-            &mut sunk,
-            &mut transform.scratch(),
-        );
-        for (pressure, sunk) in pressure.iter().zip(sunk) {
-            assert!((sunk - pressure * 2.0 / (TAU * 5.0)).abs() < 1e-15);
-        }
-    }
-
-    #[test]
-    fn a_wave_is_flattened_by_half_its_wavenumber_times_its_height() {
-        // Up to the Nyquist wave, whose full |q| counts.
-        for (nodes, a, b) in [(16, 1, 0), (16, 3, 4), (16, 8, 0), (16, 8, 8), (15, 7, 2)] {
-            let transform = Transform::<f64>::new(nodes);
-            let (heights, mut pressure) = (wave(nodes, a, b), vec![0.0; nodes * nodes]);
-            full_contact_pressure(
-                &transform,
-                &heights,
-                &mut pressure,
-                &mut transform.scratch(),
-            );
-            let stiffness = 0.5 * TAU * ((a * a + b * b) as f64).sqrt();
-            for (height, pressure) in heights.iter().zip(pressure) {
-                assert!((pressure - stiffness * height).abs() < 1e-13 * stiffness);
+        for (grid, a, b, q) in waves() {
+            let pressure = wave(grid, a, b);
+            let kernel = displacement(&PeriodicHalfSpace::new(grid));
+            let sunk = convolved(grid, &kernel, &pressure);
+            for (pressure, sunk) in pressure.iter().zip(sunk) {
+                assert!((sunk - pressure * 2.0 / q).abs() < 1e-15);
             }
         }
     }
 
     #[test]
-    fn a_raised_node_asks_for_the_nodal_stiffness() {
-        for nodes in [1, 2, 7, 12] {
-            let transform = Transform::<f64>::new(nodes);
-            let mut raised = vec![0.0; nodes * nodes];
-            raised[0] = 1.0;
-            let mut pressure = vec![0.0; nodes * nodes];
-            full_contact_pressure(&transform, &raised, &mut pressure, &mut transform.scratch());
-            let stiffness = nodal_stiffness(nodes);
-            assert!((pressure[0] - stiffness).abs() <= 1e-14 * stiffness);
+    fn a_wave_is_flattened_by_half_its_wavenumber_times_its_height() {
+        for (grid, a, b, q) in waves() {
+            let heights = wave(grid, a, b);
+            let kernel = stiffness(&PeriodicHalfSpace::new(grid));
+            let pressure = convolved(grid, &kernel, &heights);
+            for (height, pressure) in heights.iter().zip(pressure) {
+                assert!((pressure - 0.5 * q * height).abs() < 1e-13 * q);
+            }
         }
     }
 
     #[test]
-    fn a_pressed_node_sinks_by_the_nodal_compliance() {
-        for nodes in [1, 2, 7, 12] {
-            let transform = Transform::<f64>::new(nodes);
-            let mut pressed = vec![0.0; nodes * nodes];
-            pressed[0] = 1.0;
-            let (kernel, mut sunk) = (displacement(nodes), vec![0.0; nodes * nodes]);
-            transform.convolve(&kernel, &pressed, &mut sunk, &mut transform.scratch());
-            let compliance = nodal_compliance(nodes);
-            assert!((sunk[0] - compliance).abs() <= 1e-14 * compliance);
+    fn a_raised_node_asks_for_the_nodal_stiffness_and_a_pressed_one_sinks_by_the_compliance() {
+        for grid in grids() {
+            let half_space = PeriodicHalfSpace::new(grid);
+            let mut alone = vec![0.0; grid.count()];
+            alone[0] = 1.0;
+            let close = |found: f64, exact: f64| (found - exact).abs() <= 1e-14 * exact;
+            let pressure = convolved(grid, &stiffness(&half_space), &alone);
+            assert!(close(pressure[0], half_space.nodal_stiffness()));
+            let sunk = convolved(grid, &displacement(&half_space), &alone);
+            assert!(close(sunk[0], half_space.nodal_compliance()));
         }
     }
 
     #[test]
     fn uniform_pressure_moves_nothing() {
-        let transform = Transform::<f64>::new(6);
-        let mut sunk = vec![1.0; 36];
-        transform.convolve(
-            &displacement(6),
-            &[1.0; 36],
-            &mut sunk,
-            &mut transform.scratch(),
-        );
-        assert!(sunk.iter().all(|value| value.abs() < 1e-15));
+        for grid in grids() {
+            let kernel = displacement(&PeriodicHalfSpace::new(grid));
+            let sunk = convolved(grid, &kernel, &vec![1.0; grid.count()]);
+            assert!(sunk.iter().all(|value| value.abs() < 1e-15));
+        }
+    }
+
+    #[test]
+    fn units_of_length_are_of_no_consequence() {
+        let of = |side: f64| PeriodicHalfSpace::new(rectangle([8, 6], [side, 0.75 * side]));
+        assert_eq!(of(1.0).nodal_compliance(), of(2.0).nodal_compliance());
     }
 }

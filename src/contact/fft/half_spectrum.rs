@@ -6,7 +6,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner, num_complex::Complex};
 
 use super::aligned::Aligned;
-use super::{Real, Rows};
+use super::{Real, Row, Rows};
 
 /// Columns transformed together: one cache line of single precision or two of double, so that no
 /// line is fetched in vain, and a tile that stays in the second-level cache.
@@ -14,7 +14,7 @@ const TILE_COLUMNS: usize = 8;
 
 /// Plans of one mesh.
 pub struct HalfSpectrum<T> {
-    nodes: usize,
+    nodes: [usize; 2],
     row_forward: Arc<dyn RealToComplex<T>>,
     row_inverse: Arc<dyn ComplexToReal<T>>,
     column_forward: Arc<dyn Fft<T>>,
@@ -30,35 +30,40 @@ pub struct Scratch<T> {
 }
 
 /// The factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
-/// `|k_y| * (N/2 + 1) + |k_x|`.
-pub fn kernel<T: Real>(nodes: usize, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
-    let columns = nodes / 2 + 1;
-    (0..columns * columns)
-        .map(|index| T::nearest(factor(index % columns, index / columns)))
+/// `|k_y| * (N_x/2 + 1) + |k_x|`.
+pub fn kernel<T: Real>(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
+    let [waves_x, waves_y] = nodes.map(|nodes| nodes / 2 + 1);
+    (0..waves_x * waves_y)
+        .map(|index| T::nearest(factor(index % waves_x, index / waves_x)))
         .collect()
 }
 
 impl<T: Real> HalfSpectrum<T> {
-    pub fn new(nodes: usize) -> Self {
+    pub fn new(nodes: [usize; 2]) -> Self {
+        let [column_length, row_length] = nodes;
         let mut real = RealFftPlanner::new();
         let mut complex = FftPlanner::new();
         Self {
             nodes,
-            row_forward: real.plan_fft_forward(nodes),
-            row_inverse: real.plan_fft_inverse(nodes),
-            column_forward: complex.plan_fft_forward(nodes),
-            column_inverse: complex.plan_fft_inverse(nodes),
+            row_forward: real.plan_fft_forward(row_length),
+            row_inverse: real.plan_fft_inverse(row_length),
+            column_forward: complex.plan_fft_forward(column_length),
+            column_inverse: complex.plan_fft_inverse(column_length),
         }
     }
 
     /// Wavenumbers kept along a row.
     pub fn columns(&self) -> usize {
-        self.nodes / 2 + 1
+        self.nodes[1] / 2 + 1
     }
 
     /// Entries of a half spectrum.
     pub fn len(&self) -> usize {
-        self.nodes * self.columns()
+        self.nodes[0] * self.columns()
+    }
+
+    fn row(&self, index: usize) -> Row {
+        Row::new(index, self.nodes[1])
     }
 
     pub fn scratch(&self) -> Scratch<T> {
@@ -70,8 +75,8 @@ impl<T: Real> HalfSpectrum<T> {
         ];
         let longest = butterflies.into_iter().max().unwrap_or(0);
         Scratch {
-            row: vec![T::zero(); self.nodes],
-            tile: vec![Complex::default(); TILE_COLUMNS * self.nodes],
+            row: vec![T::zero(); self.nodes[1]],
+            tile: vec![Complex::default(); (TILE_COLUMNS * self.nodes[0]).max(self.columns())],
             butterflies: vec![Complex::default(); longest],
             spectrum: Vec::new(),
         }
@@ -79,7 +84,7 @@ impl<T: Real> HalfSpectrum<T> {
 
     pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
         self.forward_rows(spectrum, scratch, |i, row| {
-            row.copy_from_slice(&field[i * self.nodes..][..self.nodes]);
+            row.copy_from_slice(self.row(i).of(field));
         });
         self.transform_columns(spectrum, scratch, |tile, _, butterflies| {
             self.column_forward.process_with_scratch(tile, butterflies);
@@ -91,27 +96,28 @@ impl<T: Real> HalfSpectrum<T> {
             self.column_inverse.process_with_scratch(tile, butterflies);
         });
         self.inverse_rows(spectrum, scratch, |i, row| {
-            field[i * self.nodes..][..self.nodes].copy_from_slice(row);
+            self.row(i).of_mut(field).copy_from_slice(row);
         });
     }
 
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
         spectrum.resize(self.len(), Complex::default());
-        self.forward_rows(&mut spectrum, scratch, |i, row| rows.row(i, row));
+        self.forward_rows(&mut spectrum, scratch, |i, row| rows.row(self.row(i), row));
         scratch.spectrum = spectrum;
     }
 
     /// Forward, multiply, inverse, one tile of columns at a time.
     pub fn multiply(&self, kernel: &[T], scratch: &mut Scratch<T>) -> f64 {
+        let [nodes_x, nodes_y] = self.nodes;
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
         let mut sum = 0.0;
         self.transform_columns(&mut spectrum, scratch, |tile, first, butterflies| {
             self.column_forward.process_with_scratch(tile, butterflies);
-            let columns = (first..).zip(kernel.chunks_exact(self.columns()).skip(first));
-            for (column, (k_y, symbol)) in tile.chunks_exact_mut(self.nodes).zip(columns) {
+            let columns = (first..).zip(kernel.chunks_exact(nodes_x / 2 + 1).skip(first));
+            for (column, (k_y, symbol)) in tile.chunks_exact_mut(nodes_x).zip(columns) {
                 // All but the lowest and the Nyquist column stand for their opposites too.
-                let alone = k_y == 0 || 2 * k_y == self.nodes;
+                let alone = k_y == 0 || 2 * k_y == nodes_y;
                 sum += multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 };
             }
             self.column_inverse.process_with_scratch(tile, butterflies);
@@ -124,7 +130,7 @@ impl<T: Real> HalfSpectrum<T> {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
         for (i, row) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
             self.inverse_row(row, &mut scratch.row, &mut scratch.butterflies);
-            rows.row(i, &mut scratch.row);
+            rows.row(self.row(i), &mut scratch.row);
             self.forward_row(&mut scratch.row, row, &mut scratch.butterflies);
         }
         scratch.spectrum = spectrum;
@@ -132,7 +138,7 @@ impl<T: Real> HalfSpectrum<T> {
 
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
-        self.inverse_rows(&mut spectrum, scratch, |i, row| rows.row(i, row));
+        self.inverse_rows(&mut spectrum, scratch, |i, row| rows.row(self.row(i), row));
         scratch.spectrum = spectrum;
     }
 
@@ -144,7 +150,7 @@ impl<T: Real> HalfSpectrum<T> {
             let copy = &mut scratch.tile[..half.len()];
             copy.copy_from_slice(half);
             self.inverse_row(copy, &mut scratch.row, &mut scratch.butterflies);
-            rows.row(row, &mut scratch.row);
+            rows.row(self.row(row), &mut scratch.row);
         }
     }
 
@@ -181,8 +187,8 @@ impl<T: Real> HalfSpectrum<T> {
     fn inverse_row(&self, half: &mut [Complex<T>], row: &mut [T], butterflies: &mut [Complex<T>]) {
         // Zero for a real map, but for rounding; the complex-to-real plan insists.
         half[0].im = T::zero();
-        if self.nodes.is_multiple_of(2) {
-            half[self.nodes / 2].im = T::zero();
+        if row.len().is_multiple_of(2) {
+            half[row.len() / 2].im = T::zero();
         }
         self.row_inverse
             .process_with_scratch(half, row, butterflies)
@@ -197,7 +203,7 @@ impl<T: Real> HalfSpectrum<T> {
         scratch: &mut Scratch<T>,
         mut action: impl FnMut(&mut [Complex<T>], usize, &mut [Complex<T>]),
     ) {
-        let (nodes, columns) = (self.nodes, self.columns());
+        let (nodes, columns) = (self.nodes[0], self.columns());
         for first in (0..columns).step_by(TILE_COLUMNS) {
             let width = TILE_COLUMNS.min(columns - first);
             let tile = &mut scratch.tile[..width * nodes];

@@ -1,9 +1,9 @@
 //! Convolutions of two rows at a time, as many numbers at a time as a register holds.
 //!
-//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N/2 × N.
-//! Its transform Z(k_x, k_y), k_x modulo N/2, is E + iO, where E and O belong to the even and the
-//! odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N/2, with
-//! w = exp(−iθ), θ = 2πk_x/N. Let K and K′ be the kernel's factors at these two. Then multiplying by
+//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N_x/2 × N_y.
+//! Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong to the even and the
+//! odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N_x/2, with
+//! w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then multiplying by
 //! them is
 //!
 //! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2,
@@ -12,8 +12,8 @@
 //!
 //! The work is laid out so that every instruction works on a full register of L numbers:
 //!
-//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N/L blocks, each a
-//!    register, which stand for k_y = k, k + N/L, k + 2N/L, …. Register k of all rows is a tile.
+//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N_y/L blocks, each a
+//!    register, which stand for k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all rows is a tile.
 //! 2. *Columns* (`columns`). A tile is small enough for the second-level cache and has contiguous
 //!    columns, one a lane. Stages cut them in blocks of L × L numbers, which are then transformed
 //!    along both sides, transposed in between. The blocks of k and −k meet, are multiplied, and go
@@ -29,7 +29,7 @@ use pulp::bytemuck;
 
 use super::aligned::Aligned;
 use super::registers::{InstructionSet, Registers, Work};
-use super::{Real, Rows};
+use super::{Real, Row, Rows};
 
 mod butterflies;
 mod columns;
@@ -48,7 +48,7 @@ const PADDING: usize = 2;
 
 /// Plans of one mesh.
 pub struct Packed<T> {
-    nodes: usize,
+    nodes: [usize; 2],
     lanes: usize,
     instructions: InstructionSet,
     rows: Stages<T, true>,
@@ -63,17 +63,19 @@ pub struct Scratch<T> {
 }
 
 impl<T: Real> Packed<T> {
-    /// None if the mesh is no multiple of twice the lanes by factors of 2, 3 and 5.
-    pub fn new(nodes: usize, instructions: InstructionSet) -> Option<Self> {
+    /// None if either side is no multiple of the lanes, that across the rows of twice the lanes, by
+    /// factors of 2, 3 and 5.
+    pub fn new(nodes: [usize; 2], instructions: InstructionSet) -> Option<Self> {
         let lanes = T::lanes(instructions);
-        if !nodes.is_multiple_of(2 * lanes) {
+        let [nodes_x, nodes_y] = nodes;
+        if !nodes_x.is_multiple_of(2 * lanes) || !nodes_y.is_multiple_of(lanes) {
             return None;
         }
         Some(Self {
             nodes,
             lanes,
             instructions,
-            rows: Stages::new(nodes, lanes)?,
+            rows: Stages::new(nodes_y, lanes)?,
             columns: Columns::new(nodes, lanes)?,
         })
     }
@@ -84,15 +86,16 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn scratch(&self) -> Scratch<T> {
+        let row = self.nodes[1];
         Scratch {
-            rows: Aligned::zeros(2 * BATCH * self.nodes),
-            tiles: Aligned::zeros(self.nodes / self.lanes * self.tile_len()),
+            rows: Aligned::zeros(2 * BATCH * row),
+            tiles: Aligned::zeros(row / self.lanes * self.tile_len()),
             spare: Aligned::zeros(self.tile_len()),
         }
     }
 
     fn tile_len(&self) -> usize {
-        (self.nodes + PADDING) * self.lanes
+        (self.nodes[0] + PADDING) * self.lanes
     }
 
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
@@ -128,13 +131,14 @@ impl<T: Real> Packed<T> {
         rows: &mut impl Rows<T>,
         scratch: &mut Scratch<T>,
     ) {
+        let [nodes_x, nodes_y] = self.nodes;
         let batch = &mut scratch.rows;
-        for first in (0..self.nodes).step_by(2 * BATCH) {
+        for first in (0..nodes_x).step_by(2 * BATCH) {
             if COME {
                 self.inverse::<BATCH>(first / 2, batch, &scratch.tiles);
             }
-            for (row, values) in (first..).zip(batch.chunks_exact_mut(self.nodes)) {
-                rows.row(row, values);
+            for (row, values) in (first..).zip(batch.chunks_exact_mut(nodes_y)) {
+                rows.row(Row::new(row, nodes_y), values);
             }
             if GO {
                 self.forward(first / 2, batch, &mut scratch.tiles);
@@ -143,10 +147,11 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let batch = &mut scratch.rows[..2 * self.nodes];
+        let nodes_y = self.nodes[1];
+        let batch = &mut scratch.rows[..2 * nodes_y];
         self.inverse::<1>(pair, batch, &scratch.tiles);
-        for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(self.nodes)) {
-            rows.row(row, values);
+        for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(nodes_y)) {
+            rows.row(Row::new(row, nodes_y), values);
         }
     }
 
@@ -178,8 +183,8 @@ impl<T: Real> Packed<T> {
 /// Takes a batch of complex rows to the tiles.
 struct Forward<'a, T> {
     stages: &'a Stages<T, true>,
-    /// Numbers in a row.
-    nodes: usize,
+    /// Nodes along x and y.
+    nodes: [usize; 2],
     /// Numbers in a tile.
     tile_len: usize,
     /// The first complex row.
@@ -191,7 +196,7 @@ struct Forward<'a, T> {
 impl<T: Real> Work<T> for Forward<'_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
-        let registers = self.nodes / R::LANES;
+        let registers = self.nodes[1] / R::LANES;
         let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
         for row in batch.chunks_exact_mut(2 * registers) {
             let (re, im) = row.split_at_mut(registers);
@@ -200,7 +205,7 @@ impl<T: Real> Work<T> for Forward<'_, T> {
         let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
         let tiles = tiles.chunks_exact_mut(self.tile_len / R::LANES);
         for (j, tile) in tiles.enumerate() {
-            let (re, im) = tile.split_at_mut(self.nodes / 2);
+            let (re, im) = tile.split_at_mut(self.nodes[0] / 2);
             let re = &mut re[self.first..][..BATCH];
             let im = &mut im[self.first..][..BATCH];
             for k in 0..BATCH {
@@ -214,7 +219,7 @@ impl<T: Real> Work<T> for Forward<'_, T> {
 /// Brings so many complex rows back from the tiles.
 struct Inverse<'a, const ROWS: usize, T> {
     stages: &'a Stages<T, true>,
-    nodes: usize,
+    nodes: [usize; 2],
     tile_len: usize,
     first: usize,
     batch: &'a mut [T],
@@ -224,12 +229,12 @@ struct Inverse<'a, const ROWS: usize, T> {
 impl<const ROWS: usize, T: Real> Work<T> for Inverse<'_, ROWS, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
-        let registers = self.nodes / R::LANES;
+        let registers = self.nodes[1] / R::LANES;
         let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
         let tiles: &[R::Lanes] = bytemuck::cast_slice(self.tiles);
         let tiles = tiles.chunks_exact(self.tile_len / R::LANES);
         for (j, tile) in tiles.enumerate() {
-            let (re, im) = tile.split_at(self.nodes / 2);
+            let (re, im) = tile.split_at(self.nodes[0] / 2);
             let re = &re[self.first..][..ROWS];
             let im = &im[self.first..][..ROWS];
             for k in 0..ROWS {

@@ -4,10 +4,24 @@ use std::f64::consts::TAU;
 
 use super::*;
 
-/// Odd, even, prime, and wider than one tile of columns.
-const MESHES: [usize; 8] = [1, 2, 3, 4, 7, 8, 13, 36];
+/// Odd, even, prime, and wider than one tile of columns; and rectangles of these.
+const MESHES: [[usize; 2]; 13] = [
+    [1, 1],
+    [2, 2],
+    [3, 3],
+    [4, 4],
+    [7, 7],
+    [8, 8],
+    [13, 13],
+    [36, 36],
+    [1, 40],
+    [40, 1],
+    [7, 8],
+    [36, 5],
+    [6, 13],
+];
 
-fn map(nodes: usize) -> Vec<f64> {
+fn map(nodes: [usize; 2]) -> Vec<f64> {
     let mut state = 12345_u64;
     let mut draw = || {
         state = state
@@ -15,20 +29,21 @@ fn map(nodes: usize) -> Vec<f64> {
             .wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
-    (0..nodes * nodes).map(|_| draw()).collect()
+    (0..nodes[0] * nodes[1]).map(|_| draw()).collect()
 }
 
-fn naive(map: &[f64], nodes: usize) -> Vec<Complex<f64>> {
-    let columns = nodes / 2 + 1;
+fn naive(map: &[f64], [nodes_x, nodes_y]: [usize; 2]) -> Vec<Complex<f64>> {
+    let columns = nodes_y / 2 + 1;
     let entry = |index: usize| {
         let (k_x, k_y) = (index / columns, index % columns);
         let term = |node: usize| {
-            let turns = (k_x * (node / nodes) + k_y * (node % nodes)) % nodes;
-            Complex::from_polar(map[node], -TAU * turns as f64 / nodes as f64)
+            let turns_x = (k_x * (node / nodes_y) % nodes_x) as f64 / nodes_x as f64;
+            let turns_y = (k_y * (node % nodes_y) % nodes_y) as f64 / nodes_y as f64;
+            Complex::from_polar(map[node], -TAU * (turns_x + turns_y))
         };
-        (0..nodes * nodes).map(term).sum()
+        (0..map.len()).map(term).sum()
     };
-    (0..nodes * columns).map(entry).collect()
+    (0..nodes_x * columns).map(entry).collect()
 }
 
 /// An even kernel without further symmetry, so that swapped axes show.
@@ -46,7 +61,7 @@ fn forward_is_the_fourier_sum() {
             // The naive sum itself rounds N² terms of order one.
             assert!(
                 (fast - slow).norm() < 1e-12,
-                "{nodes}: {fast} against {slow}"
+                "{nodes:?}: {fast} against {slow}"
             );
         }
     }
@@ -58,11 +73,11 @@ fn inverse_undoes_forward_up_to_the_number_of_nodes() {
         let (map, transform) = (map(nodes), Transform::new(nodes));
         let mut scratch = transform.scratch();
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-        let mut back = vec![0.0; nodes * nodes];
+        let mut back = vec![0.0; map.len()];
         transform.forward(&map, &mut spectrum, &mut scratch);
         transform.inverse(&mut spectrum, &mut back, &mut scratch);
         for (value, back) in map.iter().zip(back) {
-            assert!((value - back / (nodes * nodes) as f64).abs() < 1e-15);
+            assert!((value - back / map.len() as f64).abs() < 1e-15);
         }
     }
 }
@@ -78,18 +93,21 @@ fn power_is_the_same_in_space_and_in_the_spectrum() {
             .iter()
             .enumerate()
             .map(|(index, value)| {
-                let alone = [0, nodes - index % columns].contains(&(index % columns));
+                let alone = [0, nodes[1] - index % columns].contains(&(index % columns));
                 value.norm_sqr() * if alone { 1.0 } else { 2.0 }
             })
             .sum();
         let in_space: f64 = map.iter().map(|value| value * value).sum();
-        let in_spectrum = power / (nodes * nodes) as f64;
-        assert!((in_space - in_spectrum).abs() < 1e-13 * in_space, "{nodes}");
+        let in_spectrum = power / map.len() as f64;
+        assert!(
+            (in_space - in_spectrum).abs() < 1e-13 * in_space,
+            "{nodes:?}"
+        );
     }
 }
 
 /// Forward, multiply, inverse, one after the other, in double precision.
-fn convolved_apart(map: &[f64], nodes: usize) -> Vec<f64> {
+fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     let transform = Transform::new(nodes);
     let mut scratch = transform.scratch();
     let columns = transform.spectrum_columns();
@@ -97,17 +115,17 @@ fn convolved_apart(map: &[f64], nodes: usize) -> Vec<f64> {
     transform.forward(map, &mut spectrum, &mut scratch);
     for (index, value) in spectrum.iter_mut().enumerate() {
         let (i, k_y) = (index / columns, index % columns);
-        *value *= factor(i.min(nodes - i), k_y) / (nodes * nodes) as f64;
+        *value *= factor(i.min(nodes[0] - i), k_y) / map.len() as f64;
     }
-    let mut apart = vec![0.0; nodes * nodes];
+    let mut apart = vec![0.0; map.len()];
     transform.inverse(&mut spectrum, &mut apart, &mut scratch);
     apart
 }
 
 /// The largest difference between a convolution and the same in three steps.
-fn worst_error<T: Real>(nodes: usize, convolve: impl FnOnce(&[T], &mut [T])) -> f64 {
+fn worst_error<T: Real>(nodes: [usize; 2], convolve: impl FnOnce(&[T], &mut [T])) -> f64 {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
-    let mut fused = vec![T::zero(); nodes * nodes];
+    let mut fused = vec![T::zero(); map.len()];
     convolve(&map, &mut fused);
     let exact_map: Vec<f64> = map.into_iter().map(Into::into).collect();
     let apart = convolved_apart(&exact_map, nodes);
@@ -118,7 +136,7 @@ fn worst_error<T: Real>(nodes: usize, convolve: impl FnOnce(&[T], &mut [T])) -> 
     errors.fold(0.0, f64::max)
 }
 
-fn convolution_error<T: Real>(nodes: usize) -> f64 {
+fn convolution_error<T: Real>(nodes: [usize; 2]) -> f64 {
     let transform = Transform::<T>::new(nodes);
     worst_error(nodes, |map, out| {
         let kernel = Kernel::new(nodes, factor);
@@ -127,14 +145,14 @@ fn convolution_error<T: Real>(nodes: usize) -> f64 {
 }
 
 /// The same through registers, or none if the mesh does not fit into them.
-fn packed_error<T: Real>(nodes: usize, instructions: InstructionSet) -> Option<f64> {
+fn packed_error<T: Real>(nodes: [usize; 2], instructions: InstructionSet) -> Option<f64> {
     let packed = Packed::<T>::new(nodes, instructions)?;
     Some(worst_error(nodes, |field, out| {
-        let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / (nodes * nodes) as f64);
+        let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / field.len() as f64);
         let mut scratch = packed.scratch();
-        packed.begin(&mut Source { nodes, field }, &mut scratch);
+        packed.begin(&mut Source(field), &mut scratch);
         packed.multiply(&kernel, &mut scratch);
-        packed.finish(&mut Sink { nodes, out }, &mut scratch);
+        packed.finish(&mut Sink(out), &mut scratch);
     }))
 }
 
@@ -145,12 +163,17 @@ const SINGLE_ROUNDING: f64 = 2e-6;
 #[test]
 fn convolution_is_forward_times_kernel_then_inverse() {
     // With the factors 2, 3 and 5, in more than one order, and with 7 and 11.
-    for nodes in MESHES
-        .into_iter()
-        .chain([60, 64, 96, 112, 160, 176, 240, 288])
-    {
-        assert!(convolution_error::<f64>(nodes) < DOUBLE_ROUNDING, "{nodes}");
-        assert!(convolution_error::<f32>(nodes) < SINGLE_ROUNDING, "{nodes}");
+    let squares = [60, 64, 96, 112, 160, 176, 240, 288].map(|nodes| [nodes; 2]);
+    let rectangles = [[32, 240], [240, 32], [64, 48], [96, 64], [64, 50]];
+    for nodes in MESHES.into_iter().chain(squares).chain(rectangles) {
+        assert!(
+            convolution_error::<f64>(nodes) < DOUBLE_ROUNDING,
+            "{nodes:?}"
+        );
+        assert!(
+            convolution_error::<f32>(nodes) < SINGLE_ROUNDING,
+            "{nodes:?}"
+        );
     }
 }
 
@@ -158,16 +181,25 @@ fn convolution_is_forward_times_kernel_then_inverse() {
 fn every_instruction_set_convolves_alike() {
     for instructions in InstructionSet::all() {
         // One block, blocks by 2, 3, 4, 5 and 8, and several stages.
-        for nodes in [32, 64, 96, 128, 160, 256, 480, 512] {
+        let squares = [32, 64, 96, 128, 160, 256, 480, 512].map(|nodes| [nodes; 2]);
+        let rectangles = [
+            [32, 16],
+            [64, 16],
+            [32, 512],
+            [512, 32],
+            [160, 96],
+            [96, 240],
+        ];
+        for nodes in squares.into_iter().chain(rectangles) {
             let double = packed_error::<f64>(nodes, instructions).expect("no other factors");
             let single = packed_error::<f32>(nodes, instructions).expect("no other factors");
             assert!(
                 double < DOUBLE_ROUNDING,
-                "{instructions:?}, {nodes}: {double}"
+                "{instructions:?}, {nodes:?}: {double}"
             );
             assert!(
                 single < SINGLE_ROUNDING,
-                "{instructions:?}, {nodes}: {single}"
+                "{instructions:?}, {nodes:?}: {single}"
             );
         }
     }
@@ -176,21 +208,37 @@ fn every_instruction_set_convolves_alike() {
 #[test]
 fn meshes_of_other_factors_are_left_to_rustfft() {
     for instructions in InstructionSet::all() {
-        for nodes in [1, 2, 6, 31, 100, 7 * 32, 11 * 64] {
-            assert!(Packed::<f32>::new(nodes, instructions).is_none(), "{nodes}");
+        let squares = [1, 2, 6, 31, 100, 7 * 32, 11 * 64].map(|nodes| [nodes; 2]);
+        for nodes in squares
+            .into_iter()
+            .chain([[64, 36], [40, 64], [7 * 32, 64]])
+        {
+            assert!(
+                Packed::<f32>::new(nodes, instructions).is_none(),
+                "{nodes:?}"
+            );
         }
     }
 }
 
 /// Meshes of either way to convolve.
-const EITHER_WAY: [usize; 5] = [1, 7, 36, 64, 480];
+const EITHER_WAY: [[usize; 2]; 8] = [
+    [1, 1],
+    [7, 7],
+    [36, 36],
+    [64, 64],
+    [480, 480],
+    [5, 36],
+    [96, 32],
+    [32, 160],
+];
 
 #[test]
 fn every_row_is_seen_once_in_ascending_order() {
     struct Calls(usize);
     impl Rows<f64> for Calls {
-        fn row(&mut self, row: usize, values: &mut [f64]) {
-            assert_eq!(row, self.0);
+        fn row(&mut self, row: Row, values: &mut [f64]) {
+            assert_eq!(row.index(), self.0);
             self.0 += 1;
             values.fill(1.0);
         }
@@ -204,7 +252,7 @@ fn every_row_is_seen_once_in_ascending_order() {
         transform.turn(&mut calls[1], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         transform.finish(&mut calls[2], &mut scratch);
-        assert!(calls.iter().all(|calls| calls.0 == nodes));
+        assert!(calls.iter().all(|calls| calls.0 == nodes[0]));
     }
 }
 
@@ -213,7 +261,7 @@ fn a_turn_is_an_end_and_a_beginning() {
     /// Hands rows on, three times as large.
     struct Triple;
     impl Rows<f64> for Triple {
-        fn row(&mut self, _: usize, values: &mut [f64]) {
+        fn row(&mut self, _: Row, values: &mut [f64]) {
             values.iter_mut().for_each(|value| *value *= 3.0);
         }
     }
@@ -227,12 +275,12 @@ fn a_turn_is_an_end_and_a_beginning() {
         transform.convolve(&kernel, &apart.clone(), &mut apart, &mut scratch);
 
         let field = &field;
-        transform.begin(&mut Source { nodes, field }, &mut scratch);
+        transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         transform.turn(&mut Triple, &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         let out = &mut at_once;
-        transform.finish(&mut Sink { nodes, out }, &mut scratch);
+        transform.finish(&mut Sink(out), &mut scratch);
         assert_eq!(apart, at_once);
     }
 }
@@ -244,27 +292,27 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
         rows: Vec<usize>,
     }
     impl Rows<f64> for Seen<'_> {
-        fn row(&mut self, row: usize, values: &mut [f64]) {
-            assert_eq!(values, &self.map[row * values.len()..][..values.len()]);
-            self.rows.push(row);
+        fn row(&mut self, row: Row, values: &mut [f64]) {
+            assert_eq!(values, row.of(self.map));
+            self.rows.push(row.index());
         }
     }
     for nodes in EITHER_WAY {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
         let mut scratch = transform.scratch();
         let field = &map(nodes);
-        let mut convolved = vec![0.0; nodes * nodes];
+        let mut convolved = vec![0.0; field.len()];
         transform.convolve(&kernel, field, &mut convolved, &mut scratch);
-        transform.begin(&mut Source { nodes, field }, &mut scratch);
+        transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         let mut seen = Seen {
             map: &convolved,
             rows: Vec::new(),
         };
-        for pair in 0..nodes.div_ceil(2) {
+        for pair in 0..nodes[0].div_ceil(2) {
             transform.peek(pair, &mut seen, &mut scratch);
         }
-        assert_eq!(seen.rows, Vec::from_iter(0..nodes));
+        assert_eq!(seen.rows, Vec::from_iter(0..nodes[0]));
     }
 }
 
@@ -273,15 +321,16 @@ fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
     for nodes in MESHES.into_iter().chain(EITHER_WAY) {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
         let mut scratch = transform.scratch();
-        let (field, mut convolved) = (&map(nodes), vec![0.0; nodes * nodes]);
-        transform.begin(&mut Source { nodes, field }, &mut scratch);
+        let field = &map(nodes);
+        let mut convolved = vec![0.0; field.len()];
+        transform.begin(&mut Source(field), &mut scratch);
         let told = transform.multiply(&kernel, &mut scratch);
         let out = &mut convolved;
-        transform.finish(&mut Sink { nodes, out }, &mut scratch);
+        transform.finish(&mut Sink(out), &mut scratch);
         let work: f64 = field.iter().zip(&convolved).map(|(a, b)| a * b).sum();
         assert!(
             (told - work).abs() < 1e-13 * work,
-            "{nodes}: {told}, {work}"
+            "{nodes:?}: {told}, {work}"
         );
     }
 }

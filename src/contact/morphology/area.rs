@@ -4,12 +4,13 @@ use std::f64::consts::PI;
 
 use super::correction::CountedArea;
 use super::map::ContactMap;
+use crate::contact::grid::Grid;
 
 /// What can be counted on a contact map; the mesh is periodic, so that each edge has a neighbour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ContactArea {
-    /// Nodes per side.
-    pub nodes: usize,
+    /// Nodes along x and y.
+    pub nodes: [usize; 2],
     /// Nodes in contact.
     pub contact_nodes: usize,
     /// Changes between contact and non-contact from (i, j) to (i, j + 1).
@@ -37,12 +38,13 @@ impl ContactArea {
             edge_nodes_8: 0,
             interior_nodes: 0,
         };
-        let mut rows = [nodes - 1, 0, 1 % nodes].map(|i| Row::of(map, i));
-        for i in 0..nodes {
+        let count = nodes[0];
+        let mut rows = [count - 1, 0, 1 % count].map(|i| Row::of(map, i));
+        for i in 0..count {
             let [above, here, below] = &rows;
             area.add_row(above, here, below);
             rows.rotate_left(1);
-            rows[2].read(map, (i + 2) % nodes);
+            rows[2].read(map, (i + 2) % count);
         }
         area
     }
@@ -50,7 +52,7 @@ impl ContactArea {
     /// What corrections are made of.
     pub fn counted(&self) -> CountedArea {
         CountedArea {
-            nodes: self.nodes,
+            nodes: self.nodes[0] * self.nodes[1],
             contact_nodes: self.contact_nodes,
             switches: self.switches(),
         }
@@ -66,14 +68,19 @@ impl ContactArea {
         self.switches_along_rows + self.switches_along_columns
     }
 
-    /// Perimeter S_d of the cells in contact, on a cell of the given side.
-    pub fn manhattan_perimeter(&self, side: f64) -> f64 {
-        self.switches() as f64 * side / self.nodes as f64
+    /// Perimeter S_d of the cells in contact on their grid: a switch along a row crosses an edge of
+    /// length Δx, one along a column an edge of length Δy.
+    pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
+        let [step_x, step_y] = grid.spacing();
+        // On square cells a whole number of steps.
+        let steps_x = self.switches_along_rows as f64
+            + self.switches_along_columns as f64 * (step_y / step_x);
+        steps_x * grid.cell().size()[0] / self.nodes[0] as f64
     }
 
     /// π/4 S_d: the length of the contact edge, where it runs in all directions alike.
-    pub fn euclidean_perimeter(&self, side: f64) -> f64 {
-        PI / 4.0 * self.manhattan_perimeter(side)
+    pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
+        PI / 4.0 * self.manhattan_perimeter(grid)
     }
 
     fn add_row(&mut self, above: &Row, here: &Row, below: &Row) {
@@ -115,7 +122,7 @@ impl Row {
     }
 
     fn read(&mut self, map: &ContactMap, i: usize) {
-        let nodes = map.nodes();
+        let nodes = map.nodes()[1];
         map.copy_row(i, &mut self.bits);
         let last = (nodes - 1) % 64;
         // Each row is a ring: its last node enters before the first one, and the other way round.
@@ -138,36 +145,32 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples as grids;
     use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
-    use crate::contact::morphology::map::samples::{MESHES, map, random};
+    use crate::contact::morphology::map::samples::{MESHES, map, random, square};
 
     fn count(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactArea {
-        ContactArea::of(&map(nodes, contact))
+        ContactArea::of(&square(nodes, contact))
     }
 
     /// Node by node, from the definitions.
     fn count_slowly(map: &ContactMap) -> ContactArea {
-        let nodes = map.nodes();
-        let at = |i: usize, j: usize| map.get(i % nodes, j % nodes);
-        let all: Vec<_> = (0..nodes)
-            .flat_map(|i| (0..nodes).map(move |j| (i, j)))
+        let [rows, row_nodes] = map.nodes();
+        let at = |i: usize, j: usize| map.get(i % rows, j % row_nodes);
+        let all: Vec<_> = (0..rows)
+            .flat_map(|i| (0..row_nodes).map(move |j| (i, j)))
             .collect();
         let among =
             |test: &dyn Fn(usize, usize) -> bool| all.iter().filter(|(i, j)| test(*i, *j)).count();
-        let (before, after) = (nodes - 1, 1);
-        let nearest = [(before, 0), (after, 0), (0, before), (0, after)];
-        let diagonal = [
-            (before, before),
-            (before, after),
-            (after, before),
-            (after, after),
-        ];
+        let (up, down, left, right) = (rows - 1, 1, row_nodes - 1, 1);
+        let nearest = [(up, 0), (down, 0), (0, left), (0, right)];
+        let diagonal = [(up, left), (up, right), (down, left), (down, right)];
         let touch = |i: usize, j: usize, around: &[(usize, usize)]| {
             around.iter().all(|(down, right)| at(i + down, j + right))
         };
         let interior = among(&|i, j| at(i, j) && touch(i, j, &nearest) && touch(i, j, &diagonal));
         ContactArea {
-            nodes,
+            nodes: map.nodes(),
             contact_nodes: among(&at),
             switches_along_rows: among(&|i, j| at(i, j) != at(i, j + 1)),
             switches_along_columns: among(&|i, j| at(i, j) != at(i + 1, j)),
@@ -182,7 +185,11 @@ mod tests {
         for nodes in MESHES {
             for share in [0.1, 0.5, 0.9, 1.0] {
                 let map = random(nodes, share);
-                assert_eq!(ContactArea::of(&map), count_slowly(&map), "{nodes} {share}");
+                assert_eq!(
+                    ContactArea::of(&map),
+                    count_slowly(&map),
+                    "{nodes:?} {share}"
+                );
             }
         }
     }
@@ -197,11 +204,26 @@ mod tests {
             assert_eq!(area.contact_nodes, 140);
             assert_eq!(area.switches_along_rows, 2 * 7);
             assert_eq!(area.switches_along_columns, 2 * 20);
-            assert!((area.manhattan_perimeter(2.0) - 2.0 * 0.54).abs() < 1e-15);
+            assert!((area.manhattan_perimeter(grids::square(100, 2.0)) - 2.0 * 0.54).abs() < 1e-15);
             assert_eq!(area.interior_nodes, 5 * 18);
             assert_eq!(area.edge_nodes_4, 140 - 90);
             assert_eq!(area.edge_nodes_8, 140 - 90);
         }
+    }
+
+    #[test]
+    fn perimeter_counts_edges_by_their_own_length() {
+        // Four by three nodes of a mesh whose cells are twice as long along y as along x.
+        let grid = grids::rectangle([20, 10], [2.0, 2.0]);
+        let contact = map([20, 10], |i, j| i < 4 && j < 3);
+        let area = ContactArea::of(&contact);
+        assert_eq!(
+            (area.switches_along_rows, area.switches_along_columns),
+            (8, 6)
+        );
+        let [along_x, along_y] = [4.0 * 0.1, 3.0 * 0.2];
+        let perimeter = area.manhattan_perimeter(grid);
+        assert!((perimeter - 2.0 * (along_x + along_y)).abs() < 1e-15);
     }
 
     #[test]
@@ -211,9 +233,11 @@ mod tests {
         // 41 rows and 41 columns meet the disc, and each switches twice.
         assert_eq!(area.switches(), 4 * 41);
         let circumference = 2.0 * PI * radius / 64.0;
-        let ratio = area.manhattan_perimeter(1.0) / circumference;
+        let ratio = area.manhattan_perimeter(grids::square(64, 1.0)) / circumference;
         assert!((ratio - 4.0 / PI).abs() < 1e-14);
-        assert!((area.euclidean_perimeter(1.0) / circumference - 1.0).abs() < 1e-14);
+        assert!(
+            (area.euclidean_perimeter(grids::square(64, 1.0)) / circumference - 1.0).abs() < 1e-14
+        );
         // The error of the 2015 estimate, relative to the area, is one node over the radius; the
         // count of nodes in the disc is right to a few out of 1320.
         let error = area.counted().relative_error(PI_OVER_EIGHT).unwrap();

@@ -31,27 +31,27 @@ impl Clusters {
     pub fn of_gap(map: &ContactMap) -> Self {
         Self::of_rows(map, |row| {
             row.iter_mut().for_each(|word| *word = !*word);
-            mask_tail(row, map.nodes());
+            mask_tail(row, map.nodes()[1]);
         })
     }
 
     fn of_rows(map: &ContactMap, change: impl Fn(&mut [u64])) -> Self {
-        let nodes = map.nodes();
+        let [count, row_nodes] = map.nodes();
         let mut row = vec![0; map.row_words()];
         let mut runs = Vec::new();
-        let mut row_ends = Vec::with_capacity(nodes);
-        for i in 0..nodes {
+        let mut row_ends = Vec::with_capacity(count);
+        for i in 0..count {
             map.copy_row(i, &mut row);
             change(&mut row);
-            push_runs(&row, nodes, &mut runs);
+            push_runs(&row, row_nodes, &mut runs);
             row_ends.push(runs.len());
         }
         let rows = |i: usize| if i == 0 { 0 } else { row_ends[i - 1] }..row_ends[i];
         let mut forest = Forest::of(&runs);
-        for i in 0..nodes {
-            let (here, below) = (rows(i), rows((i + 1) % nodes));
-            close_row(&mut forest, &runs, here.clone(), nodes);
-            join_rows(&mut forest, &runs, here, below, i32::from(i + 1 == nodes));
+        for i in 0..count {
+            let (here, below) = (rows(i), rows((i + 1) % count));
+            close_row(&mut forest, &runs, here.clone(), row_nodes);
+            join_rows(&mut forest, &runs, here, below, i32::from(i + 1 == count));
         }
         forest.clusters()
     }
@@ -201,10 +201,10 @@ fn subtract(a: [i32; 2], b: [i32; 2]) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::morphology::map::samples::{MESHES, map, random};
+    use crate::contact::morphology::map::samples::{MESHES, map, random, square};
 
     fn clusters(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> [Clusters; 2] {
-        let map = map(nodes, contact);
+        let map = square(nodes, contact);
         [Clusters::of_contact(&map), Clusters::of_gap(&map)]
     }
 
@@ -220,24 +220,26 @@ mod tests {
     /// Node by node: floods each cluster over the copies of the cell, where a node that is met
     /// again in another copy closes a path around.
     fn flood(map: &ContactMap, contact: bool) -> Clusters {
-        let nodes = map.nodes();
-        let mut seen = vec![None; nodes * nodes];
+        let [rows, row_nodes] = map.nodes();
+        let mut seen = vec![None; rows * row_nodes];
         let mut found = of(0, 0, false, false);
-        for start in 0..nodes * nodes {
-            if seen[start].is_some() || map.get(start / nodes, start % nodes) != contact {
+        for start in 0..rows * row_nodes {
+            let (row, column) = (start / row_nodes, start % row_nodes);
+            if seen[start].is_some() || map.get(row, column) != contact {
                 continue;
             }
-            let wrap = |x: i64| x.rem_euclid(nodes as i64) as usize;
-            let home = ((start / nodes) as i64, (start % nodes) as i64);
+            let wrap = |place: i64, nodes: usize| place.rem_euclid(nodes as i64) as usize;
+            let home = (row as i64, column as i64);
             seen[start] = Some(home);
             let (mut size, mut open) = (0, vec![home]);
             while let Some((x, y)) = open.pop() {
                 size += 1;
                 for (x, y) in [(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)] {
-                    if map.get(wrap(x), wrap(y)) != contact {
+                    let (i, j) = (wrap(x, rows), wrap(y, row_nodes));
+                    if map.get(i, j) != contact {
                         continue;
                     }
-                    let before = &mut seen[wrap(x) * nodes + wrap(y)];
+                    let before = &mut seen[i * row_nodes + j];
                     if let Some((before_x, before_y)) = *before {
                         found.around_x |= before_x != x;
                         found.around_y |= before_y != y;
@@ -262,12 +264,12 @@ mod tests {
                 assert_eq!(
                     Clusters::of_contact(&map),
                     flood(&map, true),
-                    "{nodes} {share}"
+                    "{nodes:?} {share}"
                 );
                 assert_eq!(
                     Clusters::of_gap(&map),
                     flood(&map, false),
-                    "{nodes} {share}"
+                    "{nodes:?} {share}"
                 );
             }
         }
@@ -276,10 +278,14 @@ mod tests {
     #[test]
     fn full_and_empty_maps_are_each_others_gap() {
         for nodes in MESHES {
-            let full = of(1, nodes * nodes, true, true);
+            let full = of(1, nodes[0] * nodes[1], true, true);
             let none = of(0, 0, false, false);
-            assert_eq!(clusters(nodes, |_, _| true), [full, none]);
-            assert_eq!(clusters(nodes, |_, _| false), [none, full]);
+            let of_both = |contact: bool| {
+                let map = map(nodes, |_, _| contact);
+                [Clusters::of_contact(&map), Clusters::of_gap(&map)]
+            };
+            assert_eq!(of_both(true), [full, none]);
+            assert_eq!(of_both(false), [none, full]);
         }
     }
 

@@ -13,10 +13,11 @@ pub const YASTREBOV_2017: f64 = (PI - 1.0 + LN_2) / 24.0;
 /// What corrections of the area are made of.
 ///
 /// A node counts as in contact with its whole cell, although the true edge crosses that cell. A
-/// corrected fraction is a − c S_d Δx/L², where S_d is the Manhattan perimeter and c a coefficient.
+/// corrected fraction is a − c S_d Δx/(L_x L_y), where S_d is the Manhattan perimeter and c a
+/// coefficient. Coefficients are those of square cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CountedArea {
-    /// Nodes per side.
+    /// Nodes of the map.
     pub nodes: usize,
     /// Nodes in contact.
     pub contact_nodes: usize,
@@ -27,7 +28,7 @@ pub struct CountedArea {
 impl CountedArea {
     /// Fraction a of the nodes in contact, as counted.
     pub fn fraction(&self) -> f64 {
-        self.contact_nodes as f64 / self.cell()
+        self.contact_nodes as f64 / self.nodes as f64
     }
 
     /// Corrected fraction of the area; negative where contact is little but perimeter.
@@ -42,18 +43,14 @@ impl CountedArea {
         [(self.fraction() - edge).max(0.0), self.fraction()]
     }
 
-    /// What a correction takes away, as a fraction of the cell: c S_d Δx/L².
+    /// What a correction takes away, as a fraction of the cell: c S_d Δx/(L_x L_y).
     pub fn absolute_error(&self, coefficient: f64) -> f64 {
-        coefficient * self.switches as f64 / self.cell()
+        coefficient * self.switches as f64 / self.nodes as f64
     }
 
     /// What a correction takes away, as a fraction of the contact area; none without contact.
     pub fn relative_error(&self, coefficient: f64) -> Option<f64> {
         (self.contact_nodes > 0).then(|| self.absolute_error(coefficient) / self.fraction())
-    }
-
-    fn cell(&self) -> f64 {
-        (self.nodes as f64).powi(2)
     }
 }
 
@@ -63,7 +60,7 @@ mod tests {
 
     fn counted(contact_nodes: usize, switches: usize) -> CountedArea {
         CountedArea {
-            nodes: 64,
+            nodes: 64 * 64,
             contact_nodes,
             switches,
         }

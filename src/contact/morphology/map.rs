@@ -4,12 +4,12 @@ use thiserror::Error;
 
 const WORD: usize = u64::BITS as usize;
 
-/// A periodic square map of contact.
+/// A periodic map of contact, N_x × N_y nodes.
 ///
-/// Node (i, j) is bit `i * nodes + j`, least significant first; bits past the last node are zero.
+/// Node (i, j) is bit `i * N_y + j`, least significant first; bits past the last node are zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ContactMap {
-    nodes: usize,
+    nodes: [usize; 2],
     words: Vec<u64>,
 }
 
@@ -17,22 +17,22 @@ pub struct ContactMap {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapError {
-    #[error("a contact map of {nodes} × {nodes} nodes has {needed} bytes, not {found}")]
+    #[error("a contact map of {} × {} nodes has {needed} bytes, not {found}", nodes[0], nodes[1])]
     Length {
-        nodes: usize,
+        nodes: [usize; 2],
         needed: usize,
         found: usize,
     },
-    #[error("a contact map needs at least one node per side and fewer than 2³², not {nodes}")]
-    Nodes { nodes: usize },
-    #[error("a contact map of {nodes} × {nodes} nodes has bits set past its last node")]
-    StrayBits { nodes: usize },
+    #[error("a contact map needs at least one node per side and fewer than 2³², not {side}")]
+    Nodes { side: usize },
+    #[error("a contact map of {} × {} nodes has bits set past its last node", nodes[0], nodes[1])]
+    StrayBits { nodes: [usize; 2] },
 }
 
 impl ContactMap {
     /// The nodes of positive pressure; the solver leaves exact zeros elsewhere.
-    pub fn of_pressures(nodes: usize, pressures: &[f64]) -> Self {
-        assert_eq!(pressures.len(), nodes * nodes);
+    pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Self {
+        assert_eq!(pressures.len(), nodes[0] * nodes[1]);
         let word = |pressures: &[f64]| {
             let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
             pressures.iter().enumerate().map(bit).sum()
@@ -41,10 +41,11 @@ impl ContactMap {
         Self { nodes, words }
     }
 
-    /// The map of ⌈nodes²/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
-    pub fn from_bytes(nodes: usize, bytes: &[u8]) -> Result<Self, MapError> {
-        if nodes == 0 || u32::try_from(nodes).is_err() {
-            return Err(MapError::Nodes { nodes });
+    /// The map of ⌈N_x N_y/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
+    pub fn from_bytes(nodes: [usize; 2], bytes: &[u8]) -> Result<Self, MapError> {
+        let counts = |side: usize| side > 0 && u32::try_from(side).is_ok();
+        if let Some(side) = nodes.into_iter().find(|side| !counts(*side)) {
+            return Err(MapError::Nodes { side });
         }
         let (needed, found) = (byte_count(nodes), bytes.len());
         if needed != found {
@@ -59,7 +60,7 @@ impl ContactMap {
             bytes.iter().enumerate().map(byte).sum()
         };
         let words: Vec<u64> = bytes.chunks(8).map(word).collect();
-        let bits = nodes * nodes % WORD;
+        let bits = nodes[0] * nodes[1] % WORD;
         if bits != 0 && words.last().is_some_and(|last| last >> bits != 0) {
             return Err(MapError::StrayBits { nodes });
         }
@@ -73,15 +74,15 @@ impl ContactMap {
         bytes
     }
 
-    /// Nodes per side.
-    pub fn nodes(&self) -> usize {
+    /// Nodes along x and y.
+    pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
     /// Whether node (i, j) is in contact.
     pub fn get(&self, i: usize, j: usize) -> bool {
-        assert!(i < self.nodes && j < self.nodes);
-        let bit = i * self.nodes + j;
+        assert!(i < self.nodes[0] && j < self.nodes[1]);
+        let bit = i * self.nodes[1] + j;
         self.words[bit / WORD] >> (bit % WORD) & 1 == 1
     }
 
@@ -92,12 +93,12 @@ impl ContactMap {
 
     /// Words that hold one row.
     pub(super) fn row_words(&self) -> usize {
-        self.nodes.div_ceil(WORD)
+        self.nodes[1].div_ceil(WORD)
     }
 
     /// Copies row `i` into `row`, node j at bit j; bits past the last node are zero.
     pub(super) fn copy_row(&self, i: usize, row: &mut [u64]) {
-        let first = i * self.nodes;
+        let first = i * self.nodes[1];
         let shift = first % WORD;
         for (word, source) in row.iter_mut().zip(first / WORD..) {
             *word = self.words[source] >> shift;
@@ -107,7 +108,7 @@ impl ContactMap {
                 *word |= next << (WORD - shift);
             }
         }
-        mask_tail(row, self.nodes);
+        mask_tail(row, self.nodes[1]);
     }
 }
 
@@ -118,27 +119,47 @@ pub(super) fn mask_tail(row: &mut [u64], nodes: usize) {
     }
 }
 
-fn byte_count(nodes: usize) -> usize {
-    (nodes * nodes).div_ceil(8)
+fn byte_count(nodes: [usize; 2]) -> usize {
+    (nodes[0] * nodes[1]).div_ceil(8)
 }
 
 #[cfg(test)]
 pub(super) mod samples {
     use super::*;
 
-    /// Meshes that end within, at and just past a word of 64 nodes.
-    pub const MESHES: [usize; 9] = [1, 2, 3, 5, 8, 63, 64, 65, 130];
+    /// Meshes whose rows end within, at and just past a word of 64 nodes.
+    pub const MESHES: [[usize; 2]; 13] = [
+        [1, 1],
+        [2, 2],
+        [3, 3],
+        [5, 5],
+        [8, 8],
+        [63, 63],
+        [64, 64],
+        [65, 65],
+        [130, 130],
+        [1, 7],
+        [9, 1],
+        [5, 129],
+        [70, 13],
+    ];
 
     /// The map of nodes (i, j) for which `contact` holds.
-    pub fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
-        let pressure = |node| f64::from(u8::from(contact(node / nodes, node % nodes)));
-        let pressures: Vec<f64> = (0..nodes * nodes).map(pressure).collect();
+    pub fn map(nodes: [usize; 2], contact: impl Fn(usize, usize) -> bool) -> ContactMap {
+        let [rows, row_nodes] = nodes;
+        let pressure = |node| f64::from(u8::from(contact(node / row_nodes, node % row_nodes)));
+        let pressures: Vec<f64> = (0..rows * row_nodes).map(pressure).collect();
         ContactMap::of_pressures(nodes, &pressures)
     }
 
+    /// The same on a square.
+    pub fn square(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
+        map([nodes; 2], contact)
+    }
+
     /// A map of independent nodes, of which `share` are in contact.
-    pub fn random(nodes: usize, share: f64) -> ContactMap {
-        let draws = crate::contact::topography::draw::Draws::new(5, nodes as u32);
+    pub fn random(nodes: [usize; 2], share: f64) -> ContactMap {
+        let draws = crate::contact::topography::draw::Draws::new(5, nodes[1] as u32);
         map(nodes, |i, j| {
             (-draws.mode(i as i32, j as u32).power()).exp() < share
         })
@@ -152,7 +173,7 @@ mod tests {
 
     #[test]
     fn contact_is_where_pressure_is_positive() {
-        let map = ContactMap::of_pressures(2, &[0.0, 1e-300, -1.0, f64::NAN]);
+        let map = ContactMap::of_pressures([2, 2], &[0.0, 1e-300, -1.0, f64::NAN]);
         let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| map.get(i, j));
         assert_eq!(found, [false, true, false, false]);
         assert_eq!(map.count(), 1);
@@ -160,7 +181,7 @@ mod tests {
 
     #[test]
     fn bytes_hold_eight_nodes_each_least_significant_first() {
-        let map = map(3, |i, j| (i, j) == (0, 1) || (i, j) == (2, 2));
+        let map = map([3, 3], |i, j| (i, j) == (0, 1) || (i, j) == (2, 2));
         assert_eq!(map.to_bytes(), [0b0000_0010, 0b0000_0001]);
     }
 
@@ -169,23 +190,25 @@ mod tests {
         for nodes in MESHES {
             let map = random(nodes, 0.5);
             let bytes = map.to_bytes();
-            assert_eq!(bytes.len(), (nodes * nodes).div_ceil(8));
+            assert_eq!(bytes.len(), (nodes[0] * nodes[1]).div_ceil(8));
             assert_eq!(ContactMap::from_bytes(nodes, &bytes), Ok(map));
         }
     }
 
     #[test]
     fn bytes_of_another_mesh_are_refused() {
-        let error = ContactMap::from_bytes(3, &[0; 3]).unwrap_err();
+        let error = ContactMap::from_bytes([3, 3], &[0; 3]).unwrap_err();
         assert_eq!(
             error.to_string(),
             "a contact map of 3 × 3 nodes has 2 bytes, not 3"
         );
-        let stray = ContactMap::from_bytes(3, &[0, 0b10]);
-        assert_eq!(stray, Err(MapError::StrayBits { nodes: 3 }));
-        for nodes in [0, usize::MAX] {
-            let error = ContactMap::from_bytes(nodes, &[]);
-            assert_eq!(error, Err(MapError::Nodes { nodes }));
+        let stray = ContactMap::from_bytes([3, 3], &[0, 0b10]);
+        assert_eq!(stray, Err(MapError::StrayBits { nodes: [3, 3] }));
+        for side in [0, usize::MAX] {
+            for nodes in [[side, 1], [1, side]] {
+                let error = ContactMap::from_bytes(nodes, &[]);
+                assert_eq!(error, Err(MapError::Nodes { side }));
+            }
         }
     }
 
@@ -194,10 +217,10 @@ mod tests {
         for nodes in MESHES {
             let map = random(nodes, 0.5);
             let mut row = vec![u64::MAX; map.row_words()];
-            for i in 0..nodes {
+            for i in 0..nodes[0] {
                 map.copy_row(i, &mut row);
                 for bit in 0..64 * row.len() {
-                    let expected = bit < nodes && map.get(i, bit);
+                    let expected = bit < nodes[1] && map.get(i, bit);
                     assert_eq!(row[bit / 64] >> (bit % 64) & 1 == 1, expected);
                 }
             }

@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use super::Solver;
 use super::lanes::{LANES, Pass, greater, over_rows, total, weight};
+use crate::contact::fft::Row;
 
 /// A node is let go if it carries less than this part of the pressure that its gap alone asks to
 /// be taken off it. Whoever carries more than the whole stays in contact for certain; near one half
@@ -23,24 +24,24 @@ impl Solver {
             offset,
             gap: &self.gap,
         };
-        over_rows(&mut self.pressure, self.nodes, &mut pass);
+        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
     }
 
     /// Brings the pressure to its mean, and says how many nodes have some and what is the highest.
     pub(super) fn conclude(&mut self) -> (usize, f64) {
         let mut sum = Total(0.0);
-        over_rows(&mut self.pressure, self.nodes, &mut sum);
+        over_rows(&mut self.pressure, self.nodes[1], &mut sum);
         if sum.0 <= 0.0 {
             // A search leaves nothing of a pressure too small for single precision.
             self.guess_from_heights(self.load);
-            over_rows(&mut self.pressure, self.nodes, &mut sum);
+            over_rows(&mut self.pressure, self.nodes[1], &mut sum);
         }
         let mut pass = Conclude {
             scale: self.load * self.pressure.len() as f64 / sum.0,
             nodes: 0.0,
             peak: [0.0; LANES],
         };
-        over_rows(&mut self.pressure, self.nodes, &mut pass);
+        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
         let peak = pass.peak.into_iter().fold(0.0, greater);
         (pass.nodes as usize, peak)
     }
@@ -54,9 +55,8 @@ struct Release<'a> {
 
 impl Pass<f64> for Release<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
-        let gap = &self.gap[row * pressure.len()..][..pressure.len()];
-        for (p, gap) in pressure.iter_mut().zip(gap) {
+    fn row<S: Simd>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        for (p, gap) in pressure.iter_mut().zip(row.of(self.gap)) {
             // The lowest gap in contact is no higher than their mean, but may be rounded to be.
             let rounding = f64::from(f32::EPSILON * gap.abs());
             let above = f64::from(*gap) - self.offset - rounding;
@@ -69,7 +69,7 @@ struct Total(f64);
 
 impl Pass<f64> for Total {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, _: usize, values: &mut [f64]) {
+    fn row<S: Simd>(&mut self, _: S, _: Row, values: &mut [f64]) {
         self.0 += total(values);
     }
 }
@@ -82,7 +82,7 @@ struct Conclude {
 
 impl Pass<f64> for Conclude {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, _: usize, pressure: &mut [f64]) {
+    fn row<S: Simd>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
         for p in &mut *pressure {
             *p *= self.scale;
         }

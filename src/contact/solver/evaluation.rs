@@ -55,7 +55,7 @@ impl Solver {
             base: &self.base,
             rise: &self.rise,
         };
-        over_rows(&mut self.pressure, self.nodes, &mut join);
+        over_rows(&mut self.pressure, self.nodes[1], &mut join);
         self.withdraw(1.0 - pending.part, offset)
     }
 
@@ -65,7 +65,7 @@ impl Solver {
             part,
             carry: &self.carry,
         };
-        over_rows(&mut self.pressure, self.nodes, &mut pass);
+        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
         self.conclude();
         self.reference += offset;
         self.evaluate()
@@ -97,7 +97,7 @@ impl Solver {
             gap: &mut self.gap,
             carry: &mut self.carry,
             sample: &mut self.sample,
-            found: vec![0.0; self.nodes],
+            found: vec![0.0; self.nodes[1]],
         };
         self.double
             .finish(&mut Wide(&mut pass), &mut self.double_scratch);

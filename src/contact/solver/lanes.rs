@@ -7,7 +7,7 @@ use std::ops::{Add, BitOr, Mul, Neg, Sub};
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::contact::fft::{Real, Rows};
+use crate::contact::fft::{Real, Row, Rows};
 
 /// Partial sums of a row where compilers choose the registers: the widest, in single precision.
 pub const LANES: usize = 16;
@@ -15,21 +15,21 @@ pub const LANES: usize = 16;
 /// What a pass over the mesh does with its rows, in the registers that it is given.
 pub trait Pass<T> {
     /// As [`Rows::row`].
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [T]);
+    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [T]);
 }
 
 /// The rows of a pass, in the widest registers that the processor has.
 pub struct Wide<'a, P>(pub &'a mut P);
 
 impl<T, P: Pass<T>> Rows<T> for Wide<'_, P> {
-    fn row(&mut self, row: usize, values: &mut [T]) {
-        Arch::new().dispatch(Row(self.0, row, values));
+    fn row(&mut self, row: Row, values: &mut [T]) {
+        Arch::new().dispatch(Dispatch(self.0, row, values));
     }
 }
 
-struct Row<'a, T, P>(&'a mut P, usize, &'a mut [T]);
+struct Dispatch<'a, T, P>(&'a mut P, Row, &'a mut [T]);
 
-impl<T, P: Pass<T>> WithSimd for Row<'_, T, P> {
+impl<T, P: Pass<T>> WithSimd for Dispatch<'_, T, P> {
     type Output = ();
 
     #[inline(always)]
@@ -38,10 +38,10 @@ impl<T, P: Pass<T>> WithSimd for Row<'_, T, P> {
     }
 }
 
-/// Runs a pass over the rows of a map.
+/// Runs a pass over the rows of a map, with so many nodes in a row.
 pub fn over_rows<T>(map: &mut [T], nodes: usize, pass: &mut impl Pass<T>) {
-    for (row, values) in map.chunks_exact_mut(nodes).enumerate() {
-        Wide(pass).row(row, values);
+    for (index, values) in map.chunks_exact_mut(nodes).enumerate() {
+        Wide(pass).row(Row::new(index, nodes), values);
     }
 }
 

@@ -85,8 +85,9 @@ impl LineSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::elasticity::half_space;
+    use crate::contact::elasticity::{PeriodicHalfSpace, displacement};
     use crate::contact::fft::Transform;
+    use crate::contact::grid::samples::square;
 
     const NODES: usize = 12;
 
@@ -106,8 +107,9 @@ mod tests {
     }
 
     fn sunk(pressure: &[f64]) -> Vec<f64> {
-        let transform = Transform::new(NODES);
-        let (kernel, mut scratch) = (half_space::displacement(NODES), transform.scratch());
+        let body = PeriodicHalfSpace::new(square(NODES, 1.0));
+        let transform = Transform::new([NODES; 2]);
+        let (kernel, mut scratch) = (displacement(&body), transform.scratch());
         let mut sunk = vec![0.0; pressure.len()];
         transform.convolve(&kernel, pressure, &mut sunk, &mut scratch);
         sunk

@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::super::fft::Transform;
 use super::Settings;
-use crate::contact::elasticity::half_space;
+use crate::contact::elasticity::{self, PeriodicHalfSpace};
+use crate::contact::grid::Grid;
 
 /// Cost of a whole iteration over that of its transforms, in pairs: 1.65 at 512² and 1.85 at 1024².
 const OVERHEAD: f64 = 1.8;
@@ -48,8 +49,9 @@ pub fn seconds_per_pair(nodes: usize) -> f64 {
     if nodes > LARGEST_MEASURED {
         return 4.0 * seconds_per_pair(nodes.div_ceil(2));
     }
-    let transform = Transform::<f32>::new(nodes);
-    let kernel = half_space::stiffness::<f32>(nodes);
+    let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
+    let transform = Transform::<f32>::new(grid.nodes());
+    let kernel = elasticity::stiffness::<f32>(&PeriodicHalfSpace::new(grid));
     let mut scratch = transform.scratch();
     let field = vec![1.0; nodes * nodes];
     let mut out = vec![0.0; nodes * nodes];

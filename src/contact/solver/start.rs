@@ -11,7 +11,7 @@ use super::Solver;
 use super::lanes::Wide;
 use super::passes::{Ask, GapUpdate, Onwards, Seen};
 use super::survey::Standing;
-use crate::contact::elasticity::half_space;
+use crate::contact::elasticity;
 
 /// How far from the last load, in units of the way to it from the one before, a straight line
 /// through both solutions is a better guess than the last one scaled: back to the one before, or
@@ -192,8 +192,8 @@ impl Solver {
 
     /// Fills the pressure with the one of zero mean that flattens the heights: one pair.
     fn fill_with_full_contact(&mut self) {
-        half_space::full_contact_pressure(
-            &self.double,
+        self.double.convolve(
+            &elasticity::stiffness(&*self.body),
             &self.heights,
             &mut self.pressure,
             &mut self.double_scratch,

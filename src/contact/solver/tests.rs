@@ -1,10 +1,13 @@
 //! What the tests of the solver share.
 
 use super::*;
+use crate::contact::elasticity::PeriodicHalfSpace;
+use crate::contact::grid::samples::square;
 
 mod closed_forms;
 mod invariants;
 mod light;
+mod rectangles;
 
 /// Where double precision ends on the meshes used here.
 const TIGHT: Settings = Settings {
@@ -17,6 +20,11 @@ fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..nodes * nodes)
         .map(|node| height(place(node / nodes), place(node % nodes)))
         .collect()
+}
+
+/// A solver of a square surface on a periodic half-space.
+fn solver(nodes: usize, heights: &[f64]) -> Solver {
+    Solver::new(PeriodicHalfSpace::new(square(nodes, 1.0)), heights)
 }
 
 fn press(solver: &mut Solver, load: f64, settings: &Settings) -> Outcome {
@@ -50,9 +58,9 @@ fn noise(nodes: usize, seed: u64) -> Vec<f64> {
 
 /// Noise smoothed by the half-space: a self-affine spectrum with a wavelength as long as the cell.
 fn rough(nodes: usize, seed: u64) -> Vec<f64> {
-    let transform = Transform::<f64>::new(nodes);
+    let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
-    let kernel = half_space::displacement(nodes);
+    let kernel = elasticity::displacement(&PeriodicHalfSpace::new(square(nodes, 1.0)));
     transform.convolve(
         &kernel,
         &noise(nodes, seed),
@@ -66,7 +74,7 @@ fn rough(nodes: usize, seed: u64) -> Vec<f64> {
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = Transform::<f64>::new(solver.nodes);
     let mut gap = vec![0.0; heights.len()];
-    let kernel = half_space::displacement(solver.nodes);
+    let kernel = elasticity::displacement(&*solver.body);
     transform.convolve(
         &kernel,
         solver.pressure(),
@@ -88,7 +96,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
-    let step = 1.0 / solver.nodes as f64;
+    let step = 1.0 / solver.steps_per_side;
     for (p, gap) in solver.pressure().iter().zip(gap(solver, heights)) {
         assert!(*p >= 0.0);
         let allowed = if *p > 0.0 { gap.abs() } else { -gap };

@@ -68,6 +68,7 @@ impl Statistics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::square;
     use crate::contact::topography::descriptors::Descriptors;
     use crate::contact::topography::random::{Amplitude, RandomSurface};
     use crate::contact::topography::shapes::Shape;
@@ -101,13 +102,13 @@ mod tests {
             seed: 1,
             realization: 0,
         };
-        surface.draw(64, 1.0)
+        surface.draw(square(64, 1.0))
     }
 
     /// The same nodes with other heights.
     fn with(surface: &Surface, height: impl Fn(f64) -> f64) -> Surface {
         let heights = surface.heights().iter().map(|&h| height(h)).collect();
-        Surface::new(surface.nodes(), surface.side(), heights).unwrap()
+        Surface::new(surface.grid(), heights).unwrap()
     }
 
     #[test]
@@ -139,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_wave_in_one_direction_has_no_slope_in_the_other() {
-        let wave = |shape: Shape| of(&shape.draw(64, 1.0)).join(", ");
+        let wave = |shape: Shape| of(&shape.draw(square(64, 1.0))).join(", ");
         let along_x = wave(Shape::Wave {
             amplitude: 0.1,
             waves: 2,

@@ -7,6 +7,7 @@ use rustfft::num_complex::Complex;
 use super::moments::{Moments, signed_wavenumber};
 use super::surface::Surface;
 use crate::contact::fft::Transform;
+use crate::contact::grid::Grid;
 
 /// Scalar descriptors of a surface; lengths in the unit of its heights.
 ///
@@ -24,7 +25,7 @@ pub struct Descriptors {
     pub nayak: Option<f64>,
     /// Summits per unit area of an isotropic Gaussian surface with these moments.
     pub summit_density: f64,
-    /// The same per (L/2π)², as the paper tabulates it.
+    /// The same per (L/2π)², L being the longer side, as the paper tabulates it.
     pub summit_density_integer: f64,
     /// ⟨h³⟩/⟨h²⟩^(3/2) over the nodes; zero for a Gaussian.
     pub skewness: Option<f64>,
@@ -42,16 +43,16 @@ pub struct Descriptors {
 impl Descriptors {
     /// Measures a surface.
     pub fn of(surface: &Surface) -> Self {
-        let (nodes, side) = (surface.nodes(), surface.side());
+        let grid = surface.grid();
         let mut heights = from_first_node(surface.heights());
         let (skewness, excess_kurtosis) = distribution_shape(&heights).unzip();
 
-        let transform = Transform::new(nodes);
+        let transform = Transform::new(grid.nodes());
         let mut scratch = transform.scratch();
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&heights, &mut spectrum, &mut scratch);
-        let moments = Moments::of_spectrum(&spectrum, nodes, side);
-        multiply_by_half_wavenumber(&mut spectrum, nodes, side);
+        let moments = Moments::of_spectrum(&spectrum, grid);
+        multiply_by_half_wavenumber(&mut spectrum, grid);
         transform.inverse(&mut spectrum, &mut heights, &mut scratch);
         let deepest = heights.iter().copied().fold(0.0, f64::min);
 
@@ -62,7 +63,7 @@ impl Descriptors {
             rms_slope,
             nayak: moments.nayak(),
             summit_density: moments.summit_density(),
-            summit_density_integer: moments.summit_density_integer(side),
+            summit_density_integer: moments.summit_density_integer(grid.cell()),
             skewness,
             excess_kurtosis,
             effective_modes: moments.effective_modes(),
@@ -101,13 +102,13 @@ fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// Turns an unnormalised spectrum of heights into that of full-contact pressures in units of E*.
-fn multiply_by_half_wavenumber(spectrum: &mut [Complex<f64>], nodes: usize, side: f64) {
-    let factor = 0.5 * TAU / side / (nodes as f64).powi(2);
-    for (i, row) in spectrum.chunks_exact_mut(nodes / 2 + 1).enumerate() {
-        let k_x = signed_wavenumber(i, nodes);
+fn multiply_by_half_wavenumber(spectrum: &mut [Complex<f64>], grid: Grid) {
+    let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
+    let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
+    for (i, row) in spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate() {
+        let k_x = signed_wavenumber(i, nodes_x);
         for (k_y, value) in row.iter_mut().enumerate() {
-            let k_y = k_y as f64;
-            *value *= factor * (k_x * k_x + k_y * k_y).sqrt();
+            *value *= factor * cell.wavenumber([k_x, k_y as f64]);
         }
     }
 }
@@ -115,6 +116,7 @@ fn multiply_by_half_wavenumber(spectrum: &mut [Complex<f64>], nodes: usize, side
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::square;
     use crate::contact::topography::random::{Amplitude, RandomSurface};
     use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
@@ -143,7 +145,7 @@ mod tests {
             }
         }
         heights.iter_mut().for_each(|h| *h /= square_slope.sqrt());
-        Surface::new(nodes, 1.0, heights).unwrap()
+        Surface::new(square(nodes, 1.0), heights).unwrap()
     }
 
     #[test]
@@ -163,9 +165,10 @@ mod tests {
     fn a_wavy_surface_is_flattened_by_its_westergaard_pressure() {
         // p* = πE*Δ/λ against a slope of √2 πΔ/λ; twice that, √2 πE*Δ/λ, for the product of two.
         let (amplitude, waves) = (0.01, 3);
-        let wave = Descriptors::of(&Shape::Wave { amplitude, waves }.draw(48, 2.0));
+        let wave = Descriptors::of(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
         assert_close(wave.full_contact_load, 0.5_f64.sqrt());
-        let product = Descriptors::of(&Shape::WaveProduct { amplitude, waves }.draw(48, 2.0));
+        let product =
+            Descriptors::of(&Shape::WaveProduct { amplitude, waves }.draw(square(48, 2.0)));
         assert_close(product.full_contact_load, 1.0);
     }
 
@@ -175,7 +178,7 @@ mod tests {
             radius: 0.3,
             depth: 5.0,
         };
-        let surface = shape.draw(32, 1.0);
+        let surface = shape.draw(square(32, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count();
         let share = top as f64 / 1024.0;
         let variance = share * (1.0 - share);
@@ -206,7 +209,7 @@ mod tests {
                 realization: 0,
             };
             // More than four nodes a wave, so that fourth powers are not aliased.
-            let descriptors = Descriptors::of(&ring.draw(128, 1.0));
+            let descriptors = Descriptors::of(&ring.draw(square(128, 1.0)));
             assert_close(descriptors.effective_modes, pairs);
             assert_close(descriptors.excess_kurtosis.unwrap(), -1.5 / pairs);
         }
@@ -216,7 +219,7 @@ mod tests {
     fn a_flat_surface_has_no_shape_and_zeros_elsewhere() {
         // Heights whose mean is not exactly representable.
         for (nodes, height) in [(1, 5.0), (7, 0.1), (12, -1e9 / 3.0)] {
-            let flat = Surface::new(nodes, 2.0, vec![height; nodes * nodes]).unwrap();
+            let flat = Surface::new(square(nodes, 2.0), vec![height; nodes * nodes]).unwrap();
             let expected = Descriptors {
                 moments: Moments::default(),
                 rms_height: 0.0,
@@ -237,7 +240,7 @@ mod tests {
     fn raising_a_surface_changes_nothing() {
         let surface = golden_surface(32);
         let raised = surface.heights().iter().map(|h| h + 1.0).collect();
-        let raised = Descriptors::of(&Surface::new(32, 1.0, raised).unwrap());
+        let raised = Descriptors::of(&Surface::new(square(32, 1.0), raised).unwrap());
         let descriptors = Descriptors::of(&surface);
         assert_close(raised.rms_height, descriptors.rms_height);
         assert_close(raised.full_contact_load, descriptors.full_contact_load);

@@ -73,6 +73,7 @@ impl Histogram {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::square;
     use crate::contact::topography::random::{Amplitude, RandomSurface};
     use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
@@ -84,7 +85,7 @@ mod tests {
     #[test]
     fn two_equal_levels_lie_one_rms_height_from_the_mean() {
         let heights = vec![3.0, 7.0, 3.0, 7.0];
-        let surface = Surface::new(2, 1.0, heights).unwrap();
+        let surface = Surface::new(square(2, 1.0), heights).unwrap();
         let histogram = Histogram::of(&surface, 3, 1.5);
         assert_eq!(counts(&histogram), [2, 0, 2]);
         let centers: Vec<f64> = histogram.bins.iter().map(|bin| bin.center).collect();
@@ -94,7 +95,7 @@ mod tests {
 
     #[test]
     fn ends_of_the_range_are_within_and_the_rest_is_outside() {
-        let surface = Surface::new(2, 1.0, vec![-1.0, 1.0, -1.0, 1.0]).unwrap();
+        let surface = Surface::new(square(2, 1.0), vec![-1.0, 1.0, -1.0, 1.0]).unwrap();
         assert_eq!(counts(&Histogram::of(&surface, 4, 1.0)), [2, 0, 0, 2]);
         let narrow = Histogram::of(&surface, 4, 0.5);
         assert_eq!((counts(&narrow), narrow.outside), (vec![0; 4], 4));
@@ -102,7 +103,7 @@ mod tests {
 
     #[test]
     fn density_integrates_to_the_share_of_nodes_in_range() {
-        let surface = Shape::Paraboloid { radius: 1.0 }.draw(50, 1.0);
+        let surface = Shape::Paraboloid { radius: 1.0 }.draw(square(50, 1.0));
         let histogram = Histogram::of(&surface, 100, 1.2);
         let inside: usize = counts(&histogram).iter().sum();
         assert_eq!(inside + histogram.outside, 2500);
@@ -125,7 +126,7 @@ mod tests {
             seed: 3,
             realization: 0,
         };
-        for bin in Histogram::of(&random.draw(256, 1.0), 20, 5.0).bins {
+        for bin in Histogram::of(&random.draw(square(256, 1.0)), 20, 5.0).bins {
             let normal = libm::erf((bin.center + 0.25) / 2_f64.sqrt())
                 - libm::erf((bin.center - 0.25) / 2_f64.sqrt());
             // Nodes of one wave are not independent: some thousand heights decide, of 0.4 at most.
@@ -135,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_flat_surface_is_all_mean() {
-        let flat = Surface::new(3, 1.0, vec![0.1; 9]).unwrap();
+        let flat = Surface::new(square(3, 1.0), vec![0.1; 9]).unwrap();
         assert_eq!(counts(&Histogram::of(&flat, 5, 2.0)), [0, 0, 9, 0, 0]);
     }
 }

@@ -1,12 +1,13 @@
 //! A measured height map, read from a NumPy file that nobody has checked.
 //!
-//! Only the plain kind is read: one square array of little-endian floats. Its header is a Python
+//! Only the plain kind is read: one array of little-endian floats, rows by columns. Its header is a Python
 //! dictionary with three entries in a fixed notation; taken at its word, one could claim sizes
 //! that overflow or exhaust memory, so every claim is held against the bytes at hand.
 
 use thiserror::Error;
 
 use super::surface::{Surface, SurfaceError};
+use crate::contact::grid::{Cell, Grid};
 
 /// Why a file is not a height map.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -22,7 +23,7 @@ pub enum MeasuredError {
     Entry { entry: &'static str, header: String },
     #[error("elements are of type `{found}`, heights must be `<f8` or `<f4`")]
     Type { found: String },
-    #[error("the array has shape {found:?}, a height map must be square, like [256, 256]")]
+    #[error("the array has shape {found:?}, a height map has rows and columns, like [256, 256]")]
     Shape { found: Vec<u64> },
     #[error("shape {shape:?} of type `{element}` needs {needed} bytes of data, {found} are there")]
     Length {
@@ -35,19 +36,25 @@ pub enum MeasuredError {
     Surface(#[from] SurfaceError),
 }
 
-/// Reads the bytes of a `.npy` file as a surface on a cell of the given side.
+/// Reads the bytes of a `.npy` file as a surface that fills the cell.
 ///
-/// Heights keep their unit, which must be that of `side`; rows of the array run along x.
-pub fn read_npy(bytes: &[u8], side: f64) -> Result<Surface, MeasuredError> {
+/// Heights keep their unit, which must be that of the cell's sides; element `[i, j]` of the array is
+/// the node at x = iΔx, y = jΔy.
+///
+/// # Errors
+/// When the bytes are not such a file, or hold other numbers than heights.
+pub fn read_npy(bytes: &[u8], cell: Cell) -> Result<Surface, MeasuredError> {
     let (header, data) = split(bytes)?;
     let element = Element::of(header)?;
     let columns_first = fortran_order(header)?;
     let shape = shape(header)?;
-    let nodes = match shape[..] {
-        [rows, columns] if rows == columns => rows,
+    let [rows, columns] = match shape[..] {
+        [rows, columns] => [rows, columns],
         _ => return Err(MeasuredError::Shape { found: shape }),
     };
-    let needed = u128::from(nodes).pow(2).checked_mul(element.size() as u128);
+    let needed = u128::from(rows)
+        .checked_mul(u128::from(columns))
+        .and_then(|count| count.checked_mul(element.size() as u128));
     if needed != Some(data.len() as u128) {
         return Err(MeasuredError::Length {
             shape,
@@ -56,12 +63,13 @@ pub fn read_npy(bytes: &[u8], side: f64) -> Result<Surface, MeasuredError> {
             found: data.len(),
         });
     }
-    let nodes = nodes as usize;
+    let nodes = [rows as usize, columns as usize];
     let mut heights = element.decode(data);
     if columns_first {
-        transpose(&mut heights, nodes);
+        heights = transposed(&heights, nodes);
     }
-    Ok(Surface::new(nodes, side, heights)?)
+    let grid = Grid::new(nodes, cell).map_err(SurfaceError::from)?;
+    Ok(Surface::new(grid, heights)?)
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -172,17 +180,17 @@ fn unreadable(header: &str, entry: &'static str) -> MeasuredError {
     MeasuredError::Entry { entry, header }
 }
 
-fn transpose(heights: &mut [f64], nodes: usize) {
-    for i in 0..nodes {
-        for j in 0..i {
-            heights.swap(i * nodes + j, j * nodes + i);
-        }
-    }
+/// Row by row what is stored column by column.
+fn transposed(heights: &[f64], [rows, columns]: [usize; 2]) -> Vec<f64> {
+    let places = (0..rows).flat_map(|i| (0..columns).map(move |j| j * rows + i));
+    places.map(|place| heights[place]).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::GridError;
+    use crate::contact::grid::samples::{cell, rectangle, square};
 
     fn npy(descr: &str, fortran_order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
         let header = format!(
@@ -206,11 +214,23 @@ mod tests {
 
     #[test]
     fn both_orders_of_storage_show_the_same_map() {
-        let rows = read_npy(&valid(), 3.0).unwrap();
-        assert_eq!((rows.nodes(), rows.side()), (2, 3.0));
+        let rows = read_npy(&valid(), cell(3.0)).unwrap();
+        assert_eq!(rows.grid(), square(2, 3.0));
         assert_eq!(rows.heights(), [1.0, 2.0, 3.0, 4.0]);
         let data = doubles(&[1.0, 3.0, 2.0, 4.0]);
-        let columns = read_npy(&npy("<f8", "True", "(2, 2)", &data), 3.0);
+        let columns = read_npy(&npy("<f8", "True", "(2, 2)", &data), cell(3.0));
+        assert_eq!(columns, Ok(rows));
+    }
+
+    #[test]
+    fn a_rectangle_is_read_along_both_axes() {
+        let grid = rectangle([2, 3], [1.0, 5.0]);
+        let data = doubles(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let rows = read_npy(&npy("<f8", "False", "(2, 3)", &data), grid.cell()).unwrap();
+        assert_eq!(rows.grid(), grid);
+        assert_eq!(rows.heights(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let data = doubles(&[1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+        let columns = read_npy(&npy("<f8", "True", "(2, 3)", &data), grid.cell());
         assert_eq!(columns, Ok(rows));
     }
 
@@ -220,23 +240,26 @@ mod tests {
             .iter()
             .flat_map(|value| value.to_le_bytes())
             .collect();
-        let single = read_npy(&npy("<f4", "False", "(2, 2)", &data), 1.0).unwrap();
+        let single = read_npy(&npy("<f4", "False", "(2, 2)", &data), cell(1.0)).unwrap();
         assert_eq!(single.heights(), [0.5, -2.0, 0.0, 8.0]);
         let mut second = valid();
         second[6] = 2;
         second.splice(10..10, [0, 0]);
-        assert_eq!(read_npy(&second, 1.0), read_npy(&valid(), 1.0));
+        assert_eq!(read_npy(&second, cell(1.0)), read_npy(&valid(), cell(1.0)));
     }
 
     #[test]
     fn every_truncation_is_an_error() {
         let bytes = valid();
         for length in 0..bytes.len() {
-            assert!(read_npy(&bytes[..length], 1.0).is_err(), "{length} bytes");
+            assert!(
+                read_npy(&bytes[..length], cell(1.0)).is_err(),
+                "{length} bytes"
+            );
         }
         let longer = [bytes, vec![0]].concat();
         assert_eq!(
-            read_npy(&longer, 1.0).unwrap_err().to_string(),
+            read_npy(&longer, cell(1.0)).unwrap_err().to_string(),
             "shape [2, 2] of type `<f8` needs 32 bytes of data, 33 are there"
         );
     }
@@ -249,8 +272,8 @@ mod tests {
             for damage in 0..=255 {
                 let mut damaged = bytes.clone();
                 damaged[position] = damage;
-                if let Ok(surface) = read_npy(&damaged, 1.0) {
-                    assert!(surface.nodes() <= 2);
+                if let Ok(surface) = read_npy(&damaged, cell(1.0)) {
+                    assert!(surface.grid().count() <= 4);
                 }
             }
         }
@@ -260,47 +283,46 @@ mod tests {
     fn other_types_are_named() {
         for descr in [">f8", "<i4", "<c16", "|O"] {
             let found = descr.to_owned();
-            let error = read_npy(&npy(descr, "False", "(2, 2)", &[0; 32]), 1.0);
+            let error = read_npy(&npy(descr, "False", "(2, 2)", &[0; 32]), cell(1.0));
             assert_eq!(error, Err(MeasuredError::Type { found }));
         }
     }
 
     #[test]
-    fn a_map_that_is_not_square_is_refused_with_its_shape() {
+    fn what_has_no_rows_and_columns_is_refused_with_its_shape() {
         let shapes = [
-            ("(2, 3)", vec![2, 3]),
             ("(4,)", vec![4]),
             ("()", vec![]),
             ("(2, 2, 1)", vec![2, 2, 1]),
         ];
         for (shape, found) in shapes {
-            let error = read_npy(&npy("<f8", "False", shape, &[0; 32]), 1.0);
+            let error = read_npy(&npy("<f8", "False", shape, &[0; 32]), cell(1.0));
             assert_eq!(error, Err(MeasuredError::Shape { found }));
         }
-        let error = read_npy(&npy("<f8", "False", "(0, 0)", &[]), 1.0);
-        assert_eq!(error, Err(MeasuredError::Surface(SurfaceError::Empty)));
+        let error = read_npy(&npy("<f8", "False", "(0, 0)", &[]), cell(1.0));
+        assert_eq!(error, Err(MeasuredError::Surface(GridError::Empty.into())));
     }
 
     #[test]
     fn a_huge_claim_allocates_nothing() {
         for side in [1_u64 << 20, 1 << 32, u64::MAX] {
             let bytes = npy("<f8", "False", &format!("({side}, {side})"), &[0; 32]);
-            let error = read_npy(&bytes, 1.0).unwrap_err();
+            let error = read_npy(&bytes, cell(1.0)).unwrap_err();
             assert!(matches!(error, MeasuredError::Length { found: 32, .. }));
         }
         let beyond = npy("<f8", "False", &format!("({0}, {0})", u128::MAX), &[]);
-        let error = read_npy(&beyond, 1.0).unwrap_err();
+        let error = read_npy(&beyond, cell(1.0)).unwrap_err();
         assert!(matches!(error, MeasuredError::Entry { entry: "shape", .. }));
         let mut header = valid();
         header[6] = 2;
         header[8..12].fill(0xff);
-        assert_eq!(read_npy(&header, 1.0), Err(MeasuredError::CutOff));
+        assert_eq!(read_npy(&header, cell(1.0)), Err(MeasuredError::CutOff));
     }
 
     #[test]
     fn the_first_height_that_is_no_number_is_named() {
         let data = doubles(&[1.0, 2.0, f64::INFINITY, f64::NAN]);
-        let error = read_npy(&npy("<f8", "False", "(2, 2)", &data), 1.0).unwrap_err();
+        let error = read_npy(&npy("<f8", "False", "(2, 2)", &data), cell(1.0)).unwrap_err();
         assert_eq!(
             error.to_string(),
             "height at row 1, column 0 is inf, every height must be finite"

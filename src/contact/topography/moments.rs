@@ -6,9 +6,10 @@ use rustfft::num_complex::Complex;
 
 use super::surface::Surface;
 use crate::contact::fft::Transform;
+use crate::contact::grid::{Cell, Grid};
 
-/// Moments of the power spectrum, m_pq = Σ q_x^p q_y^q |ĥ(q)|² over all modes q = 2πk/L but the
-/// mean; m_pq has the unit of length^(2 − p − q).
+/// Moments of the power spectrum, m_pq = Σ q_x^p q_y^q |ĥ(q)|² over all modes
+/// q = 2π (k_x/L_x, k_y/L_y) but the mean; m_pq has the unit of length^(2 − p − q).
 ///
 /// Derivatives are those of the trigonometric interpolant: m20 + m02 is the mean square gradient
 /// without the bias of finite differences. All moments here are even, so that the ambiguous sign
@@ -34,28 +35,28 @@ pub struct Moments {
 impl Moments {
     /// Moments of the heights on their mesh, through their discrete Fourier transform.
     pub fn of(surface: &Surface) -> Self {
-        let transform = Transform::new(surface.nodes());
+        let transform = Transform::new(surface.grid().nodes());
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(surface.heights(), &mut spectrum, &mut transform.scratch());
-        Self::of_spectrum(&spectrum, surface.nodes(), surface.side())
+        Self::of_spectrum(&spectrum, surface.grid())
     }
 
     /// Moments of an unnormalised half spectrum.
-    pub(super) fn of_spectrum(spectrum: &[Complex<f64>], nodes: usize, side: f64) -> Self {
-        let columns = nodes / 2 + 1;
-        let normalisation = 1.0 / (nodes as f64).powi(4);
-        let mut sum = MomentSum::default();
-        for (i, row) in spectrum.chunks_exact(columns).enumerate() {
-            let k_x = signed_wavenumber(i, nodes);
+    pub(super) fn of_spectrum(spectrum: &[Complex<f64>], grid: Grid) -> Self {
+        let [nodes_x, nodes_y] = grid.nodes();
+        let normalisation = 1.0 / (grid.count() as f64).powi(2);
+        let mut sum = MomentSum::on(grid.cell());
+        for (i, row) in spectrum.chunks_exact(nodes_y / 2 + 1).enumerate() {
+            let k_x = signed_wavenumber(i, nodes_x);
             for (k_y, value) in row.iter().enumerate() {
-                let multiplicity = multiplicity(i, k_y, nodes);
+                let multiplicity = multiplicity(i, k_y, grid.nodes());
                 if multiplicity > 0.0 {
                     let power = multiplicity * value.norm_sqr() * normalisation;
-                    sum.add_pair(k_x, k_y as f64, power);
+                    sum.add_pair([k_x, k_y as f64], power);
                 }
             }
         }
-        sum.finish(side, 1.0)
+        sum.finish(1.0)
     }
 
     /// Root mean square height about the mean.
@@ -96,9 +97,9 @@ impl Moments {
     }
 
     /// Summit density in integer wavenumbers, as the paper tabulates it: summits per (L/2π)², L
-    /// being the side of the cell.
-    pub fn summit_density_integer(&self, side: f64) -> f64 {
-        self.summit_density() * (side / TAU).powi(2)
+    /// being the longer side of the cell.
+    pub fn summit_density_integer(&self, cell: Cell) -> f64 {
+        self.summit_density() * (cell.longer_side() / TAU).powi(2)
     }
 
     /// Effective number of independent modes, (Σ P_j)²/Σ P_j² over pairs ±k; zero for a flat
@@ -114,15 +115,26 @@ impl Moments {
     }
 }
 
-/// Running sums over pairs of modes ±k, in integer wavenumbers.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct MomentSum(Moments);
+/// Running sums over pairs of modes ±k, in wavenumbers of the longer side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MomentSum {
+    cell: Cell,
+    sums: Moments,
+}
 
 impl MomentSum {
-    /// Adds a pair of modes ±(k_x, k_y); `power` is that of both together.
-    pub fn add_pair(&mut self, k_x: f64, k_y: f64, power: f64) {
-        let (x, y) = (k_x * k_x, k_y * k_y);
-        let sums = &mut self.0;
+    /// No mode so far.
+    pub fn on(cell: Cell) -> Self {
+        Self {
+            cell,
+            sums: Moments::default(),
+        }
+    }
+
+    /// Adds a pair of modes of ± so many waves along x and y; `power` is that of both together.
+    pub fn add_pair(&mut self, waves: [f64; 2], power: f64) {
+        let [x, y] = self.cell.wavevector(waves).map(|k| k * k);
+        let sums = &mut self.sums;
         sums.m00 += power;
         sums.m20 += x * power;
         sums.m02 += y * power;
@@ -132,16 +144,20 @@ impl MomentSum {
         sums.squared_pair_power += power * power;
     }
 
-    /// Mean square gradient so far, on a cell of the given side.
-    pub fn square_slope(&self, side: f64) -> f64 {
-        (self.0.m20 + self.0.m02) * (TAU / side).powi(2)
+    /// Mean square gradient so far.
+    pub fn square_slope(&self) -> f64 {
+        (self.sums.m20 + self.sums.m02) * self.square_unit()
     }
 
-    /// The moments on a cell of the given side, heights multiplied by `scale`.
-    pub fn finish(self, side: f64, scale: f64) -> Moments {
-        let square = (TAU / side).powi(2);
+    fn square_unit(&self) -> f64 {
+        (TAU / self.cell.longer_side()).powi(2)
+    }
+
+    /// The moments, heights multiplied by `scale`.
+    pub fn finish(self, scale: f64) -> Moments {
+        let square = self.square_unit();
         let power = scale * scale;
-        let sums = self.0;
+        let sums = self.sums;
         Moments {
             m00: power * sums.m00,
             m20: power * square * sums.m20,
@@ -165,12 +181,12 @@ pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
 
 /// How many modes of the full spectrum entry (i, k_y) stands for: two, but one where k and −k
 /// coincide on the mesh, and none for the mean and where −k has an entry of its own that counts.
-fn multiplicity(i: usize, k_y: usize, nodes: usize) -> f64 {
-    let alone = |index: usize| index == 0 || 2 * index == nodes;
-    match (alone(k_y), alone(i)) {
+fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
+    let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
+    match (alone(k_y, nodes_y), alone(i, nodes_x)) {
         (true, true) if (i, k_y) == (0, 0) => 0.0,
         (true, true) => 1.0,
-        (true, false) if 2 * i > nodes => 0.0,
+        (true, false) if 2 * i > nodes_x => 0.0,
         _ => 2.0,
     }
 }
@@ -178,12 +194,17 @@ fn multiplicity(i: usize, k_y: usize, nodes: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::{cell, rectangle, square};
     use crate::contact::topography::shapes::Shape;
 
     /// Heights without any symmetry.
     fn rough(nodes: usize, side: f64) -> Surface {
         let height = |node| libm::sin(7.0 + (node * node) as f64);
-        Surface::new(nodes, side, (0..nodes * nodes).map(height).collect()).unwrap()
+        Surface::new(
+            square(nodes, side),
+            (0..nodes * nodes).map(height).collect(),
+        )
+        .unwrap()
     }
 
     fn assert_close(found: f64, exact: f64) {
@@ -212,16 +233,32 @@ mod tests {
     #[test]
     fn moments_of_a_wave_are_powers_of_its_wavenumber() {
         // The last one is at the Nyquist wavenumber, where the cosine is ±1 on the nodes.
-        for (waves, square) in [(1, 0.5), (5, 0.5), (8, 1.0)] {
+        for (waves, mean_square) in [(1, 0.5), (5, 0.5), (8, 1.0)] {
             let amplitude = 0.1;
-            let moments = Moments::of(&Shape::Wave { amplitude, waves }.draw(16, 2.0));
+            let moments = Moments::of(&Shape::Wave { amplitude, waves }.draw(square(16, 2.0)));
             let q = TAU * f64::from(waves) / 2.0;
-            let power = square * amplitude * amplitude;
+            let power = mean_square * amplitude * amplitude;
             assert_close(moments.m00, power);
             assert_close(moments.m20, q.powi(2) * power);
             assert_close(moments.m40, q.powi(4) * power);
             assert_close(moments.effective_modes(), 1.0);
             assert!(moments.m02.max(moments.m04).max(moments.m22) < 1e-25);
+        }
+    }
+
+    #[test]
+    fn waves_of_a_rectangle_have_the_wavenumbers_of_its_sides() {
+        for (nodes, size) in [([16, 10], [2.0, 0.5]), ([9, 32], [0.3, 4.0])] {
+            let grid = rectangle(nodes, size);
+            let (amplitude, waves) = (0.1, 3);
+            let moments = Moments::of(&Shape::WaveProduct { amplitude, waves }.draw(grid));
+            let [q_x, q_y] = size.map(|side| TAU * 3.0 / side);
+            let power = amplitude * amplitude / 4.0;
+            assert_close(moments.m20, q_x.powi(2) * power);
+            assert_close(moments.m02, q_y.powi(2) * power);
+            assert_close(moments.m40, q_x.powi(4) * power);
+            assert_close(moments.m04, q_y.powi(4) * power);
+            assert_close(moments.m22, (q_x * q_y).powi(2) * power);
         }
     }
 
@@ -233,7 +270,7 @@ mod tests {
             Shape::WaveProduct { amplitude, waves },
             Shape::WaveSum { amplitude, waves },
         ] {
-            let moments = Moments::of(&shape.draw(16, 1.0));
+            let moments = Moments::of(&shape.draw(square(16, 1.0)));
             assert_close(moments.effective_modes(), 2.0);
             // All modes on one circle: m2 and m4 are half the square slope and, along the axes,
             // half the square curvature, along the diagonals a quarter.
@@ -246,7 +283,7 @@ mod tests {
     fn transposing_the_heights_swaps_the_axes() {
         let surface = rough(9, 1.5);
         let transposed = (0..81).map(|node| surface.heights()[node % 9 * 9 + node / 9]);
-        let swapped = Moments::of(&Surface::new(9, 1.5, transposed.collect()).unwrap());
+        let swapped = Moments::of(&Surface::new(square(9, 1.5), transposed.collect()).unwrap());
         let moments = Moments::of(&surface);
         assert_close(moments.m20, swapped.m02);
         assert_close(moments.m40, swapped.m04);
@@ -262,15 +299,15 @@ mod tests {
             .iter()
             .map(|height| 3.0 * height)
             .collect();
-        let scaled = Moments::of(&Surface::new(12, 3.0, scaled).unwrap());
+        let scaled = Moments::of(&Surface::new(square(12, 3.0), scaled).unwrap());
         let moments = Moments::of(&surface);
         assert_close(scaled.rms_height(), 3.0 * moments.rms_height());
         assert_close(scaled.rms_slope(), moments.rms_slope());
         assert_close(scaled.fourth(), moments.fourth() / 9.0);
         assert_close(scaled.nayak().unwrap(), moments.nayak().unwrap());
         assert_close(scaled.summit_density(), moments.summit_density() / 9.0);
-        let integer = moments.summit_density_integer(1.0);
-        assert_close(scaled.summit_density_integer(3.0), integer);
+        let integer = moments.summit_density_integer(cell(1.0));
+        assert_close(scaled.summit_density_integer(cell(3.0)), integer);
         assert_close(moments.summit_density(), 4.0 * PI * PI * integer);
     }
 

@@ -8,6 +8,7 @@ use super::moments::{MomentSum, Moments};
 use super::spectrum::Spectrum;
 use super::surface::Surface;
 use crate::contact::fft::Transform;
+use crate::contact::grid::{Cell, Grid};
 
 /// What the moduli of the coefficients are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,75 +53,79 @@ pub struct Ring {
 }
 
 impl RandomSurface {
-    /// The heights on a mesh of `nodes` ≥ 2 `k_upper` per side, in the unit of `side`.
+    /// The heights on a grid of at least two nodes to the shortest wave of either axis, in the unit
+    /// of the grid's lengths.
     ///
     /// Finer meshes show the same heights at the nodes they share. The slope is that of the waves
-    /// themselves; a mesh of exactly 2 `k_upper` nodes cannot tell the phases of the two waves at
+    /// themselves; a mesh of exactly two nodes cannot tell the phases of the two waves at
     /// its Nyquist wavenumber, so that its own Fourier transform has a slightly different one.
-    pub fn draw(&self, nodes: usize, side: f64) -> Surface {
-        let k_upper = self.spectrum.k_upper;
-        assert!(
-            2 * k_upper as usize <= nodes,
-            "{nodes} nodes cannot carry wavenumber {k_upper}"
-        );
-        let transform = Transform::new(nodes);
+    pub fn draw(&self, grid: Grid) -> Surface {
+        let [nodes_x, nodes_y] = grid.nodes();
+        let [most_x, most_y] = self.spectrum.most_waves(grid.cell());
+        for (nodes, waves) in [(nodes_x, most_x), (nodes_y, most_y)] {
+            assert!(
+                2 * waves as usize <= nodes,
+                "{nodes} nodes cannot carry {waves} waves"
+            );
+        }
+        let transform = Transform::new(grid.nodes());
         let columns = transform.spectrum_columns();
         let mut half = vec![Complex::default(); transform.spectrum_len()];
-        let mut sum = MomentSum::default();
-        self.for_each_pair(|k_x, k_y, density, draw| {
+        let mut sum = MomentSum::on(grid.cell());
+        self.for_each_pair(grid.cell(), |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
-            sum.add_pair(k_x.into(), k_y.into(), 2.0 * power);
+            sum.add_pair([k_x.into(), k_y.into()], 2.0 * power);
             let coefficient = power.sqrt() * draw.phase();
-            half[row_of(k_x, nodes) * columns + k_y as usize] += coefficient;
+            half[row_of(k_x, nodes_x) * columns + k_y as usize] += coefficient;
             // Of the opposite mode only these columns are stored. At Nyquist it is the same entry,
             // which thus receives 2 Re(c), the sample that any finer mesh has there.
-            if k_y == 0 || 2 * k_y as usize == nodes {
-                half[row_of(-k_x, nodes) * columns + k_y as usize] += coefficient.conj();
+            if k_y == 0 || 2 * k_y as usize == nodes_y {
+                half[row_of(-k_x, nodes_x) * columns + k_y as usize] += coefficient.conj();
             }
         });
-        let scale = self.scale(&sum, side);
-        let mut heights = vec![0.0; nodes * nodes];
+        let scale = self.scale(&sum);
+        let mut heights = vec![0.0; grid.count()];
         transform.inverse(&mut half, &mut heights, &mut transform.scratch());
         heights.iter_mut().for_each(|height| *height *= scale);
-        Surface::new(nodes, side, heights).expect("a sum of finite waves on a whole mesh")
+        Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
     }
 
     /// Moments of the surface from its modes alone, without a mesh.
-    pub fn moments(&self, side: f64) -> Moments {
-        self.moments_beside_mean(side).0
+    pub fn moments(&self, cell: Cell) -> Moments {
+        self.moments_beside_mean(cell).0
     }
 
     /// Moments of the surface, and of one of the same slope whose modes all have their mean power:
     /// the sums over the lattice of modes, from which realizations scatter.
-    pub fn moments_beside_mean(&self, side: f64) -> (Moments, Moments) {
-        let [mut drawn, mut mean] = [MomentSum::default(); 2];
-        self.for_each_pair(|k_x, k_y, density, draw| {
+    pub fn moments_beside_mean(&self, cell: Cell) -> (Moments, Moments) {
+        let [mut drawn, mut mean] = [MomentSum::on(cell); 2];
+        self.for_each_pair(cell, |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
-            drawn.add_pair(k_x.into(), k_y.into(), 2.0 * power);
-            mean.add_pair(k_x.into(), k_y.into(), 2.0 * density);
+            drawn.add_pair([k_x.into(), k_y.into()], 2.0 * power);
+            mean.add_pair([k_x.into(), k_y.into()], 2.0 * density);
         });
-        let moments = |sum: MomentSum| sum.finish(side, self.scale(&sum, side));
+        let moments = |sum: MomentSum| sum.finish(self.scale(&sum));
         (moments(drawn), moments(mean))
     }
 
     /// Mean power |ĥ|² of a mode in each ring of wavenumbers that round to the same integer, rings
     /// without modes left out; of the surface, and of one of the same slope whose modes all have
     /// their mean power.
-    pub fn rings(&self, side: f64) -> Vec<Ring> {
-        let [mut drawn, mut mean] = [MomentSum::default(); 2];
+    pub fn rings(&self, cell: Cell) -> Vec<Ring> {
+        let [mut drawn, mut mean] = [MomentSum::on(cell); 2];
         let rings = 1 + self.spectrum.k_upper as usize;
         let mut sums = vec![(0, 0.0, 0.0); rings];
-        self.for_each_pair(|k_x, k_y, density, draw| {
+        self.for_each_pair(cell, |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
-            drawn.add_pair(k_x.into(), k_y.into(), 2.0 * power);
-            mean.add_pair(k_x.into(), k_y.into(), 2.0 * density);
+            drawn.add_pair([k_x.into(), k_y.into()], 2.0 * power);
+            mean.add_pair([k_x.into(), k_y.into()], 2.0 * density);
             let (pairs, power_sum, density_sum) =
-                &mut sums[f64::from(k_x).hypot(f64::from(k_y)).round() as usize];
+                &mut sums[cell.wavenumber([k_x.into(), k_y.into()]).round() as usize];
             *pairs += 1;
             *power_sum += power;
             *density_sum += density;
         });
-        let [drawn, mean] = [drawn, mean].map(|sum| self.scale(&sum, side).powi(2));
+        let [drawn, mean] = [drawn, mean].map(|sum| self.scale(&sum).powi(2));
         let ring = |(wavenumber, (pairs, power, density)): (usize, (u32, f64, f64))| {
             (pairs > 0).then(|| Ring {
                 wavenumber: wavenumber as u32,
@@ -133,14 +138,14 @@ impl RandomSurface {
     }
 
     /// Visits one of each pair of modes ±k with its mean power, before scaling, and its draw.
-    fn for_each_pair(&self, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
+    fn for_each_pair(&self, cell: Cell, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
         let mut densities = self.spectrum.densities();
         let draws = Draws::new(self.seed, self.realization);
-        for row in self.spectrum.rows() {
-            let across = u64::from(row.k_x.unsigned_abs()).pow(2);
+        for row in self.spectrum.rows(cell) {
             let draws = draws.row(row.k_x, *row.k_y.start());
             for (k_y, draw) in row.k_y.zip(draws) {
-                let density = densities.at(across + u64::from(k_y).pow(2));
+                let [across, along] = cell.wavevector([row.k_x.into(), k_y.into()]);
+                let density = densities.at(across * across + along * along);
                 visit(row.k_x, k_y, density, draw);
             }
         }
@@ -155,8 +160,8 @@ impl RandomSurface {
     }
 
     /// What the heights are multiplied by for the slope asked for.
-    fn scale(&self, sum: &MomentSum, side: f64) -> f64 {
-        let square_slope = sum.square_slope(side);
+    fn scale(&self, sum: &MomentSum) -> f64 {
+        let square_slope = sum.square_slope();
         if square_slope > 0.0 {
             self.rms_slope / square_slope.sqrt()
         } else {
@@ -174,6 +179,7 @@ fn row_of(k_x: i32, nodes: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::{cell, rectangle, square};
 
     fn random(amplitude: Amplitude, k_lower: u32, k_upper: u32) -> RandomSurface {
         RandomSurface {
@@ -198,12 +204,12 @@ mod tests {
     #[test]
     fn rings_hold_the_power_of_all_modes() {
         let random = random(Amplitude::Gaussian, 4, 64);
-        let rings = random.rings(3.0);
+        let rings = random.rings(cell(3.0));
         let square_height: f64 = rings
             .iter()
             .map(|ring| 2.0 * f64::from(ring.pairs) * ring.power)
             .sum();
-        assert_close(square_height, random.moments(3.0).m00, 1e-12);
+        assert_close(square_height, random.moments(cell(3.0)).m00, 1e-12);
         let wavenumbers = rings.iter().map(|ring| ring.wavenumber);
         assert!(
             wavenumbers.eq(4..=64),
@@ -213,7 +219,7 @@ mod tests {
 
     #[test]
     fn rings_fall_as_the_spectrum_does() {
-        let rings = random(Amplitude::Deterministic, 4, 64).rings(1.0);
+        let rings = random(Amplitude::Deterministic, 4, 64).rings(cell(1.0));
         let at = |wavenumber: usize| rings[wavenumber - 4];
         assert_eq!(at(32).power, at(32).mean_power);
         // A ring is one wavenumber wide, and the power falls by a ninth across that at 32.
@@ -226,11 +232,11 @@ mod tests {
         for amplitude in [Amplitude::Gaussian, Amplitude::Deterministic] {
             // The coarsest mesh has two modes at its Nyquist wavenumber.
             let random = random(amplitude, 4, 64);
-            let fine = random.draw(512, 1.0);
-            let rms_height = random.moments(1.0).rms_height();
+            let fine = random.draw(square(512, 1.0));
+            let rms_height = random.moments(cell(1.0)).rms_height();
             for nodes in [128, 256] {
                 let step = 512 / nodes;
-                for (node, height) in random.draw(nodes, 1.0).heights().iter().enumerate() {
+                for (node, height) in random.draw(square(nodes, 1.0)).heights().iter().enumerate() {
                     let shared = step * (node / nodes) * 512 + step * (node % nodes);
                     // Rounding of sums over ten thousand modes.
                     assert!((height - fine.heights()[shared]).abs() < 1e-12 * rms_height);
@@ -242,8 +248,8 @@ mod tests {
     #[test]
     fn a_higher_cutoff_adds_modes_and_keeps_the_others() {
         let [low, high] = [16, 31].map(|k_upper| {
-            let surface = random(Amplitude::Gaussian, 4, k_upper).draw(64, 1.0);
-            let transform = Transform::new(64);
+            let surface = random(Amplitude::Gaussian, 4, k_upper).draw(square(64, 1.0));
+            let transform = Transform::new([64; 2]);
             let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
             transform.forward(surface.heights(), &mut spectrum, &mut transform.scratch());
             move |k_x: i32, k_y: usize| spectrum[row_of(k_x, 64) * 33 + k_y]
@@ -264,7 +270,7 @@ mod tests {
                     ..random(amplitude, 1, 15)
                 };
                 for side in [1.0, 2.5] {
-                    let slope = Moments::of(&surface.draw(32, side)).rms_slope();
+                    let slope = Moments::of(&surface.draw(square(32, side))).rms_slope();
                     assert_close(slope, 0.02, 1e-13);
                 }
             }
@@ -272,9 +278,31 @@ mod tests {
     }
 
     #[test]
+    fn every_mesh_of_a_rectangle_shows_the_same_surface() {
+        let random = random(Amplitude::Gaussian, 4, 30);
+        let size = [2.0, 0.75];
+        let [coarse, fine] = [[60, 24], [120, 72]].map(|nodes| random.draw(rectangle(nodes, size)));
+        let rms_height = random.moments(coarse.grid().cell()).rms_height();
+        for (node, height) in coarse.heights().iter().enumerate() {
+            let [i, j] = coarse.grid().place(node);
+            let shared = fine.heights()[2 * i * 72 + 3 * j];
+            assert!((height - shared).abs() < 1e-12 * rms_height);
+        }
+    }
+
+    #[test]
     fn moments_of_the_modes_are_those_of_the_mesh() {
-        let surface = random(Amplitude::Gaussian, 2, 15);
-        let (modes, mesh) = (surface.moments(2.5), Moments::of(&surface.draw(32, 2.5)));
+        for grid in [square(32, 2.5), rectangle([14, 36], [1.0, 2.5])] {
+            moments_agree(&random(Amplitude::Gaussian, 2, 15), grid);
+        }
+    }
+
+    fn moments_agree(surface: &RandomSurface, grid: Grid) {
+        let (modes, mesh) = (
+            surface.moments(grid.cell()),
+            Moments::of(&surface.draw(grid)),
+        );
+        assert_close(mesh.rms_slope(), 0.02, 1e-13);
         assert_close(modes.m00, mesh.m00, 1e-13);
         assert_close(modes.m20, mesh.m20, 1e-13);
         assert_close(modes.m02, mesh.m02, 1e-13);
@@ -311,19 +339,21 @@ mod tests {
             ),
         ];
         for (k_lower, k_upper, nayak, density, effective) in sums {
-            let [scattering, fixed] = [Amplitude::Gaussian, Amplitude::Deterministic]
-                .map(|amplitude| random(amplitude, k_lower, k_upper).moments_beside_mean(3.0));
+            let [scattering, fixed] =
+                [Amplitude::Gaussian, Amplitude::Deterministic].map(|amplitude| {
+                    random(amplitude, k_lower, k_upper).moments_beside_mean(cell(3.0))
+                });
             assert_eq!(fixed.0, fixed.1);
             assert_eq!(scattering.1, fixed.1);
             assert_close(fixed.1.nayak().unwrap(), nayak, 1e-12);
-            assert_close(fixed.1.summit_density_integer(3.0), density, 1e-12);
+            assert_close(fixed.1.summit_density_integer(cell(3.0)), density, 1e-12);
             assert_close(fixed.1.effective_modes(), effective, 1e-12);
         }
     }
 
     #[test]
     fn deterministic_moduli_are_isotropic() {
-        let moments = random(Amplitude::Deterministic, 4, 64).moments(1.0);
+        let moments = random(Amplitude::Deterministic, 4, 64).moments(cell(1.0));
         assert_close(moments.m20, moments.m02, 1e-13);
         assert_close(moments.m40, moments.m04, 1e-13);
         // Over a circle ⟨cos² sin²⟩ is a third of ⟨cos⁴⟩; the lattice is nearly as round.
@@ -338,9 +368,9 @@ mod tests {
                 realization,
                 ..random(Amplitude::Gaussian, 4, 64)
             };
-            let moments = surface.moments(1.0);
+            let moments = surface.moments(cell(1.0));
             nayak += moments.nayak().unwrap() / 8.0;
-            density += moments.summit_density_integer(1.0) / 8.0;
+            density += moments.summit_density_integer(cell(1.0)) / 8.0;
         }
         // Means of 200 surfaces are 12.33 ± 0.06 and 23.1; one surface scatters by 0.8 and 0.5.
         assert!((nayak - 12.33).abs() < 3.0 * 0.8 / 8_f64.sqrt());
@@ -350,7 +380,12 @@ mod tests {
     #[test]
     fn a_spectrum_without_modes_is_flat() {
         let flat = random(Amplitude::Gaussian, 8, 4);
-        assert_eq!(flat.moments(1.0), Moments::default());
-        assert!(flat.draw(16, 1.0).heights().iter().all(|h| *h == 0.0));
+        assert_eq!(flat.moments(cell(1.0)), Moments::default());
+        assert!(
+            flat.draw(square(16, 1.0))
+                .heights()
+                .iter()
+                .all(|h| *h == 0.0)
+        );
     }
 }

@@ -5,19 +5,24 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::surface::Surface;
+use crate::contact::grid::Grid;
 
-/// A periodic surface of simple shape, peaks up; lengths in the unit of the side of the cell.
+/// Axes.
+const X: usize = 0;
+const Y: usize = 1;
+
+/// A periodic surface of simple shape, peaks up; lengths in the unit of the sides of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "the formula of each names them")]
 pub enum Shape {
     /// h = −r²/(2R) around the centre of the cell: Hertz's contact while it is small in the cell.
     Paraboloid { radius: f64 },
-    /// h = Δ cos(2π n x/L): Westergaard's contact. `waves` is n.
+    /// h = Δ cos(2π n x/L_x): Westergaard's contact. `waves` is n.
     Wave { amplitude: f64, waves: u32 },
-    /// h = Δ cos(2π n x/L) cos(2π n y/L): the contact of Johnson, Greenwood & Higginson 1985.
+    /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square the contact of Johnson, Greenwood & Higginson 1985.
     WaveProduct { amplitude: f64, waves: u32 },
-    /// h = Δ [cos(2π n x/L) + cos(2π n y/L)]: the same contact, turned by 45° and √2 shorter.
+    /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: the same contact, turned by 45° and √2 shorter.
     WaveSum { amplitude: f64, waves: u32 },
     /// Zero within a disc of the given radius around the centre, −`depth` outside.
     #[serde(rename = "flat-punch")]
@@ -25,29 +30,31 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The heights on a mesh of `nodes` per side; radii must be positive, all lengths finite.
-    pub fn draw(&self, nodes: usize, side: f64) -> Surface {
-        let heights = (0..nodes * nodes)
-            .map(|node| self.height(node / nodes, node % nodes, nodes, side))
+    /// The heights on a grid; radii must be positive, all lengths finite.
+    pub fn draw(&self, grid: Grid) -> Surface {
+        let heights = (0..grid.count())
+            .map(|node| self.height(grid, grid.place(node)))
             .collect();
-        Surface::new(nodes, side, heights).expect("lengths are finite and radii positive")
+        Surface::new(grid, heights).expect("lengths are finite and radii positive")
     }
 
-    fn height(&self, i: usize, j: usize, nodes: usize, side: f64) -> f64 {
+    fn height(&self, grid: Grid, place: [usize; 2]) -> f64 {
+        let (nodes, size) = (grid.nodes(), grid.cell().size());
         let square_radius = || {
-            let from_centre = |index: usize| (index as f64 / nodes as f64 - 0.5) * side;
-            from_centre(i).powi(2) + from_centre(j).powi(2)
+            let from_centre =
+                |axis: usize| (place[axis] as f64 / nodes[axis] as f64 - 0.5) * size[axis];
+            from_centre(X).powi(2) + from_centre(Y).powi(2)
         };
-        let wave = |index: usize, waves: u32| {
+        let wave = |axis: usize, waves: u32| {
             // Reduced to one turn, so that all waves of a surface are equal to the last bit.
-            let phase = (index * waves as usize) % nodes;
-            libm::cos(TAU * phase as f64 / nodes as f64)
+            let phase = (place[axis] * waves as usize) % nodes[axis];
+            libm::cos(TAU * phase as f64 / nodes[axis] as f64)
         };
         match *self {
             Self::Paraboloid { radius } => -square_radius() / (2.0 * radius),
-            Self::Wave { amplitude, waves } => amplitude * wave(i, waves),
-            Self::WaveProduct { amplitude, waves } => amplitude * wave(i, waves) * wave(j, waves),
-            Self::WaveSum { amplitude, waves } => amplitude * (wave(i, waves) + wave(j, waves)),
+            Self::Wave { amplitude, waves } => amplitude * wave(X, waves),
+            Self::WaveProduct { amplitude, waves } => amplitude * wave(X, waves) * wave(Y, waves),
+            Self::WaveSum { amplitude, waves } => amplitude * (wave(X, waves) + wave(Y, waves)),
             Self::Punch { radius, .. } if square_radius() <= radius * radius => 0.0,
             Self::Punch { depth, .. } => -depth,
         }
@@ -57,14 +64,16 @@ impl Shape {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::{rectangle, square};
     use crate::contact::topography::moments::Moments;
 
     #[test]
     fn paraboloid_has_its_summit_in_the_centre_and_its_radius_there() {
-        let surface = Shape::Paraboloid { radius: 0.4 }.draw(64, 2.0);
+        let surface = Shape::Paraboloid { radius: 0.4 }.draw(square(64, 2.0));
         let at = |i: usize, j: usize| surface.heights()[i * 64 + j];
         assert_eq!(at(32, 32), 0.0);
-        let curvature = (at(31, 32) - 2.0 * at(32, 32) + at(33, 32)) / surface.spacing().powi(2);
+        let curvature =
+            (at(31, 32) - 2.0 * at(32, 32) + at(33, 32)) / surface.grid().spacing()[0].powi(2);
         assert!((curvature + 1.0 / 0.4).abs() < 1e-12);
         assert_eq!(at(20, 40), at(40, 20));
         assert_eq!(at(20, 32), at(44, 32));
@@ -76,7 +85,7 @@ mod tests {
             amplitude: 0.1,
             waves: 4,
         }
-        .draw(32, 1.0);
+        .draw(square(32, 1.0));
         for (node, height) in surface.heights().iter().enumerate() {
             assert_eq!(*height, surface.heights()[(node / 32 % 8) * 32]);
         }
@@ -87,18 +96,33 @@ mod tests {
     #[test]
     fn waves_have_the_slopes_of_their_derivatives() {
         let (amplitude, waves) = (0.1, 3);
-        let square = (TAU * 3.0 * amplitude).powi(2);
+        let steepest = (TAU * 3.0 * amplitude).powi(2);
         let slopes = [
-            (Shape::Wave { amplitude, waves }, [square / 2.0, 0.0]),
-            (Shape::WaveProduct { amplitude, waves }, [square / 4.0; 2]),
-            (Shape::WaveSum { amplitude, waves }, [square / 2.0; 2]),
+            (Shape::Wave { amplitude, waves }, [steepest / 2.0, 0.0]),
+            (Shape::WaveProduct { amplitude, waves }, [steepest / 4.0; 2]),
+            (Shape::WaveSum { amplitude, waves }, [steepest / 2.0; 2]),
         ];
         for (shape, exact) in slopes {
-            let moments = Moments::of(&shape.draw(30, 1.0));
+            let moments = Moments::of(&shape.draw(square(30, 1.0)));
             for (found, exact) in [moments.m20, moments.m02].into_iter().zip(exact) {
                 assert!((found - exact).abs() < 1e-13, "{shape:?}: {found}");
             }
         }
+    }
+
+    #[test]
+    fn a_rectangle_has_its_centre_and_its_waves_on_both_axes() {
+        let grid = rectangle([12, 20], [1.0, 2.0]);
+        let at = |shape: Shape, i: usize, j: usize| shape.draw(grid).heights()[i * 20 + j];
+        let bowl = Shape::Paraboloid { radius: 0.5 };
+        assert_eq!(at(bowl, 6, 10), 0.0);
+        // Three steps of 1/12 along x, five of 1/10 along y; r²/(2R) = r².
+        assert!((at(bowl, 9, 10) + 0.0625).abs() < 1e-15);
+        assert!((at(bowl, 6, 15) + 0.25).abs() < 1e-15);
+        let (amplitude, waves) = (1.0, 2);
+        let product = Shape::WaveProduct { amplitude, waves };
+        assert_eq!(at(product, 3, 0), -1.0);
+        assert_eq!(at(product, 0, 5), -1.0);
     }
 
     #[test]
@@ -107,7 +131,7 @@ mod tests {
             radius: 0.3,
             depth: 2.0,
         };
-        let surface = shape.draw(256, 1.0);
+        let surface = shape.draw(square(256, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count();
         let bottom = surface.heights().iter().filter(|&&h| h == -2.0).count();
         assert_eq!(top + bottom, 256 * 256);

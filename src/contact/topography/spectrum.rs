@@ -1,17 +1,18 @@
 //! The power spectral density of a self-affine surface, and the modes that it occupies.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 use serde::{Deserialize, Serialize};
 
 use super::nayak::Continuum;
+use crate::contact::grid::Cell;
 
 /// Isotropic power spectral density, eq. (PSD) of Yastrebov, Anciaux & Molinari 2015.
 ///
 /// Constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))` for
 /// `k_rolloff ≤ |k| ≤ k_upper`, zero elsewhere; both cutoffs belong to the spectrum, which is what
-/// reproduces the Nayak parameters tabulated in the paper. Wavenumbers are in units of 2π/L and
-/// `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
+/// reproduces the Nayak parameters tabulated in the paper. Wavenumbers are in units of 2π/L, L being
+/// the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Hurst exponent, 0 to 1.
@@ -29,17 +30,18 @@ pub struct Spectrum {
 #[derive(Debug, Clone)]
 pub struct Densities {
     spectrum: Spectrum,
-    /// By |k|²; not a number where nobody has asked.
+    /// By |k|², where that is whole, as it is on a square; not a number where nobody has asked.
     known: Vec<f64>,
 }
 
 /// Squared lengths above it are not remembered: they would fill memory.
-const MOST_KNOWN: u64 = 1 << 20;
+const MOST_KNOWN: u32 = 1 << 20;
 
 impl Densities {
     /// [`Spectrum::density`], to the last bit.
-    pub fn at(&mut self, k_squared: u64) -> f64 {
-        let Some(known) = self.known.get_mut(k_squared as usize) else {
+    pub fn at(&mut self, k_squared: f64) -> f64 {
+        let whole = (k_squared.fract() == 0.0).then_some(k_squared as usize);
+        let Some(known) = whole.and_then(|whole| self.known.get_mut(whole)) else {
             return self.spectrum.density(k_squared);
         };
         if known.is_nan() {
@@ -52,46 +54,59 @@ impl Densities {
 /// The modes of a spectrum that share one `k_x`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
-    /// Wavenumber along x, signed.
+    /// Waves along x, signed.
     pub k_x: i32,
-    /// Wavenumbers along y, never negative.
+    /// Waves along y, never negative.
     pub k_y: RangeInclusive<u32>,
 }
 
 impl Spectrum {
     /// Density at `|k|² = k_squared`, relative to the plateau; `k_squared` lies between the cutoffs.
-    pub fn density(&self, k_squared: u64) -> f64 {
+    pub fn density(&self, k_squared: f64) -> f64 {
         let rolloff_squared = square(self.k_rolloff);
         if k_squared < rolloff_squared {
             return 1.0;
         }
-        let ratio = k_squared as f64 / rolloff_squared as f64;
+        let ratio = k_squared / rolloff_squared;
         libm::pow(ratio, -(1.0 + self.hurst))
     }
 
     /// Densities of many modes.
     pub fn densities(&self) -> Densities {
-        let lengths = square(self.k_upper).min(MOST_KNOWN) as usize + 1;
+        let lengths = square(self.k_upper).min(MOST_KNOWN as f64) as usize + 1;
         Densities {
             spectrum: *self,
             known: vec![f64::NAN; lengths],
         }
     }
 
-    /// One of each pair of modes ±k: all with k_y > 0, and of those with k_y = 0 the ones with
-    /// k_x > 0. Ascending in k_x, and in k_y within a row.
-    pub fn rows(&self) -> impl Iterator<Item = ModeRow> + use<> {
+    /// One of each pair of modes ±k of a cell: all with k_y > 0, and of those with k_y = 0 the ones
+    /// with k_x > 0. Ascending in k_x, and in k_y within a row.
+    pub fn rows(&self, cell: Cell) -> impl Iterator<Item = ModeRow> + use<> {
         let (lower, upper) = (square(self.k_lower), square(self.k_upper));
-        let k_upper = i64::from(self.k_upper);
-        (-k_upper..=k_upper).filter_map(move |k_x| {
-            let across = k_x.unsigned_abs().pow(2);
-            let first = ceil_sqrt(lower.saturating_sub(across)).max(u64::from(k_x <= 0));
-            let last = (upper - across).isqrt();
-            (first <= last).then_some(ModeRow {
-                k_x: k_x as i32,
-                k_y: first as u32..=last as u32,
+        let [most_x, most_y] = self.most_waves(cell);
+        // Exact on a square, where wavenumbers are whole and their squares far below 2⁵³.
+        let k_squared = move |k_x: i32, k_y: u32| {
+            let [k_x, k_y] = cell.wavevector([k_x.into(), k_y.into()]);
+            k_x * k_x + k_y * k_y
+        };
+        (-(most_x as i32)..=most_x as i32).filter_map(move |k_x| {
+            let mut k_y = u32::from(k_x <= 0)..most_y + 1;
+            let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
+            k_y.start = first;
+            let end = partition_point(k_y, |k_y| k_squared(k_x, k_y) <= upper);
+            (first < end).then(|| ModeRow {
+                k_x,
+                k_y: first..=end - 1,
             })
         })
+    }
+
+    /// The most waves of a mode along x and y.
+    pub fn most_waves(&self, cell: Cell) -> [u32; 2] {
+        // No more than the upper cutoff, for no side is longer than the longer one.
+        cell.aspect()
+            .map(|aspect| (f64::from(self.k_upper) / aspect) as u32)
     }
 
     /// The same density over continuous wavenumbers, where moments have closed forms.
@@ -105,18 +120,28 @@ impl Spectrum {
     }
 }
 
-fn square(k: u32) -> u64 {
-    u64::from(k).pow(2)
+fn square(k: u32) -> f64 {
+    f64::from(k).powi(2)
 }
 
-fn ceil_sqrt(value: u64) -> u64 {
-    let root = value.isqrt();
-    root + u64::from(root * root < value)
+/// The first of ascending numbers that is not `before`.
+fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
+    let Range { mut start, mut end } = numbers;
+    while start < end {
+        let middle = start + (end - start) / 2;
+        if before(middle) {
+            start = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    end
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::{cell, rectangle};
 
     fn spectrum(k_lower: u32, k_rolloff: u32, k_upper: u32) -> Spectrum {
         Spectrum {
@@ -127,9 +152,9 @@ mod tests {
         }
     }
 
-    fn modes(spectrum: &Spectrum) -> Vec<(i32, i32)> {
+    fn modes(spectrum: &Spectrum, cell: Cell) -> Vec<(i32, i32)> {
         let row = |row: ModeRow| row.k_y.map(move |k_y| (row.k_x, k_y as i32));
-        spectrum.rows().flat_map(row).collect()
+        spectrum.rows(cell).flat_map(row).collect()
     }
 
     #[test]
@@ -145,8 +170,35 @@ mod tests {
                     (k_lower * k_lower..=k_upper * k_upper).contains(&squared)
                 })
                 .collect();
-            assert_eq!(modes(&spectrum(k_lower, k_lower, k_upper)), expected);
+            let spectrum = spectrum(k_lower, k_lower, k_upper);
+            assert_eq!(modes(&spectrum, cell(0.3)), expected);
         }
+    }
+
+    #[test]
+    fn a_rectangle_has_the_modes_within_its_ellipses() {
+        // Half as long along x: wavenumbers there are twice the number of waves.
+        for (size, [step_x, step_y]) in [([1.0, 2.0], [2, 1]), ([3.0, 1.0], [1, 3])] {
+            let cell = rectangle([1, 1], size).cell();
+            let expected: Vec<_> = (-9..=9)
+                .flat_map(|k_x| (0..=9).map(move |k_y| (k_x, k_y)))
+                .filter(|&(k_x, k_y)| k_y > 0 || k_x > 0)
+                .filter(|(k_x, k_y): &(i32, i32)| {
+                    let squared = (step_x * k_x).pow(2) + (step_y * k_y).pow(2);
+                    (9..=81).contains(&squared)
+                })
+                .collect();
+            assert_eq!(modes(&spectrum(3, 3, 9), cell), expected);
+        }
+    }
+
+    #[test]
+    fn a_narrow_strip_has_waves_along_itself_alone() {
+        let strip = rectangle([1, 1], [0.1, 1.0]).cell();
+        assert_eq!(
+            modes(&spectrum(2, 2, 5), strip),
+            [2, 3, 4, 5].map(|k| (0, k))
+        );
     }
 
     #[test]
@@ -154,7 +206,8 @@ mod tests {
         let spectrum = spectrum(2, 4, 8192);
         let mut densities = spectrum.densities();
         for _ in 0..2 {
-            for k_squared in [4, 15, 16, 17, MOST_KNOWN, MOST_KNOWN + 1, 1 << 26] {
+            let squares = [4, 15, 16, 17, MOST_KNOWN, MOST_KNOWN + 1, 1 << 26].map(f64::from);
+            for k_squared in squares.into_iter().chain([4.5, 1e6 / 3.0]) {
                 assert_eq!(densities.at(k_squared), spectrum.density(k_squared));
             }
         }
@@ -162,17 +215,17 @@ mod tests {
 
     #[test]
     fn cutoffs_out_of_order_leave_no_modes() {
-        assert_eq!(modes(&spectrum(8, 8, 4)), []);
+        assert_eq!(modes(&spectrum(8, 8, 4), cell(1.0)), []);
     }
 
     #[test]
     fn density_is_flat_then_falls_with_the_hurst_exponent() {
         let spectrum = spectrum(2, 4, 64);
-        assert_eq!(spectrum.density(4), 1.0);
-        assert_eq!(spectrum.density(15), 1.0);
-        assert_eq!(spectrum.density(16), 1.0);
+        assert_eq!(spectrum.density(4.0), 1.0);
+        assert_eq!(spectrum.density(15.0), 1.0);
+        assert_eq!(spectrum.density(16.0), 1.0);
         // Ten times the wavenumber of the rolloff: 10^(−3.6).
-        let fallen = spectrum.density(1600);
+        let fallen = spectrum.density(1600.0);
         assert!((fallen / 10_f64.powf(-3.6) - 1.0).abs() < 1e-15);
     }
 }

@@ -121,7 +121,7 @@ fn maps(
         let nodes = table.integers(NODES.name)?;
         for row in 0..table.rows() {
             let nodes = nodes.value(row).unsigned_abs() as usize;
-            let map = ContactMap::from_bytes(nodes, bits.value(row));
+            let map = ContactMap::from_bytes([nodes; 2], bits.value(row));
             let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
             maps.insert(loads.value(row).to_bits(), map);
         }

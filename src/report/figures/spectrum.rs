@@ -28,9 +28,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let Some(surface) = sample.random() else {
             continue;
         };
-        let side = sample.params.side;
-        let unit = (surface.rms_slope * side).powi(2);
-        let rings = surface.rings(side);
+        let cell = sample.params.grid().map_err(ReportError::Surface)?.cell();
+        let unit = (surface.rms_slope * cell.longer_side()).powi(2);
+        let rings = surface.rings(cell);
         let label = evidence.looks.label(&sample.point);
         let label = label.unwrap_or_else(|| "the first surface".to_owned());
         let line = Style::line(evidence.looks.ink(&sample.point), Dash::Solid, 1.4);

@@ -43,7 +43,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         };
         panels.push(Panel::Map {
             title,
-            raster: Raster::of_heights(surface.nodes(), surface.heights()).at_most(PIXELS),
+            raster: Raster::of_heights(surface.grid().nodes(), surface.heights()).at_most(PIXELS),
         });
     }
     let columns = columns(&samples);

@@ -3,6 +3,7 @@
 use arrow::array::ArrayRef;
 
 use super::{Form, Params};
+use crate::contact::grid::{Cell, Grid};
 use crate::contact::topography::descriptors::Descriptors;
 use crate::contact::topography::moments::Moments;
 use crate::contact::topography::nayak::Continuum;
@@ -33,8 +34,8 @@ struct Expected {
 
 impl Description {
     /// Describes a random surface by its modes, on any mesh.
-    pub fn of_modes(surface: &RandomSurface, side: f64) -> Description {
-        let (moments, lattice) = surface.moments_beside_mean(side);
+    pub fn of_modes(surface: &RandomSurface, cell: Cell) -> Description {
+        let (moments, lattice) = surface.moments_beside_mean(cell);
         Description {
             moments,
             // The scale is set so that this holds to rounding; rows of one spectrum must agree.
@@ -52,7 +53,9 @@ impl Description {
     pub fn of_surface(form: &Form, surface: &Surface) -> Description {
         let seen = Descriptors::of(surface);
         let known = match form {
-            Form::Random { surface: drawn, .. } => Description::of_modes(drawn, surface.side()),
+            Form::Random { surface: drawn, .. } => {
+                Description::of_modes(drawn, surface.grid().cell())
+            }
             Form::File(_) | Form::Shape { .. } => Description {
                 moments: seen.moments,
                 rms_slope: seen.rms_slope,
@@ -67,25 +70,28 @@ impl Description {
     }
 
     /// The surface's row.
-    pub fn row(&self, params: &Params, nodes: usize, side: f64) -> Vec<(Column, ArrayRef)> {
+    pub fn row(&self, params: &Params, grid: Grid) -> Vec<(Column, ArrayRef)> {
         let rms_slope = Some(self.rms_slope);
-        let place = coordinates_of(params, nodes, side, rms_slope).into_iter();
+        let place =
+            coordinates_of(params, grid.nodes()[0], grid.cell().size()[0], rms_slope).into_iter();
         let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
         let mut columns: Vec<(Column, ArrayRef)> = place.map(cell).collect();
-        let described = self.descriptors(side);
+        let described = self.descriptors(grid.cell());
         columns.extend(
             DESCRIPTORS
                 .into_iter()
                 .zip(described.map(|value| optional_reals([value]))),
         );
         if let Some(expected) = &self.expected {
-            let values = expected.values(side).map(|value| optional_reals([value]));
+            let values = expected
+                .values(grid.cell())
+                .map(|value| optional_reals([value]));
             columns.extend(REFERENCES.into_iter().zip(values));
         }
         columns
     }
 
-    fn descriptors(&self, side: f64) -> [Option<f64>; 14] {
+    fn descriptors(&self, cell: Cell) -> [Option<f64>; 14] {
         let moments = &self.moments;
         let seen = self.seen.as_ref();
         [
@@ -97,7 +103,7 @@ impl Description {
             Some(moments.m04),
             moments.nayak(),
             Some(moments.summit_density()),
-            Some(moments.summit_density_integer(side)),
+            Some(moments.summit_density_integer(cell)),
             Some(moments.rms_height()),
             seen.and_then(|seen| seen.skewness),
             seen.and_then(|seen| seen.excess_kurtosis),
@@ -118,12 +124,12 @@ impl Description {
 }
 
 impl Expected {
-    fn values(&self, side: f64) -> [Option<f64>; 5] {
+    fn values(&self, cell: Cell) -> [Option<f64>; 5] {
         [
             Some(self.continuum.nayak()),
             Some(self.continuum.summit_density(self.k_rolloff)),
             self.lattice.nayak(),
-            Some(self.lattice.summit_density_integer(side)),
+            Some(self.lattice.summit_density_integer(cell)),
             Some(self.lattice.effective_modes()),
         ]
     }

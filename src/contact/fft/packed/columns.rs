@@ -13,21 +13,23 @@ use super::super::aligned::Aligned;
 use super::super::registers::{MOST_LANES, Registers, Work, transpose};
 use super::butterflies::{Complex, fourier};
 use super::stages::Stages;
+use crate::contact::grid::magnitude;
 
 pub struct Columns<T> {
-    nodes: usize,
+    nodes: [usize; 2],
     lanes: usize,
     stages: Stages<T, false>,
-    /// cos 2πk_x/N, then sin, of the L frequencies of each block.
+    /// cos 2πk_x/N_x, then sin, of the L frequencies of each block.
     turns: Aligned<T>,
 }
 
 impl<T: Real> Columns<T> {
-    /// Plans columns of half of `nodes`.
-    pub fn new(nodes: usize, lanes: usize) -> Option<Self> {
-        let blocks = nodes / 2 / lanes;
+    /// Plans columns of half of the nodes along x.
+    pub fn new(nodes: [usize; 2], lanes: usize) -> Option<Self> {
+        let length = nodes[0];
+        let blocks = length / 2 / lanes;
         let angles = |block: usize| {
-            (0..lanes).map(move |p| TAU * (block + p * blocks) as f64 / nodes as f64)
+            (0..lanes).map(move |p| TAU * (block + p * blocks) as f64 / length as f64)
         };
         let turns = (0..blocks).flat_map(|block| {
             let (cos, sin) = (angles(block).map(f64::cos), angles(block).map(f64::sin));
@@ -36,25 +38,26 @@ impl<T: Real> Columns<T> {
         Some(Self {
             nodes,
             lanes,
-            stages: Stages::new(nodes / 2, lanes)?,
+            stages: Stages::new(length / 2, lanes)?,
             turns: turns.map(T::nearest).collect(),
         })
     }
 
     /// S and D of a kernel, one register each, for each frequency p along a row of each block of
-    /// each tile up to its own opposite. Doubled, for N²/2 numbers are transformed and not N².
+    /// each tile up to its own opposite. Doubled, for half as many numbers are transformed as
+    /// there are nodes.
     pub fn kernel(&self, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
-        let (n, l) = (self.nodes, self.lanes);
-        let (tiles, blocks) = (n / l, n / 2 / l);
+        let ([nodes_x, nodes_y], l) = (self.nodes, self.lanes);
+        let (tiles, blocks) = (nodes_y / l, nodes_x / 2 / l);
         let mut kernel = Vec::new();
         for tile in 0..=tiles / 2 {
             for block in 0..blocks {
                 for k_y in (0..l).map(|p| tile + p * tiles) {
-                    let k_y = k_y.min(n - k_y);
+                    let k_y = magnitude(k_y, nodes_y);
                     for sign in [1.0, -1.0] {
                         kernel.extend((0..l).map(|p| {
                             let k_x = block + p * blocks;
-                            let (near, far) = (factor(k_x, k_y), factor(n / 2 - k_x, k_y));
+                            let (near, far) = (factor(k_x, k_y), factor(nodes_x / 2 - k_x, k_y));
                             T::nearest(near + sign * far)
                         }));
                     }
@@ -84,7 +87,7 @@ impl<T: Real> Work<T> for Convolve<'_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
         let stages = &self.columns.stages;
-        let nodes = self.columns.nodes;
+        let nodes = self.columns.nodes[0];
         let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
         let spare: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.spare);
         let kernel: &[R::Lanes] = bytemuck::cast_slice(self.kernel);

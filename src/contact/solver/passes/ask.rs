@@ -6,6 +6,7 @@ use super::super::flags::marked;
 use super::super::lanes::{Lanes, Pass, sum_by};
 use super::base::Base;
 use super::update_gap::{GapUpdate, Seen};
+use crate::contact::fft::Row;
 
 /// Starts from the last gap and pressure, or from a guess along the straight line through them.
 pub struct Ask<'a> {
@@ -36,16 +37,15 @@ pub struct Onwards<'a> {
 
 impl Pass<f32> for Ask<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        let pressure = &mut self.pressure[range.clone()];
-        let gap = &mut self.gap[range.clone()];
-        let carry = &mut self.carry[range.clone()];
+    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let pressure = row.of_mut(self.pressure);
+        let gap = row.of_mut(self.gap);
+        let carry = row.of_mut(self.carry);
         if let Some(onwards) = &mut self.onwards {
-            let earlier = &mut onwards.earlier_pressure[range.clone()];
+            let earlier = row.of_mut(onwards.earlier_pressure);
             extrapolate(onwards.reach, pressure, earlier);
             let (gap, last_gap) = S::as_mut_simd_f32s(gap);
-            let earlier = &mut onwards.earlier_gap[range.clone()];
+            let earlier = row.of_mut(onwards.earlier_gap);
             let (earlier, last_earlier) = S::as_mut_simd_f32s(earlier);
             extrapolate_single(simd, onwards.reach, gap, earlier);
             extrapolate_single(Scalar, onwards.reach, last_gap, last_earlier);
@@ -53,9 +53,9 @@ impl Pass<f32> for Ask<'_> {
                 *carry = marked(0.0, false, *p > 0.0);
             }
         }
-        self.base.set_row(range.clone(), pressure);
-        let base = self.base.row(range.clone());
-        split(pressure, base, &mut self.rise[range]);
+        self.base.set_row(row, pressure);
+        let base = self.base.row(row);
+        split(pressure, base, row.of_mut(self.rise));
         self.base_sum += sum_by(base, base, |base, _| f64::from(base));
         values.fill(0.0);
         self.response

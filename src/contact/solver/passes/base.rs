@@ -1,6 +1,6 @@
 //! What the pressures of a search are counted from.
 
-use std::ops::Range;
+use crate::contact::fft::Row;
 
 /// Single precision holds a pressure to 6e-8 of it, and a gap to about as much of a mesh step at
 /// unit rms slope. A finer search counts pressures from where it started.
@@ -8,21 +8,24 @@ const FINE: f64 = 1e-5;
 
 /// Zero, or for a fine search a map of its own.
 pub struct Base {
+    /// A row of them.
     zeros: Vec<f32>,
+    rows: usize,
     map: Vec<f32>,
 }
 
 impl Base {
-    pub fn new(nodes: usize) -> Self {
+    pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
         Self {
-            zeros: vec![0.0; nodes],
+            zeros: vec![0.0; row_nodes],
+            rows,
             map: Vec::new(),
         }
     }
 
     /// Gets ready for a search to a residual of `tolerance`.
     pub fn prepare(&mut self, tolerance: f64) {
-        let cells = self.zeros.len() * self.zeros.len();
+        let cells = self.rows * self.zeros.len();
         let is_map = Self::is_map(tolerance);
         self.map.resize(if is_map { cells } else { 0 }, 0.0);
     }
@@ -34,14 +37,14 @@ impl Base {
 
     /// The nodes of a row.
     #[inline(always)]
-    pub fn row(&self, range: Range<usize>) -> &[f32] {
-        self.map.get(range).unwrap_or(&self.zeros)
+    pub fn row(&self, row: Row) -> &[f32] {
+        self.map.get(row.range()).unwrap_or(&self.zeros)
     }
 
     /// Sets a row to what single precision holds of pressures, if this search is a fine one.
     #[inline(always)]
-    pub fn set_row(&mut self, range: Range<usize>, pressure: &[f64]) {
-        if let Some(base) = self.map.get_mut(range) {
+    pub fn set_row(&mut self, row: Row, pressure: &[f64]) {
+        if let Some(base) = self.map.get_mut(row.range()) {
             for (base, p) in base.iter_mut().zip(pressure) {
                 *base = *p as f32;
             }

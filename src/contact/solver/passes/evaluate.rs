@@ -7,6 +7,7 @@ use super::super::lanes::{Lanes, Pass, greater, sum_by, weight};
 use super::super::survey::Survey;
 use super::base::Base;
 use super::sample::Sample;
+use crate::contact::fft::Row;
 
 /// Departs from a pressure as it is.
 pub struct Depart<'a> {
@@ -17,10 +18,9 @@ pub struct Depart<'a> {
 
 impl Pass<f64> for Depart<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f64]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        values.copy_from_slice(&self.pressure[range.clone()]);
-        for (carry, p) in self.carry[range].iter_mut().zip(values) {
+    fn row<S: Simd>(&mut self, _: S, row: Row, values: &mut [f64]) {
+        values.copy_from_slice(row.of(self.pressure));
+        for (carry, p) in row.of_mut(self.carry).iter_mut().zip(values) {
             *carry = marked(0.0, false, *p > 0.0);
         }
     }
@@ -37,11 +37,9 @@ pub struct Settle<'a> {
 
 impl Pass<f64> for Settle<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f64]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        let (base, rise) = (self.base.row(range.clone()), &self.rise[range.clone()]);
-        let pressure = &mut self.pressure[range];
-        join(self.scale, base, rise, pressure);
+    fn row<S: Simd>(&mut self, _: S, row: Row, values: &mut [f64]) {
+        let pressure = row.of_mut(self.pressure);
+        join(self.scale, self.base.row(row), row.of(self.rise), pressure);
         values.copy_from_slice(pressure);
     }
 }
@@ -62,10 +60,8 @@ pub struct Join<'a> {
 
 impl Pass<f64> for Join<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
-        let range = row * pressure.len()..(row + 1) * pressure.len();
-        let (base, rise) = (self.base.row(range.clone()), &self.rise[range]);
-        join(self.factor, base, rise, pressure);
+    fn row<S: Simd>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        join(self.factor, self.base.row(row), row.of(self.rise), pressure);
     }
 }
 
@@ -78,9 +74,8 @@ pub struct Withdraw<'a> {
 
 impl Pass<f64> for Withdraw<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: usize, pressure: &mut [f64]) {
-        let carry = &self.carry[row * pressure.len()..][..pressure.len()];
-        for (p, carry) in pressure.iter_mut().zip(carry) {
+    fn row<S: Simd>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
             let last_move = weight::<f64>(has(*carry, FREE)) * f64::from(*carry);
             // Rounding must not leave a pressure below zero.
             *p = greater(*p - self.part * last_move, 0.0);
@@ -101,11 +96,10 @@ pub struct Arrive<'a> {
 
 impl Pass<f64> for Arrive<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f64]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        let gap = &mut self.gap[range.clone()];
-        above(values, &self.heights[range.clone()], self.reference, gap);
-        let carry = &self.carry[range];
+    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f64]) {
+        let gap = row.of_mut(self.gap);
+        above(values, row.of(self.heights), self.reference, gap);
+        let carry = row.of(self.carry);
         self.survey.contact_sum += contact_sum(values, carry);
         let (gap, last_gap) = S::as_simd_f32s(gap);
         let (carry, last_carry) = S::as_simd_f32s(carry);
@@ -159,22 +153,17 @@ pub struct Landing {
 
 impl Pass<f64> for Land<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f64]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        above(
-            values,
-            &self.heights[range.clone()],
-            self.reference,
-            &mut self.found,
-        );
+    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f64]) {
+        let heights = row.of(self.heights);
+        above(values, heights, self.reference, &mut self.found);
         {
             let (found, last_found) = S::as_mut_simd_f32s(&mut self.found);
-            let (gap, last_gap) = S::as_mut_simd_f32s(&mut self.gap[range.clone()]);
-            let carry = &mut self.carry[range.clone()];
+            let (gap, last_gap) = S::as_mut_simd_f32s(row.of_mut(self.gap));
+            let carry = row.of_mut(self.carry);
             self.landing.survey.contact_sum += contact_sum(values, carry);
             let (carry, last_carry) = S::as_mut_simd_f32s(carry);
-            let (base, last_base) = S::as_simd_f32s(self.base.row(range.clone()));
-            let (rise, last_rise) = S::as_simd_f32s(&self.rise[range]);
+            let (base, last_base) = S::as_simd_f32s(self.base.row(row));
+            let (rise, last_rise) = S::as_simd_f32s(row.of(self.rise));
             let landing = &mut self.landing;
             landing.survey.add(simd, found, carry);
             landing.survey.add(Scalar, last_found, last_carry);

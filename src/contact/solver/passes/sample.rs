@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use super::super::flags::{FREE, has};
 use super::super::lanes::{Pass, sum_by, total, weight};
+use crate::contact::fft::Row;
 
 /// The fewest pairs of rows in a sample: on smaller meshes, it is the whole mesh.
 const FEWEST: usize = 32;
@@ -16,44 +17,46 @@ const FEWEST_NODES: f64 = 64.0;
 
 /// Rows of a map, evenly spread over it in pairs.
 pub struct Sample {
-    nodes: usize,
+    rows: usize,
+    row_nodes: usize,
     stride: usize,
     kept: Vec<f32>,
 }
 
 impl Sample {
-    pub fn new(nodes: usize) -> Self {
-        let pairs = nodes.div_ceil(2);
+    pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
+        let pairs = rows.div_ceil(2);
         let stride = (pairs / FEWEST).clamp(1, SPARSEST);
         Self {
-            nodes,
+            rows,
+            row_nodes,
             stride,
-            kept: vec![0.0; 2 * pairs.div_ceil(stride) * nodes],
+            kept: vec![0.0; 2 * pairs.div_ceil(stride) * row_nodes],
         }
     }
 
     /// The pairs of rows in the sample.
     pub fn pairs(&self) -> impl Iterator<Item = usize> + use<> {
-        (self.stride / 2..self.nodes.div_ceil(2)).step_by(self.stride)
+        (self.stride / 2..self.rows.div_ceil(2)).step_by(self.stride)
     }
 
     /// The pairs of rows that are not.
     pub fn other_pairs(&self) -> impl Iterator<Item = usize> + use<> {
         let stride = self.stride;
-        (0..self.nodes.div_ceil(2)).filter(move |pair| pair % stride != stride / 2)
+        (0..self.rows.div_ceil(2)).filter(move |pair| pair % stride != stride / 2)
     }
 
     /// Where a row of the sample is kept.
-    fn place(&self, row: usize) -> Option<usize> {
-        let pair = row / 2;
+    fn place(&self, row: Row) -> Option<Row> {
+        let (pair, second) = (row.index() / 2, row.index() % 2);
         let sampled = pair % self.stride == self.stride / 2;
-        sampled.then(|| (pair / self.stride * 2 + row % 2) * self.nodes)
+        sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
 
     #[inline(always)]
-    pub fn keep(&mut self, row: usize, values: &[f32]) {
+    pub fn keep(&mut self, row: Row, values: &[f32]) {
         if let Some(place) = self.place(row) {
-            self.kept[place..][..values.len()].copy_from_slice(values);
+            place.of_mut(&mut self.kept).copy_from_slice(values);
         }
     }
 }
@@ -112,8 +115,8 @@ impl<'a> Peek<'a> {
 
 impl Pass<f32> for Peek<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: usize, values: &mut [f32]) {
-        let carry = &self.carry[row * values.len()..][..values.len()];
+    fn row<S: Simd>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let carry = row.of(self.carry);
         for (value, carry) in values.iter_mut().zip(carry) {
             *value *= weight::<f32>(has(*carry, FREE));
         }
@@ -124,7 +127,7 @@ impl Pass<f32> for Peek<'_> {
         self.sums.correction += correction;
         self.sums.last_move += sum_by(carry, carry, |carry, _| free(carry) * carry);
         if let Some(place) = self.sample.place(row) {
-            let image = &self.sample.kept[place..][..values.len()];
+            let image = place.of(&self.sample.kept);
             self.sampled_nodes += nodes;
             self.sums.sampled_correction += correction;
             self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
@@ -139,7 +142,7 @@ mod tests {
     #[test]
     fn small_meshes_are_sampled_whole() {
         for nodes in [1, 2, 7, 64, 126] {
-            let pairs = Vec::from_iter(Sample::new(nodes).pairs());
+            let pairs = Vec::from_iter(Sample::new([nodes; 2]).pairs());
             assert_eq!(pairs, Vec::from_iter(0..nodes.div_ceil(2)));
         }
     }
@@ -147,7 +150,7 @@ mod tests {
     #[test]
     fn large_meshes_are_sampled_evenly() {
         for (nodes, stride) in [(128, 2), (250, 3), (256, 4), (1024, 8), (4096, 8)] {
-            let pairs = Vec::from_iter(Sample::new(nodes).pairs());
+            let pairs = Vec::from_iter(Sample::new([nodes; 2]).pairs());
             assert!(pairs.windows(2).all(|pair| pair[1] - pair[0] == stride));
             assert!(pairs.len().abs_diff(nodes / 2 / stride) <= 1);
         }
@@ -155,9 +158,9 @@ mod tests {
 
     #[test]
     fn rows_of_the_sample_are_kept_and_no_others() {
-        let mut sample = Sample::new(256);
+        let mut sample = Sample::new([256; 2]);
         for row in 0..256 {
-            sample.keep(row, &[row as f32; 256]);
+            sample.keep(Row::new(row, 256), &[row as f32; 256]);
         }
         let rows = sample.pairs().flat_map(|pair| [2 * pair, 2 * pair + 1]);
         let kept: Vec<f32> = rows.map(|row| row as f32).collect();

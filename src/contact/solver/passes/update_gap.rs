@@ -6,6 +6,7 @@ use super::super::flags::{FREE, PRESSED, mark};
 use super::super::lanes::{Lanes, Pass};
 use super::super::survey::Extremes;
 use super::sample::Sample;
+use crate::contact::fft::Row;
 
 /// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is
 /// to close: the gap of free nodes and its extension over the others.
@@ -54,18 +55,17 @@ impl Seen {
 
 impl Pass<f32> for UpdateGap<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
-        let range = row * values.len()..(row + 1) * values.len();
+    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let response = self.response;
         {
             let (values, last_values) = S::as_mut_simd_f32s(values);
-            let (gap, last_gap) = S::as_mut_simd_f32s(&mut self.gap[range.clone()]);
-            let (heights, last_heights) = S::as_simd_f32s(&self.heights[range.clone()]);
+            let (gap, last_gap) = S::as_mut_simd_f32s(row.of_mut(self.gap));
+            let (heights, last_heights) = S::as_simd_f32s(row.of(self.heights));
             response.shift(simd, values, gap, heights);
             response.shift(Scalar, last_values, last_gap, last_heights);
         }
         self.sample.keep(row, values);
-        let (gap, carry) = (&self.gap[range.clone()], &mut self.carry[range]);
+        let (gap, carry) = (row.of(self.gap), row.of_mut(self.carry));
         response.ask_row(simd, values, gap, carry, &mut self.seen);
     }
 }

@@ -5,6 +5,7 @@ use pulp::{Scalar, Simd};
 use super::super::flags::{FREE, mark};
 use super::super::lanes::{Lanes, Pass, sum_by};
 use super::base::Base;
+use crate::contact::fft::Row;
 
 /// What is still to be done to pressures after a move: scale them, and take part of it back.
 #[derive(Debug, Clone, Copy)]
@@ -47,15 +48,13 @@ pub struct UpdatePressure<'a> {
 
 impl Pass<f32> for UpdatePressure<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: usize, values: &mut [f32]) {
-        let range = row * values.len()..(row + 1) * values.len();
-        let row_range = range.clone();
+    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let (values, last_values) = S::as_mut_simd_f32s(values);
-        let (base, last_base) = S::as_simd_f32s(self.base.row(range.clone()));
-        let (rise, last_rise) = S::as_mut_simd_f32s(&mut self.rise[range.clone()]);
-        let (carry, last_carry) = S::as_mut_simd_f32s(&mut self.carry[range.clone()]);
-        let (gap, last_gap) = S::as_simd_f32s(&self.gap[range.clone()]);
-        let (heights, last_heights) = S::as_simd_f32s(&self.heights[range]);
+        let (base, last_base) = S::as_simd_f32s(self.base.row(row));
+        let (rise, last_rise) = S::as_mut_simd_f32s(row.of_mut(self.rise));
+        let (carry, last_carry) = S::as_mut_simd_f32s(row.of_mut(self.carry));
+        let (gap, last_gap) = S::as_simd_f32s(row.of(self.gap));
+        let (heights, last_heights) = S::as_simd_f32s(row.of(self.heights));
         let direction = self.direction;
         direction.follow(
             simd,
@@ -79,7 +78,7 @@ impl Pass<f32> for UpdatePressure<'_> {
                 &mut self.sums,
             );
         }
-        let rise = &self.rise[row_range];
+        let rise = row.of(self.rise);
         self.sums.rise += sum_by(rise, rise, |rise, _| f64::from(rise));
     }
 }

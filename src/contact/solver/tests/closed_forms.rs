@@ -40,7 +40,7 @@ fn golden_surface_is_the_one_described() {
     let heights = golden(64);
     assert!((heights[0] - -0.009119742340787058).abs() < 1e-15);
     for (nodes, load) in [(64, 1.3257859146181756), (128, 1.3326186670460385)] {
-        let solver = Solver::new(nodes, &golden(nodes));
+        let solver = super::solver(nodes, &golden(nodes));
         assert!((solver.full_contact_load() - load).abs() < 1e-13);
     }
 }
@@ -92,7 +92,7 @@ fn golden_surface_touches_as_independent_code_has_it() {
             6.340986960082e-05,
         ),
     ];
-    let mut solver = Solver::new(64, &golden(64));
+    let mut solver = super::solver(64, &golden(64));
     for (load, nodes, peak, energy, gap) in SOLVED {
         let outcome = solved(&mut solver, load);
         assert_eq!(outcome.contact_nodes, nodes);
@@ -105,7 +105,7 @@ fn golden_surface_touches_as_independent_code_has_it() {
 #[test]
 fn full_contact_adds_the_load_to_the_pressure_that_flattens() {
     let (nodes, heights) = (64, golden(64));
-    let mut solver = Solver::new(nodes, &heights);
+    let mut solver = super::solver(nodes, &heights);
     let load = 1.5;
     let outcome = press(&mut solver, load, &TIGHT);
     assert_eq!(
@@ -138,7 +138,7 @@ fn energy_of_a_flattened_wave_is_a_quarter_of_wavenumber_times_squared_amplitude
     // ĥ(±k) = Δ/2 each, so U = ¼ · 2 · |q| Δ²/4 = |q| Δ²/8.
     let (amplitude, wavenumber) = (0.01, TAU * 5.0);
     let heights = map(32, |x, y| amplitude * (TAU * (3.0 * x + 4.0 * y)).cos());
-    let mut solver = Solver::new(32, &heights);
+    let mut solver = super::solver(32, &heights);
     let outcome = press(&mut solver, 2.0, &TIGHT);
     let energy = wavenumber * amplitude * amplitude / 8.0;
     assert!((outcome.energy / energy - 1.0).abs() < 1e-12);
@@ -148,7 +148,7 @@ fn energy_of_a_flattened_wave_is_a_quarter_of_wavenumber_times_squared_amplitude
 fn a_wave_touches_along_strips_of_the_width_of_westergaard() {
     let (nodes, amplitude) = (256, 0.05);
     let heights = map(nodes, |x, _| amplitude * (TAU * x).cos());
-    let mut solver = Solver::new(nodes, &heights);
+    let mut solver = super::solver(nodes, &heights);
     let full = PI * amplitude;
     assert!((solver.full_contact_load() / full - 1.0).abs() < 1e-12);
     for part in [0.05, 0.3, 0.6, 0.9] {
@@ -180,7 +180,7 @@ fn a_wave_touches_along_strips_of_the_width_of_westergaard() {
 fn crossed_waves_touch_in_discs_at_first_and_part_in_discs_at_last() {
     let (nodes, amplitude) = (256, 0.05);
     let heights = map(nodes, |x, y| amplitude * (TAU * x).cos() * (TAU * y).cos());
-    let mut solver = Solver::new(nodes, &heights);
+    let mut solver = super::solver(nodes, &heights);
     let full = 2_f64.sqrt() * PI * amplitude;
     assert!((solver.full_contact_load() / full - 1.0).abs() < 1e-12);
     let mut area = |part: f64| {
@@ -202,7 +202,7 @@ fn a_sphere_touches_as_hertz_has_it() {
         let (x, y) = (x - 0.5, y - 0.5);
         -(x * x + y * y) / (2.0 * radius)
     });
-    let mut solver = Solver::new(nodes, &heights);
+    let mut solver = super::solver(nodes, &heights);
     let contact_radius = 10.0 / nodes as f64;
     let load = 4.0 / 3.0 * contact_radius.powi(3) / radius;
     let outcome = solved(&mut solver, load);
@@ -221,7 +221,7 @@ fn a_flat_punch_presses_hardest_at_its_rim() {
         nodes,
         |x, y| if distance(x, y) < radius { 1.0 } else { 0.0 },
     );
-    let mut solver = Solver::new(nodes, &heights);
+    let mut solver = super::solver(nodes, &heights);
     let load = 1e-3;
     let outcome = solved(&mut solver, load);
     let inside = heights.iter().filter(|height| **height > 0.0).count();

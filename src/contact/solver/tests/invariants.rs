@@ -18,7 +18,7 @@ fn hard_surfaces_are_solved_to_the_last_digits() {
         (32, ripple),
         (47, rough(47, 2)),
     ] {
-        let mut solver = Solver::new(nodes, &heights);
+        let mut solver = super::solver(nodes, &heights);
         let full = solver.full_contact_load();
         for load in [
             1e-8,
@@ -42,7 +42,7 @@ fn what_a_sample_of_rows_does_not_show_is_found_all_the_same() {
     let peak = map(256, |x, y| if x == 0.0 && y == 0.0 { 0.1 } else { 0.0 });
     let ridge = map(256, |x, _| if x == 0.0 { 0.01 } else { 0.0 });
     for heights in [peak, ridge, noise(256, 4), noise(256, 5)] {
-        let mut solver = Solver::new(256, &heights);
+        let mut solver = super::solver(256, &heights);
         let full = solver.full_contact_load();
         for load in [1e-8, 1e-6, 1e-3 * full, 0.3 * full, 0.9 * full] {
             solved(&mut solver, load);
@@ -54,7 +54,7 @@ fn what_a_sample_of_rows_does_not_show_is_found_all_the_same() {
 #[test]
 fn a_flat_surface_is_in_full_contact_under_any_load() {
     for nodes in [1, 2, 9] {
-        let mut solver = Solver::new(nodes, &vec![0.7; nodes * nodes]);
+        let mut solver = super::solver(nodes, &vec![0.7; nodes * nodes]);
         let outcome = press(&mut solver, 1e-6, &TIGHT);
         assert_eq!(
             (outcome.stop, outcome.contact_nodes),
@@ -67,7 +67,7 @@ fn a_flat_surface_is_in_full_contact_under_any_load() {
 #[test]
 fn a_solve_stops_where_it_is_told_to_and_can_be_taken_up_again() {
     let heights = rough(32, 3);
-    let mut solver = Solver::new(32, &heights);
+    let mut solver = super::solver(32, &heights);
     let load = 0.2 * solver.full_contact_load();
     let limited = press(
         &mut solver,
@@ -86,7 +86,7 @@ fn a_solve_stops_where_it_is_told_to_and_can_be_taken_up_again() {
 
 #[test]
 fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
-    let mut solver = Solver::new(16, &rough(16, 4));
+    let mut solver = super::solver(16, &rough(16, 4));
     let outcome = press(
         &mut solver,
         0.1,
@@ -104,7 +104,7 @@ fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
 fn the_same_loads_give_the_same_bits() {
     let heights = rough(48, 5);
     let run = || {
-        let mut solver = Solver::new(48, &heights);
+        let mut solver = super::solver(48, &heights);
         for load in [0.01, 0.02, 0.1] {
             press(&mut solver, load, &Settings::default());
         }
@@ -125,7 +125,7 @@ proptest! {
         nodes in 2_usize..=40, seed: u64, part in 1e-4..1.0_f64, white: bool,
     ) {
         let heights = if white { noise(nodes, seed) } else { rough(nodes, seed) };
-        let mut solver = Solver::new(nodes, &heights);
+        let mut solver = super::solver(nodes, &heights);
         let load = part * solver.full_contact_load();
         let outcome = press(&mut solver, load, &Settings { tolerance: 1e-10, pair_limit: 4000 });
         prop_assert_eq!(outcome.stop, Stop::Converged);
@@ -138,7 +138,7 @@ proptest! {
 
     #[test]
     fn contact_grows_with_the_load(nodes in 8_usize..=32, seed: u64) {
-        let mut solver = Solver::new(nodes, &rough(nodes, seed));
+        let mut solver = super::solver(nodes, &rough(nodes, seed));
         let full = solver.full_contact_load();
         let mut before = 0;
         for part in [0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.8, 1.0] {
@@ -153,7 +153,7 @@ proptest! {
         nodes in 8_usize..=32, seed: u64, parts in prop::collection::vec(0.001..1.2_f64, 1..5),
     ) {
         let heights = rough(nodes, seed);
-        let (mut fresh, mut worn) = (Solver::new(nodes, &heights), Solver::new(nodes, &heights));
+        let (mut fresh, mut worn) = (super::solver(nodes, &heights), super::solver(nodes, &heights));
         let full = fresh.full_contact_load();
         for part in parts {
             press(&mut worn, part * full, &Settings::default());

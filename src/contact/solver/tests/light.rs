@@ -10,12 +10,12 @@ use crate::contact::topography::surface::Surface;
 
 /// Of unit rms slope on a unit cell.
 fn reduced(surface: Surface) -> Vec<f64> {
-    let unit = Moments::of(&surface).rms_slope() * surface.side();
+    let unit = Moments::of(&surface).rms_slope() * surface.grid().cell().longer_side();
     surface.heights().iter().map(|h| h / unit).collect()
 }
 
 fn shape(nodes: usize, shape: Shape) -> Vec<f64> {
-    reduced(shape.draw(nodes, 1.0))
+    reduced(shape.draw(square(nodes, 1.0)))
 }
 
 fn random(nodes: usize, hurst: f64, k_lower: u32, realization: u32) -> Vec<f64> {
@@ -31,7 +31,7 @@ fn random(nodes: usize, hurst: f64, k_lower: u32, realization: u32) -> Vec<f64> 
         seed: 7,
         realization,
     };
-    reduced(surface.draw(nodes, 1.0))
+    reduced(surface.draw(square(nodes, 1.0)))
 }
 
 fn shapes(nodes: usize) -> Vec<Vec<f64>> {
@@ -61,7 +61,7 @@ fn shapes(nodes: usize) -> Vec<Vec<f64>> {
 
 fn measured() -> Vec<f64> {
     let path = "data/measured/afm_10um_256.npy";
-    reduced(read_npy(&std::fs::read(path).unwrap(), 1e-5).unwrap())
+    reduced(read_npy(&std::fs::read(path).unwrap(), square(1, 1e-5).cell()).unwrap())
 }
 
 /// Heights in steps, as converters of instruments give them.
@@ -119,9 +119,9 @@ fn every_load_is_borne_and_solved_however_light() {
                 let rounding = 1e-15 * nodes as f64;
                 assert_complementary(solver, &heights, load, tolerance + rounding);
             };
-            let mut block = Solver::new(nodes, &heights);
+            let mut block = super::solver(nodes, &heights);
             for load in loads() {
-                solve(&mut Solver::new(nodes, &heights), load);
+                solve(&mut super::solver(nodes, &heights), load);
                 solve(&mut block, load);
             }
         }
@@ -132,7 +132,7 @@ fn every_load_is_borne_and_solved_however_light() {
 fn the_highest_node_bears_what_bends_less_than_the_next_is_lower() {
     for realization in 0..20 {
         let heights = random(32, 0.5, 2, realization);
-        let mut solver = Solver::new(32, &heights);
+        let mut solver = super::solver(32, &heights);
         let highest = (0..heights.len())
             .max_by(|a, b| heights[*a].total_cmp(&heights[*b]))
             .unwrap();
@@ -140,7 +140,7 @@ fn the_highest_node_bears_what_bends_less_than_the_next_is_lower() {
         assert_eq!(outcome.contact_nodes, 1);
         let bears = 1e-12 * heights.len() as f64;
         assert!((solver.pressure()[highest] / bears - 1.0).abs() < 1e-12);
-        let sinks = half_space::nodal_compliance(32) * bears;
+        let sinks = PeriodicHalfSpace::new(square(32, 1.0)).nodal_compliance() * bears;
         assert!((outcome.energy / (0.5 * 1e-12 * sinks) - 1.0).abs() < 1e-9);
     }
 }
@@ -156,7 +156,7 @@ fn a_flat_face_touches_as_a_whole_however_light_the_load() {
     );
     let face = heights.iter().filter(|height| **height == 0.0).count();
     for exponent in [-15, -12, -9, -7, -6, -5] {
-        let mut solver = Solver::new(128, &heights);
+        let mut solver = super::solver(128, &heights);
         let load = 10_f64.powi(exponent);
         let outcome = press(&mut solver, load, &Settings::default());
         assert_eq!(outcome.stop, Stop::Converged);
@@ -174,7 +174,7 @@ fn strips_along_the_rows_are_found_where_a_sample_of_rows_shows_their_edges_alon
     };
     let heights = shape(256, wave);
     for load in [1e-5, 1e-4, 3e-4] {
-        let mut solver = Solver::new(256, &heights);
+        let mut solver = super::solver(256, &heights);
         let settings = Settings {
             pair_limit: 150,
             ..Settings::default()
@@ -188,7 +188,7 @@ fn strips_along_the_rows_are_found_where_a_sample_of_rows_shows_their_edges_alon
 fn a_load_that_is_given_up_spoils_none_after_it() {
     for seed in 0..6 {
         let heights = rough(33, seed);
-        let [mut fresh, mut worn] = [0; 2].map(|_| Solver::new(33, &heights));
+        let [mut fresh, mut worn] = [0; 2].map(|_| super::solver(33, &heights));
         for (pair_limit, load) in [(1, 1e-12), (150, 1e-60), (3, 1e-9), (200, 1e-13), (5, 0.01)] {
             let unreachable = Settings {
                 tolerance: 1e-20,
@@ -211,7 +211,7 @@ fn a_load_that_is_given_up_spoils_none_after_it() {
 fn loads_in_any_order_are_solved() {
     for seed in 0..4 {
         let heights = rough(32, seed);
-        let mut solver = Solver::new(32, &heights);
+        let mut solver = super::solver(32, &heights);
         for load in [
             0.3, 1e-15, 1e-10, 0.01, 2e-4, 1e-7, 1e-8, 1e-3, 1e-60, 1e-12,
         ] {

@@ -112,12 +112,13 @@ impl Pool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::grid::samples::square;
     use crate::contact::topography::surface::Surface;
 
     /// Four nodes at −1 and +1 rms heights from the mean, or at √3 and −1/√3.
     fn histograms() -> [Histogram; 2] {
         [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]].map(|heights| {
-            let surface = Surface::new(2, 1.0, heights.to_vec()).unwrap();
+            let surface = Surface::new(square(2, 1.0), heights.to_vec()).unwrap();
             Histogram::of(&surface, 4, 1.8)
         })
     }
@@ -152,7 +153,7 @@ mod tests {
 
     #[test]
     fn normal_densities_integrate_to_one_and_are_symmetric() {
-        let surface = Surface::new(2, 1.0, vec![0.0, 0.0, 1.0, 1.0]).unwrap();
+        let surface = Surface::new(square(2, 1.0), vec![0.0, 0.0, 1.0, 1.0]).unwrap();
         for bins in [7, 100] {
             let bins = Pool::of(&Histogram::of(&surface, bins, 9.0)).bins();
             let integral: f64 = bins.iter().map(|bin| bin.normal).sum::<f64>();
