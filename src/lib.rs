@@ -13,6 +13,8 @@
 //! 6. [`claims`] – what the 2015 paper says, put to those tables.
 //! 7. [`report`] – a page to look at, and the figures for a paper.
 //!
+//! A program that works with studies asks a [`session`], as the command line does.
+//!
 //! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
 //! needs any more.
 //!
@@ -25,6 +27,9 @@
 //!
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
+
+// What is to be told goes to an observer or into a result: others than terminals call this.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod names;
 
@@ -53,6 +58,10 @@ pub mod caveats;
 pub mod claims;
 
 pub mod report;
+
+pub mod session;
+
+pub mod data_folder;
 
 pub mod verify;
 

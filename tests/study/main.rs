@@ -1,4 +1,5 @@
-//! Studies from end to end, through the command that users run.
+//! Studies from end to end, through the command that users run, and one file through the library
+//! alone.
 
 mod bench;
 mod caching;
@@ -22,6 +23,7 @@ mod reading;
 mod reference;
 mod report;
 mod separation;
+mod session;
 mod shipped;
 mod signals;
 mod tables;

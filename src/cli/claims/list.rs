@@ -1,7 +1,7 @@
 //! All claims, a few lines each.
 
 use super::super::counted;
-use super::super::outlook::core_hours;
+use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
 use crate::claims::{Claim, Judgement, Origin, Outcome, Setting, Verdict};
 
@@ -23,7 +23,7 @@ pub fn text(told: &Told, claims: &[Claim]) -> String {
         text.extend(own.map(|claim| few_lines(told, claim)));
         text += "\n";
     }
-    text + &closing(claims, told) + &left_out(&told.evidence.setting)
+    text + &closing(claims, told) + &left_out(&told.study.evidence.setting)
 }
 
 fn few_lines(told: &Told, claim: &Claim) -> String {
@@ -65,7 +65,10 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
             format!("; of {all}, {against} contradict and {undecided} are undecided")
         }
     };
-    let more = match (judgement.verdict, told.power(claim, judgement)) {
+    let more = match (
+        judgement.verdict,
+        told.study.more_surfaces(claim, judgement),
+    ) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; {} of each spectrum would decide it, {}",
             counted(more, "more surface"),
@@ -108,10 +111,10 @@ fn closing(claims: &[Claim], told: &Told) -> String {
             parts.join(" · ")
         );
     }
-    if told.missing > 0 {
+    if told.study.missing > 0 {
         text += &format!(
             "{} of the study not run yet\n",
-            counted(told.missing, "task")
+            counted(told.study.missing, "task")
         );
     }
     let manifest = told.manifest.display();

@@ -1,7 +1,7 @@
 //! One claim at length.
 
 use super::super::counted;
-use super::super::outlook::core_hours;
+use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
 use crate::claims::intervals::LEVEL;
 use crate::claims::{Claim, Judgement, Origin, Outcome, Verdict};
@@ -49,7 +49,7 @@ pub fn text(told: &Told, claim: &Claim) -> String {
 
 /// The figure's file, if it is drawn.
 fn place_of(told: &Told, figure: &str) -> String {
-    let path = told.figures.join(format!("{figure}.svg"));
+    let path = told.study.figures.join(format!("{figure}.svg"));
     match path.exists() {
         true => path.display().to_string(),
         false => format!(
@@ -61,7 +61,10 @@ fn place_of(told: &Told, figure: &str) -> String {
 }
 
 fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
-    let more = match (judgement.verdict, told.power(claim, judgement)) {
+    let more = match (
+        judgement.verdict,
+        told.study.more_surfaces(claim, judgement),
+    ) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present spread, {} of each spectrum would decide it, {}",
             counted(more, "more surface"),

@@ -9,12 +9,12 @@ use crate::ensemble::Point;
 use crate::store::column::Value as Cell;
 
 pub fn json(told: &Told, claims: &[Claim]) -> Value {
-    let setting = &told.evidence.setting;
+    let setting = &told.study.evidence.setting;
     let left_out = setting.left_out.iter();
     let left_out = left_out.map(|left| json!({ "rows": left.rows, "with": place(&left.differs) }));
     json!({
         "level": LEVEL,
-        "missing_tasks": told.missing,
+        "missing_tasks": told.study.missing,
         "rests_on": place(&setting.point),
         "left_out": left_out.collect::<Vec<_>>(),
         "claims": claims.iter().map(|claim| one(told, claim)).collect::<Vec<_>>(),
@@ -67,7 +67,7 @@ fn one(told: &Told, claim: &Claim) -> Value {
             json["contradicting"] = json!(judgement.contradicting);
             json["undecided"] = json!(judgement.undecided);
             json["without_value"] = json!(judgement.without_value);
-            if let Some((more, seconds)) = told.power(claim, judgement) {
+            if let Some((more, seconds)) = told.study.more_surfaces(claim, judgement) {
                 json["more_surfaces"] = json!(more);
                 json["core_hours"] = json!(seconds / 3600.0);
             }

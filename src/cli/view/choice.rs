@@ -92,7 +92,7 @@ impl Coordinate {
         let coordinates = table.coordinates();
         let Some(values) = coordinates.batch().column_by_name(column) else {
             let message = format!("the table has no coordinate `{column}`");
-            return Err(unknown(&message, column, &coordinates.names()));
+            return Err(unknown(message, column, &coordinates.names()));
         };
         let has = |row: &usize| is_value(values.as_ref(), *row, value);
         let found: Vec<usize> = rows.iter().copied().filter(has).collect();
