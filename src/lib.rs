@@ -83,7 +83,7 @@ pub mod diagnostics;
 
 pub mod decimal;
 
-pub mod pace;
+pub mod cost;
 
 pub mod memory;
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{counted, failure_report, tell_notice, warn};
-use crate::pace::Pace;
+use crate::cost::CostModel;
 use crate::session::events::Batch;
 use crate::session::{Event, Observer};
 use crate::stages::Kind;
@@ -79,10 +79,10 @@ impl Progress {
             tasks,
             cached,
         } = batch;
-        let (total, pace) = (tasks.len(), Pace::default());
+        let (total, cost) = (tasks.len(), CostModel::default());
         let expected = |&task: &usize| {
             let kind = plan.tasks[task].recipe.kind();
-            let seconds = pace.seconds(&plan.tasks[task]);
+            let seconds = cost.seconds(&plan.tasks[task]);
             (task, Expected { kind, seconds })
         };
         let expected: HashMap<usize, Expected> = tasks.iter().map(expected).collect();

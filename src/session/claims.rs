@@ -6,8 +6,8 @@ use super::Session;
 use super::error::{SessionError, UnknownName};
 use crate::claims::evidence::Finished;
 use crate::claims::{self, Claim, Evidence, Judgement};
+use crate::cost::CostModel;
 use crate::ensemble::Point;
-use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::results::FIGURES;
 use crate::stages::{Kind, Recipe};
@@ -98,5 +98,5 @@ fn seconds_of_one_surface(plan: &Plan) -> f64 {
     let own = own.filter(|(_, task)| hangs_on_surfaces(task.recipe.kind()));
     let own: Vec<usize> = own.map(|(task, _)| task).collect();
     let of_a_point = surfaces as f64 / points.len().max(1) as f64;
-    Pace::default().seconds_of(plan, &own) / of_a_point.max(1.0)
+    CostModel::default().seconds_of(plan, &own) / of_a_point.max(1.0)
 }

@@ -1,7 +1,7 @@
 //! What a study has, what it would compute, why, and at what cost.
 
+use crate::cost::CostModel;
 use crate::growth::{GrowingStage, Grown};
-use crate::pace::Pace;
 use crate::plan::{Plan, PlannedStage};
 use crate::reasons::cause::Cause;
 use crate::reasons::record::Record;
@@ -23,7 +23,7 @@ pub struct Status {
     /// The stages whose number of surfaces is not given.
     pub growing: Vec<GrowingStage>,
     reasons: Reasons,
-    pace: Pace,
+    cost: CostModel,
 }
 
 /// How much of a stage there is, and why the rest would run.
@@ -80,7 +80,7 @@ impl Status {
             plan,
             growing: stages,
             missing,
-            pace: Pace::default(),
+            cost: CostModel::default(),
         }
     }
 
@@ -99,13 +99,13 @@ impl Status {
 
     /// Seconds of one core that a group of tasks is expected to take.
     pub fn seconds(&self, group: &Group) -> f64 {
-        self.pace.seconds_of(&self.plan, &group.tasks)
+        self.cost.seconds_of(&self.plan, &group.tasks)
     }
 
     /// Seconds of one core that everything missing is expected to take: a task of two stages
     /// counts once.
     pub fn total_seconds(&self) -> f64 {
-        self.pace.seconds_of(&self.plan, &self.missing)
+        self.cost.seconds_of(&self.plan, &self.missing)
     }
 
     /// A cause in a phrase, as one of this stage reads it.
@@ -125,6 +125,6 @@ impl Status {
     /// Its tasks one by one, a row each: stage, key, whether it is there, seconds of one core, and
     /// what places it in the study.
     pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
-        worklist::tables(&self.plan, &self.missing, &self.pace)
+        worklist::tables(&self.plan, &self.missing, &self.cost)
     }
 }
