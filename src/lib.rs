@@ -18,8 +18,8 @@
 //! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
 //! needs any more.
 //!
-//! [`growth`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run, [`caveats`]
-//! beside which surfaces theories do not belong.
+//! [`adaptive_sampling`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run,
+//! [`caveats`] beside which surfaces theories do not belong.
 //!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
@@ -43,7 +43,7 @@ pub mod plan;
 
 pub mod worklist;
 
-pub mod growth;
+pub mod adaptive_sampling;
 
 pub mod reasons;
 

@@ -65,8 +65,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use crate::adaptive_sampling::SampledStudy;
 use crate::data_folder::DataFolder;
-use crate::growth::Grown;
 use crate::prune;
 use crate::reasons::record::Record;
 use crate::report::Report;
@@ -149,18 +149,18 @@ impl Session<'_> {
     ///
     /// # Errors
     /// When the manifest makes no sense, or a table cannot be read that decides on surfaces.
-    pub fn grown(&self) -> Result<Grown, SessionError> {
-        Ok(Grown::of(self.study()?, &self.data.look()?)?)
+    pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
+        Ok(SampledStudy::of(self.study()?, &self.data.look()?)?)
     }
 
     /// What the study has, what it would compute, why, and at what cost. Nothing is written.
     ///
     /// # Errors
-    /// As [`Session::grown`].
+    /// As [`Session::sampled`].
     pub fn status(&self) -> Result<Status, SessionError> {
-        let grown = self.grown()?;
-        let record = Record::read(&self.data.records(), &grown.study.name);
-        Ok(Status::of(grown, &self.data.look()?, record.as_ref()))
+        let sampled = self.sampled()?;
+        let record = Record::read(&self.data.records(), &sampled.study.name);
+        Ok(Status::of(sampled, &self.data.look()?, record.as_ref()))
     }
 
     /// Computes what is missing and writes the stages' tables, until all is done or `stop` is set.
@@ -186,7 +186,7 @@ impl Session<'_> {
     /// surfaces that are gone are taken to be as they were; the observer hears of each.
     ///
     /// # Errors
-    /// As [`Session::grown`].
+    /// As [`Session::sampled`].
     pub fn reading(&self) -> Result<Reading, SessionError> {
         let (store, results) = (self.data.look()?, self.data.results());
         let study = reading::study(&self.manifest, &store, &results)?;

@@ -9,8 +9,8 @@ use crate::session::Status;
 
 /// What is to come, in time of this machine, and where more may come.
 pub fn text(status: &Status) -> String {
-    let growing = status.growing.iter().map(|stage| format!("{stage}\n"));
-    growing.collect::<String>() + &cost(status)
+    let adaptive = status.adaptive.iter().map(|stage| format!("{stage}\n"));
+    adaptive.collect::<String>() + &cost(status)
 }
 
 fn cost(status: &Status) -> String {

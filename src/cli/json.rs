@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::growth::GrowingStage;
+use crate::adaptive_sampling::AdaptiveStage;
 use crate::session::Status;
 use crate::session::status::StageCount;
 
@@ -11,7 +11,7 @@ pub fn status(status: &Status, stages: impl Iterator<Item = Value>) -> Value {
     json!({
         "stages": stages.collect::<Value>(),
         "core_hours": status.total_seconds() / 3600.0,
-        "growing": growing(&status.growing),
+        "growing": adaptive(&status.adaptive),
     })
 }
 
@@ -26,7 +26,7 @@ pub fn count(count: &StageCount) -> Value {
 }
 
 /// Stages whose number of surfaces is not given.
-pub fn growing(stages: &[GrowingStage]) -> Value {
+pub fn adaptive(stages: &[AdaptiveStage]) -> Value {
     let stages = stages.iter().map(|stage| {
         json!({
             "name": stage.name,

@@ -10,8 +10,8 @@ use indicatif::DecimalBytes;
 use serde_json::json;
 
 use super::{Failure, counted};
+use crate::adaptive_sampling;
 use crate::data_folder::DataFolder;
-use crate::growth;
 use crate::prune;
 use crate::store::listing::{Found, What};
 use crate::store::lock::Lock;
@@ -38,9 +38,9 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let mut plans = Vec::new();
     for manifest in &arguments.manifests {
         let session = super::session(manifest, data);
-        plans.push(session.grown()?.plan);
+        plans.push(session.sampled()?.plan);
         // Surfaces that were drawn are needed, even where a table that asked for them is missing.
-        plans.push(growth::at_most(session.study()?));
+        plans.push(adaptive_sampling::at_most(session.study()?));
     }
     // Who has the store alone looks at it without sharing it: nothing changes until the end.
     let alone = match arguments.yes {

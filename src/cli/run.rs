@@ -62,9 +62,13 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     } else {
         if let Some(tables) = &report.tables {
             let only = arguments.only.as_ref().map(|_| report.wanted.as_slice());
-            write!(out, "{}", summary::text(&report.grown.plan, tables, only)?)?;
+            write!(
+                out,
+                "{}",
+                summary::text(&report.sampled.plan, tables, only)?
+            )?;
         }
-        for stage in &report.grown.stages {
+        for stage in &report.sampled.stages {
             writeln!(out, "{stage}")?;
         }
         if let Some(path) = &report.failures {
@@ -88,8 +92,10 @@ impl Arguments {
 }
 
 fn as_json(report: &RunReport) -> serde_json::Value {
-    let RunReport { grown, outcome, .. } = report;
-    let plan = &grown.plan;
+    let RunReport {
+        sampled, outcome, ..
+    } = report;
+    let plan = &sampled.plan;
     let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
     let counts = StageCount::all(plan, &report.missing);
     let stages = counts.iter().map(|count| {
@@ -109,8 +115,8 @@ fn as_json(report: &RunReport) -> serde_json::Value {
     json!({
         "stages": stages.collect::<Vec<_>>(),
         "damaged": damaged.collect::<Vec<_>>(),
-        "growing": json::growing(&grown.stages),
-        "warnings": grown.study.warnings(),
+        "growing": json::adaptive(&sampled.stages),
+        "warnings": sampled.study.warnings(),
     })
 }
 

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::archive::Archive;
-use crate::growth::at_its_most;
+use crate::adaptive_sampling::at_its_most;
 use crate::plan::Plan;
 use crate::reasons::record::{PointRecord, Record, StageRecord};
 use crate::sources::read_regular;

@@ -7,7 +7,7 @@ use super::archive::Archive;
 use super::owner::Owner;
 use super::pieces::Pieces;
 use super::{ResultsError, digest, file};
-use crate::growth::Grown;
+use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
 use crate::store::files::{Existing, make_folder, read_whole, set_aside, write_whole};
 use crate::store::key::{Digest, TaskKey};
@@ -44,21 +44,21 @@ impl StageTable {
 /// # Errors
 /// When tables cannot be read, or the folder not be written.
 pub fn publish(
-    grown: &Grown,
+    sampled: &SampledStudy,
     store: &Store,
     manifest: &Path,
     folder: &Path,
 ) -> Result<Vec<StageTable>, ResultsError> {
-    let folder = folder.join(&grown.plan.study);
+    let folder = folder.join(&sampled.plan.study);
     let desk = Desk {
-        grown,
+        sampled,
         archive: Archive::of(store.clone(), &folder),
         manifest,
         folder,
     };
     let mut damaged = Vec::new();
     let mut published = Vec::new();
-    for stage in &grown.plan.stages {
+    for stage in &sampled.plan.stages {
         match desk.publish(stage) {
             Ok(table) => published.push(table),
             Err(ResultsError::Damaged { tables }) => damaged.extend(tables),
@@ -77,7 +77,7 @@ pub fn publish(
 
 /// A study whose tables are being published.
 struct Desk<'a> {
-    grown: &'a Grown,
+    sampled: &'a SampledStudy,
     archive: Archive,
     manifest: &'a Path,
     folder: PathBuf,
@@ -87,7 +87,7 @@ impl Desk<'_> {
     /// Says whose the tables in the folder are.
     fn own(&self) -> Result<(), StoreError> {
         make_folder(&self.folder)?;
-        let Grown { study, plan, .. } = self.grown;
+        let SampledStudy { study, plan, .. } = self.sampled;
         Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
@@ -100,7 +100,7 @@ impl Desk<'_> {
 
     /// Writes the table of one stage if the store has a task of it, unless it is there already.
     fn publish(&self, stage: &PlannedStage) -> Result<StageTable, ResultsError> {
-        let Grown { study, plan, .. } = self.grown;
+        let SampledStudy { study, plan, .. } = self.sampled;
         let path = self.folder.join(file(&stage.name));
         let table = |finished| StageTable {
             stage: stage.name.clone(),
@@ -153,7 +153,7 @@ impl Desk<'_> {
     ) -> Result<(Pieces, Vec<TaskKey>), StoreError> {
         let (mut pieces, mut kept) = (Pieces::default(), Vec::new());
         for (&task, is_stored) in stage.tasks.iter().zip(have) {
-            let key = self.grown.plan.tasks[task].key;
+            let key = self.sampled.plan.tasks[task].key;
             if *is_stored {
                 pieces.add(task, self.archive.store().light(key))?;
             } else if let Some(rows) = self.archive.rows_of(key) {

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::adaptive_sampling::SamplingError;
 use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
-use crate::growth::GrowthError;
 use crate::memory::TooLarge;
 use crate::report::ReportError;
 use crate::results::ResultsError;
@@ -28,7 +28,7 @@ pub enum SessionError {
     Store(#[from] StoreError),
     /// Nobody can tell how many surfaces the study has.
     #[error(transparent)]
-    Growth(Box<GrowthError>),
+    Sampling(Box<SamplingError>),
     /// The tables of stages failed.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -72,9 +72,9 @@ pub enum SessionError {
     },
 }
 
-impl From<GrowthError> for SessionError {
-    fn from(error: GrowthError) -> SessionError {
-        SessionError::Growth(Box::new(error))
+impl From<SamplingError> for SessionError {
+    fn from(error: SamplingError) -> SessionError {
+        SessionError::Sampling(Box::new(error))
     }
 }
 
@@ -91,7 +91,7 @@ impl SessionError {
             SessionError::Task(error) => !matches!(error, TaskNameError::NotFinished { .. }),
             SessionError::Text(_)
             | SessionError::Store(_)
-            | SessionError::Growth(_)
+            | SessionError::Sampling(_)
             | SessionError::Results(_)
             | SessionError::Table(_)
             | SessionError::Stage(_)

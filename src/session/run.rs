@@ -7,7 +7,7 @@ use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
 use super::options::{RunOptions, Selection};
 use super::{Session, failures};
-use crate::growth::Grown;
+use crate::adaptive_sampling::SampledStudy;
 use crate::memory::{self, Allowance};
 use crate::plan::Plan;
 use crate::reasons::record::Record;
@@ -21,7 +21,7 @@ use crate::store::Store;
 pub struct PreparedRun<'a> {
     session: &'a Session<'a>,
     selection: Selection,
-    grown: Grown,
+    sampled: SampledStudy,
     store: Store,
     jobs: usize,
     memory: Allowance,
@@ -32,7 +32,7 @@ pub struct PreparedRun<'a> {
 pub struct RunReport {
     /// The study, with as many surfaces as it has by now, and its plan, of whose tasks the rest
     /// speaks.
-    pub grown: Grown,
+    pub sampled: SampledStudy,
     /// The tasks that the store lacked.
     pub missing: Vec<usize>,
     /// The tasks that were to be computed.
@@ -55,20 +55,20 @@ impl<'a> PreparedRun<'a> {
             session.tell(Event::Notice(Notice::Study(warning)));
         }
         let store = session.open()?;
-        let grown = Grown::of(study, &store)?;
+        let sampled = SampledStudy::of(study, &store)?;
         if !options.replace {
-            let folder = session.data().results_of(&grown.plan.study);
+            let folder = session.data().results_of(&sampled.plan.study);
             let archive = Archive::of(store.clone(), &folder);
-            owner::check(session.manifest(), &grown.study, &grown.plan, &archive)?;
+            owner::check(session.manifest(), &sampled.study, &sampled.plan, &archive)?;
         }
-        let wanted = options.selection.tasks(&grown.plan, &store)?;
+        let wanted = options.selection.tasks(&sampled.plan, &store)?;
         let jobs = options.threads();
         let memory = Allowance::of(options.memory, jobs);
-        memory.fits(&grown.plan, &wanted)?;
+        memory.fits(&sampled.plan, &wanted)?;
         Ok(PreparedRun {
             session,
             selection: options.selection.clone(),
-            grown,
+            sampled,
             store,
             jobs,
             memory,
@@ -76,8 +76,8 @@ impl<'a> PreparedRun<'a> {
     }
 
     /// The study as the store makes it before the run.
-    pub fn grown(&self) -> &Grown {
-        &self.grown
+    pub fn sampled(&self) -> &SampledStudy {
+        &self.sampled
     }
 
     /// Computes and writes until all is done, or `stop` is set. What is finished is kept: another
@@ -126,7 +126,7 @@ impl<'a> PreparedRun<'a> {
             self.remember();
         }
         Ok(RunReport {
-            grown: self.grown,
+            sampled: self.sampled,
             missing,
             wanted,
             outcome,
@@ -136,7 +136,7 @@ impl<'a> PreparedRun<'a> {
     }
 
     fn plan(&self) -> &Plan {
-        &self.grown.plan
+        &self.sampled.plan
     }
 
     fn missing(&self) -> Vec<usize> {
@@ -151,11 +151,11 @@ impl<'a> PreparedRun<'a> {
     fn settle_surfaces(&mut self, stop: &AtomicBool) -> Result<Outcome, SessionError> {
         let mut outcome = Outcome::default();
         loop {
-            for (task, cause) in self.grown.take_damaged() {
+            for (task, cause) in self.sampled.take_damaged() {
                 let damage = Damage::set_aside(self.plan(), task, &self.store, cause)?;
                 outcome.damaged.extend(damage);
             }
-            let mut missing = self.grown.deciding();
+            let mut missing = self.sampled.deciding();
             missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
             let round = self.compute(&missing, stop)?;
             if round.computed.is_empty() {
@@ -164,9 +164,9 @@ impl<'a> PreparedRun<'a> {
             outcome.append(round);
             // What has failed is tried again, and told of, with all the rest.
             outcome.failed.clear();
-            let grown = Grown::of(self.grown.study.clone(), &self.store)?;
-            outcome = outcome.moved(self.plan(), &grown.plan);
-            self.grown = grown;
+            let sampled = SampledStudy::of(self.sampled.study.clone(), &self.store)?;
+            outcome = outcome.moved(self.plan(), &sampled.plan);
+            self.sampled = sampled;
         }
     }
 
@@ -185,7 +185,7 @@ impl<'a> PreparedRun<'a> {
             self.plan(),
             wanted,
             &self.store,
-            &self.grown.study.sources,
+            &self.sampled.study.sources,
             means,
             &Relay(self.session.observer),
             stop,
@@ -222,7 +222,7 @@ impl<'a> PreparedRun<'a> {
         stop: &AtomicBool,
     ) -> Result<Vec<StageTable>, SessionError> {
         let (manifest, folder) = (self.session.manifest(), self.session.data().results());
-        let publish = || results::publish(&self.grown, &self.store, manifest, &folder);
+        let publish = || results::publish(&self.sampled, &self.store, manifest, &folder);
         let tables = match publish() {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),
@@ -251,7 +251,7 @@ impl<'a> PreparedRun<'a> {
     /// Writes down what the study is and how far it came, for the next plan to say what has
     /// changed. No result depends on it, so that no run fails for it.
     fn remember(&self) {
-        let study = &self.grown.study;
+        let study = &self.sampled.study;
         let record = Record::of(study, self.plan(), &self.missing());
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
             self.notice(Notice::NotRemembered(&error));

@@ -1,7 +1,7 @@
 //! What a study has, what it would compute, why, and at what cost.
 
+use crate::adaptive_sampling::{AdaptiveStage, SampledStudy};
 use crate::cost::CostModel;
-use crate::growth::{GrowingStage, Grown};
 use crate::plan::{Plan, PlannedStage};
 use crate::reasons::cause::Cause;
 use crate::reasons::record::Record;
@@ -21,7 +21,7 @@ pub struct Status {
     /// The tasks that the store lacks.
     pub missing: Vec<usize>,
     /// The stages whose number of surfaces is not given.
-    pub growing: Vec<GrowingStage>,
+    pub adaptive: Vec<AdaptiveStage>,
     reasons: Reasons,
     cost: CostModel,
 }
@@ -66,19 +66,19 @@ impl<'a> StageCount<'a> {
 
 impl Status {
     /// Looks at the store and the study's record, and writes nothing.
-    pub(super) fn of(grown: Grown, store: &Store, record: Option<&Record>) -> Status {
-        let Grown {
+    pub(super) fn of(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
+        let SampledStudy {
             study,
             plan,
             stages,
-        } = grown;
+        } = sampled;
         let missing = runner::missing(&plan, store);
         let now = Record::of(&study, &plan, &missing);
         Status {
             warnings: study.warnings(),
             reasons: Reasons::of(&plan, &now, record, &missing, store),
             plan,
-            growing: stages,
+            adaptive: stages,
             missing,
             cost: CostModel::default(),
         }
