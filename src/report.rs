@@ -12,12 +12,12 @@ pub mod ensembles;
 pub mod evidence;
 pub mod figure;
 pub mod figures;
-pub mod looks;
 pub mod page;
 pub mod provenance;
 pub mod remarks;
 pub mod samples;
 pub mod seal;
+pub mod styles;
 pub mod tables;
 
 use std::fs;
@@ -201,8 +201,8 @@ fn draw(
         lines,
     };
     Ok(match draw(evidence)? {
-        Drawn::Figure { sheet, caption } => {
-            let svg = sheet.to_svg(name);
+        Drawn::Figure { figure, caption } => {
+            let svg = figure.to_svg(name);
             let alone = svg::alone(&svg);
             let png = pixels::to_png(&alone, SCALE);
             Ok(DrawnFigure {

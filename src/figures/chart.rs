@@ -8,7 +8,7 @@ use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
 use kuva::{AxisLine, Theme, TickAlign};
 
 use super::axis::{Axis, Spacing};
-use super::ink::Ink;
+use super::colour::Colour;
 use super::style::Style;
 
 /// Pixels below which a chart has room for few numbers along its axes.
@@ -170,7 +170,7 @@ impl Chart {
         for (x, y, text) in &self.notes {
             let (x, y) = frame.placed(*x, *y);
             let note = TextAnnotation::new(text.clone(), x, y)
-                .with_color(Ink::Text.css())
+                .with_color(Colour::Text.css())
                 .with_font_size(words - 1);
             layout = layout.with_annotation(note);
         }
@@ -179,12 +179,12 @@ impl Chart {
 
     fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
         let to_place = |point: &Point| frame.placed(point.x, point.y);
-        let ink = series.style.ink.css();
+        let colour = series.style.colour.css();
         let mut plots = Vec::new();
         if let Some(line) = series.style.line {
             let drawn = LinePlot::new()
                 .with_data(self.placed(series).map(to_place).collect::<Vec<_>>())
-                .with_color(ink.clone())
+                .with_color(colour.clone())
                 .with_stroke_width(line.width)
                 .with_line_style(line.dash.pattern());
             plots.push(Plot::Line(drawn));
@@ -193,7 +193,7 @@ impl Chart {
             let seen = self.placed(series).filter(|point| frame.holds(point));
             let drawn = ScatterPlot::new()
                 .with_data(seen.map(to_place).collect::<Vec<_>>())
-                .with_color(ink)
+                .with_color(colour)
                 .with_marker(marker.shape())
                 .with_size(f64::from(words) * 0.23);
             plots.push(Plot::Scatter(drawn));
@@ -217,7 +217,7 @@ impl Chart {
             Primitive::Path(Box::new(PathData {
                 d: path,
                 fill: None,
-                stroke: series.style.ink.css().into(),
+                stroke: series.style.colour.css().into(),
                 stroke_width: 1.0,
                 opacity: Some(0.55),
                 stroke_dasharray: None,
@@ -273,11 +273,11 @@ impl Frame {
 }
 
 fn theme() -> Theme {
-    let text = Ink::Text.css();
+    let text = Colour::Text.css();
     Theme {
-        background: Ink::Paper.css(),
+        background: Colour::Background.css(),
         axis_color: text.clone(),
-        grid_color: Ink::Grid.css(),
+        grid_color: Colour::Grid.css(),
         tick_color: text.clone(),
         text_color: text,
         ..Theme::light()

@@ -2,7 +2,7 @@
 
 use super::ReportError;
 use super::ensembles;
-use super::looks::Looks;
+use super::styles::Styles;
 use super::tables::{Finished, Stage};
 use crate::caveats;
 use crate::stages::Kind;
@@ -14,7 +14,7 @@ const MOST_CAVEATS: usize = 4;
 ///
 /// # Errors
 /// When a table of surfaces lacks a column of its stage.
-pub fn caveat(finished: &Finished, looks: &Looks) -> Result<String, ReportError> {
+pub fn caveat(finished: &Finished, styles: &Styles) -> Result<String, ReportError> {
     let mut told = Vec::new();
     let stages = finished.stages.iter();
     for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
@@ -22,7 +22,7 @@ pub fn caveat(finished: &Finished, looks: &Looks) -> Result<String, ReportError>
             if point.departures.is_empty() {
                 continue;
             }
-            let label = looks.label(&ensembles::point(&point.place, 0));
+            let label = styles.label(&ensembles::point(&point.place, 0));
             let label = label.unwrap_or_else(|| "these surfaces".to_owned());
             let line = format!("{label} ({})", point.departures.join(", "));
             if !told.contains(&line) {

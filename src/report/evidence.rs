@@ -9,7 +9,7 @@ use super::ReportError;
 use super::bars::Bars;
 use super::caveat::caveat;
 use super::ensembles::{self, Ensemble, Mean, Point};
-use super::looks::{Files, Looks};
+use super::styles::{Files, Styles};
 use super::tables::{Finished, Stage};
 use crate::contact::topography::spectrum::Spectrum;
 use crate::figures::chart::{Point as Place, Series};
@@ -41,7 +41,7 @@ pub struct Evidence<'a> {
     /// Corrected areas.
     pub corrected: Vec<Ensemble<'a>>,
     /// Colours, markers and labels of the study's points.
-    pub looks: Looks,
+    pub styles: Styles,
     /// What the files of measured surfaces are called.
     pub files: Files,
     /// Of which surfaces the theories do not speak: a sentence, or nothing.
@@ -63,17 +63,17 @@ impl<'a> Evidence<'a> {
             false => measured.iter().map(|one| one.point.clone()).collect(),
             true => points_of_surfaces(finished)?,
         };
-        // What is still to come must not change the looks of what is there.
+        // What is still to come must not change the styles of what is there.
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
-        let looks = Looks::of(&points, &files);
+        let styles = Styles::of(&points, &files);
         Ok(Evidence {
             finished,
             measured,
             corrected,
-            caveat: caveat(finished, &looks)?,
-            looks,
+            caveat: caveat(finished, &styles)?,
+            styles,
             files,
             bars,
         })
@@ -102,12 +102,12 @@ impl<'a> Evidence<'a> {
 
     /// A mean curve with its error bars, as separate points under the ensemble's name.
     pub fn points(&self, ensemble: &Ensemble, means: &[Mean]) -> Series {
-        series(means, self.looks.markers(&ensemble.point)).named(self.label(ensemble))
+        series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
     }
 
     /// What an ensemble is called in legends.
     pub fn label(&self, ensemble: &Ensemble) -> String {
-        let label = self.looks.label(&ensemble.point);
+        let label = self.styles.label(&ensemble.point);
         label.unwrap_or_else(|| match ensemble.surfaces {
             1 => "the surface".to_owned(),
             _ => "mean of the surfaces".to_owned(),

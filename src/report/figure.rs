@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::evidence::Evidence;
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 
 /// What a figure is, and how to draw it.
 pub struct Definition {
@@ -21,7 +21,7 @@ pub enum Drawn {
     /// It is there.
     Figure {
         /// Charts and maps.
-        sheet: Box<Sheet>,
+        figure: Box<Figure>,
         /// What is to be seen, of how many surfaces, under which correction.
         caption: String,
     },
@@ -41,9 +41,9 @@ pub enum Drawn {
 
 impl Drawn {
     /// A figure and its caption.
-    pub fn figure(sheet: Sheet, caption: impl Into<String>) -> Drawn {
+    pub fn figure(figure: Figure, caption: impl Into<String>) -> Drawn {
         Drawn::Figure {
-            sheet: Box::new(sheet),
+            figure: Box::new(figure),
             caption: caption.into(),
         }
     }

@@ -12,7 +12,7 @@ use super::basis::Basis;
 use super::figure::{DrawnFigure, MissingFigure};
 use super::provenance::Provenance;
 use super::tables::{Finished, Stage};
-use crate::figures::{ink, pixels};
+use crate::figures::{colour, pixels};
 use crate::store::cells::cells;
 use crate::store::files::from_folder;
 
@@ -92,8 +92,8 @@ pub fn html(
         provenance,
         style: STYLE,
         script: SCRIPT,
-        light: ink::light(),
-        dark: ink::dark(),
+        light: colour::light(),
+        dark: colour::dark(),
         font: BASE64_STANDARD.encode(pixels::FONT),
     };
     page.render(Serde(&contents))

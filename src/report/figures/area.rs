@@ -3,7 +3,7 @@
 use super::theories::{self, AREA, SECANT};
 use crate::figures::axis::Axis;
 use crate::figures::chart::Chart;
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
 use crate::report::evidence::{
@@ -33,7 +33,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let means = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
         let secant: Vec<Mean> = seen.map(Mean::secant).collect();
-        let [line, markers] = evidence.looks.both(&ensemble.point);
+        let [line, markers] = evidence.styles.both(&ensemble.point);
         for (chart, means, apart) in [
             (&mut chart, &means, spaced(LIGHT / 20.0, &means)),
             (&mut secants, &secant, spaced_by(FACTOR, &secant)),
@@ -67,7 +67,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.share_of_mesh()?,
         evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, secants), caption))
+    Ok(Drawn::figure(Figure::of_two(chart, secants), caption))
 }
 
 fn missing(evidence: &Evidence) -> Drawn {

@@ -4,8 +4,8 @@
 use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Point as Place, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::{Sheet, in_pairs};
+use crate::figures::colour::Colour;
+use crate::figures::figure::{Figure, in_pairs};
 use crate::figures::style::{Dash, Style};
 use crate::fitting::line;
 use crate::report::ReportError;
@@ -67,7 +67,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.bars,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(in_pairs(charts), [430.0, 320.0]),
+        Figure::of_charts(in_pairs(charts), [430.0, 320.0]),
         caption,
     ))
 }
@@ -119,7 +119,7 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
             .map(|one| one.means[load].mean.ln())
             .collect();
         if let Some((slope, offset)) = line(&logarithms, &secants) {
-            let style = Style::line(Ink::Soft, Dash::Dashed, 1.2);
+            let style = Style::line(Colour::Muted, Dash::Dashed, 1.2);
             let secant = |alpha: f64| (offset + slope * alpha.ln()).exp();
             let ends = [least, most].map(|alpha| (alpha, secant(alpha)));
             chart.series.push(Series::new(ends, style));
@@ -138,8 +138,8 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
         let place = &spectrum.ensemble.point;
         let series = Series {
             points: spectrum.means.iter().map(point).collect(),
-            style: evidence.looks.markers(place),
-            label: evidence.looks.label(place),
+            style: evidence.styles.markers(place),
+            label: evidence.styles.label(place),
         };
         chart.series.push(series);
     }

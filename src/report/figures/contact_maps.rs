@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use crate::contact::morphology::map::ContactMap;
+use crate::figures::figure::{Figure, Panel, panel_of_map};
 use crate::figures::raster::Raster;
-use crate::figures::sheet::{Panel, Sheet, panel_of_map};
 use crate::report::ReportError;
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
@@ -43,7 +43,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         if maps.is_empty() {
             continue;
         }
-        let label = evidence.looks.label(&sample.point);
+        let label = evidence.styles.label(&sample.point);
         let label = label.map_or_else(String::new, |label| format!("{label} · "));
         let mut panels: Vec<Panel> = ('a'..)
             .zip(&maps)
@@ -76,7 +76,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Panel::Chart(_) | Panel::Empty => None,
     });
     let panel = panel_of_map(titles, 265.0);
-    Ok(Drawn::figure(Sheet { rows, panel }, caption))
+    Ok(Drawn::figure(Figure { rows, panel }, caption))
 }
 
 /// The samples with the smallest and with the largest lower cutoff, each with the smallest upper

@@ -4,8 +4,8 @@
 use super::theories::{self, AREA, SECANT};
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
@@ -49,7 +49,7 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
                 ..*error
             })
             .collect();
-        let [line, markers] = evidence.looks.both(&ensemble.point);
+        let [line, markers] = evidence.styles.both(&ensemble.point);
         for (chart, means, apart) in [
             (&mut chart, &against_area, spaced(0.025, &against_area)),
             (&mut by_load, &errors, spaced_by(1.4, &errors)),
@@ -71,7 +71,7 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
         sample(&surfaces),
         evidence.bars,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, by_load), caption))
+    Ok(Drawn::figure(Figure::of_two(chart, by_load), caption))
 }
 
 fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
@@ -114,7 +114,7 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.caveat,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(rows, [430.0, 320.0]),
+        Figure::of_charts(rows, [430.0, 320.0]),
         caption,
     ))
 }
@@ -128,8 +128,8 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
     for ensemble in evidence.under(correction) {
         let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
         let counted = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
-        let markers = evidence.looks.markers(&ensemble.point);
-        let line = evidence.looks.joins(&ensemble.point);
+        let markers = evidence.styles.markers(&ensemble.point);
+        let line = evidence.styles.joins(&ensemble.point);
         let label = evidence.label(ensemble);
         area.series.push(series(&counted, line).without_bars());
         let corrected = spaced(LIGHT / 20.0, &corrected);
@@ -143,7 +143,7 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
         return Ok(None);
     }
     let range = [LIGHT * 1e-3, LIGHT];
-    let counted = Style::line(Ink::Text, Dash::Solid, 1.0);
+    let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
     area.series
         .push(Series::new([], counted).named("lines: as counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {

@@ -5,8 +5,8 @@ use super::theories::{self, AREA};
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::evidence::{
@@ -35,7 +35,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .iter()
             .fold(largest, |largest, mean| largest.max(mean.mean));
         let markers = spaced(0.04 * last, &means);
-        let line = evidence.looks.joins(&ensemble.point);
+        let line = evidence.styles.joins(&ensemble.point);
         chart.series.push(series(&means, line).without_bars());
         chart.series.push(evidence.points(ensemble, &markers));
         let points = ensemble.slope(COUNTED_AREA)?;
@@ -46,7 +46,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         });
         slopes.series.push(Series {
             points: points.collect(),
-            style: evidence.looks.line(&ensemble.point),
+            style: evidence.styles.line(&ensemble.point),
             label: None,
         });
     }
@@ -65,7 +65,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     chart
         .series
         .push(theories::asymptote(AREA, [0.0, 0.4_f64.min(heaviest)]));
-    let style = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let style = Style::line(Colour::Text, Dash::Dashed, 1.8);
     let persson = Series::curve(persson::slope, range, Spacing::Linear, style);
     slopes.series.push(persson);
     let top = 1.04 * (1.2 * largest).min(1.0);
@@ -80,7 +80,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.share_of_mesh()?,
         evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, slopes), caption))
+    Ok(Drawn::figure(Figure::of_two(chart, slopes), caption))
 }
 
 /// A line and a letter at each load near which contact maps are shown.
@@ -90,7 +90,7 @@ fn mark_shown_loads(chart: &mut Chart, [heaviest, top]: [f64; 2]) {
         if load >= heaviest {
             break;
         }
-        let line = Style::line(Ink::Soft, Dash::Dotted, 0.8);
+        let line = Style::line(Colour::Muted, Dash::Dotted, 0.8);
         let line = Series::new([(load, 0.0), (load, top)], line);
         chart.series.push(line);
         height = match load - before < CLOSE * heaviest {

@@ -4,7 +4,7 @@ use arrow::array::Array;
 
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Series};
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles;
@@ -26,7 +26,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     );
     for ensemble in &evidence.measured {
         let gaps = ensemble.mean(MEAN_GAP.name)?;
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = evidence.styles.markers(&ensemble.point);
         chart
             .series
             .push(series(&gaps, style).named(evidence.label(ensemble)));
@@ -58,7 +58,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         sample(&evidence.sample()),
         evidence.bars,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
 /// The fitted relations as lines over their windows of loads.
@@ -69,10 +69,10 @@ fn relations(evidence: &Evidence, table: &Table) -> Result<Vec<Series>, TableErr
     let is_fitted = |&row: &usize| lengths.is_valid(row) && closing.is_valid(row);
     let lines = (0..table.rows()).filter(is_fitted).map(|row| {
         let gap = |load: f64| lengths.value(row) * (closing.value(row) / load).ln();
-        let ink = evidence.looks.ink(&ensembles::point(table, row));
+        let colour = evidence.styles.colour(&ensembles::point(table, row));
         // A window may begin at zero, and the relation has no end there.
         let range = [from.value(row).max(1e-3 * to.value(row)), to.value(row)];
-        let style = Style::line(ink, Dash::Solid, 1.5);
+        let style = Style::line(colour, Dash::Solid, 1.5);
         Series::curve(gap, range, Spacing::Logarithmic, style)
     });
     Ok(lines.collect())

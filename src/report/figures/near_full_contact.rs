@@ -4,8 +4,8 @@ use crate::contact::theory::models::full_contact;
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
@@ -44,7 +44,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         means.retain(|mean| mean.load >= FROM);
         heaviest = heaviest.max(means.last().map_or(0.0, |mean| mean.load));
         least = means.iter().fold(least, |least, mean| least.min(mean.mean));
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = evidence.styles.markers(&ensemble.point);
         approach.series.push(series(&transformed, style));
         let known = means.iter().filter(is_known);
         let shares: Vec<Mean> = known.map(open_over_persson).collect();
@@ -61,8 +61,8 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         ));
     }
     let range = [FROM, heaviest];
-    let curve = |of: fn(f64) -> f64, ink, dash, width| {
-        Series::curve(of, range, Spacing::Linear, Style::line(ink, dash, width))
+    let curve = |of: fn(f64) -> f64, colour, dash, width| {
+        Series::curve(of, range, Spacing::Linear, Style::line(colour, dash, width))
     };
     let whole = |of: fn(f64) -> f64, dash| {
         let range = [APPROACH_FROM, heaviest];
@@ -70,12 +70,12 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             of,
             range,
             Spacing::Logarithmic,
-            Style::line(Ink::Text, dash, 1.8),
+            Style::line(Colour::Text, dash, 1.8),
         )
     };
     for (scale, dash) in SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]) {
         let scaled = |load: f64| persson::area(scale * load);
-        let style = Style::line(Ink::Soft, dash, 2.6);
+        let style = Style::line(Colour::Muted, dash, 2.6);
         let label = format!("erf({scale} √2 y)");
         let scaled = Series::curve(scaled, range, Spacing::Linear, style);
         chart.series.push(scaled.named(label));
@@ -83,11 +83,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let asymptote =
         |load: f64| 1.0 - (-2.0 * load * load).exp() / (load * std::f64::consts::TAU.sqrt());
     chart.series.extend([
-        curve(persson::area, Ink::Text, Dash::Dashed, 1.8).named("Persson 2001"),
-        curve(asymptote, Ink::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
+        curve(persson::area, Colour::Text, Dash::Dashed, 1.8).named("Persson 2001"),
+        curve(asymptote, Colour::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
         curve(
             |y| 1.0 - full_contact::noncontact(y),
-            Ink::Text,
+            Colour::Text,
             Dash::Solid,
             1.2,
         )
@@ -100,14 +100,14 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let scales = SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]);
     open.series.extend(scales.map(|(scale, dash)| {
         let ratio = |load: f64| persson::noncontact(scale * load) / persson::noncontact(load);
-        let style = Style::line(Ink::Soft, dash, 2.6);
+        let style = Style::line(Colour::Muted, dash, 2.6);
         Series::curve(ratio, range, Spacing::Linear, style)
     }));
     open.series.extend([
-        curve(|_| 1.0, Ink::Text, Dash::Dashed, 1.8),
+        curve(|_| 1.0, Colour::Text, Dash::Dashed, 1.8),
         curve(
             |y| full_contact::noncontact(y) / persson::noncontact(y),
-            Ink::Text,
+            Colour::Text,
             Dash::Solid,
             1.2,
         ),
@@ -127,7 +127,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.caveat,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
+        Figure::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
         caption,
     ))
 }

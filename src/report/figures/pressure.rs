@@ -3,8 +3,8 @@
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{Ensemble, Mean};
@@ -40,7 +40,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut moduli: Vec<String> = Vec::new();
     for ensemble in &pressed {
         let pressures = ensemble.mean(PRESSURE.name)?;
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = evidence.styles.markers(&ensemble.point);
         let against = |means: &[Mean]| Series {
             points: against(&pressures, means),
             style,
@@ -54,7 +54,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     moduli.dedup();
     // One entry for all of its lines.
-    let persson = Style::line(Ink::Text, Dash::Dashed, 1.2);
+    let persson = Style::line(Colour::Text, Dash::Dashed, 1.2);
     areas
         .series
         .push(Series::new([], persson).named("Persson 2001"));
@@ -69,7 +69,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.share_of_mesh()?,
         evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(areas, gaps), caption))
+    Ok(Drawn::figure(Figure::of_two(areas, gaps), caption))
 }
 
 /// E*, if it was given: pressures in units of it are what the other figures show.
@@ -94,7 +94,7 @@ fn against(pressures: &[Mean], means: &[Mean]) -> Vec<Point> {
 fn theory(evidence: &Evidence, ensemble: &Ensemble, pressures: &[Mean]) -> Option<Series> {
     let (first, last) = (pressures.first()?, pressures.last()?);
     let unit = first.mean / first.load;
-    let style = Style::line(evidence.looks.ink(&ensemble.point), Dash::Dashed, 1.2);
+    let style = Style::line(evidence.styles.colour(&ensemble.point), Dash::Dashed, 1.2);
     let range = [first.mean, last.mean];
     let curve = |pressure: f64| persson::area(pressure / unit);
     Some(Series::curve(curve, range, Spacing::Logarithmic, style))

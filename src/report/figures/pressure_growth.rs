@@ -4,8 +4,8 @@ use arrow::array::Array;
 
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles;
@@ -30,9 +30,9 @@ const FEWEST: usize = 3;
 const GUIDES_ABOVE: f64 = 1.8;
 
 /// The exponents that the paper draws.
-const GUIDES: [(f64, Ink, Dash); 2] = [
-    (-0.7, Ink::Text, Dash::Dashed),
-    (-0.9, Ink::Soft, Dash::DashDot),
+const GUIDES: [(f64, Colour, Dash); 2] = [
+    (-0.7, Colour::Text, Dash::Dashed),
+    (-0.9, Colour::Muted, Dash::DashDot),
 ];
 
 fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
@@ -47,7 +47,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         all += growth.len();
         growth.retain(|one| one.growth > 0.0);
         rising += growth.len();
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = evidence.styles.markers(&ensemble.point);
         let points = growth.iter().map(|one| Point {
             x: one.area,
             y: one.growth,
@@ -74,8 +74,8 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     chart.series.extend(fits);
     let [least, most] = extent.growths;
     let top = GUIDES_ABOVE * extent.growth_in_the_middle;
-    for (exponent, ink, dash) in GUIDES {
-        chart.series.push(extent.guide(top, exponent, ink, dash));
+    for (exponent, colour, dash) in GUIDES {
+        chart.series.push(extent.guide(top, exponent, colour, dash));
     }
     // Bars that reach far down, or below zero, would take the axis with them.
     chart.y = chart.y.within(least / 1.5, 3.0 * most.max(top));
@@ -88,7 +88,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.bars,
         all - rising,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
 /// Where the points of a chart lie.
@@ -122,13 +122,13 @@ impl Extent {
     }
 
     /// A power of the area, through a growth in the middle of the areas.
-    fn guide(&self, growth: f64, exponent: f64, ink: Ink, dash: Dash) -> Series {
+    fn guide(&self, growth: f64, exponent: f64, colour: Colour, dash: Dash) -> Series {
         let middle = (self.areas[0] * self.areas[1]).sqrt();
         let guide = Series::curve(
             |area| growth * (area / middle).powf(exponent),
             [middle / 4.0, 4.0 * middle],
             Spacing::Logarithmic,
-            Style::line(ink, dash, 1.8),
+            Style::line(colour, dash, 1.8),
         );
         guide.named(format!("exponent {exponent}").replace('-', "−"))
     }
@@ -149,8 +149,8 @@ fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError
             }
             let (exponent, prefactor) = (exponents.value(row), prefactors.value(row));
             let growth = |area: f64| prefactor * area.powf(exponent);
-            let ink = evidence.looks.ink(&ensembles::point(table, row));
-            let style = Style::line(ink, Dash::Solid, 1.2);
+            let colour = evidence.styles.colour(&ensembles::point(table, row));
+            let style = Style::line(colour, Dash::Solid, 1.2);
             let line = Series::curve(growth, range, Spacing::Logarithmic, style);
             lines.push(line);
         }

@@ -6,8 +6,8 @@ use crate::contact::theory::law::{ContactEvolution, KAPPA_BGT};
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Slope};
@@ -28,7 +28,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let mut kappas: Vec<String> = Vec::new();
     for ensemble in &evidence.measured {
         let slopes = ensemble.slope(COUNTED_AREA)?;
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = evidence.styles.markers(&ensemble.point);
         let label = evidence.label(ensemble);
         chart.series.push(points(&slopes, style).named(label));
     }
@@ -44,7 +44,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         .with(&["law", "kappa", "beta", "mu", "fitted_to"])
     {
         for fit in fits(&stage.table)? {
-            let style = Style::line(evidence.looks.ink(&fit.point), Dash::Solid, 2.0);
+            let style = Style::line(evidence.styles.colour(&fit.point), Dash::Solid, 2.0);
             let range = [LIGHT * 1e-3, LIGHT];
             let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
             chart.series.push(curve);
@@ -54,7 +54,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             }
         }
     }
-    let persson = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let persson = Style::line(Colour::Text, Dash::Dashed, 1.8);
     let range = [0.0, LIGHT];
     chart
         .series
@@ -75,7 +75,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         evidence.bars,
         evidence.caveat,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
 fn points(slopes: &[Slope], style: Style) -> Series {

@@ -2,7 +2,7 @@
 
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::evidence::Evidence;
@@ -31,9 +31,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let side = sample.params.side;
         let unit = (surface.rms_slope * side).powi(2);
         let rings = surface.rings(side);
-        let label = evidence.looks.label(&sample.point);
+        let label = evidence.styles.label(&sample.point);
         let label = label.unwrap_or_else(|| "the first surface".to_owned());
-        let line = Style::line(evidence.looks.ink(&sample.point), Dash::Solid, 1.4);
+        let line = Style::line(evidence.styles.colour(&sample.point), Dash::Solid, 1.4);
         let mean = rings
             .iter()
             .map(|ring| (f64::from(ring.wavenumber), ring.mean_power / unit));
@@ -43,7 +43,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             std::mem::replace(&mut shown, place) != place
         });
         let drawn = drawn.map(|ring| (f64::from(ring.wavenumber), ring.power / unit));
-        let markers = evidence.looks.markers(&sample.point);
+        let markers = evidence.styles.markers(&sample.point);
         chart.series.push(Series::new(mean, line));
         chart
             .series
@@ -59,5 +59,5 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          drawn from, scaled to the same rms slope h′. L is the side of the periodic cell.",
         chart.series.len() / 2,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use crate::figures::figure::{Figure, Panel, panel_of_map};
 use crate::figures::raster::Raster;
-use crate::figures::sheet::{Panel, Sheet, panel_of_map};
 use crate::report::ReportError;
 use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
@@ -29,7 +29,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let labels = samples
         .iter()
-        .map(|sample| evidence.looks.label(&sample.point).unwrap_or_default());
+        .map(|sample| evidence.styles.label(&sample.point).unwrap_or_default());
     let labels: Vec<String> = labels.collect();
     let panel = panel_of_map(labels.iter().map(String::as_str), 230.0);
     let mut panels = Vec::new();
@@ -54,7 +54,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let caption = "The first surface of each parameter point: dark blue valleys, yellow peaks, \
                    each over its own range of heights.";
-    Ok(Drawn::figure(Sheet { rows, panel }, caption))
+    Ok(Drawn::figure(Figure { rows, panel }, caption))
 }
 
 /// One column for each upper cutoff where all pairs of cutoffs are there, else three.
