@@ -112,7 +112,7 @@ impl SampledStudy {
         tasks
     }
 
-    /// Damaged tables in the way of deciding, to be set aside.
+    /// Damaged tables in the way of deciding, to be quarantined.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
         let damaged = self
             .stages

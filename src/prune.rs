@@ -1,5 +1,5 @@
-//! What nobody needs any more: tables that no named study asks for, damaged files that were set
-//! aside, and what killed processes left unfinished.
+//! What nobody needs any more: tables that no named study asks for, damaged files that are in
+//! quarantine, and what killed processes left unfinished.
 
 use std::collections::HashSet;
 use std::fs;
@@ -31,7 +31,7 @@ pub fn unneeded(
     found.extend(results::files(&data.results())?);
     found.extend(Record::files(&data.records())?);
     let is_needed = |found: &Found| match &found.what {
-        What::Damaged => false,
+        What::Quarantined => false,
         What::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
         What::Task(key) => keys.contains(key),

@@ -2,7 +2,7 @@
 //!
 //! A task begins when there is memory for it beside those at work. A finished one starts those that
 //! waited for it; a failed one drops them and lets the others go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
-//! table that turns out to be damaged is set aside and computed again before it is read.
+//! table that turns out to be damaged is quarantined and computed again before it is read.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub struct Outcome {
     pub computed: Vec<usize>,
     /// Tasks that could not be computed, and why.
     pub failed: Vec<(usize, TaskError)>,
-    /// Tables that were damaged, and set aside.
+    /// Tables that were damaged, and quarantined.
     pub damaged: Vec<Damage>,
     /// Whether the user stopped the run.
     pub interrupted: bool,
@@ -80,22 +80,26 @@ pub struct Damage {
     /// What is wrong with its file.
     pub cause: StoreError,
     /// Where the file is now.
-    pub aside: PathBuf,
+    pub quarantined: PathBuf,
 }
 
 impl Damage {
-    /// Sets a task's damaged file aside; nothing if another process has already mended it.
+    /// Quarantines a task's damaged file; nothing if another process has already mended it.
     ///
     /// # Errors
     /// When the store cannot be written.
-    pub fn set_aside(
+    pub fn quarantine(
         plan: &Plan,
         task: usize,
         store: &Store,
         cause: StoreError,
     ) -> Result<Option<Damage>, StoreError> {
-        let aside = store.set_aside(plan.tasks[task].key)?;
-        Ok(aside.map(|aside| Damage { task, cause, aside }))
+        let quarantined = store.quarantine(plan.tasks[task].key)?;
+        Ok(quarantined.map(|quarantined| Damage {
+            task,
+            cause,
+            quarantined,
+        }))
     }
 }
 
@@ -325,7 +329,7 @@ impl<'a> Run<'a> {
     /// Computes a table again that was there when the run began. Two tasks that need it may both
     /// do so: their tables are equal.
     fn mend(&self, task: usize, cause: StoreError) -> Result<(), TaskError> {
-        if let Some(damage) = Damage::set_aside(self.plan, task, self.store, cause)? {
+        if let Some(damage) = Damage::quarantine(self.plan, task, self.store, cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
         match self.compute(task) {

@@ -131,7 +131,7 @@ fn name(file: &Found) -> String {
         What::Task(_) => kind().unwrap_or_else(|| "unreadable".to_owned()),
         What::Stage { .. } | What::Owner { .. } => "results".to_owned(),
         What::Record { .. } => "plans".to_owned(),
-        What::Damaged => "set aside".to_owned(),
+        What::Quarantined => "set aside".to_owned(),
         What::Unfinished => "unfinished".to_owned(),
     }
 }

@@ -110,7 +110,7 @@ fn as_json(report: &RunReport) -> serde_json::Value {
     });
     let damaged = outcome.damaged.iter().map(|damage| {
         let cause = chain(&damage.cause);
-        json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.aside })
+        json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.quarantined })
     });
     json!({
         "stages": stages.collect::<Vec<_>>(),

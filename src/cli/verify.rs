@@ -44,9 +44,9 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
             json!({ "checked": tables.len(), "damaged": damaged })
         )?;
     } else {
-        for Finding { cause, aside } in &findings {
-            let fate = match aside {
-                Some(aside) => format!("set aside as `{}`", aside.display()),
+        for Finding { cause, quarantined } in &findings {
+            let fate = match quarantined {
+                Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
                 None => "left where it is".to_owned(),
             };
             writeln!(out, "{}; {fate}", chain(cause))?;
@@ -57,7 +57,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
 }
 
 fn as_json(finding: &Finding) -> serde_json::Value {
-    json!({ "cause": chain(&finding.cause), "aside": finding.aside })
+    json!({ "cause": chain(&finding.cause), "aside": finding.quarantined })
 }
 
 fn closing(checked: usize, damaged: usize) -> String {

@@ -9,7 +9,7 @@ use super::pieces::Pieces;
 use super::{ResultsError, digest, file};
 use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
-use crate::store::files::{Existing, make_folder, read_whole, set_aside, write_whole};
+use crate::store::files::{Existing, make_folder, quarantine, read_whole, write_whole};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::Table;
@@ -25,7 +25,7 @@ pub struct StageTable {
     /// How many of its tasks are finished.
     pub finished: usize,
     /// Where a file is now that was in its place and not as any run had written it.
-    pub aside: Option<PathBuf>,
+    pub quarantined: Option<PathBuf>,
 }
 
 impl StageTable {
@@ -106,7 +106,7 @@ impl Desk<'_> {
             stage: stage.name.clone(),
             path: path.clone(),
             finished,
-            aside: None,
+            quarantined: None,
         };
         let have = self.archive.store().have(&plan.keys_of(stage));
         let stored = stage.among(&have);
@@ -135,8 +135,8 @@ impl Desk<'_> {
             self.own()?;
             let _alone = self.alone();
             // Somebody may have edited it; but it may also be another run's since it was looked at.
-            published.aside = match written_for(&path).is_none() && path.is_file() {
-                true => set_aside(&path)?,
+            published.quarantined = match written_for(&path).is_none() && path.is_file() {
+                true => quarantine(&path)?,
                 false => None,
             };
             write_whole(&path, &bytes, Existing::Replace, &self.folder)?;

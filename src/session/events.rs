@@ -79,7 +79,7 @@ pub enum Notice<'a> {
         /// Where it was, and where a new one is.
         path: &'a Path,
         /// Where it is now.
-        aside: &'a Path,
+        quarantined: &'a Path,
     },
     /// A table in the folder of results is of no stage that the study has.
     Orphan(&'a Path),
@@ -151,14 +151,14 @@ impl fmt::Display for Notice<'_> {
                 )
             }
             Notice::Damaged(damage) => {
-                let (cause, aside) = (chain(&damage.cause), damage.aside.display());
-                write!(formatter, "{cause}; set aside as `{aside}`")
+                let (cause, quarantined) = (chain(&damage.cause), damage.quarantined.display());
+                write!(formatter, "{cause}; set aside as `{quarantined}`")
             }
-            Notice::Edited { path, aside } => write!(
+            Notice::Edited { path, quarantined } => write!(
                 formatter,
                 "`{}` was not as it had been written; set aside as `{}`",
                 path.display(),
-                aside.display()
+                quarantined.display()
             ),
             Notice::Orphan(path) => write!(
                 formatter,

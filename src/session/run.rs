@@ -152,7 +152,7 @@ impl<'a> PreparedRun<'a> {
         let mut outcome = Outcome::default();
         loop {
             for (task, cause) in self.sampled.take_damaged() {
-                let damage = Damage::set_aside(self.plan(), task, &self.store, cause)?;
+                let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
                 outcome.damaged.extend(damage);
             }
             let mut missing = self.sampled.deciding();
@@ -229,7 +229,7 @@ impl<'a> PreparedRun<'a> {
         };
         let mut tasks = Vec::new();
         for (task, cause) in tables {
-            let damage = Damage::set_aside(self.plan(), task, &self.store, cause)?;
+            let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
             outcome.damaged.extend(damage);
             tasks.push(task);
         }
@@ -241,9 +241,12 @@ impl<'a> PreparedRun<'a> {
 
     /// Names files in the places of tables that were not as a run had written them.
     fn tell_edited(&self, tables: &[StageTable]) {
-        for StageTable { path, aside, .. } in tables {
-            if let Some(aside) = aside {
-                self.notice(Notice::Edited { path, aside });
+        for StageTable {
+            path, quarantined, ..
+        } in tables
+        {
+            if let Some(quarantined) = quarantined {
+                self.notice(Notice::Edited { path, quarantined });
             }
         }
     }
