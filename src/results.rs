@@ -21,7 +21,7 @@ use crate::store::key::Digest;
 use crate::store::listing::{self, Found, What};
 use crate::store::table::{Table, TableError};
 
-pub use publishing::{StageTable, publish};
+pub use publishing::{PublishedTable, publish};
 
 /// Raise it when tables say something else of themselves: those that are there are written anew.
 const FORMAT: u32 = 1;

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use std::slice;
 
 use super::Failure;
-use crate::claims::{Claim, Outcome};
+use crate::claims::{Claim, ClaimOutcome};
 use crate::data_folder::DataFolder;
 use crate::session::StudyClaims;
 
@@ -62,9 +62,9 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
 
 fn verdict(claim: &Claim) -> &'static str {
     match &claim.outcome {
-        Outcome::Judged(judgement) => judgement.verdict.name(),
-        Outcome::NotComputed(_) => "not computed",
-        Outcome::Noted => "noted",
+        ClaimOutcome::Judged(judgement) => judgement.verdict.name(),
+        ClaimOutcome::NotComputed(_) => "not computed",
+        ClaimOutcome::Noted => "noted",
     }
 }
 

@@ -9,10 +9,10 @@ use bytesize::ByteSize;
 use serde_json::json;
 
 use super::progress::Console;
-use super::signals::Stop;
+use super::signals::StopSignal;
 use super::{Failure, chain, counted, json, summary};
 use crate::data_folder::DataFolder;
-use crate::runner::Outcome;
+use crate::runner::RunOutcome;
 use crate::session::status::StageCount;
 use crate::session::{RunOptions, RunReport, Selection, Session};
 
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let console = Console::default();
     let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
-    let stop = Stop::on_signal()?;
+    let stop = StopSignal::on_signal()?;
     let report = run.execute(stop.asked())?;
     let mut out = stdout().lock();
     if arguments.json {
@@ -120,7 +120,7 @@ fn as_json(report: &RunReport) -> serde_json::Value {
     })
 }
 
-fn closing(missing: &[usize], outcome: &Outcome) -> String {
+fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
@@ -132,7 +132,7 @@ fn closing(missing: &[usize], outcome: &Outcome) -> String {
     }
 }
 
-fn exit_code(outcome: &Outcome, stop: &Stop) -> ExitCode {
+fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     if outcome.interrupted {
         ExitCode::from(stop.exit_code())
     } else if outcome.failed.is_empty() {

@@ -8,7 +8,7 @@ use arrow::csv;
 use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
 
-use super::grid::{self, Layout};
+use super::grid::{self, ColumnLayout};
 use super::{Failure, unknown};
 use crate::data_folder::DataFolder;
 use crate::store::table::Table;
@@ -62,9 +62,9 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         write_json(&mut out, table.batch())?;
     } else {
         let layout = match (&arguments.sql, arguments.columns.is_empty()) {
-            (_, false) => Layout::Everything,
-            (Some(_), true) => Layout::Fitting,
-            (None, true) => Layout::Summary,
+            (_, false) => ColumnLayout::Everything,
+            (Some(_), true) => ColumnLayout::Fitting,
+            (None, true) => ColumnLayout::Summary,
         };
         grid::write(&mut out, &table, arguments.rows, layout)?;
     }

@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 use serde_json::json;
 
-use self::choice::{Choice, Coordinate};
+use self::choice::{Coordinate, TaskChoice};
 use self::picture::Picture;
 use super::{Failure, Misused};
 use crate::data_folder::DataFolder;
@@ -113,7 +113,7 @@ fn task(arguments: &Arguments, data: &DataFolder) -> Result<(TaskKey, Sources), 
     };
     let session = super::session(&arguments.what, data);
     let tables = session.tables()?;
-    let choice = Choice {
+    let choice = TaskChoice {
         stage,
         coordinates: &arguments.coordinates,
         load: arguments.load,

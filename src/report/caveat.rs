@@ -3,7 +3,7 @@
 use super::ReportError;
 use super::ensembles;
 use super::styles::Styles;
-use super::tables::{Finished, Stage};
+use super::tables::{FinishedStage, FinishedStages};
 use crate::caveats;
 use crate::stages::Kind;
 
@@ -14,10 +14,10 @@ const MOST_CAVEATS: usize = 4;
 ///
 /// # Errors
 /// When a table of surfaces lacks a column of its stage.
-pub fn caveat(finished: &Finished, styles: &Styles) -> Result<String, ReportError> {
+pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
     let mut told = Vec::new();
     let stages = finished.stages.iter();
-    for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
+    for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
         for point in caveats::points(table).map_err(ReportError::Caveats)? {
             if point.departures.is_empty() {
                 continue;

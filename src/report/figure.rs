@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::ReportError;
-use super::evidence::Evidence;
+use super::figure_data::FigureData;
 use crate::figures::figure::Figure;
 
 /// What a figure is, and how to draw it.
@@ -13,7 +13,7 @@ pub struct Definition {
     /// Its heading.
     pub title: &'static str,
     /// Draws it from a study's tables.
-    pub draw: fn(&Evidence) -> Result<Drawn, ReportError>,
+    pub draw: fn(&FigureData) -> Result<Drawn, ReportError>,
 }
 
 /// What came of a figure.

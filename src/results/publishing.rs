@@ -17,7 +17,7 @@ use crate::store::{Store, StoreError, TaskTables};
 
 /// A stage's table and how much of it is there.
 #[derive(Debug)]
-pub struct StageTable {
+pub struct PublishedTable {
     /// The stage's name.
     pub stage: String,
     /// Where its table is.
@@ -28,7 +28,7 @@ pub struct StageTable {
     pub quarantined: Option<PathBuf>,
 }
 
-impl StageTable {
+impl PublishedTable {
     /// Its rows.
     ///
     /// # Errors
@@ -48,7 +48,7 @@ pub fn publish(
     store: &Store,
     manifest: &Path,
     folder: &Path,
-) -> Result<Vec<StageTable>, ResultsError> {
+) -> Result<Vec<PublishedTable>, ResultsError> {
     let folder = folder.join(&sampled.plan.study);
     let desk = Desk {
         sampled,
@@ -99,10 +99,10 @@ impl Desk<'_> {
     }
 
     /// Writes the table of one stage if the store has a task of it, unless it is there already.
-    fn publish(&self, stage: &PlannedStage) -> Result<StageTable, ResultsError> {
+    fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
         let path = self.folder.join(file(&stage.name));
-        let table = |finished| StageTable {
+        let table = |finished| PublishedTable {
             stage: stage.name.clone(),
             path: path.clone(),
             finished,

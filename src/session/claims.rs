@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::{SessionError, UnknownName};
-use crate::claims::evidence::Finished;
+use crate::claims::evidence::KindTable;
 use crate::claims::{self, Claim, Evidence, Judgement};
 use crate::cost::CostModel;
 use crate::ensemble::Point;
@@ -31,12 +31,12 @@ impl StudyClaims {
     pub(super) fn of(session: &Session) -> Result<StudyClaims, SessionError> {
         let reading = session.reading()?;
         let plan = &reading.plan;
-        let mut finished: Vec<Finished> = Vec::new();
+        let mut finished: Vec<KindTable> = Vec::new();
         let mut missing = 0;
         for (stage, rows) in plan.stages.iter().zip(reading.all()?) {
             missing += stage.tasks.len() - rows.tasks.len();
             if let Some(table) = rows.table {
-                finished.push(Finished {
+                finished.push(KindTable {
                     kind: stage.kind,
                     table,
                 });

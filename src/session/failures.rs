@@ -6,14 +6,14 @@ use super::Session;
 use super::error::SessionError;
 use crate::failures::{self, Failures, stacked};
 use crate::plan::Plan;
-use crate::results::StageTable;
-use crate::runner::Outcome;
+use crate::results::PublishedTable;
+use crate::runner::RunOutcome;
 use crate::store::Store;
 use crate::store::key::TaskKey;
 use crate::store::table::{Table, TableError};
 
 /// The tasks that a run could not compute, a row each.
-pub fn of_run(session: &Session, plan: &Plan, outcome: &Outcome) -> Result<Table, TableError> {
+pub fn of_run(session: &Session, plan: &Plan, outcome: &RunOutcome) -> Result<Table, TableError> {
     let command = |key| command(session, key);
     let failures = Failures {
         plan,
@@ -29,7 +29,7 @@ pub fn write(
     plan: &Plan,
     failed: Table,
     tried: &[usize],
-    tables: &[StageTable],
+    tables: &[PublishedTable],
     store: &Store,
 ) -> Result<Option<PathBuf>, SessionError> {
     let (folder, study) = (session.data().results(), &plan.study);

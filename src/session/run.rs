@@ -12,8 +12,8 @@ use crate::memory::{self, Allowance};
 use crate::plan::Plan;
 use crate::reasons::record::Record;
 use crate::results::archive::Archive;
-use crate::results::{self, ResultsError, StageTable, owner};
-use crate::runner::{self, Damage, Means, Outcome};
+use crate::results::{self, PublishedTable, ResultsError, owner};
+use crate::runner::{self, Damage, Resources, RunOutcome};
 use crate::store::Store;
 
 /// A run that may begin: what it would compute fits into memory and takes nobody's tables away.
@@ -38,9 +38,9 @@ pub struct RunReport {
     /// The tasks that were to be computed.
     pub wanted: Vec<usize>,
     /// What became of them.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
     /// The stages' tables; none where nothing can be stored.
-    pub tables: Option<Vec<StageTable>>,
+    pub tables: Option<Vec<PublishedTable>>,
     /// Where the table of failures is, if there is one.
     pub failures: Option<PathBuf>,
 }
@@ -90,7 +90,7 @@ impl<'a> PreparedRun<'a> {
         self.remember();
         let settled = match self.selection {
             Selection::Missing => self.settle_surfaces(stop)?,
-            Selection::Task(_) => Outcome::default(),
+            Selection::Task(_) => RunOutcome::default(),
         };
         let missing = self.missing();
         let wanted = self.selection.tasks(self.plan(), &self.store)?;
@@ -148,8 +148,8 @@ impl<'a> PreparedRun<'a> {
     }
 
     /// Draws surfaces until their number is settled, and computes what settles it.
-    fn settle_surfaces(&mut self, stop: &AtomicBool) -> Result<Outcome, SessionError> {
-        let mut outcome = Outcome::default();
+    fn settle_surfaces(&mut self, stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
+        let mut outcome = RunOutcome::default();
         loop {
             for (task, cause) in self.sampled.take_damaged() {
                 let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
@@ -170,11 +170,11 @@ impl<'a> PreparedRun<'a> {
         }
     }
 
-    fn compute(&self, wanted: &[usize], stop: &AtomicBool) -> Result<Outcome, SessionError> {
+    fn compute(&self, wanted: &[usize], stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
         if wanted.is_empty() {
-            return Ok(Outcome::default());
+            return Ok(RunOutcome::default());
         }
-        let means = self.means(wanted);
+        let resources = self.resources(wanted);
         let without = joined(self.missing(), wanted).len();
         self.session.tell(Event::Begun(Batch {
             plan: self.plan(),
@@ -186,7 +186,7 @@ impl<'a> PreparedRun<'a> {
             wanted,
             &self.store,
             &self.sampled.study.sources,
-            means,
+            resources,
             &Relay(self.session.observer),
             stop,
         );
@@ -195,7 +195,7 @@ impl<'a> PreparedRun<'a> {
     }
 
     /// One surface to a core, as far as memory goes.
-    fn means(&self, wanted: &[usize]) -> Means {
+    fn resources(&self, wanted: &[usize]) -> Resources {
         let (plan, room) = (self.plan(), self.memory.room());
         let jobs = self.jobs.min(wanted.len());
         let largest = memory::of_largest(plan, wanted);
@@ -208,7 +208,7 @@ impl<'a> PreparedRun<'a> {
                 allowance: self.memory,
             });
         }
-        Means {
+        Resources {
             threads: memory::threads(plan, wanted, room, jobs),
             room,
         }
@@ -218,9 +218,9 @@ impl<'a> PreparedRun<'a> {
     /// other task has read them, are computed again.
     fn publish(
         &self,
-        outcome: &mut Outcome,
+        outcome: &mut RunOutcome,
         stop: &AtomicBool,
-    ) -> Result<Vec<StageTable>, SessionError> {
+    ) -> Result<Vec<PublishedTable>, SessionError> {
         let (manifest, folder) = (self.session.manifest(), self.session.data().results());
         let publish = || results::publish(&self.sampled, &self.store, manifest, &folder);
         let tables = match publish() {
@@ -240,8 +240,8 @@ impl<'a> PreparedRun<'a> {
     }
 
     /// Names files in the places of tables that were not as a run had written them.
-    fn tell_edited(&self, tables: &[StageTable]) {
-        for StageTable {
+    fn tell_edited(&self, tables: &[PublishedTable]) {
+        for PublishedTable {
             path, quarantined, ..
         } in tables
         {
@@ -265,7 +265,7 @@ impl<'a> PreparedRun<'a> {
 /// Hands on what tasks do.
 struct Relay<'a>(&'a dyn Observer);
 
-impl runner::Observer for Relay<'_> {
+impl runner::TaskObserver for Relay<'_> {
     fn started(&self, task: usize) {
         self.0.hear(Event::Started(task));
     }

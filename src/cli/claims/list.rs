@@ -3,7 +3,7 @@
 use super::super::counted;
 use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
-use crate::claims::{Claim, Judgement, Origin, Outcome, Setting, Verdict};
+use crate::claims::{Claim, ClaimOutcome, Judgement, Origin, Setting, Verdict};
 
 /// Letters before what is said of a claim.
 const INDENT: usize = 14;
@@ -30,9 +30,9 @@ fn few_lines(told: &Told, claim: &Claim) -> String {
     let statement = &claim.statement;
     let said = format!("{} ({})", statement.says, statement.place);
     let found = match &claim.outcome {
-        Outcome::Judged(judgement) => found(told, claim, judgement),
-        Outcome::NotComputed(needs) => format!("needs {needs}"),
-        Outcome::Noted => statement.because.to_owned(),
+        ClaimOutcome::Judged(judgement) => found(told, claim, judgement),
+        ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
+        ClaimOutcome::Noted => statement.because.to_owned(),
     };
     format!(
         "{:INDENT$}{} · {}\n{}{}",

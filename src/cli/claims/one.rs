@@ -4,7 +4,7 @@ use super::super::counted;
 use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
 use crate::claims::intervals::LEVEL;
-use crate::claims::{Claim, Judgement, Origin, Outcome, Verdict};
+use crate::claims::{Claim, ClaimOutcome, Judgement, Origin, Verdict};
 
 pub fn text(told: &Told, claim: &Claim) -> String {
     let statement = &claim.statement;
@@ -30,15 +30,15 @@ pub fn text(told: &Told, claim: &Claim) -> String {
     );
     let mut table = String::new();
     match &claim.outcome {
-        Outcome::Judged(judgement) => {
+        ClaimOutcome::Judged(judgement) => {
             lines.push(("verdict", verdict_of(told, claim, judgement)));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
             }
             table = quantities(claim, judgement);
         }
-        Outcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
-        Outcome::Noted => {}
+        ClaimOutcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
+        ClaimOutcome::Noted => {}
     }
     let lines = lines.iter().map(|(name, text)| {
         let text = wrapped(12, text);

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{Told, verdict};
 use crate::claims::intervals::{Bound, LEVEL};
-use crate::claims::{Claim, Outcome};
+use crate::claims::{Claim, ClaimOutcome};
 use crate::ensemble::Point;
 use crate::store::column::Value as Cell;
 
@@ -54,12 +54,12 @@ fn one(told: &Told, claim: &Claim) -> Value {
         "core_hours": null,
         "figure": statement.figure,
     });
-    if !matches!(claim.outcome, Outcome::Noted) {
+    if !matches!(claim.outcome, ClaimOutcome::Noted) {
         json["expected"] = json!(statement.expected.to_string());
         json["quantity"] = json!(statement.quantity);
     }
     match &claim.outcome {
-        Outcome::Judged(judgement) => {
+        ClaimOutcome::Judged(judgement) => {
             let all = judgement.bounds.len();
             let quantities = judgement.bounds.iter().map(|bound| quantity(bound, all));
             json["quantities"] = quantities.collect();
@@ -72,8 +72,8 @@ fn one(told: &Told, claim: &Claim) -> Value {
                 json["core_hours"] = json!(seconds / 3600.0);
             }
         }
-        Outcome::NotComputed(needs) => json["needs"] = json!(needs),
-        Outcome::Noted => {}
+        ClaimOutcome::NotComputed(needs) => json["needs"] = json!(needs),
+        ClaimOutcome::Noted => {}
     }
     json
 }

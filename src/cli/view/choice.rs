@@ -40,14 +40,14 @@ impl FromStr for Coordinate {
 }
 
 /// What is known of a task.
-pub struct Choice<'a> {
+pub struct TaskChoice<'a> {
     pub stage: &'a str,
     pub coordinates: &'a [Coordinate],
     /// The task has this load, or the nearest that there is.
     pub load: Option<f64>,
 }
 
-impl Choice<'_> {
+impl TaskChoice<'_> {
     /// The one task that computed such rows.
     pub fn task(&self, table: &Table) -> Result<TaskKey, Failure> {
         let mut rows: Vec<usize> = (0..table.rows()).collect();

@@ -42,7 +42,7 @@ pub fn draw(
     store: &Store,
     sources: &Sources,
 ) -> Result<Picture, Failure> {
-    let finished = Finished::read(key, store)?;
+    let finished = FinishedTask::read(key, store)?;
     match (finished.kind(), map) {
         (Some(Kind::Generate), None | Some(Map::Heights)) if load.is_some() => Err(Misused(
             "heights are those of the surface before it is pressed; leave out `--load`".to_owned(),
@@ -68,15 +68,15 @@ pub fn draw(
 }
 
 /// A finished task's table, and how it came about.
-struct Finished {
+struct FinishedTask {
     table: Table,
     provenance: Provenance,
 }
 
-impl Finished {
-    fn read(key: TaskKey, store: &Store) -> Result<Finished, Failure> {
+impl FinishedTask {
+    fn read(key: TaskKey, store: &Store) -> Result<FinishedTask, Failure> {
         let (table, provenance) = store.read_with_provenance(key, Columns::All)?;
-        Ok(Finished { table, provenance })
+        Ok(FinishedTask { table, provenance })
     }
 
     fn kind(&self) -> Option<Kind> {

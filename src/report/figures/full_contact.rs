@@ -9,10 +9,10 @@ use crate::figures::colour::Colour;
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::evidence::{
-    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced,
-};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{
+    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced,
+};
 
 pub const FIGURE: Definition = Definition {
     name: "area-full",
@@ -23,11 +23,11 @@ pub const FIGURE: Definition = Definition {
 /// Letters nearer to each other than this share of the axis stand one below the other.
 const CLOSE: f64 = 0.03;
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
     let mut slopes = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear("slope d(A/A₀)/dy"));
     let (mut heaviest, mut largest) = (0.0_f64, 0.0_f64);
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let means = ensemble.mean(COUNTED_AREA)?;
         let last = means.last().map_or(0.0, |mean| mean.load);
         heaviest = heaviest.max(last);
@@ -35,9 +35,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .iter()
             .fold(largest, |largest, mean| largest.max(mean.mean));
         let markers = spaced(0.04 * last, &means);
-        let line = evidence.styles.joins(&ensemble.point);
+        let line = data.styles.joins(&ensemble.point);
         chart.series.push(series(&means, line).without_bars());
-        chart.series.push(evidence.points(ensemble, &markers));
+        chart.series.push(data.points(ensemble, &markers));
         let points = ensemble.slope(COUNTED_AREA)?;
         let points = points.iter().map(|slope| Point {
             x: slope.load,
@@ -46,14 +46,14 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         });
         slopes.series.push(Series {
             points: points.collect(),
-            style: evidence.styles.line(&ensemble.point),
+            style: data.styles.line(&ensemble.point),
             label: None,
         });
     }
     // Lighter loads have a figure of their own.
     if heaviest <= LIGHT * (1.0 + 1e-9) {
-        let lines = evidence
-            .lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        let lines =
+            data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
         return Ok(Drawn::missing(
             "measured contacts under loads beyond 0.06",
             lines,
@@ -76,9 +76,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          area as counted on the mesh. To the right the slope of the mean curves. The dashed line is \
          Persson's theory, the dotted one the asymptote of the model of Bush, Gibson & Thomas; \
          letters mark the loads near which contact maps are shown. {}{}",
-        sample(&evidence.sample()),
-        evidence.share_of_mesh()?,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.share_of_mesh()?,
+        data.caveat,
     );
     Ok(Drawn::figure(Figure::of_two(chart, slopes), caption))
 }

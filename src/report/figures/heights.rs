@@ -11,8 +11,8 @@ use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Point};
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::FigureData;
 use crate::report::samples::MOST;
 use crate::stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
 use crate::store::table::{Table, TableError};
@@ -39,22 +39,22 @@ struct Densities {
     single: Vec<Vec<(f64, f64)>>,
 }
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut all: Vec<Densities> = Vec::new();
-    for stage in evidence.finished.with(&[BIN.name, DENSITY_MEAN.name]) {
+    for stage in data.finished.with(&[BIN.name, DENSITY_MEAN.name]) {
         pooled(&stage.table, &mut all)?;
     }
-    for stage in evidence.finished.with(&[BIN.name, DENSITY.name]) {
+    for stage in data.finished.with(&[BIN.name, DENSITY.name]) {
         single(&stage.table, &mut all)?;
     }
     if all.is_empty() {
-        let lines = evidence.lines_of_heights();
+        let lines = data.lines_of_heights();
         return Ok(Drawn::missing("a distribution of heights", lines));
     }
     let shown = &all[..all.len().min(MOST)];
     let rows = shown
         .iter()
-        .map(|densities| charts(evidence, densities))
+        .map(|densities| charts(data, densities))
         .collect();
     let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
     let caption = format!(
@@ -69,10 +69,10 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     ))
 }
 
-fn charts(evidence: &Evidence, densities: &Densities) -> Vec<Chart> {
+fn charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
     let x = Axis::linear("height over its rms");
     let y = Axis::linear("density");
-    let label = evidence.styles.label(&densities.point).unwrap_or_default();
+    let label = data.styles.label(&densities.point).unwrap_or_default();
     let axes = [
         (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 0.75)),
         (x.clone().within(2.0, 4.0), y.within(0.0, 0.1)),

@@ -9,9 +9,9 @@ use crate::figures::colour::Colour;
 use crate::figures::figure::{Figure, in_pairs};
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::ensembles::{self, Ensemble, Point};
-use crate::report::evidence::{Evidence, LIGHT, LOAD_LABEL};
+use crate::report::ensembles::{self, EnsembleCurves, Point};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{FigureData, LIGHT, LOAD_LABEL};
 use crate::report::styles::Styles;
 use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD, NODES};
 use crate::stages::correct::AS_COUNTED;
@@ -32,27 +32,27 @@ struct Coefficient {
     area_limit: f64,
 }
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut coefficients = Vec::new();
-    for stage in evidence
+    for stage in data
         .finished
         .with(&["mesh_coefficient", "pooled", "area_limit", LOAD.name])
     {
         coefficients.extend(pooled(&stage.table)?);
     }
     if coefficients.is_empty() {
-        let lines = evidence.lines_of_meshes();
+        let lines = data.lines_of_meshes();
         return Ok(Drawn::missing(
             "the same surfaces on at least two meshes",
             lines,
         ));
     }
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
-    let styles = Styles::of(points, &evidence.files);
+    let styles = Styles::of(points, &data.files);
     let mut charts = vec![coefficient_chart(&coefficients, &styles)];
-    let names = [AS_COUNTED].into_iter().chain(evidence.corrections());
+    let names = [AS_COUNTED].into_iter().chain(data.corrections());
     for name in names.take(3) {
-        let ensembles: Vec<&Ensemble> = evidence.under(name).collect();
+        let ensembles: Vec<&EnsembleCurves> = data.under(name).collect();
         if !ensembles.is_empty() {
             charts.push(error_chart(name, &ensembles, &coefficients, &styles)?);
         }
@@ -62,7 +62,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          bootstrap intervals; and the deviation of the area from A* on each mesh under the load \
          nearest to {LIGHT}, as counted and corrected. S_d is the Manhattan perimeter, Δx the mesh \
          step; from {}.",
-        sample(&evidence.sample()),
+        sample(&data.sample()),
     );
     Ok(Drawn::figure(
         Figure::of_charts(in_pairs(charts), [430.0, 310.0]),
@@ -110,7 +110,7 @@ fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
 /// Deviation from A* against the nodes of the shortest wave.
 fn error_chart(
     correction: &str,
-    ensembles: &[&Ensemble],
+    ensembles: &[&EnsembleCurves],
     coefficients: &[Coefficient],
     styles: &Styles,
 ) -> Result<Chart, TableError> {

@@ -9,8 +9,8 @@ use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence, LOAD_LABEL, series};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData, LOAD_LABEL, series};
 
 pub const FIGURE: Definition = Definition {
     name: "near-full-contact",
@@ -25,7 +25,7 @@ const APPROACH_FROM: f64 = 0.3;
 /// The factors of the load in the scaled error functions that the paper draws.
 const SCALES: [f64; 2] = [1.09, 1.16];
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
     let mut approach = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
@@ -37,24 +37,24 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     );
     let mut heaviest = 0.0_f64;
     let mut least = 1.0_f64;
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let mut means = ensemble.mean(COUNTED_AREA)?;
         means.retain(|mean| mean.load >= APPROACH_FROM);
         let transformed: Vec<Mean> = means.iter().filter_map(transformed).collect();
         means.retain(|mean| mean.load >= FROM);
         heaviest = heaviest.max(means.last().map_or(0.0, |mean| mean.load));
         least = means.iter().fold(least, |least, mean| least.min(mean.mean));
-        let style = evidence.styles.markers(&ensemble.point);
+        let style = data.styles.markers(&ensemble.point);
         approach.series.push(series(&transformed, style));
         let known = means.iter().filter(is_known);
         let shares: Vec<Mean> = known.map(open_over_persson).collect();
         let joined = series(&shares, style.joined());
         open.series.push(joined);
-        chart.series.push(evidence.points(ensemble, &means));
+        chart.series.push(data.points(ensemble, &means));
     }
     if heaviest < 2.0 * FROM {
-        let lines = evidence
-            .lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        let lines =
+            data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
         return Ok(Drawn::missing(
             "measured contacts under loads up to 1 and beyond",
             lines,
@@ -122,9 +122,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          functions of a scaled load. To the right what is left open over what Persson's theory \
          leaves, where its scatter is below a third; below F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
          2 y² in Persson's theory.{}",
-        sample(&evidence.sample()),
-        evidence.bars,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.bars,
+        data.caveat,
     );
     Ok(Drawn::figure(
         Figure::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),

@@ -9,9 +9,9 @@ use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles;
-use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
-use crate::report::tables::Stage;
+use crate::report::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData};
+use crate::report::tables::FinishedStage;
 use crate::stages::columns::CORRECTION;
 use crate::stages::correct::AS_COUNTED;
 
@@ -35,19 +35,19 @@ const GUIDES: [(f64, Colour, Dash); 2] = [
     (-0.9, Colour::Muted, Dash::DashDot),
 ];
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(
         Axis::logarithmic(AREA_LABEL),
         Axis::logarithmic("dp̄/dp₀, with p̄ = p₀ A₀/A"),
     );
     let (mut all, mut rising) = (0, 0);
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let mut growth = ensemble.pressure_growth(COUNTED_AREA)?;
         growth.retain(|one| one.area < MOST);
         all += growth.len();
         growth.retain(|one| one.growth > 0.0);
         rising += growth.len();
-        let style = evidence.styles.markers(&ensemble.point);
+        let style = data.styles.markers(&ensemble.point);
         let points = growth.iter().map(|one| Point {
             x: one.area,
             y: one.growth,
@@ -56,17 +56,17 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         chart.series.push(Series {
             points: points.collect(),
             style,
-            label: Some(evidence.label(ensemble)),
+            label: Some(data.label(ensemble)),
         });
     }
     let Some(extent) = Extent::of(&chart.series) else {
-        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "measured contacts under several light loads",
             lines,
         ));
     };
-    let fits = fits(evidence, extent.areas)?;
+    let fits = fits(data, extent.areas)?;
     let told = match fits.is_empty() {
         true => "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra.",
         false => "Lines in colours are the fitted power laws.",
@@ -84,8 +84,8 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          differences of the mean curves, against the area fraction up to {MOST}; from {}, area as \
          counted on the mesh; bars are {}. Straight black and grey lines are guides. {told} In \
          {} of {all} steps of the load p̄ falls: these have no logarithm and are left out.",
-        sample(&evidence.sample()),
-        evidence.bars,
+        sample(&data.sample()),
+        data.bars,
         all - rising,
     );
     Ok(Drawn::figure(Figure::of(chart), caption))
@@ -135,10 +135,10 @@ impl Extent {
 }
 
 /// The power laws fitted to counted areas.
-fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
+fn fits(data: &FigureData, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
     let mut lines = Vec::new();
     let columns = ["exponent", "prefactor", "law"];
-    for Stage { table, .. } in evidence.finished.with(&columns) {
+    for FinishedStage { table, .. } in data.finished.with(&columns) {
         let (exponents, prefactors) = (table.reals("exponent")?, table.reals("prefactor")?);
         let corrections = table.has(CORRECTION.name);
         let corrections = corrections.then(|| table.texts(CORRECTION.name));
@@ -149,7 +149,7 @@ fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError
             }
             let (exponent, prefactor) = (exponents.value(row), prefactors.value(row));
             let growth = |area: f64| prefactor * area.powf(exponent);
-            let colour = evidence.styles.colour(&ensembles::point(table, row));
+            let colour = data.styles.colour(&ensembles::point(table, row));
             let style = Style::line(colour, Dash::Solid, 1.2);
             let line = Series::curve(growth, range, Spacing::Logarithmic, style);
             lines.push(line);

@@ -11,8 +11,8 @@ use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Slope};
-use crate::report::evidence::{COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL};
 use crate::stages::correct::AS_COUNTED;
 use crate::store::table::{Table, TableError};
 
@@ -22,29 +22,29 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
     let mut kappas: Vec<String> = Vec::new();
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let slopes = ensemble.slope(COUNTED_AREA)?;
-        let style = evidence.styles.markers(&ensemble.point);
-        let label = evidence.label(ensemble);
+        let style = data.styles.markers(&ensemble.point);
+        let label = data.label(ensemble);
         chart.series.push(points(&slopes, style).named(label));
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
-        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "measured contacts under several loads up to 0.06",
             lines,
         ));
     }
-    for stage in evidence
+    for stage in data
         .finished
         .with(&["law", "kappa", "beta", "mu", "fitted_to"])
     {
         for fit in fits(&stage.table)? {
-            let style = Style::line(evidence.styles.colour(&fit.point), Dash::Solid, 2.0);
+            let style = Style::line(data.styles.colour(&fit.point), Dash::Solid, 2.0);
             let range = [LIGHT * 1e-3, LIGHT];
             let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
             chart.series.push(curve);
@@ -71,9 +71,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
          mesh. Bars are {}. {fits}{}",
-        sample(&evidence.sample()),
-        evidence.bars,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.bars,
+        data.caveat,
     );
     Ok(Drawn::figure(Figure::of(chart), caption))
 }

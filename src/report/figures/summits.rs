@@ -14,8 +14,8 @@ use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::bars::{Bars, ends, mean_and_half_bar};
 use crate::report::ensembles::{self, Point};
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::FigureData;
 use crate::report::styles::Styles;
 use crate::stages::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
 use crate::store::table::{Table, TableError};
@@ -23,13 +23,13 @@ use crate::store::table::{Table, TableError};
 pub const NAYAK: Definition = Definition {
     name: "nayak",
     title: "Nayak's parameter of the surfaces",
-    draw: |evidence| draw(evidence, &NAYAKS_PARAMETER),
+    draw: |data| draw(data, &NAYAKS_PARAMETER),
 };
 
 pub const DENSITY: Definition = Definition {
     name: "summit-density",
     title: "Density of summits of the surfaces",
-    draw: |evidence| draw(evidence, &DENSITY_OF_SUMMITS),
+    draw: |data| draw(data, &DENSITY_OF_SUMMITS),
 };
 
 /// A number that the moments of a surface give.
@@ -79,14 +79,14 @@ struct Surfaces {
 /// The spectra of a family by their upper cutoffs.
 type Curve = BTreeMap<i64, Surfaces>;
 
-fn draw(evidence: &Evidence, quantity: &Quantity) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
     let mut curves: BTreeMap<Family, Curve> = BTreeMap::new();
     let columns = [quantity.column, K_ROLLOFF.name, SEED.name];
-    for stage in evidence.finished.with(&columns) {
+    for stage in data.finished.with(&columns) {
         collect(&stage.table, quantity.column, &mut curves)?;
     }
     if curves.values().map(BTreeMap::len).sum::<usize>() < 2 {
-        let lines = evidence.lines_of_surfaces();
+        let lines = data.lines_of_surfaces();
         return Ok(Drawn::missing(
             "random surfaces of at least two spectra",
             lines,
@@ -99,17 +99,17 @@ fn draw(evidence: &Evidence, quantity: &Quantity) -> Result<Drawn, ReportError> 
          wavenumbers{}. Periodic cells with few long waves differ from it.",
         quantity.meaning,
         sample(&counts),
-        evidence.bars,
+        data.bars,
         match has_other(&curves) {
             true => format!(", in dashes those of the paper's other Hurst exponent, {OTHER_HURST}"),
             false => String::new(),
         },
     );
-    Ok(Drawn::figure(figure(&curves, evidence, quantity), caption))
+    Ok(Drawn::figure(figure(&curves, data, quantity), caption))
 }
 
 /// One chart for each Hurst exponent if they are few, else one for all.
-fn figure(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quantity) -> Figure {
+fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quantity) -> Figure {
     let uppers = || curves.values().flat_map(BTreeMap::keys).copied();
     let ends = [uppers().min(), uppers().max()].map(|end| end.unwrap_or(1) as f64);
     let range = [ends[0] / 1.15, ends[1] * 1.15];
@@ -119,7 +119,7 @@ fn figure(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quan
         let x = Axis::octaves("upper cutoff wavenumber k_upper").within(range[0], range[1]);
         let mut chart = Chart::new(x, Axis::logarithmic(quantity.label));
         for (family, curve) in curves.iter().filter(|(family, _)| has(family)) {
-            let drawn = family.series(curve, range, &evidence.styles, quantity, evidence.bars);
+            let drawn = family.series(curve, range, &data.styles, quantity, data.bars);
             chart.series.extend(drawn);
         }
         chart
@@ -132,7 +132,7 @@ fn figure(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quan
                     hurst: OTHER_HURST.to_bits(),
                     ..*family
                 };
-                other.closed_form(curve, range, &evidence.styles, quantity, Dash::Dashed)
+                other.closed_form(curve, range, &data.styles, quantity, Dash::Dashed)
             }));
         }
         return Figure::of(chart);
