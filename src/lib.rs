@@ -77,7 +77,7 @@ pub mod fitting;
 
 pub mod store;
 
-pub mod sources;
+pub mod surface_files;
 
 pub mod diagnostics;
 

@@ -38,12 +38,12 @@ use crate::plan::Plan;
 use crate::results::FIGURES;
 use crate::results::archive::Archive;
 use crate::results::reading::StageRows;
-use crate::sources::Sources;
 use crate::stages::StageError;
 use crate::store::StoreError;
 use crate::store::files::{Existing, make_folder, write_whole};
 use crate::store::table::TableError;
 use crate::study::Warning;
+use crate::surface_files::SurfaceFiles;
 
 /// The page's file.
 const PAGE: &str = "report.html";
@@ -121,7 +121,7 @@ pub struct Subject<'a> {
     /// Its finished tasks, and their maps.
     pub archive: &'a Archive,
     /// The files of its measured surfaces.
-    pub sources: &'a Sources,
+    pub sources: &'a SurfaceFiles,
     /// Its manifest's text.
     pub manifest: &'a str,
     /// What should be known of it.

@@ -15,11 +15,11 @@ use rayon::Scope;
 use crate::diagnostics::words_of_panic;
 use crate::memory;
 use crate::plan::{Plan, Task};
-use crate::sources::Sources;
 use crate::stages::{Context, Input, StageError};
 use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
+use crate::surface_files::SurfaceFiles;
 
 mod outcome;
 mod room;
@@ -76,7 +76,7 @@ pub fn run(
     plan: &Plan,
     missing: &[usize],
     store: &Store,
-    sources: &Sources,
+    sources: &SurfaceFiles,
     resources: Resources,
     observer: &dyn TaskObserver,
     interrupted: &AtomicBool,
@@ -109,7 +109,7 @@ pub fn run(
 struct Run<'a> {
     plan: &'a Plan,
     store: &'a Store,
-    sources: &'a Sources,
+    sources: &'a SurfaceFiles,
     observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
     threads: usize,
@@ -128,7 +128,7 @@ impl<'a> Run<'a> {
         plan: &'a Plan,
         missing: &[usize],
         store: &'a Store,
-        sources: &'a Sources,
+        sources: &'a SurfaceFiles,
         Resources { threads, room }: Resources,
         observer: &'a dyn TaskObserver,
         interrupted: &'a AtomicBool,

@@ -18,9 +18,9 @@ use super::{Failure, Misused};
 use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
 use crate::session::task_names;
-use crate::sources::Sources;
 use crate::store::StoreError;
 use crate::store::key::TaskKey;
+use crate::surface_files::SurfaceFiles;
 
 /// Digits of a key in the name of a file.
 const KEY_DIGITS: usize = 8;
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
 }
 
 /// The task that is meant, and where the files of measured surfaces lie, which no key knows.
-fn task(arguments: &Arguments, data: &DataFolder) -> Result<(TaskKey, Sources), Failure> {
+fn task(arguments: &Arguments, data: &DataFolder) -> Result<(TaskKey, SurfaceFiles), Failure> {
     let Some(stage) = &arguments.stage else {
         if arguments.what.is_file() {
             let study = super::session(&arguments.what, data).study()?;
@@ -109,7 +109,7 @@ fn task(arguments: &Arguments, data: &DataFolder) -> Result<(TaskKey, Sources), 
             .into());
         }
         let word = arguments.what.to_string_lossy();
-        return Ok((task_names::finished(&word, data)?, Sources::default()));
+        return Ok((task_names::finished(&word, data)?, SurfaceFiles::default()));
     };
     let session = super::session(&arguments.what, data);
     let tables = session.tables()?;

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use super::Subject;
 use crate::plan::Plan;
 use crate::results::archive::Archive;
-use crate::sources::Sources;
 use crate::stages::Kind;
 use crate::store::table::Table;
+use crate::surface_files::SurfaceFiles;
 
 /// A stage with at least one finished task.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ pub struct FinishedStages<'a> {
     /// Their tables, and where the maps are.
     pub archive: &'a Archive,
     /// Where measured surfaces are.
-    pub sources: &'a Sources,
+    pub sources: &'a SurfaceFiles,
 }
 
 impl<'a> FinishedStages<'a> {

@@ -12,10 +12,10 @@ use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
-use crate::sources::{ContentHash, Sources};
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::table::Table;
+use crate::surface_files::{ContentHash, SurfaceFiles};
 
 mod description;
 
@@ -167,7 +167,7 @@ impl Params {
     ///
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
-    pub fn draw(&self, sources: &Sources) -> Result<Surface, StageError> {
+    pub fn draw(&self, sources: &SurfaceFiles) -> Result<Surface, StageError> {
         match &self.form {
             Form::Random { nodes, surface } => Ok(surface.draw(*nodes as usize, self.side)),
             Form::Shape { nodes, shape } => Ok(shape.draw(*nodes as usize, self.side)),
@@ -192,7 +192,7 @@ impl Params {
     ///
     /// # Errors
     /// As [`Params::draw`], and when the table is not one of this stage.
-    pub fn surface(&self, table: &Table, sources: &Sources) -> Result<Surface, StageError> {
+    pub fn surface(&self, table: &Table, sources: &SurfaceFiles) -> Result<Surface, StageError> {
         if !table.has(HEIGHTS.name) {
             return self.draw(sources);
         }
