@@ -33,7 +33,7 @@ pub struct Chart {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Ascending in x where a line joins them.
-    pub points: Vec<Point>,
+    pub points: Vec<DataPoint>,
     /// How they look.
     pub style: Style,
     /// What they are, in the legend; series of one name have one entry.
@@ -42,7 +42,7 @@ pub struct Series {
 
 /// A point, perhaps with an error bar.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct DataPoint {
     /// To the right.
     pub x: f64,
     /// Upwards.
@@ -56,7 +56,7 @@ impl Series {
     pub fn new(points: impl IntoIterator<Item = (f64, f64)>, style: Style) -> Series {
         let points = points.into_iter();
         Series {
-            points: points.map(|(x, y)| Point { x, y, bar: None }).collect(),
+            points: points.map(|(x, y)| DataPoint { x, y, bar: None }).collect(),
             style,
             label: None,
         }
@@ -178,7 +178,7 @@ impl Chart {
     }
 
     fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
-        let to_place = |point: &Point| frame.placed(point.x, point.y);
+        let to_place = |point: &DataPoint| frame.placed(point.x, point.y);
         let colour = series.style.colour.css();
         let mut plots = Vec::new();
         if let Some(line) = series.style.line {
@@ -225,8 +225,8 @@ impl Chart {
         })
     }
 
-    fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a Point> {
-        let has_place = |point: &&Point| self.x.can_show(point.x) && self.y.can_show(point.y);
+    fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a DataPoint> {
+        let has_place = |point: &&DataPoint| self.x.can_show(point.x) && self.y.can_show(point.y);
         series.points.iter().filter(has_place)
     }
 }
@@ -243,8 +243,8 @@ impl Frame {
     fn of(chart: &Chart) -> Frame {
         let points = || chart.series.iter().flat_map(|series| &series.points);
         let x = chart.x.ends(points().map(|point| point.x));
-        let in_sight = |point: &&Point| (x[0]..=x[1]).contains(&point.x);
-        let heights = |point: &Point| {
+        let in_sight = |point: &&DataPoint| (x[0]..=x[1]).contains(&point.x);
+        let heights = |point: &DataPoint| {
             let [low, high] = point.bar.unwrap_or([point.y; 2]);
             [point.y, low, high]
         };
@@ -258,7 +258,7 @@ impl Frame {
         }
     }
 
-    fn holds(&self, point: &Point) -> bool {
+    fn holds(&self, point: &DataPoint) -> bool {
         let is_within = |[from, to]: [f64; 2], value| (from..=to).contains(&value);
         is_within(self.x, point.x) && is_within(self.y, point.y)
     }

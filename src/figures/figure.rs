@@ -206,7 +206,7 @@ fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::super::axis::Axis;
-    use super::super::chart::Point;
+    use super::super::chart::DataPoint;
     use super::super::pixels;
     use super::super::style::{Dash, Marker, Style};
     use super::super::svg::alone;
@@ -214,7 +214,7 @@ mod tests {
 
     fn figure() -> Figure {
         let mut chart = Chart::new(Axis::linear("load y"), Axis::logarithmic("area"));
-        let point = |x: f64| Point {
+        let point = |x: f64| DataPoint {
             x,
             y: x * x,
             bar: Some([0.5 * x * x, 2.0 * x * x]),

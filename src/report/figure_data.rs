@@ -12,7 +12,7 @@ use super::ensembles::{self, EnsembleCurves, Mean, Point};
 use super::styles::{Files, Styles};
 use super::tables::{FinishedStage, FinishedStages};
 use crate::contact::topography::spectrum::Spectrum;
-use crate::figures::chart::{Point as Place, Series};
+use crate::figures::chart::{DataPoint, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;
 use crate::stages::columns::{
@@ -125,7 +125,7 @@ impl<'a> FigureData<'a> {
 
 /// A mean curve with its error bars.
 pub fn series(means: &[Mean], style: Style) -> Series {
-    let points = means.iter().map(|mean| Place {
+    let points = means.iter().map(|mean| DataPoint {
         x: mean.load,
         y: mean.mean,
         bar: mean.bar(),

@@ -3,7 +3,7 @@
 
 use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::Axis;
-use crate::figures::chart::{Chart, Point as Place, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::{Figure, in_pairs};
 use crate::figures::style::{Dash, Style};
@@ -130,7 +130,7 @@ fn chart(data: &FigureData, spectra: &[Spectrum]) -> Chart {
     }
     chart.x = chart.x.within(least / 3.2, 1.3 * most);
     for spectrum in spectra {
-        let point = |mean: &Mean| Place {
+        let point = |mean: &Mean| DataPoint {
             x: spectrum.nayak,
             y: mean.mean,
             bar: mean.bar(),

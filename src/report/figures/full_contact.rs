@@ -4,7 +4,7 @@ use super::contact_maps::SHOWN_LOADS;
 use super::theories::{self, AREA};
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
@@ -39,7 +39,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         chart.series.push(series(&means, line).without_bars());
         chart.series.push(data.points(ensemble, &markers));
         let points = ensemble.slope(COUNTED_AREA)?;
-        let points = points.iter().map(|slope| Point {
+        let points = points.iter().map(|slope| DataPoint {
             x: slope.load,
             y: slope.slope,
             bar: None,

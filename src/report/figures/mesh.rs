@@ -4,7 +4,7 @@ use arrow::array::Array;
 
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point as Place, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::{Figure, in_pairs};
 use crate::figures::style::{Dash, Style};
@@ -89,7 +89,7 @@ fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
         chart.series.push(line.named(label));
     }
     for coefficient in coefficients {
-        let place = Place {
+        let place = DataPoint {
             x: coefficient.load,
             y: coefficient.value,
             bar: coefficient.interval,

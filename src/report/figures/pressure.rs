@@ -2,7 +2,7 @@
 
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
@@ -79,10 +79,10 @@ fn modulus(ensemble: &EnsembleCurves) -> Option<f64> {
 }
 
 /// Means against the mean pressures of the same loads.
-fn against(pressures: &[Mean], means: &[Mean]) -> Vec<Point> {
+fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
     let pairs = pressures.iter().zip(means);
     pairs
-        .map(|(pressure, mean)| Point {
+        .map(|(pressure, mean)| DataPoint {
             x: pressure.mean,
             y: mean.mean,
             bar: mean.bar(),

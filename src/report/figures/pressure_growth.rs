@@ -3,7 +3,7 @@
 use arrow::array::Array;
 
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
@@ -48,7 +48,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         growth.retain(|one| one.growth > 0.0);
         rising += growth.len();
         let style = data.styles.markers(&ensemble.point);
-        let points = growth.iter().map(|one| Point {
+        let points = growth.iter().map(|one| DataPoint {
             x: one.area,
             y: one.growth,
             bar: one.bar,
@@ -103,7 +103,7 @@ impl Extent {
     /// Of fewer than [`FEWEST`] points, none.
     fn of(series: &[Series]) -> Option<Extent> {
         let points = || series.iter().flat_map(|series| &series.points);
-        let ends = |of: fn(&Point) -> f64| {
+        let ends = |of: fn(&DataPoint) -> f64| {
             let values = || points().map(of);
             [
                 values().fold(f64::INFINITY, f64::min),

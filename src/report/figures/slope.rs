@@ -5,7 +5,7 @@ use arrow::array::Array;
 use crate::contact::theory::law::{ContactEvolution, KAPPA_BGT};
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
@@ -80,7 +80,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
 
 fn points(slopes: &[Slope], style: Style) -> Series {
     let is_light = |slope: &&Slope| slope.load <= LIGHT;
-    let points = slopes.iter().filter(is_light).map(|slope| Point {
+    let points = slopes.iter().filter(is_light).map(|slope| DataPoint {
         x: slope.load,
         y: slope.slope,
         bar: slope.bar,

@@ -7,7 +7,7 @@ use arrow::array::Array;
 
 use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point as Place, Series};
+use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
@@ -194,7 +194,7 @@ impl Family {
         for (&k_upper, surfaces) in curve {
             let values: Vec<f64> = surfaces.values.values().copied().collect();
             let (mean, half) = mean_and_half_bar(&values, bars);
-            let place = Place {
+            let place = DataPoint {
                 x: k_upper as f64,
                 y: mean,
                 bar: ends(mean, half),
