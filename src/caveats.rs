@@ -7,7 +7,7 @@ use crate::store::table::Table;
 
 /// Surfaces of one parameter point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct PointDepartures {
     /// Their coordinates, in one row.
     pub place: Table,
     /// In which respects they are no isotropic Gaussian roughness; none if they may be.
@@ -31,7 +31,7 @@ const DESCRIBED: [&str; 8] = [
 ///
 /// # Errors
 /// When the table describes no surfaces.
-pub fn points(surfaces: &Table) -> Result<Vec<Point>, StageError> {
+pub fn points(surfaces: &Table) -> Result<Vec<PointDepartures>, StageError> {
     let groups = Groups {
         group_by: None,
         over: DESCRIBED.map(str::to_owned).into(),
@@ -54,7 +54,7 @@ pub fn points(surfaces: &Table) -> Result<Vec<Point>, StageError> {
                 excess_kurtosis,
                 effective_modes: modes.unwrap_or(f64::INFINITY),
             };
-            Point {
+            PointDepartures {
                 place: reduced.coordinates().pick(&[row]),
                 departures: statistics.departures(),
             }

@@ -73,12 +73,12 @@ pub struct Claim {
     /// What it was put to: `counted area`, `area corrected by 2017`, `closed form` …
     pub data: &'static str,
     /// What was found, or what would tell.
-    pub outcome: Outcome,
+    pub outcome: ClaimOutcome,
 }
 
 /// What became of a claim.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
+pub enum ClaimOutcome {
     /// Its quantities are known.
     Judged(Judgement),
     /// They are not: what the study lacks.

@@ -7,11 +7,11 @@ mod check;
 mod claims;
 mod columns;
 mod completions;
-mod counts;
 mod explain;
 mod failure_report;
+mod forecast;
 mod grid;
-mod outlook;
+mod json;
 mod plan;
 mod progress;
 mod prune;
@@ -22,8 +22,6 @@ mod show;
 mod signals;
 mod summary;
 mod table;
-mod tables;
-mod tasks;
 mod verify;
 mod view;
 
@@ -34,19 +32,12 @@ use std::process::ExitCode;
 use std::{panic, thread};
 
 use clap::{Parser, Subcommand};
-use outlook::Outlook;
 
-use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
-use crate::growth::Grown;
-use crate::prune::Folders;
-use crate::reasons::record::Record;
-use crate::results::archive::Archive;
-use crate::results::owner;
-use crate::results::reading::{self, Reading};
+use crate::data_folder::DataFolder;
+use crate::diagnostics::{chain, counted};
+use crate::session::{Event, Session, SessionError, UnknownName};
 use crate::stages::aggregate::sql;
-use crate::store::writer::Moment;
-use crate::store::{Store, StoreError};
-use crate::study::{Study, Warning};
+use crate::study::Warning;
 
 /// Statistical studies of rough contact.
 ///
@@ -106,12 +97,12 @@ enum Command {
 pub fn main() -> ExitCode {
     leave_panics_of_queries_to_their_errors();
     let arguments = Arguments::parse();
-    let data = Data(arguments.data);
+    let data = DataFolder::new(arguments.data);
     if let Err(error) = signals::survive_large_files() {
         return report(&error);
     }
     let result = match arguments.command {
-        Command::Check(arguments) => check::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments, &data),
         Command::Plan(arguments) => plan::run(&arguments, &data),
         Command::Explain(arguments) => explain::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
@@ -147,13 +138,10 @@ type Failure = Box<dyn Error + Send + Sync>;
 #[error("{0}")]
 struct Misused(String);
 
-fn misused(error: impl Error) -> Misused {
-    Misused(error.to_string())
-}
-
 /// Prints an error and its causes, once, and says how the process ends.
 fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
-    if let Some(errors) = failure.downcast_ref::<ManifestErrors>() {
+    let of_session = failure.downcast_ref::<SessionError>();
+    if let Some(SessionError::Manifest(errors)) = of_session {
         let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
         let _ = write!(stderr(), "{}", errors.render(colours));
         return ExitCode::from(2);
@@ -163,7 +151,7 @@ fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
     }
     // Nobody is left to tell if standard error is closed.
     let _ = writeln!(stderr(), "error: {}", chain(failure));
-    match failure.is::<Misused>() {
+    match failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
         true => ExitCode::from(2),
         false => ExitCode::from(1),
     }
@@ -176,90 +164,21 @@ fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
         .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
-/// The folder of finished work.
-struct Data(PathBuf);
+/// A manifest and the folder of finished work; what should be known is told on standard error.
+fn session(manifest: &Path, data: &DataFolder) -> Session<'static> {
+    Session::new(manifest, data.path()).observed_by(&tell_notice)
+}
 
-impl Data {
-    fn store(&self) -> PathBuf {
-        self.0.join("store")
-    }
-
-    fn results(&self) -> PathBuf {
-        self.0.join("results")
-    }
-
-    /// What studies were when they last ran.
-    fn records(&self) -> PathBuf {
-        self.0.join("plans")
-    }
-
-    /// A manifest's study, with as many surfaces as the tables in the store ask for.
-    fn grown(&self, manifest: &Path) -> Result<Grown, Failure> {
-        Ok(Grown::of(study(manifest)?, &self.look()?)?)
-    }
-
-    /// What has been computed of a manifest's study, to be looked at; what of it is gone is told.
-    fn reading(&self, manifest: &Path) -> Result<Reading, Failure> {
-        let (store, results) = (self.look()?, self.results());
-        let study = reading::study(manifest, &store, &results)?;
-        for file in study.sources.recalled() {
-            warn(&format!(
-                "note: surface file `{}` cannot be read; its tables are those of it as it was",
-                file.display()
-            ));
-        }
-        Ok(Reading::of(study, store, &results)?)
-    }
-
-    /// What a manifest's study has and what it would compute.
-    fn outlook(&self, manifest: &Path) -> Result<Outlook, Failure> {
-        let grown = self.grown(manifest)?;
-        let record = Record::read(&self.records(), &grown.study.name);
-        Ok(Outlook::of(grown, &self.look()?, record.as_ref()))
-    }
-
-    fn with_folders<T>(&self, act: impl FnOnce(&Folders) -> T) -> T {
-        act(&Folders {
-            store: &self.store(),
-            results: &self.results(),
-            records: &self.records(),
-        })
-    }
-
-    /// Refuses to take tables away from another manifest whose study has the same name.
-    fn check_owner(&self, manifest: &Path, grown: &Grown, store: &Store) -> Result<(), Failure> {
-        let Grown { study, plan, .. } = grown;
-        let archive = Archive::of(store.clone(), &self.results().join(&plan.study));
-        Ok(owner::check(manifest, study, plan, &archive).map_err(misused)?)
-    }
-
-    fn open(&self) -> Result<Store, StoreError> {
-        // What cannot be swept does no harm.
-        let _ = self.with_folders(|folders| crate::prune::sweep(folders, &Moment::here()));
-        Store::open(&self.store())
-    }
-
-    fn look(&self) -> Result<Store, StoreError> {
-        Store::look(&self.store())
+/// Says what should be known, and nothing else that happens.
+fn tell_notice(event: Event<'_>) {
+    if let Event::Notice(notice) = event {
+        warn(&format!("{}: {notice}", notice.severity()));
     }
 }
 
 /// A name that is not there, what was meant, and what there is.
-fn unknown(message: &str, name: &str, known: &[&str]) -> Failure {
-    let meant = did_you_mean(name, known.iter().copied());
-    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    let known = wrapped(&listed(known.iter().copied(), "and"));
-    Misused(format!("{message}{meant}\nthere is {known}")).into()
-}
-
-/// A stage's place among the stages of a study, by its name.
-fn place_of(stages: &[&str], name: &str) -> Result<usize, Failure> {
-    let place = stages.iter().position(|stage| *stage == name);
-    place.ok_or_else(|| unknown(&format!("the study has no stage `{name}`"), name, stages))
-}
-
-fn study(manifest: &Path) -> Result<Study, Failure> {
-    Ok(Study::read(manifest)?)
+fn unknown(message: String, name: &str, known: &[&str]) -> Failure {
+    SessionError::from(UnknownName::new(message, name, known)).into()
 }
 
 /// Nobody is left to tell if standard error is closed.
@@ -272,10 +191,4 @@ fn tell(warnings: &[Warning]) {
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }
-}
-
-/// `3 surfaces`, `1 surface`.
-fn counted(number: usize, thing: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{number} {thing}{plural}")
 }

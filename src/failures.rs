@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use crate::diagnostics::chain;
 use crate::names::FAILURES;
 use crate::plan::{Plan, PlannedStage};
-use crate::results::{ResultsError, StageTable, path};
-use crate::runner::{Outcome, TaskError};
+use crate::results::{PublishedTable, ResultsError, path};
+use crate::runner::{RunOutcome, TaskError};
 use crate::stages::Kind;
 use crate::stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
 use crate::stages::solve::GIVEN_UP;
@@ -62,7 +62,7 @@ impl Failures<'_> {
     ///
     /// # Errors
     /// When coordinates of one name have different types: a stage has a bug.
-    pub fn of_run(&self, outcome: &Outcome) -> Result<Table, TableError> {
+    pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
         let rows = outcome.failed.iter().map(|(task, error)| {
             let kind = match error {
                 TaskError::Upstream(_) => NOT_STARTED,
@@ -77,7 +77,7 @@ impl Failures<'_> {
     ///
     /// # Errors
     /// When the tables cannot be read.
-    pub fn of_loads(&self, tables: &[StageTable]) -> Result<Table, ResultsError> {
+    pub fn of_loads(&self, tables: &[PublishedTable]) -> Result<Table, ResultsError> {
         let stages = self.plan.stages.iter().zip(tables);
         let solved =
             stages.filter(|(stage, table)| stage.kind == Kind::Solve && table.finished > 0);

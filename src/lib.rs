@@ -13,11 +13,13 @@
 //! 6. [`claims`] – what the 2015 paper says, put to those tables.
 //! 7. [`report`] – a page to look at, and the figures for a paper.
 //!
+//! A program that works with studies asks a [`session`], as the command line does.
+//!
 //! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
 //! needs any more.
 //!
-//! [`growth`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run, [`caveats`]
-//! beside which surfaces theories do not belong.
+//! [`adaptive_sampling`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run,
+//! [`caveats`] beside which surfaces theories do not belong.
 //!
 //! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
 //! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
@@ -25,6 +27,9 @@
 //!
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
+
+// What is to be told goes to an observer or into a result: others than terminals call this.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod names;
 
@@ -38,7 +43,7 @@ pub mod plan;
 
 pub mod worklist;
 
-pub mod growth;
+pub mod adaptive_sampling;
 
 pub mod reasons;
 
@@ -54,6 +59,10 @@ pub mod claims;
 
 pub mod report;
 
+pub mod session;
+
+pub mod data_folder;
+
 pub mod verify;
 
 pub mod prune;
@@ -68,13 +77,13 @@ pub mod fitting;
 
 pub mod store;
 
-pub mod sources;
+pub mod surface_files;
 
 pub mod diagnostics;
 
 pub mod decimal;
 
-pub mod pace;
+pub mod cost;
 
 pub mod memory;
 

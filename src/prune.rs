@@ -1,11 +1,12 @@
-//! What nobody needs any more: tables that no named study asks for, damaged files that were set
-//! aside, and what killed processes left unfinished.
+//! What nobody needs any more: tables that no named study asks for, damaged files that are in
+//! quarantine, and what killed processes left unfinished.
 
 use std::collections::HashSet;
 use std::fs;
 use std::io;
 use std::path::Path;
 
+use crate::data_folder::DataFolder;
 use crate::plan::Plan;
 use crate::reasons::record::Record;
 use crate::results;
@@ -15,17 +16,6 @@ use crate::store::listing::{self, Found, What};
 use crate::store::lock::Lock;
 use crate::store::writer::Moment;
 
-/// Where things are.
-#[derive(Debug)]
-pub struct Folders<'a> {
-    /// Tables of tasks.
-    pub store: &'a Path,
-    /// Tables of stages.
-    pub results: &'a Path,
-    /// What studies were when they last ran.
-    pub records: &'a Path,
-}
-
 /// What none of these studies needs. Without any study no table is unneeded: naming none is
 /// rather a slip than a wish to lose everything. What somebody may be writing just now stays.
 ///
@@ -33,15 +23,15 @@ pub struct Folders<'a> {
 /// When a folder cannot be listed.
 pub fn unneeded(
     plans: &[Plan],
-    folders: &Folders,
+    data: &DataFolder,
     moment: &Moment,
 ) -> Result<Vec<Found>, StoreError> {
     let keys: HashSet<TaskKey> = plans.iter().flat_map(Plan::keys).collect();
-    let mut found = listing::of_store(folders.store)?;
-    found.extend(results::files(folders.results)?);
-    found.extend(Record::files(folders.records)?);
+    let mut found = listing::of_store(&data.store())?;
+    found.extend(results::files(&data.results())?);
+    found.extend(Record::files(&data.records())?);
     let is_needed = |found: &Found| match &found.what {
-        What::Damaged => false,
+        What::Quarantined => false,
         What::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
         What::Task(key) => keys.contains(key),
@@ -74,15 +64,15 @@ pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
 ///
 /// # Errors
 /// When a folder cannot be listed, or a file not be deleted.
-pub fn sweep(folders: &Folders, moment: &Moment) -> Result<(), StoreError> {
-    let mut left = listing::unfinished(folders.store)?;
-    left.extend(results::files(folders.results)?);
-    left.extend(Record::files(folders.records)?);
+pub fn sweep(data: &DataFolder, moment: &Moment) -> Result<(), StoreError> {
+    let mut left = listing::unfinished(&data.store())?;
+    left.extend(results::files(&data.results())?);
+    left.extend(Record::files(&data.records())?);
     left.retain(|found| found.what == What::Unfinished && moment.is_abandoned(&found.path));
     if left.is_empty() {
         return Ok(());
     }
-    match Lock::alone(folders.store)? {
+    match Lock::alone(&data.store())? {
         Some(_alone) => left.iter().try_for_each(|found| remove(&found.path)),
         None => Ok(()),
     }
@@ -116,18 +106,12 @@ mod tests {
 
     #[test]
     fn what_another_machine_may_be_writing_stays_where_locks_say_that_nobody_is_there() {
-        let data = tempfile::tempdir().unwrap();
-        let [store, results, records] =
-            ["store", "results", "plans"].map(|name| data.path().join(name));
-        let folders = Folders {
-            store: &store,
-            results: &results,
-            records: &records,
-        };
+        let root = tempfile::tempdir().unwrap();
+        let data = DataFolder::new(root.path());
         let workshops = [
-            store.join("unfinished"),
-            results.join("small"),
-            records.clone(),
+            data.store().join("unfinished"),
+            data.results_of("small"),
+            data.records(),
         ];
         let unfinished = |machine: &str| {
             let machine = machine.to_owned();
@@ -145,9 +129,9 @@ mod tests {
             })
         };
         let (own, others) = (unfinished("node07"), unfinished("node08"));
-        let found = unneeded(&[], &folders, &moment()).unwrap();
+        let found = unneeded(&[], &data, &moment()).unwrap();
         assert_eq!(found.len(), own.len());
-        sweep(&folders, &moment()).unwrap();
+        sweep(&data, &moment()).unwrap();
         assert!(own.iter().all(|path| !path.exists()));
         assert!(others.iter().all(|path| path.exists()));
         others
@@ -155,7 +139,7 @@ mod tests {
             .for_each(|path| fs::remove_file(path).unwrap());
 
         unfinished("node07");
-        sweep(&folders, &moment()).unwrap();
+        sweep(&data, &moment()).unwrap();
         assert!(workshops.iter().all(|folder| folder.exists()));
     }
 }

@@ -1,7 +1,7 @@
 //! What a study has found, to be looked at: one page, and its figures for a paper.
 //!
-//! The [`tables`] of a study's stages are sorted into [`evidence`]: curves of ensembles, all of
-//! which have one look on all figures. Each of the [`figures`] draws what it finds there, or says
+//! The [`tables`] of a study's stages are sorted into [`figure_data`]: curves of ensembles, all of
+//! which have one style on all figures. Each of the [`figures`] draws what it finds there, or says
 //! which stage would add it; the [`page`] holds them, the tables, and where all of it comes from.
 
 pub mod advice;
@@ -9,15 +9,15 @@ pub mod bars;
 pub mod basis;
 pub mod caveat;
 pub mod ensembles;
-pub mod evidence;
 pub mod figure;
+pub mod figure_data;
 pub mod figures;
-pub mod looks;
 pub mod page;
 pub mod provenance;
 pub mod remarks;
 pub mod samples;
 pub mod seal;
+pub mod styles;
 pub mod tables;
 
 use std::fs;
@@ -28,22 +28,22 @@ use rayon::prelude::*;
 
 use self::bars::Bars;
 use self::basis::Basis;
-use self::evidence::Evidence;
 use self::figure::{Definition, Drawn, DrawnFigure, MissingFigure};
-use self::provenance::Provenance;
-use self::tables::Finished;
+use self::figure_data::FigureData;
+use self::provenance::PageProvenance;
+use self::tables::FinishedStages;
 use crate::figures::pixels::{self, PixelsError};
 use crate::figures::svg;
 use crate::plan::Plan;
 use crate::results::FIGURES;
 use crate::results::archive::Archive;
 use crate::results::reading::StageRows;
-use crate::sources::Sources;
 use crate::stages::StageError;
 use crate::store::StoreError;
 use crate::store::files::{Existing, make_folder, write_whole};
 use crate::store::table::TableError;
 use crate::study::Warning;
+use crate::surface_files::SurfaceFiles;
 
 /// The page's file.
 const PAGE: &str = "report.html";
@@ -121,7 +121,7 @@ pub struct Subject<'a> {
     /// Its finished tasks, and their maps.
     pub archive: &'a Archive,
     /// The files of its measured surfaces.
-    pub sources: &'a Sources,
+    pub sources: &'a SurfaceFiles,
     /// Its manifest's text.
     pub manifest: &'a str,
     /// What should be known of it.
@@ -147,12 +147,12 @@ pub fn write(
     folder: &Path,
     existing: Existing,
 ) -> Result<Report, ReportError> {
-    let finished = Finished::of(subject);
-    let evidence = Evidence::of(&finished, bars)?;
+    let finished = FinishedStages::of(subject);
+    let data = FigureData::of(&finished, bars)?;
     // Each figure by itself: on a machine of many cores they take as long as the slowest.
     let drawn = figures::ALL
         .par_iter()
-        .map(|definition| draw(definition, &evidence));
+        .map(|definition| draw(definition, &data));
     let (there, missing) = parted(drawn.collect::<Result<Vec<_>, ReportError>>()?);
     let basis = Basis::of(&there, seal::digests(&there), &finished.stages);
     let page = folder.join(PAGE);
@@ -166,7 +166,7 @@ pub fn write(
     make_folder(folder)?;
     let pictures = folder.join(FIGURES);
     write_figures(&there, &pictures)?;
-    let provenance = Provenance::of(&finished, subject);
+    let provenance = PageProvenance::of(&finished, subject);
     let text = page::html(&there, &missing, &finished, &basis, &provenance, folder);
     let text = seal::sealed(text);
     write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
@@ -192,7 +192,7 @@ pub fn has_figure(name: &str) -> bool {
 /// Draws one figure.
 fn draw(
     definition: &Definition,
-    evidence: &Evidence,
+    data: &FigureData,
 ) -> Result<Result<DrawnFigure, MissingFigure>, ReportError> {
     let Definition { name, title, draw } = *definition;
     let missing = |needs, lines| MissingFigure {
@@ -200,9 +200,9 @@ fn draw(
         needs,
         lines,
     };
-    Ok(match draw(evidence)? {
-        Drawn::Figure { sheet, caption } => {
-            let svg = sheet.to_svg(name);
+    Ok(match draw(data)? {
+        Drawn::Figure { figure, caption } => {
+            let svg = figure.to_svg(name);
             let alone = svg::alone(&svg);
             let png = pixels::to_png(&alone, SCALE);
             Ok(DrawnFigure {

@@ -13,15 +13,15 @@ pub mod reading;
 use std::path::{Path, PathBuf};
 
 use crate::plan::Plan;
-use crate::sources::Sources;
 use crate::stages::columns::CONTENT;
 use crate::store::StoreError;
 use crate::store::column::{Column, ColumnKind};
 use crate::store::key::Digest;
 use crate::store::listing::{self, Found, What};
 use crate::store::table::{Table, TableError};
+use crate::surface_files::SurfaceFiles;
 
-pub use publishing::{StageTable, publish};
+pub use publishing::{PublishedTable, publish};
 
 /// Raise it when tables say something else of themselves: those that are there are written anew.
 const FORMAT: u32 = 1;
@@ -133,7 +133,7 @@ fn files_of(folder: &Path) -> Result<Vec<Found>, StoreError> {
 }
 
 /// What decides a stage's table: its tasks, and the names of its files.
-fn digest(plan: &Plan, tasks: &[usize], sources: &Sources) -> String {
+fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
     Digest::of(&(FORMAT, keys, sources.paths())).to_string()
 }

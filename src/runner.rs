@@ -1,11 +1,11 @@
 //! Runs what the store lacks, one task to a core.
 //!
 //! A task begins when there is memory for it beside those at work. A finished one starts those that
-//! waited for it; a failed one drops them and lets the others go on. The order in which tasks run decides nothing, so it is left to the thread pool. A stored
-//! table that turns out to be damaged is set aside and computed again before it is read.
+//! waited for it; a failed one drops them and lets the others go on. The order in which tasks run
+//! decides nothing, so it is left to the thread pool. A stored table that turns out to be damaged is
+//! quarantined and computed again before it is read.
 
-use std::collections::{BTreeSet, HashMap};
-use std::path::PathBuf;
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -15,118 +15,20 @@ use rayon::Scope;
 use crate::diagnostics::words_of_panic;
 use crate::memory;
 use crate::plan::{Plan, Task};
-use crate::sources::Sources;
 use crate::stages::{Context, Input, StageError};
 use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
+use crate::surface_files::SurfaceFiles;
 
+mod outcome;
 mod room;
 
+pub use outcome::{Damage, RunOutcome, TaskError};
 use room::Room;
 
-/// What became of a plan.
-#[derive(Debug, Default)]
-pub struct Outcome {
-    /// Tasks computed now.
-    pub computed: Vec<usize>,
-    /// Tasks that could not be computed, and why.
-    pub failed: Vec<(usize, TaskError)>,
-    /// Tables that were damaged, and set aside.
-    pub damaged: Vec<Damage>,
-    /// Whether the user stopped the run.
-    pub interrupted: bool,
-    /// Whether the run stopped because its tables cannot be stored.
-    pub halted: bool,
-}
-
-impl Outcome {
-    /// Adds what became of the same plan later.
-    pub fn append(&mut self, later: Outcome) {
-        self.computed.extend(later.computed);
-        self.computed.sort_unstable();
-        self.failed.extend(later.failed);
-        self.damaged.extend(later.damaged);
-        self.interrupted |= later.interrupted;
-        self.halted |= later.halted;
-    }
-}
-
-impl Outcome {
-    /// The same, told of the tasks of a plan that has grown.
-    pub fn moved(mut self, from: &Plan, to: &Plan) -> Outcome {
-        let places = to.tasks.iter().enumerate();
-        let places: HashMap<TaskKey, usize> =
-            places.map(|(place, task)| (task.key, place)).collect();
-        let place = |task: usize| places.get(&from.tasks[task].key).copied();
-        self.computed = self.computed.into_iter().filter_map(place).collect();
-        self.computed.sort_unstable();
-        let failed = self.failed.into_iter();
-        self.failed = failed
-            .filter_map(|(task, error)| Some((place(task)?, error)))
-            .collect();
-        for damage in &mut self.damaged {
-            damage.task = place(damage.task).unwrap_or(damage.task);
-        }
-        self
-    }
-}
-
-/// A table that was damaged, and is computed again.
-#[derive(Debug)]
-pub struct Damage {
-    /// Whose table it was.
-    pub task: usize,
-    /// What is wrong with its file.
-    pub cause: StoreError,
-    /// Where the file is now.
-    pub aside: PathBuf,
-}
-
-impl Damage {
-    /// Sets a task's damaged file aside; nothing if another process has already mended it.
-    ///
-    /// # Errors
-    /// When the store cannot be written.
-    pub fn set_aside(
-        plan: &Plan,
-        task: usize,
-        store: &Store,
-        cause: StoreError,
-    ) -> Result<Option<Damage>, StoreError> {
-        let aside = store.set_aside(plan.tasks[task].key)?;
-        Ok(aside.map(|aside| Damage { task, cause, aside }))
-    }
-}
-
-/// Why a task has no table.
-#[derive(Debug, thiserror::Error)]
-pub enum TaskError {
-    /// The work itself failed.
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// The store failed.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// Another task failed, without which it cannot be computed.
-    #[error("needs task {0}, which failed")]
-    Upstream(TaskKey),
-    /// The system does not give the memory that the work takes.
-    #[error(
-        "takes {takes} of memory, which the system does not give it now: allow the process more, \
-         run with fewer `--jobs`, or choose a coarser mesh"
-    )]
-    Memory {
-        /// How much that is.
-        takes: String,
-    },
-    /// The work panicked: a bug of ours.
-    #[error("panicked: {0}; this is a bug, please report it")]
-    Panic(String),
-}
-
 /// Hears of every finished task.
-pub trait Observer: Sync {
+pub trait TaskObserver: Sync {
     /// A task began.
     fn started(&self, task: usize);
     /// A share of a task is done, from 0 to 1.
@@ -157,9 +59,9 @@ pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
     wanted.into_iter().collect()
 }
 
-/// What a run works with.
+/// What a run works with: the resources of the machine that it may take.
 #[derive(Debug, Clone, Copy)]
-pub struct Means {
+pub struct Resources {
     /// Threads, one for each task at work.
     pub threads: usize,
     /// Memory that the tasks at work may take together.
@@ -174,14 +76,22 @@ pub fn run(
     plan: &Plan,
     missing: &[usize],
     store: &Store,
-    sources: &Sources,
-    means: Means,
-    observer: &dyn Observer,
+    sources: &SurfaceFiles,
+    resources: Resources,
+    observer: &dyn TaskObserver,
     interrupted: &AtomicBool,
-) -> Result<Outcome, rayon::ThreadPoolBuildError> {
-    let run = Run::new(plan, missing, store, sources, means, observer, interrupted);
+) -> Result<RunOutcome, rayon::ThreadPoolBuildError> {
+    let run = Run::new(
+        plan,
+        missing,
+        store,
+        sources,
+        resources,
+        observer,
+        interrupted,
+    );
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(means.threads)
+        .num_threads(resources.threads)
         .thread_name(|number| format!("worker-{number}"))
         .build()?;
     pool.scope(|scope| {
@@ -199,8 +109,8 @@ pub fn run(
 struct Run<'a> {
     plan: &'a Plan,
     store: &'a Store,
-    sources: &'a Sources,
-    observer: &'a dyn Observer,
+    sources: &'a SurfaceFiles,
+    observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
     threads: usize,
     room: Room,
@@ -210,7 +120,7 @@ struct Run<'a> {
     has_failed: Vec<AtomicBool>,
     /// Whether nothing more can be stored, so that computing would be in vain.
     halted: AtomicBool,
-    done: Mutex<Outcome>,
+    done: Mutex<RunOutcome>,
 }
 
 impl<'a> Run<'a> {
@@ -218,9 +128,9 @@ impl<'a> Run<'a> {
         plan: &'a Plan,
         missing: &[usize],
         store: &'a Store,
-        sources: &'a Sources,
-        Means { threads, room }: Means,
-        observer: &'a dyn Observer,
+        sources: &'a SurfaceFiles,
+        Resources { threads, room }: Resources,
+        observer: &'a dyn TaskObserver,
         interrupted: &'a AtomicBool,
     ) -> Run<'a> {
         let mut is_missing = vec![false; plan.tasks.len()];
@@ -325,7 +235,7 @@ impl<'a> Run<'a> {
     /// Computes a table again that was there when the run began. Two tasks that need it may both
     /// do so: their tables are equal.
     fn mend(&self, task: usize, cause: StoreError) -> Result<(), TaskError> {
-        if let Some(damage) = Damage::set_aside(self.plan, task, self.store, cause)? {
+        if let Some(damage) = Damage::quarantine(self.plan, task, self.store, cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
         match self.compute(task) {
@@ -371,11 +281,11 @@ impl<'a> Run<'a> {
         });
     }
 
-    fn outcome_mut(&self, change: impl FnOnce(&mut Outcome)) {
+    fn outcome_mut(&self, change: impl FnOnce(&mut RunOutcome)) {
         change(&mut self.done.lock().expect("no panic happens while it is held"));
     }
 
-    fn outcome(self) -> Outcome {
+    fn outcome(self) -> RunOutcome {
         let mut outcome = self
             .done
             .into_inner()

@@ -24,10 +24,10 @@ use aggregate::sql::QueryError;
 use crate::contact::morphology::map::MapError;
 use crate::contact::topography::measured::MeasuredError;
 use crate::contact::topography::surface::SurfaceError;
-use crate::sources::{SourceError, Sources};
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
+use crate::surface_files::{SurfaceFileError, SurfaceFiles};
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -140,7 +140,7 @@ pub struct Input<'a> {
 /// What a running task may reach besides its inputs. Nothing in it decides a number.
 pub struct Context<'a> {
     /// Where the files of measured surfaces lie, by the hash of their content.
-    pub sources: &'a Sources,
+    pub sources: &'a SurfaceFiles,
     /// Whether the user asked to stop.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Hears which share of the task is done, from 0 to 1.
@@ -324,7 +324,7 @@ pub enum StageError {
     Table(#[from] TableError),
     /// The file of a measured surface is gone or has changed.
     #[error("cannot read a measured surface")]
-    Source(#[from] SourceError),
+    Source(#[from] SurfaceFileError),
     /// Heights, stored or scaled, are no surface.
     #[error("these heights are no surface")]
     Heights(#[source] SurfaceError),

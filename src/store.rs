@@ -178,7 +178,7 @@ impl Store {
         self.path(key).is_file()
     }
 
-    /// Whether a damaged file of the task has been set aside.
+    /// Whether a damaged file of the task is in quarantine.
     pub fn has_damaged(&self, key: TaskKey) -> bool {
         let mut name = self.path(key).into_os_string();
         name.push(files::DAMAGED);
@@ -242,16 +242,16 @@ impl Store {
     ///
     /// # Errors
     /// When the folder cannot be written.
-    pub fn set_aside(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
+    pub fn quarantine(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
         let path = self.path(key);
-        let Some(aside) = files::set_aside(&path)? else {
+        let Some(quarantined) = files::quarantine(&path)? else {
             return Ok(None);
         };
         // Between looking and renaming, another process may have put a sound table there.
-        if read_as(&aside, key, Columns::Light).is_err() {
-            return Ok(Some(aside));
+        if read_as(&quarantined, key, Columns::Light).is_err() {
+            return Ok(Some(quarantined));
         }
-        let back = std::fs::rename(&aside, &path);
+        let back = std::fs::rename(&quarantined, &path);
         back.map_err(|source| StoreError::Write { path, source })?;
         Ok(None)
     }

@@ -24,8 +24,8 @@ use std::sync::Arc;
 use crate::diagnostics::{ManifestErrors, Problem, Problems};
 use crate::manifest::Manifest;
 use crate::names;
-use crate::sources::{Recollection, Sources, read_regular};
 use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
+use crate::surface_files::{Recollection, SurfaceFiles, read_regular};
 
 pub use until::{Limit, Until};
 pub use warnings::Warning;
@@ -41,7 +41,7 @@ pub struct Study {
     /// The stages, each after those that it reads, otherwise in the order of the manifest.
     pub stages: Vec<Stage>,
     /// The files of measured surfaces.
-    pub sources: Sources,
+    pub sources: SurfaceFiles,
 }
 
 /// A stage of a study.
@@ -167,7 +167,11 @@ impl Study {
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
-            Study::validated(&text, &file, Sources::recalling(folder(path), recall(name)))
+            Study::validated(
+                &text,
+                &file,
+                SurfaceFiles::recalling(folder(path), recall(name)),
+            )
         })
     }
 
@@ -185,10 +189,10 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with the manifest, as far as it can be told at once.
     pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Study, ManifestErrors> {
-        Study::validated(text, file, Sources::new(folder))
+        Study::validated(text, file, SurfaceFiles::new(folder))
     }
 
-    fn validated(text: &str, file: &str, sources: Sources) -> Result<Study, ManifestErrors> {
+    fn validated(text: &str, file: &str, sources: SurfaceFiles) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
         let study = Manifest::parse(text, &mut problems)
             .and_then(|manifest| validate::validate(&manifest, sources, &mut problems));

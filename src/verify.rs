@@ -1,7 +1,7 @@
 //! Whether every table is as it was written, and every page and figure.
 //!
 //! A file is read to its end: its bytes must match their digest, its columns be of our types, and
-//! its key follow from the recipe in it. What does not hold is set aside, and computed again by
+//! its key follow from the recipe in it. What does not hold is quarantined, and computed again by
 //! the next run.
 
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::names;
 use crate::plan::Plan;
 use crate::report::seal;
 use crate::results;
-use crate::store::files::{read_whole, set_aside};
+use crate::store::files::{quarantine, read_whole};
 use crate::store::listing::{self, Found, What};
 use crate::store::parquet::{Columns, ParquetError};
 use crate::store::{Store, StoreError};
@@ -23,7 +23,7 @@ pub struct Finding {
     /// What is wrong with it, and where it was.
     pub cause: StoreError,
     /// Where it is now, if it is damaged and its folder can be written.
-    pub aside: Option<PathBuf>,
+    pub quarantined: Option<PathBuf>,
 }
 
 /// The tables that are there: those of some studies, or of all.
@@ -37,7 +37,7 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
     found.retain(|found| match &found.what {
         What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
         What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
-        What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => false,
+        What::Owner { .. } | What::Record { .. } | What::Quarantined | What::Unfinished => false,
     });
     Ok(found)
 }
@@ -53,12 +53,12 @@ pub fn pages(plan: Option<&Plan>, results: &Path) -> Result<Vec<Finding>, StoreE
     let changed = folders.iter().flat_map(|folder| seal::changed(folder));
     let findings = changed.map(|path| Finding {
         cause: StoreError::Changed { path },
-        aside: None,
+        quarantined: None,
     });
     Ok(findings.collect())
 }
 
-/// Checks tables, several at once, and sets the damaged ones aside; `checked` hears of each.
+/// Checks tables, several at once, and quarantines the damaged ones; `checked` hears of each.
 pub fn check(tables: &[Found], store: &Store, checked: &(dyn Fn() + Sync)) -> Vec<Finding> {
     let findings = tables.par_iter().filter_map(|table| {
         let finding = check_one(table, store);
@@ -72,17 +72,20 @@ pub fn check(tables: &[Found], store: &Store, checked: &(dyn Fn() + Sync)) -> Ve
 fn check_one(table: &Found, store: &Store) -> Option<Finding> {
     let cause = read(table, store).err()?;
     if !cause.is_mendable() {
-        return Some(Finding { cause, aside: None });
-    }
-    let aside = match table.what {
-        What::Task(key) => store.set_aside(key),
-        _ => set_aside(&table.path),
-    };
-    match aside {
-        Ok(None) => None,
-        aside => Some(Finding {
+        return Some(Finding {
             cause,
-            aside: aside.ok().flatten(),
+            quarantined: None,
+        });
+    }
+    let quarantined = match table.what {
+        What::Task(key) => store.quarantine(key),
+        _ => quarantine(&table.path),
+    };
+    match quarantined {
+        Ok(None) => None,
+        quarantined => Some(Finding {
+            cause,
+            quarantined: quarantined.ok().flatten(),
         }),
     }
 }
@@ -105,6 +108,6 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
                 }),
             }
         }
-        What::Owner { .. } | What::Record { .. } | What::Damaged | What::Unfinished => Ok(()),
+        What::Owner { .. } | What::Record { .. } | What::Quarantined | What::Unfinished => Ok(()),
     }
 }

@@ -1,7 +1,7 @@
 //! The tasks of a study one by one, for those who share it out themselves: among the machines of
 //! a cluster, say.
 
-use crate::pace::Pace;
+use crate::cost::CostModel;
 use crate::plan::Plan;
 use crate::store::column::{Column, ColumnKind, reals, texts};
 use crate::store::table::{Table, TableError};
@@ -24,7 +24,7 @@ const CORE_SECONDS: Column = Column::result(
 pub fn tables(
     plan: &Plan,
     missing: &[usize],
-    pace: &Pace,
+    cost: &CostModel,
 ) -> impl Iterator<Item = Result<Table, TableError>> {
     let mut is_listed = vec![false; plan.tasks.len()];
     let stages = plan.stages.iter().flat_map(move |stage| {
@@ -50,7 +50,7 @@ pub fn tables(
                 (STATE, texts(tasks.clone().map(state))),
                 (
                     CORE_SECONDS,
-                    reals(tasks.clone().map(|&task| pace.seconds(&plan.tasks[task]))),
+                    reals(tasks.clone().map(|&task| cost.seconds(&plan.tasks[task]))),
                 ),
             ],
         );

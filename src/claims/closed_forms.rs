@@ -1,7 +1,7 @@
 //! Claims that closed forms decide, whatever the study: their quantities are exact.
 
 use super::intervals::{Bound, jackknife};
-use super::{Claim, Expectation, Judgement, Origin, Outcome, Statement};
+use super::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement};
 use crate::contact::grid::Grid;
 use crate::contact::theory::law::KAPPA_BGT;
 use crate::contact::theory::models::AsperityModel;
@@ -96,7 +96,7 @@ fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim
     Claim {
         statement,
         data,
-        outcome: Outcome::Judged(judgement.expect("closed forms have values")),
+        outcome: ClaimOutcome::Judged(judgement.expect("closed forms have values")),
     }
 }
 

@@ -5,7 +5,7 @@
 //! ζ = k_upper/k_lower, so that the area falls logarithmically with the bandwidth alone. Yastrebov,
 //! Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find the same law in α.
 
-use super::evidence::{Ensemble, Evidence, Spectrum};
+use super::evidence::{AreaCurves, Evidence, Spectrum};
 use super::intervals::Weights;
 use super::light::UP_TO_FOUR_FIFTHS;
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
@@ -110,7 +110,7 @@ fn left_by_a_line(points: &[[f64; 3]]) -> Option<f64> {
 
 /// A quantity of points (bandwidth, ln k_lower, ln A) of all spectra, at each load.
 fn over_loads(
-    ensembles: &[&Ensemble],
+    ensembles: &[&AreaCurves],
     bandwidth: impl Fn(&Spectrum) -> f64,
     quantity: impl Fn(&[[f64; 3]]) -> Option<f64>,
 ) -> Quantities {
@@ -126,7 +126,7 @@ fn over_loads(
                 continue;
             }
             let value = |weights: &Weights| {
-                let point = |(one, &place): (&&Ensemble, &usize)| {
+                let point = |(one, &place): (&&AreaCurves, &usize)| {
                     let area = weights.mean(&one.areas[place]);
                     let spectrum = &one.spectrum;
                     [
@@ -145,8 +145,8 @@ fn over_loads(
 }
 
 /// Ensembles on one mesh, of whatever Hurst exponent.
-fn of_one_mesh<'a>(ensembles: &[&'a Ensemble]) -> Vec<Vec<&'a Ensemble>> {
-    let mut meshes: Vec<Vec<&Ensemble>> = Vec::new();
+fn of_one_mesh<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
+    let mut meshes: Vec<Vec<&AreaCurves>> = Vec::new();
     for family in families(ensembles) {
         let nodes = family[0].spectrum.nodes;
         match meshes

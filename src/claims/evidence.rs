@@ -56,7 +56,7 @@ impl Spectrum {
 
 /// The area curves of the surfaces of one spectrum, under one correction.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ensemble {
+pub struct AreaCurves {
     /// The spectrum.
     pub spectrum: Spectrum,
     /// The estimator of the area.
@@ -99,7 +99,7 @@ pub struct OverMeshes {
 
 /// What a stage has finished.
 #[derive(Debug, Clone)]
-pub struct Finished {
+pub struct KindTable {
     /// What the stage does.
     pub kind: Kind,
     /// Its table.
@@ -110,7 +110,7 @@ pub struct Finished {
 #[derive(Debug, Clone)]
 pub struct Evidence {
     /// Area curves.
-    pub ensembles: Vec<Ensemble>,
+    pub ensembles: Vec<AreaCurves>,
     /// All surfaces.
     surfaces: Table,
     /// All measured contacts.
@@ -126,7 +126,7 @@ impl Evidence {
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
-    pub fn of(stages: &[Finished]) -> Result<Evidence, TableError> {
+    pub fn of(stages: &[KindTable]) -> Result<Evidence, TableError> {
         let of_kind = |kind: Kind| {
             let own = stages.iter().filter(move |stage| stage.kind == kind);
             own.map(|stage| &stage.table)
@@ -165,9 +165,9 @@ impl Evidence {
 
     /// The ensembles that the paper's words are about, under one correction, by spectrum: on meshes
     /// no coarser than its own.
-    pub fn of_the_paper(&self, correction: &str) -> Vec<&Ensemble> {
+    pub fn of_the_paper(&self, correction: &str) -> Vec<&AreaCurves> {
         let mut found = self.under(correction);
-        found.retain(|Ensemble { spectrum, .. }| {
+        found.retain(|AreaCurves { spectrum, .. }| {
             spectrum.is_of_the_paper() && spectrum.nodes >= COARSEST * spectrum.k_upper
         });
         found
@@ -189,8 +189,8 @@ impl Evidence {
     }
 
     /// The ensembles under one correction, by spectrum.
-    pub fn under(&self, correction: &str) -> Vec<&Ensemble> {
-        let mut found: Vec<&Ensemble> = self
+    pub fn under(&self, correction: &str) -> Vec<&AreaCurves> {
+        let mut found: Vec<&AreaCurves> = self
             .ensembles
             .iter()
             .filter(|ensemble| ensemble.correction == correction)
@@ -273,9 +273,9 @@ impl Varied {
     }
 }
 
-impl Ensemble {
+impl AreaCurves {
     /// Whether it tells the same areas as another: what is corrected by nothing was counted before.
-    fn is_of(&self, other: &Ensemble) -> bool {
+    fn is_of(&self, other: &AreaCurves) -> bool {
         (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
     }
 
@@ -338,7 +338,7 @@ fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
     (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
 }
 
-fn curves(table: &Table) -> Result<Vec<Ensemble>, TableError> {
+fn curves(table: &Table) -> Result<Vec<AreaCurves>, TableError> {
     if table.rows() == 0 {
         return Ok(Vec::new());
     }
@@ -369,7 +369,7 @@ fn ensemble(
     correction: String,
     rows: &ensemble::Ensemble,
     areas: &Float64Array,
-) -> Ensemble {
+) -> AreaCurves {
     let members = 0..rows.members.len();
     let last =
         |member: usize| (0..rows.loads.len()).rfind(|&load| rows.row(member, load).is_some());
@@ -388,7 +388,7 @@ fn ensemble(
         Some((load, areas?))
     });
     let (loads, areas) = common.unzip();
-    Ensemble {
+    AreaCurves {
         spectrum,
         correction,
         loads,

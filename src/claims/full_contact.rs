@@ -1,6 +1,6 @@
 //! Claims on the approach to full contact (section 7).
 
-use super::evidence::{Ensemble, Evidence};
+use super::evidence::{AreaCurves, Evidence};
 use super::groups::spread;
 use super::intervals::Weights;
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
@@ -145,12 +145,12 @@ fn at_the_end(evidence: &Evidence) -> Claim {
 }
 
 /// The mean open area under a load.
-fn open(ensemble: &Ensemble, place: usize, weights: &Weights) -> f64 {
+fn open(ensemble: &AreaCurves, place: usize, weights: &Weights) -> f64 {
     1.0 - weights.mean(&ensemble.areas[place])
 }
 
 /// The places of the loads from an area on at which the open area is known to a relative error.
-fn known(ensemble: &Ensemble, from: f64, error: f64) -> Vec<usize> {
+fn known(ensemble: &AreaCurves, from: f64, error: f64) -> Vec<usize> {
     let places = (0..ensemble.loads.len()).filter(|&place| {
         let open = open(ensemble, place, &Weights::ALL);
         let scatter = Weights::ALL.deviation(&ensemble.areas[place]);
@@ -188,7 +188,7 @@ fn exponent(evidence: &Evidence) -> Claim {
 
 /// η by least squares to F(y) = c + (√2 y)^η, and the small rest that Persson's theory has beside
 /// its own 2y².
-fn fitted_exponent(ensemble: &Ensemble, places: &[usize], weights: &Weights) -> Option<f64> {
+fn fitted_exponent(ensemble: &AreaCurves, places: &[usize], weights: &Weights) -> Option<f64> {
     let point = |&place: &usize| {
         let load = ensemble.loads[place];
         let approach = persson::approach_to_full_contact(load, open(ensemble, place, weights))?;
@@ -274,7 +274,7 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
     for family in families(&evidence.of_the_paper(AS_COUNTED)) {
         let [steps, spans] = spread(&family);
         for &load in &family[0].loads {
-            let place = |one: &&Ensemble| {
+            let place = |one: &&AreaCurves| {
                 let place = one.at(load)?;
                 known(one, VERY_NEAR_FULL, 2.0 * KNOWN)
                     .contains(&place)
@@ -284,7 +284,7 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
                 continue;
             };
             quantities.add(under(load), &surfaces(&family), |weights| {
-                let point = |(one, &place): (&&Ensemble, &usize)| {
+                let point = |(one, &place): (&&AreaCurves, &usize)| {
                     let [lower, upper] = [one.spectrum.k_lower, one.spectrum.k_upper];
                     let open = open(one, place, weights);
                     [(lower as f64).ln(), (upper as f64).ln(), open.ln()]

@@ -1,7 +1,7 @@
 //! Claims on which cutoff decides: how curves group, how surfaces scatter, whether anything
 //! converges (sections 5.2, 6 and 8).
 
-use super::evidence::{Ensemble, Evidence, Spectrum};
+use super::evidence::{AreaCurves, Evidence, Spectrum};
 use super::intervals::Weights;
 use super::light::{LIGHT, UP_TO_FOUR_FIFTHS};
 use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
@@ -179,7 +179,7 @@ fn no_trend_within_groups(evidence: &Evidence) -> Claim {
 }
 
 /// The least steps, and the spans, of ln k_lower and ln k_upper among ensembles.
-pub fn spread(family: &[&Ensemble]) -> [[f64; 2]; 2] {
+pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     let cutoffs: [fn(&Spectrum) -> i64; 2] = [|one| one.k_lower, |one| one.k_upper];
     let steps_and_span = cutoffs.map(|cutoff| {
         let mut all: Vec<i64> = family.iter().map(|one| cutoff(&one.spectrum)).collect();
@@ -216,7 +216,7 @@ fn sensitivities(
                 continue;
             }
             let plane = |weights: &Weights| {
-                let point = |(one, &place): (&&Ensemble, &usize)| {
+                let point = |(one, &place): (&&AreaCurves, &usize)| {
                     let [lower, upper] = [one.spectrum.k_lower, one.spectrum.k_upper];
                     let area = weights.mean(&one.areas[place]);
                     [(lower as f64).ln(), (upper as f64).ln(), area.ln()]

@@ -1,6 +1,6 @@
 //! Claims on the contact evolution law and its κ (sections 5.2.1, 9.5 and appendix C).
 
-use super::evidence::{Ensemble, Evidence};
+use super::evidence::{AreaCurves, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, families, needs, surfaces};
 use super::steps::{Cutoff, Step};
@@ -99,7 +99,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
 }
 
 /// Ensembles with enough light loads.
-fn resolved<'a>(evidence: &'a Evidence, correction: &str) -> Vec<&'a Ensemble> {
+fn resolved<'a>(evidence: &'a Evidence, correction: &str) -> Vec<&'a AreaCurves> {
     let mut ensembles = evidence.of_the_paper(correction);
     let is_light = |load: &&f64| LIGHT.contains(**load);
     ensembles.retain(|one| one.loads.iter().filter(is_light).count() >= ENOUGH_LOADS);
@@ -107,7 +107,7 @@ fn resolved<'a>(evidence: &'a Evidence, correction: &str) -> Vec<&'a Ensemble> {
 }
 
 fn fit(
-    ensemble: &Ensemble,
+    ensemble: &AreaCurves,
     weights: &Weights,
     quantity: Quantity,
     window: Window,
@@ -118,13 +118,13 @@ fn fit(
 }
 
 /// The least κ that makes the slopes of one ensemble convex.
-fn own_kappa(ensemble: &Ensemble, weights: &Weights) -> Option<f64> {
+fn own_kappa(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let problem = EvolutionProblem::new(&ensemble.curves(weights)?, Quantity::Slope, LIGHT).ok()?;
     Some(problem.fit(Kappa::LeastConvex).ok()?.law.kappa)
 }
 
 /// The least κ that makes the slopes of several convex.
-fn common_kappa(ensembles: &[&Ensemble], weights: &Weights) -> Option<f64> {
+fn common_kappa(ensembles: &[&AreaCurves], weights: &Weights) -> Option<f64> {
     let own: Option<Vec<f64>> = ensembles
         .iter()
         .map(|one| own_kappa(one, weights))

@@ -1,6 +1,6 @@
 //! Claims on the area at light load: what cutoffs do to it, and the theories beside (section 5.2).
 
-use super::evidence::{Ensemble, Evidence};
+use super::evidence::{AreaCurves, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, needs, under};
 use super::steps::{Cutoff, Step};
@@ -210,7 +210,7 @@ fn between_the_asymptotes(evidence: &Evidence) -> Claim {
 /// A function of mean area and load, of each ensemble under each light load.
 fn at_light_loads(
     evidence: &Evidence,
-    ensembles: &[&Ensemble],
+    ensembles: &[&AreaCurves],
     quantity: fn(f64, f64) -> f64,
 ) -> Quantities {
     let mut quantities = Quantities::default();
@@ -230,7 +230,7 @@ fn at_light_loads(
 const WIDEST: &str = "spectra with `k_lower` of a 64th of `nodes`, as 16 of 1024";
 
 /// The ensembles with the paper's greatest k_lower.
-pub fn of_widest_k_lower(mut ensembles: Vec<&Ensemble>) -> Vec<&Ensemble> {
+pub fn of_widest_k_lower(mut ensembles: Vec<&AreaCurves>) -> Vec<&AreaCurves> {
     ensembles.retain(|ensemble| ensemble.spectrum.nodes == 64 * ensemble.spectrum.k_lower);
     ensembles
 }

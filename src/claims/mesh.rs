@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::evidence::{Ensemble, Evidence};
+use super::evidence::{AreaCurves, Evidence};
 use super::quantities::{Quantities, needs, under};
 use super::{Claim, Expectation, Origin, Statement};
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
@@ -127,11 +127,11 @@ fn edge_nodes(evidence: &Evidence) -> Claim {
 }
 
 /// Counted and corrected curves of the same spectrum, on the same loads, from first touch on.
-fn with_error(evidence: &Evidence) -> Vec<[&Ensemble; 2]> {
+fn with_error(evidence: &Evidence) -> Vec<[&AreaCurves; 2]> {
     let corrected = evidence.of_the_paper(OF_2015);
     let counted = evidence.of_the_paper(AS_COUNTED).into_iter();
     let pairs = counted.filter_map(|counted| {
-        let own = |other: &&&Ensemble| {
+        let own = |other: &&&AreaCurves| {
             other.spectrum == counted.spectrum
                 && other.loads == counted.loads
                 && other.surfaces() == counted.surfaces()
@@ -145,7 +145,7 @@ fn with_error(evidence: &Evidence) -> Vec<[&Ensemble; 2]> {
 
 fn largest_error(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    let error = |[counted, corrected]: &[&Ensemble; 2]| 1.0 - corrected.mean(0) / counted.mean(0);
+    let error = |[counted, corrected]: &[&AreaCurves; 2]| 1.0 - corrected.mean(0) / counted.mean(0);
     let pairs = with_error(evidence);
     let largest = pairs.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
     if let Some([counted, corrected]) = largest {

@@ -1,13 +1,13 @@
 //! Slips in the paper's print that a reader of its numbers must know; none is a claim.
 
-use super::{Claim, Expectation, Origin, Outcome, Statement};
+use super::{Claim, ClaimOutcome, Expectation, Origin, Statement};
 
 /// The slips, in the order of the paper.
 pub fn claims() -> Vec<Claim> {
     let noted = |statement: &Statement| Claim {
         statement: *statement,
         data: "the paper's print",
-        outcome: Outcome::Noted,
+        outcome: ClaimOutcome::Noted,
     };
     MISPRINTS.iter().map(noted).collect()
 }

@@ -1,8 +1,8 @@
 //! The quantities of a claim, gathered one by one.
 
-use super::evidence::{Ensemble, Evidence, Spectrum};
+use super::evidence::{AreaCurves, Evidence, Spectrum};
 use super::intervals::{Bound, FEWEST_SURFACES, Weights, jackknife};
-use super::{Claim, Judgement, Outcome, Statement};
+use super::{Claim, ClaimOutcome, Judgement, Statement};
 use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 
 /// Quantities that one claim is about.
@@ -47,7 +47,7 @@ impl Quantities {
                     "{FEWEST_SURFACES} surfaces or more of each spectrum: of fewer the scatter is \
                      not known"
                 );
-                Outcome::NotComputed(match (self.lacks_surfaces, self.without_value.last()) {
+                ClaimOutcome::NotComputed(match (self.lacks_surfaces, self.without_value.last()) {
                     (true, _) => few,
                     (false, Some(label)) => {
                         format!("curves that tell it: it has no value for {label}")
@@ -55,7 +55,7 @@ impl Quantities {
                     (false, None) => needs(),
                 })
             },
-            Outcome::Judged,
+            ClaimOutcome::Judged,
         );
         Claim {
             statement,
@@ -111,17 +111,17 @@ pub fn under(load: f64) -> String {
 
 /// Pairs of ensembles that differ in one cutoff alone, neighbours in it: the lesser one first.
 pub fn neighbours<'a>(
-    ensembles: &[&'a Ensemble],
+    ensembles: &[&'a AreaCurves],
     varied: fn(&Spectrum) -> i64,
     fixed: fn(&Spectrum) -> i64,
-) -> Vec<[&'a Ensemble; 2]> {
+) -> Vec<[&'a AreaCurves; 2]> {
     let alike = |one: &Spectrum, other: &Spectrum| {
         fixed(one) == fixed(other)
             && one.is_plain()
             && other.is_plain()
             && (one.hurst, one.nodes) == (other.hurst, other.nodes)
     };
-    let next = |one: &&'a Ensemble| {
+    let next = |one: &&'a AreaCurves| {
         let beyond = ensembles.iter().filter(|other| {
             alike(&one.spectrum, &other.spectrum) && varied(&other.spectrum) > varied(&one.spectrum)
         });
@@ -132,10 +132,10 @@ pub fn neighbours<'a>(
 }
 
 /// Ensembles on one mesh and of one Hurst exponent, together.
-pub fn families<'a>(ensembles: &[&'a Ensemble]) -> Vec<Vec<&'a Ensemble>> {
-    let mut families: Vec<Vec<&Ensemble>> = Vec::new();
+pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
+    let mut families: Vec<Vec<&AreaCurves>> = Vec::new();
     for &ensemble in ensembles {
-        let of = |one: &Ensemble| (one.spectrum.hurst, one.spectrum.nodes);
+        let of = |one: &AreaCurves| (one.spectrum.hurst, one.spectrum.nodes);
         match families
             .iter_mut()
             .find(|family| of(family[0]) == of(ensemble))
@@ -148,7 +148,7 @@ pub fn families<'a>(ensembles: &[&'a Ensemble]) -> Vec<Vec<&'a Ensemble>> {
 }
 
 /// The surfaces of some ensembles.
-pub fn surfaces(ensembles: &[&Ensemble]) -> Vec<usize> {
+pub fn surfaces(ensembles: &[&AreaCurves]) -> Vec<usize> {
     ensembles
         .iter()
         .map(|ensemble| ensemble.surfaces())

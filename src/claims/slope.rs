@@ -1,6 +1,6 @@
 //! Claims on the slope of the area against the load (sections 5.2.2 and 6).
 
-use super::evidence::{Ensemble, Evidence};
+use super::evidence::{AreaCurves, Evidence};
 use super::intervals::Weights;
 use super::quantities::{Quantities, data, needs};
 use super::{Claim, Expectation, Origin, Statement};
@@ -130,7 +130,7 @@ fn with_loads<'a>(
     evidence: &'a Evidence,
     correction: &str,
     loads: [f64; 3],
-) -> Vec<(&'a Ensemble, [usize; 3])> {
+) -> Vec<(&'a AreaCurves, [usize; 3])> {
     let ensembles = evidence.of_the_paper(correction).into_iter();
     let found = ensembles.filter_map(|ensemble| {
         let places: Option<Vec<usize>> = loads.iter().map(|&load| ensemble.at(load)).collect();
@@ -142,7 +142,7 @@ fn with_loads<'a>(
 }
 
 /// Loads and mean areas from nothing on.
-fn curve(ensemble: &Ensemble, places: [usize; 3], weights: &Weights) -> [(f64, f64); 4] {
+fn curve(ensemble: &AreaCurves, places: [usize; 3], weights: &Weights) -> [(f64, f64); 4] {
     let [a, b, c] =
         places.map(|place| (ensemble.loads[place], weights.mean(&ensemble.areas[place])));
     [(0.0, 0.0), a, b, c]
@@ -181,7 +181,7 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
 }
 
 /// The mean area at which the slope falls below Persson's, interpolated between midpoints of loads.
-fn crossing(ensemble: &Ensemble, weights: &Weights) -> Option<f64> {
+fn crossing(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
     for place in 1..ensemble.loads.len() {
         let [from, to] = [place - 1, place]

@@ -1,6 +1,6 @@
 //! Two ensembles beside each other that differ in one cutoff alone.
 
-use super::evidence::{Ensemble, Evidence, Spectrum};
+use super::evidence::{AreaCurves, Evidence, Spectrum};
 use super::intervals::Weights;
 use super::quantities::{neighbours, under};
 
@@ -29,14 +29,14 @@ impl Cutoff {
 
 /// Two ensembles that differ in one cutoff alone, neighbours in it.
 pub struct Step<'a> {
-    pub lesser: &'a Ensemble,
-    pub greater: &'a Ensemble,
+    pub lesser: &'a AreaCurves,
+    pub greater: &'a AreaCurves,
     cutoff: Cutoff,
 }
 
 impl<'a> Step<'a> {
     /// Every step between neighbours.
-    pub fn all(ensembles: &[&'a Ensemble], cutoff: Cutoff) -> Vec<Step<'a>> {
+    pub fn all(ensembles: &[&'a AreaCurves], cutoff: Cutoff) -> Vec<Step<'a>> {
         let [varied, fixed]: [fn(&Spectrum) -> i64; 2] = match cutoff {
             Cutoff::Lower => [|s| s.k_lower, |s| s.k_upper],
             Cutoff::Upper => [|s| s.k_upper, |s| s.k_lower],

@@ -1,6 +1,6 @@
 //! Claims on made-up tables, in which they must hold, must fail, or cannot be told.
 
-use super::evidence::Finished;
+use super::evidence::KindTable;
 use super::intervals::Weights;
 use super::*;
 use crate::contact::theory::persson;
@@ -78,15 +78,15 @@ const CAMPAIGN: Campaign = Campaign {
     correction: AS_COUNTED,
 };
 
-fn finished(kind: Kind, table: Table) -> Finished {
-    Finished { kind, table }
+fn finished(kind: Kind, table: Table) -> KindTable {
+    KindTable { kind, table }
 }
 
 #[track_caller]
 fn judgement<'a>(claims: &'a [Claim], name: &str) -> &'a Judgement {
     let claim = claims.iter().find(|claim| claim.statement.name == name);
     match &claim.expect(name).outcome {
-        Outcome::Judged(judgement) => judgement,
+        ClaimOutcome::Judged(judgement) => judgement,
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -327,9 +327,11 @@ fn the_exponent_near_full_contact_is_that_of_the_curves() {
 fn what_a_study_lacks_is_named_and_not_judged() {
     for claim in without_data() {
         match &claim.outcome {
-            Outcome::NotComputed(needs) => assert!(needs.len() > 10, "{}", claim.statement.name),
-            Outcome::Noted => assert_eq!(claim.statement.origin, Origin::Misprint),
-            Outcome::Judged(_) => {
+            ClaimOutcome::NotComputed(needs) => {
+                assert!(needs.len() > 10, "{}", claim.statement.name)
+            }
+            ClaimOutcome::Noted => assert_eq!(claim.statement.origin, Origin::Misprint),
+            ClaimOutcome::Judged(_) => {
                 let own = ["closed form", "twenty surfaces drawn for it"];
                 assert!(own.contains(&claim.data), "{}", claim.statement.name);
             }
@@ -347,7 +349,7 @@ fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) 
         .find(|claim| claim.statement.name == name)
         .unwrap();
     match claim.outcome {
-        Outcome::NotComputed(needs) => needs,
+        ClaimOutcome::NotComputed(needs) => needs,
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -383,7 +385,7 @@ fn spectra_that_the_paper_does_not_speak_of_are_not_put_to_its_words() {
             .iter()
             .filter(|claim| claim.statement.origin == Origin::Paper);
         for claim in papers.filter(|claim| claim.data.contains("area")) {
-            let Outcome::NotComputed(needs) = &claim.outcome else {
+            let ClaimOutcome::NotComputed(needs) = &claim.outcome else {
                 panic!("{}", claim.statement.name);
             };
             assert!(!needs.is_empty());
@@ -400,7 +402,7 @@ fn few_surfaces_have_no_verdict() {
         };
         for claim in few.claims() {
             let is_own = claim.data == "closed form" || claim.data.starts_with("twenty");
-            let is_judged = matches!(claim.outcome, Outcome::Judged(_));
+            let is_judged = matches!(claim.outcome, ClaimOutcome::Judged(_));
             assert!(is_own || !is_judged, "{}", claim.statement.name);
         }
     }
@@ -413,7 +415,7 @@ fn no_verdict_depends_on_the_order_of_the_surfaces() {
     let before = claims(table.clone());
     let verdicts = |claims: &[Claim]| -> Vec<Option<Verdict>> {
         let verdict = |claim: &Claim| match &claim.outcome {
-            Outcome::Judged(judgement) => Some(judgement.verdict),
+            ClaimOutcome::Judged(judgement) => Some(judgement.verdict),
             _ => None,
         };
         claims.iter().map(verdict).collect()

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::{Failure, counted};
+use crate::data_folder::DataFolder;
 use crate::plan::Plan;
 
 #[derive(clap::Args)]
@@ -13,8 +14,8 @@ pub struct Arguments {
     manifest: PathBuf,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let study = super::session(&arguments.manifest, data).study()?;
     let plan = Plan::of(&study);
     super::tell(&study.warnings());
     let mut out = stdout().lock();

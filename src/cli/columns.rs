@@ -1,17 +1,15 @@
 //! `asperity columns`: what the columns of the tables mean.
 
 use std::io::{Write, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use comfy_table::{ContentArrangement, Table as Grid, presets};
-use serde::Serialize;
 
-use super::{Data, Failure, place_of};
-use crate::results;
-use crate::stages::{Kind, columns_of};
+use super::Failure;
+use crate::data_folder::DataFolder;
+use crate::session::DescribedColumns;
 use crate::store::column::Description;
-use crate::store::table::Table;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -28,19 +26,10 @@ pub struct Arguments {
     json: bool,
 }
 
-/// The columns of a stage's table, or those that a kind of stage may have.
-#[derive(Serialize)]
-struct Described {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stage: Option<String>,
-    kind: Kind,
-    columns: Vec<Description>,
-}
-
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let described = match &arguments.manifest {
-        Some(manifest) => of_study(manifest, arguments.stage.as_deref(), data)?,
-        None => Kind::ALL.into_iter().map(of_kind).collect(),
+        Some(manifest) => super::session(manifest, data).columns(arguments.stage.as_deref())?,
+        None => DescribedColumns::of_kinds(),
     };
     let mut out = stdout().lock();
     if arguments.json {
@@ -51,44 +40,11 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn of_kind(kind: Kind) -> Described {
-    Described {
-        stage: None,
-        kind,
-        columns: Table::empty(&columns_of(kind)).descriptions(),
-    }
-}
-
-/// The stages of a study, or the one of this name.
-fn of_study(manifest: &Path, wanted: Option<&str>, data: &Data) -> Result<Vec<Described>, Failure> {
-    let study = data.reading(manifest)?.study;
-    let tables = study.empty_tables()?;
-    let mut described: Vec<_> = study
-        .stages
-        .iter()
-        .zip(tables)
-        .map(|(stage, table)| Described {
-            stage: Some(stage.name.clone()),
-            kind: stage.work.kind(),
-            columns: results::with_own_columns(table).descriptions(),
-        })
-        .collect();
-    if let Some(wanted) = wanted {
-        let names: Vec<&str> = study
-            .stages
-            .iter()
-            .map(|stage| stage.name.as_str())
-            .collect();
-        described = vec![described.swap_remove(place_of(&names, wanted)?)];
-    }
-    Ok(described)
-}
-
 /// A line per column. What several stages share is said where it comes up first.
-fn text(described: &[Described]) -> String {
+fn text(described: &[DescribedColumns]) -> String {
     let mut text = String::new();
     let mut known: Vec<&Description> = Vec::new();
-    for Described {
+    for DescribedColumns {
         stage,
         kind,
         columns,

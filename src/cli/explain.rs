@@ -6,9 +6,12 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
-use super::outlook::{Outlook, StageOutlook, core_hours};
-use super::{Data, Failure, counted};
+use super::forecast::{self, core_hours};
+use super::{Failure, counted, json};
+use crate::data_folder::DataFolder;
 use crate::reasons::Group;
+use crate::session::status::StageStatus;
+use crate::session::{SessionError, Status, UnknownName};
 
 /// More reasons in one stage are not read by anybody; `--json` has them all.
 const MOST_REASONS: usize = 20;
@@ -28,32 +31,33 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let outlook = data.outlook(&arguments.manifest)?;
-    let mut stages = outlook.stages();
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let status = super::session(&arguments.manifest, data).status()?;
+    let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names = stages.iter().map(|stage| &*stage.count.stage.name);
         let names: Vec<&str> = names.collect();
-        let place = super::place_of(&names, wanted)?;
+        let place = names.iter().position(|name| name == wanted);
+        let place = place.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
         stages = vec![stages.swap_remove(place)];
     }
     let mut out = stdout().lock();
     if arguments.json {
-        let stages = stages.iter().map(|stage| json(&outlook, stage));
-        writeln!(out, "{:#}", outlook.json(stages))?;
+        let stages = stages.iter().map(|stage| json(&status, stage));
+        writeln!(out, "{:#}", json::status(&status, stages))?;
     } else {
         for stage in &stages {
-            write!(out, "{}", text(&outlook, stage))?;
+            write!(out, "{}", text(&status, stage))?;
         }
         if arguments.stage.is_none() {
-            writeln!(out, "{}", outlook.forecast())?;
+            writeln!(out, "{}", forecast::text(&status))?;
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// What a stage has, and a line per reason with all that belongs to it.
-fn text(outlook: &Outlook, stage: &StageOutlook) -> String {
+fn text(status: &Status, stage: &StageStatus) -> String {
     let count = &stage.count;
     let name = &count.stage.name;
     let mut text = format!("{name} ({}): {} reused", count.stage.kind, count.cached);
@@ -65,12 +69,12 @@ fn text(outlook: &Outlook, stage: &StageOutlook) -> String {
         let tasks = counted(group.tasks.len(), "task");
         let cost = match stage.groups {
             [_] => String::new(),
-            _ => format!(", {}", core_hours(outlook.seconds(group))),
+            _ => format!(", {}", core_hours(status.seconds(group))),
         };
         let told: Vec<_> = group
             .causes
             .iter()
-            .map(|cause| outlook.told(cause, name))
+            .map(|cause| status.told(cause, name))
             .collect();
         text += &format!("  {tasks}{cost}: {}\n", told.join("; "));
     }
@@ -81,20 +85,20 @@ fn text(outlook: &Outlook, stage: &StageOutlook) -> String {
     text
 }
 
-fn json(outlook: &Outlook, stage: &StageOutlook) -> Value {
+fn json(status: &Status, stage: &StageStatus) -> Value {
     let reason = |group: &Group| {
         let causes = group.causes.iter().map(|cause| {
             let mut json = json!(cause.why);
-            json["stage"] = json!(outlook.origin(cause));
+            json["stage"] = json!(status.origin(cause));
             json
         });
         json!({
             "tasks": group.tasks.len(),
-            "core_hours": outlook.seconds(group) / 3600.0,
+            "core_hours": status.seconds(group) / 3600.0,
             "causes": causes.collect::<Vec<_>>(),
         })
     };
-    let mut json = stage.count.json();
+    let mut json = json::count(&stage.count);
     json["core_hours"] = json!(stage.seconds / 3600.0);
     json["reasons"] = stage.groups.iter().map(reason).collect();
     json

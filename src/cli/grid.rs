@@ -19,7 +19,7 @@ const GAP: usize = 2;
 
 /// Which columns are printed side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layout {
+pub enum ColumnLayout {
     /// Those that differ between rows, as far as they fit; the others are said once.
     Summary,
     /// All that fit.
@@ -32,7 +32,12 @@ pub enum Layout {
 ///
 /// # Errors
 /// When the output is closed.
-pub fn write(out: &mut impl Write, table: &Table, rows: usize, layout: Layout) -> io::Result<()> {
+pub fn write(
+    out: &mut impl Write,
+    table: &Table,
+    rows: usize,
+    layout: ColumnLayout,
+) -> io::Result<()> {
     let width = Grid::new().width().map_or(WIDTH, usize::from);
     let shown = match rows {
         0 => table.rows(),
@@ -40,8 +45,8 @@ pub fn write(out: &mut impl Write, table: &Table, rows: usize, layout: Layout) -
     };
     let (columns, constant) = columns(table, shown, layout);
     let fitting = match layout {
-        Layout::Everything => columns.len(),
-        Layout::Summary | Layout::Fitting => fitting(&columns, width),
+        ColumnLayout::Everything => columns.len(),
+        ColumnLayout::Summary | ColumnLayout::Fitting => fitting(&columns, width),
     };
     let (printed, hidden) = columns.split_at(fitting);
     if !constant.is_empty() {
@@ -79,10 +84,10 @@ impl Printed {
 }
 
 /// The columns to print, and what those hold that are said once.
-fn columns(table: &Table, shown: usize, layout: Layout) -> (Vec<Printed>, Vec<String>) {
+fn columns(table: &Table, shown: usize, layout: ColumnLayout) -> (Vec<Printed>, Vec<String>) {
     let (mut printed, mut constant) = (Vec::new(), Vec::new());
     for (name, array) in table.names().into_iter().zip(table.batch().columns()) {
-        if layout == Layout::Summary && array.len() > 1 && is_constant(array.as_ref()) {
+        if layout == ColumnLayout::Summary && array.len() > 1 && is_constant(array.as_ref()) {
             if array.is_valid(0) {
                 constant.push(format!("{name} {}", cells(array.as_ref(), 1).remove(0)));
             }
@@ -140,7 +145,7 @@ mod tests {
 
     fn printed(table: &Table, rows: usize) -> String {
         let mut out = Vec::new();
-        write(&mut out, table, rows, Layout::Summary).unwrap();
+        write(&mut out, table, rows, ColumnLayout::Summary).unwrap();
         String::from_utf8(out).unwrap()
     }
 

@@ -6,10 +6,12 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::outlook::{Outlook, StageOutlook};
 use super::table::write_json;
-use super::{Data, Failure, counted};
+use super::{Failure, counted, forecast, json};
+use crate::data_folder::DataFolder;
 use crate::reasons::Group;
+use crate::session::Status;
+use crate::session::status::StageStatus;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -29,43 +31,48 @@ pub struct Arguments {
     tasks: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let outlook = data.outlook(&arguments.manifest)?;
-    let stages = outlook.stages();
-    super::tell(&outlook.warnings);
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let status = super::session(&arguments.manifest, data).status()?;
+    let stages = status.stages();
+    super::tell(&status.warnings);
     let mut out = stdout().lock();
     if arguments.tasks {
-        for table in outlook.tasks() {
+        for table in status.tasks() {
             write_json(&mut out, table?.batch())?;
         }
     } else if arguments.json {
         let stages = stages.iter().map(|stage| {
-            let mut json = stage.count.json();
-            json["reasons"] = json!(reasons(&outlook, stage));
+            let mut json = json::count(&stage.count);
+            json["reasons"] = json!(reasons(&status, stage));
             json
         });
-        let mut json = outlook.json(stages);
-        json["warnings"] = json!(outlook.warnings);
+        let mut json = json::status(&status, stages);
+        json["warnings"] = json!(status.warnings);
         writeln!(out, "{json:#}")?;
     } else {
-        writeln!(out, "{}\n{}", table(&outlook, &stages), outlook.forecast())?;
+        writeln!(
+            out,
+            "{}\n{}",
+            table(&status, &stages),
+            forecast::text(&status)
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// A stage's reasons, each in a phrase.
-fn reasons(outlook: &Outlook, stage: &StageOutlook) -> Vec<String> {
+fn reasons(status: &Status, stage: &StageStatus) -> Vec<String> {
     let told = |group: &Group| {
         let causes = group.causes.iter();
         let told: Vec<_> = causes
-            .map(|cause| outlook.told(cause, &stage.count.stage.name))
+            .map(|cause| status.told(cause, &stage.count.stage.name))
             .collect();
         told.join("; ")
     };
     stage.groups.iter().map(told).collect()
 }
 
-fn table(outlook: &Outlook, stages: &[StageOutlook]) -> String {
+fn table(status: &Status, stages: &[StageStatus]) -> String {
     let names = stages
         .iter()
         .map(|stage| stage.count.stage.name.chars().count());
@@ -76,7 +83,7 @@ fn table(outlook: &Outlook, stages: &[StageOutlook]) -> String {
     )];
     for stage in stages {
         let count = &stage.count;
-        let why = match reasons(outlook, stage).as_slice() {
+        let why = match reasons(status, stage).as_slice() {
             [] => String::new(),
             [one] => one.clone(),
             [first, more @ ..] => format!("{first}, and {}", counted(more.len(), "other reason")),

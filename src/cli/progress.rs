@@ -7,27 +7,55 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::counted;
-use crate::pace::Pace;
-use crate::plan::Plan;
-use crate::runner::Observer;
+use super::{counted, failure_report, tell_notice, warn};
+use crate::cost::CostModel;
+use crate::session::events::Batch;
+use crate::session::{Event, Observer};
+use crate::stages::Kind;
 
 /// Seconds between lines where there is no terminal to redraw.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// A bar on a terminal, plain lines elsewhere; both on standard error.
-pub struct Progress<'a> {
-    plan: &'a Plan,
-    total: usize,
-    /// Seconds of one core that each of them is expected to take.
-    expected: HashMap<usize, f64>,
-    /// Their sum.
-    expected_in_all: f64,
-    bar: Option<ProgressBar>,
-    state: Mutex<State>,
+/// Says on standard error what happens in a run: what should be known, how far it has come, and
+/// what failed.
+#[derive(Default)]
+pub struct Console {
+    /// Of the tasks that are computed just now.
+    progress: Mutex<Option<Progress>>,
 }
 
-struct State {
+impl Observer for Console {
+    fn hear(&self, event: Event<'_>) {
+        let mut progress = self
+            .progress
+            .lock()
+            .expect("no panic happens while it is held");
+        match (event, progress.as_mut()) {
+            (Event::Begun(batch), _) => *progress = Some(Progress::new(batch)),
+            (Event::Started(task), Some(progress)) => progress.started(task),
+            (Event::Advanced(task, share), Some(progress)) => progress.advanced(task, share),
+            (Event::Finished(task), Some(progress)) => progress.finished(task),
+            (Event::Ended, Some(_)) => {
+                if let Some(progress) = progress.take() {
+                    progress.end();
+                }
+            }
+            (Event::Failed(failures), _) => {
+                failure_report::tell(failures).expect("a run tells a table of failures");
+            }
+            (other, _) => tell_notice(other),
+        }
+    }
+}
+
+/// A bar on a terminal, plain lines elsewhere.
+struct Progress {
+    total: usize,
+    /// What each task is expected to be.
+    expected: HashMap<usize, Expected>,
+    /// Seconds of one core that all of them are expected to take.
+    expected_in_all: f64,
+    bar: Option<ProgressBar>,
     begun: Instant,
     finished: usize,
     /// Expected seconds of finished tasks.
@@ -37,88 +65,89 @@ struct State {
     last_line: Instant,
 }
 
-impl<'a> Progress<'a> {
-    /// Begins to count the tasks that are to run, among `cached` ones that are not.
-    pub fn new(plan: &'a Plan, to_run: &[usize], cached: usize, pace: &Pace) -> Progress<'a> {
-        let total = to_run.len();
-        let expected = |&task: &usize| (task, pace.seconds(&plan.tasks[task]));
-        let expected: HashMap<usize, f64> = to_run.iter().map(expected).collect();
+/// What a task is, and how many seconds of one core it is expected to take.
+struct Expected {
+    kind: Kind,
+    seconds: f64,
+}
+
+impl Progress {
+    /// Begins to count the tasks that are to run, among cached ones that are not.
+    fn new(batch: Batch) -> Progress {
+        let Batch {
+            plan,
+            tasks,
+            cached,
+        } = batch;
+        let (total, cost) = (tasks.len(), CostModel::default());
+        let expected = |&task: &usize| {
+            let kind = plan.tasks[task].recipe.kind();
+            let seconds = cost.seconds(&plan.tasks[task]);
+            (task, Expected { kind, seconds })
+        };
+        let expected: HashMap<usize, Expected> = tasks.iter().map(expected).collect();
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
             let begun = begun(total, cached, plan.tasks.len());
-            eprintln!("{}: {begun}", plan.study);
+            warn(&format!("{}: {begun}", plan.study));
         }
         let now = Instant::now();
         Progress {
-            plan,
             total,
-            expected_in_all: expected.values().sum(),
+            expected_in_all: expected.values().map(|expected| expected.seconds).sum(),
             expected,
             bar,
-            state: Mutex::new(State {
-                begun: now,
-                finished: 0,
-                done: 0.0,
-                under_way: BTreeMap::new(),
-                last_line: now,
-            }),
+            begun: now,
+            finished: 0,
+            done: 0.0,
+            under_way: BTreeMap::new(),
+            last_line: now,
         }
     }
 
+    fn started(&self, task: usize) {
+        if let (Some(bar), Some(expected)) = (&self.bar, self.expected.get(&task)) {
+            bar.set_prefix(expected.kind.name());
+        }
+    }
+
+    fn advanced(&mut self, task: usize, share: f64) {
+        self.under_way.insert(task, share * self.expected(task));
+        self.tell();
+    }
+
+    fn finished(&mut self, task: usize) {
+        self.finished += 1;
+        self.done += self.expected(task);
+        self.under_way.remove(&task);
+        self.tell();
+    }
+
     /// Clears the bar.
-    pub fn end(&self) {
+    fn end(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
     }
 
     fn expected(&self, task: usize) -> f64 {
-        self.expected.get(&task).copied().unwrap_or(0.0)
+        let expected = self.expected.get(&task);
+        expected.map_or(0.0, |expected| expected.seconds)
     }
 
-    fn tell(&self, change: impl FnOnce(&mut State)) {
-        let mut state = self
-            .state
-            .lock()
-            .expect("no panic happens while it is held");
-        change(&mut state);
-        let done = state.done + state.under_way.values().sum::<f64>();
+    fn tell(&mut self) {
+        let done = self.done + self.under_way.values().sum::<f64>();
         let share = done / self.expected_in_all;
-        let left = time_left(state.begun.elapsed(), share);
+        let left = time_left(self.begun.elapsed(), share);
         let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
         if let Some(bar) = &self.bar {
-            bar.set_position(state.finished as u64);
+            bar.set_position(self.finished as u64);
             bar.set_message(left);
-        } else if state.last_line.elapsed() >= LINE_EVERY {
-            state.last_line = Instant::now();
-            eprintln!(
-                "{} of {}, {left}",
-                state.finished,
-                counted(self.total, "task")
-            );
+        } else if self.last_line.elapsed() >= LINE_EVERY {
+            self.last_line = Instant::now();
+            let (finished, total) = (self.finished, counted(self.total, "task"));
+            warn(&format!("{finished} of {total}, {left}"));
         }
-    }
-}
-
-impl Observer for Progress<'_> {
-    fn started(&self, task: usize) {
-        if let Some(bar) = &self.bar {
-            bar.set_prefix(self.plan.tasks[task].recipe.kind().name());
-        }
-    }
-
-    fn advanced(&self, task: usize, share: f64) {
-        self.tell(|state| {
-            state.under_way.insert(task, share * self.expected(task));
-        });
-    }
-
-    fn finished(&self, task: usize) {
-        self.tell(|state| {
-            state.finished += 1;
-            state.done += self.expected(task);
-            state.under_way.remove(&task);
-        });
     }
 }
 

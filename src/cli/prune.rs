@@ -9,8 +9,9 @@ use std::process::ExitCode;
 use indicatif::DecimalBytes;
 use serde_json::json;
 
-use super::{Data, Failure, counted};
-use crate::growth;
+use super::{Failure, counted};
+use crate::adaptive_sampling;
+use crate::data_folder::DataFolder;
 use crate::prune;
 use crate::store::listing::{Found, What};
 use crate::store::lock::Lock;
@@ -33,20 +34,20 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let mut plans = Vec::new();
     for manifest in &arguments.manifests {
-        plans.push(data.grown(manifest)?.plan);
+        let session = super::session(manifest, data);
+        plans.push(session.sampled()?.plan);
         // Surfaces that were drawn are needed, even where a table that asked for them is missing.
-        plans.push(growth::at_most(super::study(manifest)?));
+        plans.push(adaptive_sampling::at_most(session.study()?));
     }
     // Who has the store alone looks at it without sharing it: nothing changes until the end.
     let alone = match arguments.yes {
         true => Some(alone(data)?),
         false => None,
     };
-    let unneeded =
-        data.with_folders(|folders| prune::unneeded(&plans, folders, &Moment::here()))?;
+    let unneeded = prune::unneeded(&plans, data, &Moment::here())?;
     let shares = Shares::of(&unneeded);
     if let Some(alone) = &alone {
         prune::delete(&unneeded, alone)?;
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn alone(data: &Data) -> Result<Lock, Failure> {
+fn alone(data: &DataFolder) -> Result<Lock, Failure> {
     let store = data.store();
     let in_use = || {
         format!(
@@ -130,7 +131,7 @@ fn name(file: &Found) -> String {
         What::Task(_) => kind().unwrap_or_else(|| "unreadable".to_owned()),
         What::Stage { .. } | What::Owner { .. } => "results".to_owned(),
         What::Record { .. } => "plans".to_owned(),
-        What::Damaged => "set aside".to_owned(),
+        What::Quarantined => "set aside".to_owned(),
         What::Unfinished => "unfinished".to_owned(),
     }
 }

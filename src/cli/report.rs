@@ -4,12 +4,11 @@ use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::{Data, Failure, counted, misused};
+use super::{Failure, counted};
+use crate::data_folder::DataFolder;
+use crate::report::Report;
 use crate::report::bars::Bars;
-use crate::report::{self, Report, ReportError, Subject};
-use crate::results::owner;
-use crate::results::reading::Reading;
-use crate::store::files::Existing;
+use crate::session::ReportOptions;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -35,40 +34,13 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let reading = data.reading(&arguments.manifest)?;
-    if !arguments.replace && arguments.output.is_none() {
-        let Reading {
-            study,
-            plan,
-            archive,
-            ..
-        } = &reading;
-        owner::check(&arguments.manifest, study, plan, archive).map_err(misused)?;
-    }
-    let manifest = std::fs::read_to_string(&arguments.manifest)?;
-    let warnings = reading.study.warnings();
-    let subject = Subject {
-        plan: &reading.plan,
-        rows: &reading.all()?,
-        archive: &reading.archive,
-        sources: &reading.study.sources,
-        manifest: &manifest,
-        warnings: &warnings,
-    };
-    let beside = || data.results().join(&reading.plan.study);
-    let folder = arguments.output.clone().unwrap_or_else(beside);
-    let existing = match arguments.replace {
-        true => Existing::Replace,
-        false => Existing::Keep,
-    };
-    let report =
-        report::write(&subject, arguments.bars, &folder, existing).map_err(
-            |error| match error {
-                ReportError::ShowsLess { .. } => Failure::from(misused(error)),
-                other => other.into(),
-            },
-        )?;
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let session = super::session(&arguments.manifest, data);
+    let report = session.report(&ReportOptions {
+        output: arguments.output.clone(),
+        replace: arguments.replace,
+        bars: arguments.bars,
+    })?;
     let mut out = stdout().lock();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&report))?,

@@ -1,26 +1,20 @@
 //! `asperity run`: compute what is missing and write the tables.
 
 use std::io::{Write, stdout};
-use std::path::{Path, PathBuf};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bytesize::ByteSize;
 use serde_json::json;
 
-use super::counts::Counts;
-use super::failure_report::FailureReport;
-use super::outlook::growing;
-use super::progress::Progress;
-use super::signals::Stop;
-use super::{Data, Failure, Misused, chain, counted, summary, tasks, warn};
-use crate::growth::Grown;
-use crate::memory::{self, Allowance};
-use crate::pace::Pace;
-use crate::plan::Plan;
-use crate::reasons::record::Record;
-use crate::results::{self, ResultsError, StageTable};
-use crate::runner::{self, Damage, Means, Outcome};
-use crate::store::Store;
+use super::progress::Console;
+use super::signals::StopSignal;
+use super::{Failure, chain, counted, json, summary};
+use crate::data_folder::DataFolder;
+use crate::runner::RunOutcome;
+use crate::session::status::StageCount;
+use crate::session::{RunOptions, RunReport, Selection, Session};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -54,247 +48,79 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let study = super::study(&arguments.manifest)?;
-    super::tell(&study.warnings());
-    let store = data.open()?;
-    let grown = Grown::of(study, &store)?;
-    if !arguments.replace {
-        data.check_owner(&arguments.manifest, &grown, &store)?;
-    }
-    let wanted = arguments.wanted(&grown.plan, &store)?;
-    let jobs = arguments.jobs.map_or_else(cores, usize::from);
-    let memory = Allowance::of(arguments.memory, jobs);
-    memory
-        .fits(&grown.plan, &wanted)
-        .map_err(|refused| Misused(refused.to_string()))?;
-    let mut work = Work {
-        manifest: &arguments.manifest,
-        grown,
-        store: &store,
-        jobs,
-        memory,
-        stop: Stop::on_signal()?,
-    };
-    remember(data, &work);
-    let grown = match arguments.only {
-        Some(_) => Outcome::default(),
-        None => work.grow()?,
-    };
-    let plan = work.plan();
-    let missing = work.missing();
-    let wanted = arguments.wanted(plan, &store)?;
-    let mut outcome = work.compute(&wanted)?;
-    // What was drawn on the way was missing and wanted, too.
-    let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &grown.computed));
-    outcome.append(grown);
-    // Where no task's table can be stored, no stage's table can.
-    let tables = match outcome.halted {
-        true => Ok(None),
-        false => work.publish(&data.results(), &mut outcome).map(Some),
-    };
-    let report = FailureReport {
-        plan,
-        manifest: &arguments.manifest,
-        data,
-    };
-    let failed = report.tell(&outcome)?;
-    let tables = tables?;
-    tell_set_aside(tables.as_deref().unwrap_or_default());
-    let failures = match &tables {
-        Some(tables) => report.write(failed, &wanted, tables, &store)?,
-        None => None,
-    };
-    report_orphans(plan, data)?;
-    if !outcome.halted {
-        remember(data, &work);
-    }
-
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let console = Console::default();
+    let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
+    let run = session.prepare(&arguments.options())?;
+    let stop = StopSignal::on_signal()?;
+    let report = run.execute(stop.asked())?;
     let mut out = stdout().lock();
     if arguments.json {
-        let mut json = as_json(&work.grown, &missing, &outcome);
-        json["failures"] = json!(failures);
+        let mut json = as_json(&report);
+        json["failures"] = json!(report.failures);
         writeln!(out, "{json:#}")?;
     } else {
-        if let Some(tables) = tables {
-            let only = arguments.only.as_ref().map(|_| wanted.as_slice());
-            write!(out, "{}", summary::text(plan, &tables, only)?)?;
+        if let Some(tables) = &report.tables {
+            let only = arguments.only.as_ref().map(|_| report.wanted.as_slice());
+            write!(
+                out,
+                "{}",
+                summary::text(&report.sampled.plan, tables, only)?
+            )?;
         }
-        for stage in &work.grown.stages {
+        for stage in &report.sampled.stages {
             writeln!(out, "{stage}")?;
         }
-        if let Some(path) = failures {
+        if let Some(path) = &report.failures {
             writeln!(out, "failures: {}", path.display())?;
         }
-        writeln!(out, "{}", closing(&wanted, &outcome))?;
+        writeln!(out, "{}", closing(&report.wanted, &report.outcome))?;
     }
-    Ok(exit_code(&outcome, &work.stop))
+    Ok(exit_code(&report.outcome, &stop))
 }
 
 impl Arguments {
-    /// The tasks to be computed, of those that the plan has by now.
-    fn wanted(&self, plan: &Plan, store: &Store) -> Result<Vec<usize>, Failure> {
-        Ok(match &self.only {
-            Some(key) => runner::alone(plan, tasks::planned(key, plan)?, store),
-            None => runner::missing(plan, store),
-        })
-    }
-}
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Tasks of two lists, in order.
-fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
-    tasks.extend(others);
-    tasks.sort_unstable();
-    tasks.dedup();
-    tasks
-}
-
-/// What is to be done, and with what.
-struct Work<'a> {
-    manifest: &'a Path,
-    grown: Grown,
-    store: &'a Store,
-    jobs: usize,
-    memory: Allowance,
-    stop: Stop,
-}
-
-impl Work<'_> {
-    fn plan(&self) -> &Plan {
-        &self.grown.plan
-    }
-
-    fn missing(&self) -> Vec<usize> {
-        runner::missing(self.plan(), self.store)
-    }
-
-    /// Draws surfaces until their number is settled, and computes what settles it.
-    fn grow(&mut self) -> Result<Outcome, Failure> {
-        let mut outcome = Outcome::default();
-        loop {
-            for (task, cause) in self.grown.take_damaged() {
-                let damage = Damage::set_aside(self.plan(), task, self.store, cause)?;
-                outcome.damaged.extend(damage);
-            }
-            let mut missing = self.grown.deciding();
-            missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
-            let round = self.compute(&missing)?;
-            if round.computed.is_empty() {
-                return Ok(outcome);
-            }
-            outcome.append(round);
-            // What has failed is tried again, and told of, with all the rest.
-            outcome.failed.clear();
-            let grown = Grown::of(self.grown.study.clone(), self.store)?;
-            outcome = outcome.moved(self.plan(), &grown.plan);
-            self.grown = grown;
+    fn options(&self) -> RunOptions {
+        let selection = self.only.clone().map(Selection::Task);
+        RunOptions {
+            jobs: self.jobs.map(usize::from).and_then(NonZeroUsize::new),
+            memory: self.memory,
+            selection: selection.unwrap_or_default(),
+            replace: self.replace,
         }
     }
-
-    fn compute(&self, wanted: &[usize]) -> Result<Outcome, Failure> {
-        if wanted.is_empty() {
-            return Ok(Outcome::default());
-        }
-        let means = self.means(wanted);
-        let without = joined(self.missing(), wanted).len();
-        let cached = self.plan().tasks.len() - without;
-        let progress = Progress::new(self.plan(), wanted, cached, &Pace::default());
-        let outcome = runner::run(
-            self.plan(),
-            wanted,
-            self.store,
-            &self.grown.study.sources,
-            means,
-            &progress,
-            self.stop.asked(),
-        );
-        progress.end();
-        Ok(outcome?)
-    }
-
-    /// One surface to a core, as far as memory goes.
-    fn means(&self, missing: &[usize]) -> Means {
-        let (plan, room) = (self.plan(), self.memory.room());
-        let jobs = self.jobs.min(missing.len());
-        let largest = memory::of_largest(plan, missing);
-        let at_once = (room.0 / largest.0.max(1)).max(1);
-        if at_once < jobs as u64 {
-            let (largest, memory) = (largest.display().si(), self.memory);
-            warn(&format!(
-                "note: the largest task takes {largest}: {at_once} at once, not {jobs}, in {memory}"
-            ));
-        }
-        Means {
-            threads: memory::threads(plan, missing, room, jobs),
-            room,
-        }
-    }
-
-    /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
-    /// other task has read them, are computed again.
-    fn publish(&self, results: &Path, outcome: &mut Outcome) -> Result<Vec<StageTable>, Failure> {
-        let publish = || results::publish(&self.grown, self.store, self.manifest, results);
-        let tables = match publish() {
-            Err(ResultsError::Damaged { tables }) => tables,
-            published => return Ok(published?),
-        };
-        let mut tasks = Vec::new();
-        for (task, cause) in tables {
-            let damage = Damage::set_aside(self.plan(), task, self.store, cause)?;
-            outcome.damaged.extend(damage);
-            tasks.push(task);
-        }
-        tasks.sort_unstable();
-        tasks.dedup();
-        outcome.append(self.compute(&tasks)?);
-        Ok(publish()?)
-    }
 }
 
-/// Writes down what the study is and how far it came, for the next plan to say what has changed.
-/// No result depends on it, so that no run fails for it.
-fn remember(data: &Data, work: &Work) {
-    let study = &work.grown.study;
-    let record = Record::of(study, work.plan(), &work.missing());
-    if let Err(error) = record.write(&data.records(), &study.name) {
-        eprintln!(
-            "warning: {}; `explain` will not know this run",
-            chain(&error)
-        );
-    }
-}
-
-fn as_json(grown: &Grown, missing: &[usize], outcome: &Outcome) -> serde_json::Value {
-    let plan = &grown.plan;
+fn as_json(report: &RunReport) -> serde_json::Value {
+    let RunReport {
+        sampled, outcome, ..
+    } = report;
+    let plan = &sampled.plan;
     let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
-    let counts = Counts::of(plan, missing);
-    let stages = counts.0.iter().map(|count| {
+    let counts = StageCount::all(plan, &report.missing);
+    let stages = counts.iter().map(|count| {
         let among = |tasks: &[usize]| {
             let own = |task: &&usize| tasks.binary_search(task).is_ok();
             count.stage.tasks.iter().filter(own).count()
         };
-        let mut json = count.json();
+        let mut json = json::count(count);
         json["computed"] = json!(among(&outcome.computed));
         json["failed"] = json!(among(&failed));
         json
     });
     let damaged = outcome.damaged.iter().map(|damage| {
         let cause = chain(&damage.cause);
-        json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.aside })
+        json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.quarantined })
     });
     json!({
         "stages": stages.collect::<Vec<_>>(),
         "damaged": damaged.collect::<Vec<_>>(),
-        "growing": growing(&grown.stages),
-        "warnings": grown.study.warnings(),
+        "growing": json::adaptive(&sampled.stages),
+        "warnings": sampled.study.warnings(),
     })
 }
 
-fn closing(missing: &[usize], outcome: &Outcome) -> String {
+fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
@@ -306,30 +132,7 @@ fn closing(missing: &[usize], outcome: &Outcome) -> String {
     }
 }
 
-/// Names files in the places of tables that were not as a run had written them.
-fn tell_set_aside(tables: &[StageTable]) {
-    for table in tables {
-        if let Some(aside) = &table.aside {
-            let (path, aside) = (table.path.display(), aside.display());
-            warn(&format!(
-                "warning: `{path}` was not as it had been written; set aside as `{aside}`"
-            ));
-        }
-    }
-}
-
-/// Nothing is deleted unasked, but no table of a stage that was removed shall mislead.
-fn report_orphans(plan: &Plan, data: &Data) -> Result<(), Failure> {
-    for path in results::orphans(plan, &data.results())? {
-        let path = path.display();
-        warn(&format!(
-            "note: `{path}` is of a stage that the study no longer has; you may delete it"
-        ));
-    }
-    Ok(())
-}
-
-fn exit_code(outcome: &Outcome, stop: &Stop) -> ExitCode {
+fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     if outcome.interrupted {
         ExitCode::from(stop.exit_code())
     } else if outcome.failed.is_empty() {

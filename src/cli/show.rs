@@ -9,7 +9,9 @@ use arrow::datatypes::DataType;
 use arrow::util::display::array_value_to_string;
 use comfy_table::{ContentArrangement, Table as Grid, presets};
 
-use super::{Data, Failure, counted, tasks};
+use super::{Failure, counted};
+use crate::data_folder::DataFolder;
+use crate::session::task_names;
 use crate::store::files::read_whole;
 use crate::store::parquet::{Columns, Metadata};
 use crate::store::table::Table;
@@ -25,7 +27,7 @@ pub struct Arguments {
     rows: usize,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let path = find(&arguments.what, data)?;
     let (table, metadata) = read_whole(&path, Columns::All)?;
     let mut out = stdout().lock();
@@ -35,13 +37,12 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
 }
 
 /// A file by its path, or a finished task's by its key.
-fn find(what: &Path, data: &Data) -> Result<PathBuf, Failure> {
+fn find(what: &Path, data: &DataFolder) -> Result<PathBuf, Failure> {
     if what.is_file() {
         return Ok(what.to_owned());
     }
-    let store = data.look()?;
-    let key = tasks::finished(&what.to_string_lossy(), &store, data)?;
-    Ok(store.path(key))
+    let key = task_names::finished(&what.to_string_lossy(), data)?;
+    Ok(data.look()?.path(key))
 }
 
 fn write_metadata(out: &mut impl Write, path: &Path, metadata: &Metadata) -> Result<(), Failure> {

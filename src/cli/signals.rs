@@ -23,17 +23,17 @@ pub fn survive_large_files() -> io::Result<()> {
 
 /// Whether, and by which signal, the process has been asked to stop.
 #[derive(Debug, Clone, Default)]
-pub struct Stop {
+pub struct StopSignal {
     asked: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
 }
 
-impl Stop {
+impl StopSignal {
     /// The first signal asks tasks to stop. Those that do not within [`PATIENCE`], and those under
     /// way at a second signal, are dropped: whatever moment a process ends, nothing stored is
     /// harmed. What `nohup` has started outlives its terminal.
-    pub fn on_signal() -> io::Result<Stop> {
-        let stop = Stop::default();
+    pub fn on_signal() -> io::Result<StopSignal> {
+        let stop = StopSignal::default();
         let mut heard = vec![SIGINT, SIGTERM];
         heard.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
         let mut signals = Signals::new(heard)?;

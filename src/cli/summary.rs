@@ -8,7 +8,7 @@ use super::{Failure, counted};
 use crate::caveats;
 use crate::fitting::FitError;
 use crate::plan::{Plan, PlannedStage};
-use crate::results::StageTable;
+use crate::results::PublishedTable;
 use crate::stages::Kind;
 use crate::stages::fit::rows::{FITTED, STATUS};
 use crate::stages::solve::GIVEN_UP;
@@ -16,7 +16,11 @@ use crate::store::table::{Table, TableError};
 
 /// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
 /// named: all others have tasks that nobody asked for.
-pub fn text(plan: &Plan, tables: &[StageTable], only: Option<&[usize]>) -> Result<String, Failure> {
+pub fn text(
+    plan: &Plan,
+    tables: &[PublishedTable],
+    only: Option<&[usize]>,
+) -> Result<String, Failure> {
     let width = plan
         .stages
         .iter()

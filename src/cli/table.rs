@@ -1,6 +1,5 @@
 //! `asperity table`: a stage's table, or the answer to a query over all of them.
 
-use std::collections::BTreeMap;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,13 +8,9 @@ use arrow::csv;
 use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
 
-use super::grid::{self, Layout};
-use super::tables::Tables;
-use super::{Data, Failure, Misused, chain, unknown};
-use crate::names;
-use crate::stages::StageError;
-use crate::stages::aggregate::Sql;
-use crate::stages::aggregate::sql::{self, QueryError};
+use super::grid::{self, ColumnLayout};
+use super::{Failure, unknown};
+use crate::data_folder::DataFolder;
 use crate::store::table::Table;
 
 /// Rows that are turned into text at once.
@@ -53,17 +48,11 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
-    let reading = data.reading(&arguments.manifest)?;
-    let tables = Tables {
-        manifest: &arguments.manifest,
-        plan: &reading.plan,
-        reading: &reading,
-        folder: &data.results(),
-    };
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let session = super::session(&arguments.manifest, data);
     let table = match (&arguments.sql, &arguments.stage) {
-        (Some(query), _) => tables.ask(query)?,
-        (None, stage) => tables.of(stage.as_deref().unwrap_or_default())?,
+        (Some(query), _) => session.sql(query)?,
+        (None, stage) => session.table(stage.as_deref().unwrap_or_default())?,
     };
     let table = chosen(&table, &arguments.columns)?;
     let mut out = stdout().lock();
@@ -73,53 +62,13 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
         write_json(&mut out, table.batch())?;
     } else {
         let layout = match (&arguments.sql, arguments.columns.is_empty()) {
-            (_, false) => Layout::Everything,
-            (Some(_), true) => Layout::Fitting,
-            (None, true) => Layout::Summary,
+            (_, false) => ColumnLayout::Everything,
+            (Some(_), true) => ColumnLayout::Fitting,
+            (None, true) => ColumnLayout::Summary,
         };
         grid::write(&mut out, &table, arguments.rows, layout)?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-impl Tables<'_> {
-    /// The answer to a query. Only tables that it names are read.
-    fn ask(&self, query: &str) -> Result<Table, Failure> {
-        let named = sql::tables_of(query).map_err(refused)?;
-        let mut tables = Vec::new();
-        let mut known = Vec::new();
-        for name in self.names().into_iter().chain([names::FAILURES]) {
-            let is_read = named.contains(name);
-            known.push((name.to_owned(), usize::from(is_read)));
-            if is_read {
-                tables.push(self.of(name)?);
-            }
-        }
-        let sql = Sql {
-            query: query.to_owned(),
-            tables: known,
-            columns: BTreeMap::new(),
-        };
-        sql::query(&tables, &sql).map_err(|error| match error {
-            StageError::Query(error) => refused(error),
-            other => Misused(chain(&other)).into(),
-        })
-    }
-}
-
-/// What is wrong with a query, and what it may name.
-fn refused(error: QueryError) -> Failure {
-    match error {
-        QueryError::Refused(reason) => Misused(reason).into(),
-        QueryError::Unknown {
-            message,
-            name,
-            known,
-        } => {
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            unknown(&message, &name, &known)
-        }
-    }
 }
 
 /// These columns in this order; all if none is named.
@@ -132,7 +81,7 @@ fn chosen(table: &Table, names: &[String]) -> Result<Table, Failure> {
         let found = known.iter().position(|known| known == name);
         found.ok_or_else(|| {
             let message = format!("the table has no column `{name}`");
-            unknown(&message, name, &known)
+            unknown(message, name, &known)
         })
     };
     let indices = names.iter().map(index).collect::<Result<Vec<_>, _>>()?;

@@ -7,7 +7,8 @@ use std::process::ExitCode;
 use indicatif::ProgressBar;
 use serde_json::json;
 
-use super::{Data, Failure, chain, counted};
+use super::{Failure, chain, counted};
+use crate::data_folder::DataFolder;
 use crate::verify::{self, Finding};
 
 #[derive(clap::Args)]
@@ -20,9 +21,11 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let reading = arguments.manifest.as_deref();
-    let reading = reading.map(|manifest| data.reading(manifest)).transpose()?;
+    let reading = reading
+        .map(|manifest| super::session(manifest, data).reading())
+        .transpose()?;
     let plan = reading.map(|reading| reading.plan);
     let store = data.look()?;
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
@@ -41,9 +44,9 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
             json!({ "checked": tables.len(), "damaged": damaged })
         )?;
     } else {
-        for Finding { cause, aside } in &findings {
-            let fate = match aside {
-                Some(aside) => format!("set aside as `{}`", aside.display()),
+        for Finding { cause, quarantined } in &findings {
+            let fate = match quarantined {
+                Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
                 None => "left where it is".to_owned(),
             };
             writeln!(out, "{}; {fate}", chain(cause))?;
@@ -54,7 +57,7 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
 }
 
 fn as_json(finding: &Finding) -> serde_json::Value {
-    json!({ "cause": chain(&finding.cause), "aside": finding.aside })
+    json!({ "cause": chain(&finding.cause), "aside": finding.quarantined })
 }
 
 fn closing(checked: usize, damaged: usize) -> String {

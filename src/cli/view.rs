@@ -12,14 +12,15 @@ use clap::ValueEnum;
 use serde::Serialize;
 use serde_json::json;
 
-use self::choice::{Choice, Coordinate};
+use self::choice::{Coordinate, TaskChoice};
 use self::picture::Picture;
-use super::tables::Tables;
-use super::{Data, Failure, Misused, tasks};
+use super::{Failure, Misused};
+use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
-use crate::sources::Sources;
+use crate::session::task_names;
 use crate::store::StoreError;
 use crate::store::key::TaskKey;
+use crate::surface_files::SurfaceFiles;
 
 /// Digits of a key in the name of a file.
 const KEY_DIGITS: usize = 8;
@@ -76,7 +77,7 @@ impl Map {
     }
 }
 
-pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let (key, sources) = task(arguments, data)?;
     let store = data.look()?;
     let picture = picture::draw(key, arguments.map, arguments.load, &store, &sources)?;
@@ -95,10 +96,10 @@ pub fn run(arguments: &Arguments, data: &Data) -> Result<ExitCode, Failure> {
 }
 
 /// The task that is meant, and where the files of measured surfaces lie, which no key knows.
-fn task(arguments: &Arguments, data: &Data) -> Result<(TaskKey, Sources), Failure> {
+fn task(arguments: &Arguments, data: &DataFolder) -> Result<(TaskKey, SurfaceFiles), Failure> {
     let Some(stage) = &arguments.stage else {
         if arguments.what.is_file() {
-            let study = super::study(&arguments.what)?;
+            let study = super::session(&arguments.what, data).study()?;
             let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
             return Err(Misused(format!(
                 "say which stage of `{}` has the task: {}",
@@ -108,25 +109,17 @@ fn task(arguments: &Arguments, data: &Data) -> Result<(TaskKey, Sources), Failur
             .into());
         }
         let word = arguments.what.to_string_lossy();
-        return Ok((
-            tasks::finished(&word, &data.look()?, data)?,
-            Sources::default(),
-        ));
+        return Ok((task_names::finished(&word, data)?, SurfaceFiles::default()));
     };
-    let reading = data.reading(&arguments.what)?;
-    let tables = Tables {
-        manifest: &arguments.what,
-        plan: &reading.plan,
-        reading: &reading,
-        folder: &data.results(),
-    };
-    let choice = Choice {
+    let session = super::session(&arguments.what, data);
+    let tables = session.tables()?;
+    let choice = TaskChoice {
         stage,
         coordinates: &arguments.coordinates,
         load: arguments.load,
     };
-    let key = choice.task(&tables.of(stage)?)?;
-    if !reading.archive.store().has(key) {
+    let key = choice.task(&tables.table(stage)?)?;
+    if !tables.reading.archive.store().has(key) {
         return Err(format!(
             "the maps of task {key} are not in `{}`, only its rows are there; `asperity run {}` \
              computes them again",
@@ -135,7 +128,7 @@ fn task(arguments: &Arguments, data: &Data) -> Result<(TaskKey, Sources), Failur
         )
         .into());
     }
-    Ok((key, reading.study.sources))
+    Ok((key, tables.reading.study.sources))
 }
 
 fn finite(word: &str) -> Result<f64, String> {

@@ -176,7 +176,7 @@ fn claims_take_every_row_once_or_name_it_as_left_out() {
     for column in coordinates() {
         // A coordinate of measured surfaces or shapes makes no other spectrum: it is left out, too.
         let contacts = swept(&column).without(&["correction", "coefficient"]);
-        let finished = claims::evidence::Finished {
+        let finished = claims::evidence::KindTable {
             kind: Kind::Measure,
             table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
         };

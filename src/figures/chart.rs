@@ -8,7 +8,7 @@ use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
 use kuva::{AxisLine, Theme, TickAlign};
 
 use super::axis::{Axis, Spacing};
-use super::ink::Ink;
+use super::colour::Colour;
 use super::style::Style;
 
 /// Pixels below which a chart has room for few numbers along its axes.
@@ -33,7 +33,7 @@ pub struct Chart {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Ascending in x where a line joins them.
-    pub points: Vec<Point>,
+    pub points: Vec<DataPoint>,
     /// How they look.
     pub style: Style,
     /// What they are, in the legend; series of one name have one entry.
@@ -42,7 +42,7 @@ pub struct Series {
 
 /// A point, perhaps with an error bar.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct DataPoint {
     /// To the right.
     pub x: f64,
     /// Upwards.
@@ -56,7 +56,7 @@ impl Series {
     pub fn new(points: impl IntoIterator<Item = (f64, f64)>, style: Style) -> Series {
         let points = points.into_iter();
         Series {
-            points: points.map(|(x, y)| Point { x, y, bar: None }).collect(),
+            points: points.map(|(x, y)| DataPoint { x, y, bar: None }).collect(),
             style,
             label: None,
         }
@@ -170,7 +170,7 @@ impl Chart {
         for (x, y, text) in &self.notes {
             let (x, y) = frame.placed(*x, *y);
             let note = TextAnnotation::new(text.clone(), x, y)
-                .with_color(Ink::Text.css())
+                .with_color(Colour::Text.css())
                 .with_font_size(words - 1);
             layout = layout.with_annotation(note);
         }
@@ -178,13 +178,13 @@ impl Chart {
     }
 
     fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
-        let to_place = |point: &Point| frame.placed(point.x, point.y);
-        let ink = series.style.ink.css();
+        let to_place = |point: &DataPoint| frame.placed(point.x, point.y);
+        let colour = series.style.colour.css();
         let mut plots = Vec::new();
         if let Some(line) = series.style.line {
             let drawn = LinePlot::new()
                 .with_data(self.placed(series).map(to_place).collect::<Vec<_>>())
-                .with_color(ink.clone())
+                .with_color(colour.clone())
                 .with_stroke_width(line.width)
                 .with_line_style(line.dash.pattern());
             plots.push(Plot::Line(drawn));
@@ -193,7 +193,7 @@ impl Chart {
             let seen = self.placed(series).filter(|point| frame.holds(point));
             let drawn = ScatterPlot::new()
                 .with_data(seen.map(to_place).collect::<Vec<_>>())
-                .with_color(ink)
+                .with_color(colour)
                 .with_marker(marker.shape())
                 .with_size(f64::from(words) * 0.23);
             plots.push(Plot::Scatter(drawn));
@@ -217,7 +217,7 @@ impl Chart {
             Primitive::Path(Box::new(PathData {
                 d: path,
                 fill: None,
-                stroke: series.style.ink.css().into(),
+                stroke: series.style.colour.css().into(),
                 stroke_width: 1.0,
                 opacity: Some(0.55),
                 stroke_dasharray: None,
@@ -225,8 +225,8 @@ impl Chart {
         })
     }
 
-    fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a Point> {
-        let has_place = |point: &&Point| self.x.can_show(point.x) && self.y.can_show(point.y);
+    fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a DataPoint> {
+        let has_place = |point: &&DataPoint| self.x.can_show(point.x) && self.y.can_show(point.y);
         series.points.iter().filter(has_place)
     }
 }
@@ -243,8 +243,8 @@ impl Frame {
     fn of(chart: &Chart) -> Frame {
         let points = || chart.series.iter().flat_map(|series| &series.points);
         let x = chart.x.ends(points().map(|point| point.x));
-        let in_sight = |point: &&Point| (x[0]..=x[1]).contains(&point.x);
-        let heights = |point: &Point| {
+        let in_sight = |point: &&DataPoint| (x[0]..=x[1]).contains(&point.x);
+        let heights = |point: &DataPoint| {
             let [low, high] = point.bar.unwrap_or([point.y; 2]);
             [point.y, low, high]
         };
@@ -258,7 +258,7 @@ impl Frame {
         }
     }
 
-    fn holds(&self, point: &Point) -> bool {
+    fn holds(&self, point: &DataPoint) -> bool {
         let is_within = |[from, to]: [f64; 2], value| (from..=to).contains(&value);
         is_within(self.x, point.x) && is_within(self.y, point.y)
     }
@@ -273,11 +273,11 @@ impl Frame {
 }
 
 fn theme() -> Theme {
-    let text = Ink::Text.css();
+    let text = Colour::Text.css();
     Theme {
-        background: Ink::Paper.css(),
+        background: Colour::Background.css(),
         axis_color: text.clone(),
-        grid_color: Ink::Grid.css(),
+        grid_color: Colour::Grid.css(),
         tick_color: text.clone(),
         text_color: text,
         ..Theme::light()

@@ -1,4 +1,4 @@
-//! What the colours, markers and lines of a sheet stand for.
+//! What the colours, markers and lines of a figure stand for.
 
 use kuva::plot::scatter::ScatterPlot;
 use kuva::render::layout::{ComputedLayout, Layout};
@@ -6,7 +6,7 @@ use kuva::render::plots::Plot;
 use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
 use super::chart::Series;
-use super::ink::Ink;
+use super::colour::Colour;
 use super::style::Style;
 use super::svg::shift;
 use super::words::width_of;
@@ -113,14 +113,18 @@ impl Legend {
     }
 
     fn draw_entry(&self, scene: &mut Scene, entry: &Entry, x: f64, y: f64) {
-        let Style { ink, line, marker } = entry.style;
+        let Style {
+            colour,
+            line,
+            marker,
+        } = entry.style;
         if let Some(line) = line {
             scene.add(Primitive::Line {
                 x1: x,
                 y1: y,
                 x2: x + SAMPLE - 8.0,
                 y2: y,
-                stroke: ink.css().into(),
+                stroke: colour.css().into(),
                 stroke_width: line.width,
                 stroke_dasharray: line.dash.array(),
             });
@@ -129,7 +133,7 @@ impl Legend {
             let centre = (x + (SAMPLE - 8.0) / 2.0, y);
             let sample = ScatterPlot::new()
                 .with_data([(0.5, 0.5)])
-                .with_color(ink.css())
+                .with_color(colour.css())
                 .with_marker(marker.shape())
                 .with_size(f64::from(self.words) * 0.27);
             scene.elements.extend(alone(sample, centre));
@@ -142,12 +146,12 @@ impl Legend {
             anchor: TextAnchor::Start,
             rotate: None,
             bold: false,
-            color: Some(Ink::Text.css().into()),
+            color: Some(Colour::Text.css().into()),
         });
     }
 }
 
-/// A single marker at a place of the sheet: the middle of a chart whose axes are left out.
+/// A single marker at a place of the figure: the middle of a chart whose axes are left out.
 fn alone(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
     let layout = Layout::new((0.0, 1.0), (0.0, 1.0))
         .with_width(100.0)

@@ -3,13 +3,13 @@
 use kuva::plot::LineStyle;
 use kuva::plot::scatter::MarkerShape;
 
-use super::ink::Ink;
+use super::colour::Colour;
 
 /// How a series looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     /// Its colour.
-    pub ink: Ink,
+    pub colour: Colour,
     /// The line that joins its points.
     pub line: Option<Line>,
     /// What stands at its points.
@@ -75,18 +75,18 @@ impl Marker {
 
 impl Style {
     /// A line.
-    pub fn line(ink: Ink, dash: Dash, width: f64) -> Style {
+    pub fn line(colour: Colour, dash: Dash, width: f64) -> Style {
         Style {
-            ink,
+            colour,
             line: Some(Line { dash, width }),
             marker: None,
         }
     }
 
     /// Separate points.
-    pub fn marker(ink: Ink, marker: Marker) -> Style {
+    pub fn marker(colour: Colour, marker: Marker) -> Style {
         Style {
-            ink,
+            colour,
             line: None,
             marker: Some(marker),
         }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene};
 
-use super::ink::{self, Ink};
+use super::colour::{self, Colour};
 
 /// The scene as SVG with its maps behind, scaling with the page.
 pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
@@ -47,9 +47,9 @@ fn with_own_numbers(svg: &str, name: &str) -> String {
 pub fn alone(svg: &str) -> String {
     let head = svg.find('>').expect("a drawing begins with its tag") + 1;
     let (tag, rest) = svg.split_at(head);
-    let paper = Ink::Paper.css();
-    let sheet = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
-    ink::written_in(&sheet)
+    let paper = Colour::Background.css();
+    let figure = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
+    colour::written_in(&figure)
 }
 
 /// Opens a group that is moved.

@@ -20,12 +20,12 @@ const OTHER_THREADS: u64 = 4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
     size: ByteSize,
-    limit: Limit,
+    limit: LimitedBy,
 }
 
 /// Who says how much it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Limit {
+enum LimitedBy {
     Asked,
     Machine,
     Addresses,
@@ -38,17 +38,17 @@ impl Allowance {
         let allowance = match asked {
             Some(size) => Allowance {
                 size,
-                limit: Limit::Asked,
+                limit: LimitedBy::Asked,
             },
             None => Allowance {
                 size: ByteSize(of_machine().0 / 8 * 7),
-                limit: Limit::Machine,
+                limit: LimitedBy::Machine,
             },
         };
         match addresses_left(threads) {
             Some(size) if size < allowance.size => Allowance {
                 size,
-                limit: Limit::Addresses,
+                limit: LimitedBy::Addresses,
             },
             _ => allowance,
         }
@@ -91,12 +91,14 @@ impl fmt::Display for Allowance {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let size = self.size.display().si();
         match self.limit {
-            Limit::Asked => write!(formatter, "the {size} of `--memory`"),
-            Limit::Machine => write!(
+            LimitedBy::Asked => write!(formatter, "the {size} of `--memory`"),
+            LimitedBy::Machine => write!(
                 formatter,
                 "{size}, seven eighths of what the machine has for this process"
             ),
-            Limit::Addresses => write!(formatter, "the {size} that `ulimit -v` leaves the process"),
+            LimitedBy::Addresses => {
+                write!(formatter, "the {size} that `ulimit -v` leaves the process")
+            }
         }
     }
 }
@@ -126,9 +128,9 @@ impl fmt::Display for TooLarge {
         }
         write!(formatter, ", more than {allowance}: ")?;
         match allowance.limit {
-            Limit::Asked => write!(formatter, "allow more")?,
-            Limit::Machine => write!(formatter, "let it be tried with `--memory {takes}`")?,
-            Limit::Addresses => write!(formatter, "raise that limit")?,
+            LimitedBy::Asked => write!(formatter, "allow more")?,
+            LimitedBy::Machine => write!(formatter, "let it be tried with `--memory {takes}`")?,
+            LimitedBy::Addresses => write!(formatter, "raise that limit")?,
         }
         match self.mesh {
             Some([_, most]) if most > 0 => {
@@ -196,7 +198,7 @@ mod tests {
     use super::super::tests::{all, plan};
     use super::*;
 
-    fn allowance(size: ByteSize, limit: Limit) -> Allowance {
+    fn allowance(size: ByteSize, limit: LimitedBy) -> Allowance {
         Allowance { size, limit }
     }
 
@@ -204,11 +206,11 @@ mod tests {
     fn a_task_fits_to_the_byte_or_is_refused() {
         let plan = plan(64, "loads = [0.1]");
         let takes = PROGRAM + of_largest(&plan, &all(&plan));
-        let fits = |size: u64| allowance(ByteSize(size), Limit::Asked).fits(&plan, &all(&plan));
+        let fits = |size: u64| allowance(ByteSize(size), LimitedBy::Asked).fits(&plan, &all(&plan));
         assert_eq!(fits(takes.0), Ok(()));
         assert!(fits(takes.0 - 1).is_err());
         assert_eq!(
-            fits(takes.0).and(allowance(ByteSize(0), Limit::Asked).fits(&plan, &[])),
+            fits(takes.0).and(allowance(ByteSize(0), LimitedBy::Asked).fits(&plan, &[])),
             Ok(())
         );
     }
@@ -223,19 +225,19 @@ mod tests {
         let takes =
             "a task of stage `contact` takes 4.3GB of memory on its mesh of 8192 × 8192 nodes";
         assert_eq!(
-            told(Limit::Asked),
+            told(LimitedBy::Asked),
             format!(
                 "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3863 × \
                  3863 nodes"
             )
         );
-        assert!(told(Limit::Machine).contains("let it be tried with `--memory 4.3GB`"));
+        assert!(told(LimitedBy::Machine).contains("let it be tried with `--memory 4.3GB`"));
         assert!(
-            told(Limit::Addresses)
+            told(LimitedBy::Addresses)
                 .contains("that `ulimit -v` leaves the process: raise that limit")
         );
         let most = self::plan(3863, "loads = [0.1]");
-        let enough = allowance(ByteSize::gb(1), Limit::Asked);
+        let enough = allowance(ByteSize::gb(1), LimitedBy::Asked);
         assert_eq!(enough.fits(&most, &all(&most)), Ok(()));
     }
 

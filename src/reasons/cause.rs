@@ -60,7 +60,7 @@ pub enum Why {
     Unfinished,
     /// All tasks of the stage were finished, and the file of this one is gone.
     Missing,
-    /// Its file was damaged and has been set aside.
+    /// Its file was damaged and is in quarantine.
     Damaged,
 }
 

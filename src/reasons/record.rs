@@ -99,7 +99,8 @@ impl Record {
 
     /// The record of a study that ran before, if it can be read: nothing depends on it.
     pub fn read(folder: &Path, study: &str) -> Option<Record> {
-        let bytes = crate::sources::read_regular(&Record::path(folder, study), LARGEST).ok()?;
+        let bytes =
+            crate::surface_files::read_regular(&Record::path(folder, study), LARGEST).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 

@@ -1,9 +1,9 @@
 //! The lines of a manifest that would add what a figure needs.
 
-use super::evidence::Evidence;
+use super::figure_data::FigureData;
 use crate::stages::Kind;
 
-impl Evidence<'_> {
+impl FigureData<'_> {
     /// A stage under a name that the study does not use yet; `lines` follow its header.
     fn stage(&self, name: &str, lines: &str) -> String {
         let stages = &self.finished.plan.stages;

@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::figure::DrawnFigure;
-use super::tables::Stage;
+use super::tables::FinishedStage;
 
 /// How a page begins and ends to say it.
 const OPENING: &str = "id=\"basis\">";
@@ -30,7 +30,7 @@ pub struct Basis {
 
 impl Basis {
     /// Of a page with these figures, of these stages.
-    pub fn of(figures: &[DrawnFigure], files: Digests, stages: &[Stage]) -> Basis {
+    pub fn of(figures: &[DrawnFigure], files: Digests, stages: &[FinishedStage]) -> Basis {
         let rows = stages.iter();
         let rows = rows.map(|stage| (stage.name.clone(), stage.table.rows()));
         Basis {

@@ -2,8 +2,8 @@
 
 use super::ReportError;
 use super::ensembles;
-use super::looks::Looks;
-use super::tables::{Finished, Stage};
+use super::styles::Styles;
+use super::tables::{FinishedStage, FinishedStages};
 use crate::caveats;
 use crate::stages::Kind;
 
@@ -14,15 +14,15 @@ const MOST_CAVEATS: usize = 4;
 ///
 /// # Errors
 /// When a table of surfaces lacks a column of its stage.
-pub fn caveat(finished: &Finished, looks: &Looks) -> Result<String, ReportError> {
+pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
     let mut told = Vec::new();
     let stages = finished.stages.iter();
-    for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
+    for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
         for point in caveats::points(table).map_err(ReportError::Caveats)? {
             if point.departures.is_empty() {
                 continue;
             }
-            let label = looks.label(&ensembles::point(&point.place, 0));
+            let label = styles.label(&ensembles::point(&point.place, 0));
             let label = label.unwrap_or_else(|| "these surfaces".to_owned());
             let line = format!("{label} ({})", point.departures.join(", "));
             if !told.contains(&line) {

@@ -14,7 +14,7 @@ pub type Point = BTreeMap<String, String>;
 
 /// Surfaces of one parameter point under ascending loads.
 #[derive(Debug)]
-pub struct Ensemble<'a> {
+pub struct EnsembleCurves<'a> {
     /// All that they share.
     pub point: Point,
     /// Which estimate of the area the rows hold; none as it was counted.
@@ -66,7 +66,7 @@ pub struct Slope {
 
 /// The growth of the mean contact pressure with the load between two loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Growth {
+pub struct PressureGrowth {
     /// The mean of the two areas.
     pub area: f64,
     /// Difference over difference of the mean curve.
@@ -79,10 +79,10 @@ pub struct Growth {
 ///
 /// # Errors
 /// When the table has no loads.
-pub fn of(table: &Table, bars: Bars) -> Result<Vec<Ensemble<'_>>, TableError> {
+pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
     let ensembles = ensemble::ensembles(table)?.into_iter();
     Ok(ensembles
-        .map(|rows| Ensemble {
+        .map(|rows| EnsembleCurves {
             point: told(rows.point.clone()),
             correction: rows.point.get(CORRECTION.name).map(ToString::to_string),
             surfaces: rows.members.len(),
@@ -112,7 +112,7 @@ fn told(point: ensemble::Point) -> Point {
     point
 }
 
-impl Ensemble<'_> {
+impl EnsembleCurves<'_> {
     /// A quantity under each load that all surfaces have: a mean curve ends where the first of its
     /// surfaces reaches full contact, for it has no rows beyond.
     ///
@@ -167,7 +167,7 @@ impl Ensemble<'_> {
     ///
     /// # Errors
     /// When the table has no such column of numbers.
-    pub fn pressure_growth(&self, column: &str) -> Result<Vec<Growth>, TableError> {
+    pub fn pressure_growth(&self, column: &str) -> Result<Vec<PressureGrowth>, TableError> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
             let areas: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
@@ -191,7 +191,7 @@ impl Ensemble<'_> {
             // Of n values that leave one out each, the scatter is that of the mean over n − 1.
             let half = deviation(&without)
                 .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
-            Growth {
+            PressureGrowth {
                 area: (sum + next_sum) / (2.0 * count),
                 growth,
                 bar: ends(growth, half),

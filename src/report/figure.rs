@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::ReportError;
-use super::evidence::Evidence;
-use crate::figures::sheet::Sheet;
+use super::figure_data::FigureData;
+use crate::figures::figure::Figure;
 
 /// What a figure is, and how to draw it.
 pub struct Definition {
@@ -13,7 +13,7 @@ pub struct Definition {
     /// Its heading.
     pub title: &'static str,
     /// Draws it from a study's tables.
-    pub draw: fn(&Evidence) -> Result<Drawn, ReportError>,
+    pub draw: fn(&FigureData) -> Result<Drawn, ReportError>,
 }
 
 /// What came of a figure.
@@ -21,7 +21,7 @@ pub enum Drawn {
     /// It is there.
     Figure {
         /// Charts and maps.
-        sheet: Box<Sheet>,
+        figure: Box<Figure>,
         /// What is to be seen, of how many surfaces, under which correction.
         caption: String,
     },
@@ -41,9 +41,9 @@ pub enum Drawn {
 
 impl Drawn {
     /// A figure and its caption.
-    pub fn figure(sheet: Sheet, caption: impl Into<String>) -> Drawn {
+    pub fn figure(figure: Figure, caption: impl Into<String>) -> Drawn {
         Drawn::Figure {
-            sheet: Box::new(sheet),
+            figure: Box::new(figure),
             caption: caption.into(),
         }
     }

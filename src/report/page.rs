@@ -10,9 +10,9 @@ use serde::Serialize;
 
 use super::basis::Basis;
 use super::figure::{DrawnFigure, MissingFigure};
-use super::provenance::Provenance;
-use super::tables::{Finished, Stage};
-use crate::figures::{ink, pixels};
+use super::provenance::PageProvenance;
+use super::tables::{FinishedStage, FinishedStages};
+use crate::figures::{colour, pixels};
 use crate::store::cells::cells;
 use crate::store::files::from_folder;
 
@@ -31,7 +31,7 @@ struct Contents<'a> {
     tables: Vec<ShownTable<'a>>,
     basis: String,
     #[serde(flatten)]
-    provenance: &'a Provenance,
+    provenance: &'a PageProvenance,
     style: &'static str,
     script: &'static str,
     light: String,
@@ -69,9 +69,9 @@ struct ShownColumn {
 pub fn html(
     figures: &[DrawnFigure],
     missing: &[MissingFigure],
-    finished: &Finished,
+    finished: &FinishedStages,
     basis: &Basis,
-    provenance: &Provenance,
+    provenance: &PageProvenance,
     folder: &Path,
 ) -> String {
     let mut environment = Environment::new();
@@ -92,16 +92,16 @@ pub fn html(
         provenance,
         style: STYLE,
         script: SCRIPT,
-        light: ink::light(),
-        dark: ink::dark(),
+        light: colour::light(),
+        dark: colour::dark(),
         font: BASE64_STANDARD.encode(pixels::FONT),
     };
     page.render(Serde(&contents))
         .expect("the template asks for nothing else")
 }
 
-fn shown<'a>(stage: &'a Stage, folder: &Path) -> ShownTable<'a> {
-    let Stage {
+fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
+    let FinishedStage {
         name,
         kind,
         table,

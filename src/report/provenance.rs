@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::Subject;
-use super::tables::Finished;
+use super::tables::FinishedStages;
 use crate::stages::columns::STOP;
 use crate::stages::solve::GIVEN_UP;
 
 /// What a page says of its origin.
 #[derive(Debug, Serialize)]
-pub struct Provenance {
+pub struct PageProvenance {
     /// The study's name.
     pub study: String,
     /// The program's version.
@@ -43,9 +43,9 @@ pub struct StageOrigin {
     digest: String,
 }
 
-impl Provenance {
+impl PageProvenance {
     /// Of the tables that a report is made of.
-    pub fn of(finished: &Finished, subject: &Subject) -> Provenance {
+    pub fn of(finished: &FinishedStages, subject: &Subject) -> PageProvenance {
         let plan = subject.plan;
         let stages = plan.stages.iter().zip(subject.rows);
         let stages = stages.map(|(stage, rows)| StageOrigin {
@@ -60,7 +60,7 @@ impl Provenance {
             },
         });
         let (loads, unconverged) = converged(finished);
-        Provenance {
+        PageProvenance {
             study: plan.study.clone(),
             version: env!("CARGO_PKG_VERSION"),
             machine: machine(),
@@ -91,7 +91,7 @@ fn completeness(subject: &Subject) -> String {
 }
 
 /// Solved loads, and how many of them did not converge.
-fn converged(finished: &Finished) -> (usize, usize) {
+fn converged(finished: &FinishedStages) -> (usize, usize) {
     let solved = finished.with(&["pairs", STOP.name]);
     let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
     stops.fold((0, 0), |(loads, unconverged), stops| {

@@ -2,12 +2,12 @@
 //! theories assume, in which unit its lengths are.
 
 use super::ensembles::Mean;
-use super::evidence::{COUNTED_AREA, Evidence, LIGHT};
+use super::figure_data::{COUNTED_AREA, FigureData, LIGHT};
 use crate::contact::morphology::correction::YASTREBOV_2017;
 use crate::stages::columns::{NODES, PERIMETER_MANHATTAN, SIDE, UNIT};
 use crate::store::table::TableError;
 
-impl Evidence<'_> {
+impl FigureData<'_> {
     /// The unit of length of measured surfaces, if all have the same.
     pub fn unit_of_length(&self) -> &str {
         let mut units = self.measured.iter().map(|one| one.point.get(UNIT.name));

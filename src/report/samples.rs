@@ -2,7 +2,7 @@
 
 use super::ReportError;
 use super::ensembles::{self, Point};
-use super::evidence::Evidence;
+use super::figure_data::FigureData;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::surface::Surface;
 use crate::ensemble;
@@ -39,14 +39,14 @@ impl Sample<'_> {
     ///
     /// # Errors
     /// When the file of a measured surface cannot be read.
-    pub fn draw(&self, evidence: &Evidence) -> Result<Surface, StageError> {
+    pub fn draw(&self, data: &FigureData) -> Result<Surface, StageError> {
         match &self.params.form {
             Form::Random { nodes, surface } => {
                 let needed = 2 * surface.spectrum.k_upper as usize;
                 let nodes = (*nodes as usize).min(NODES.max(needed));
                 Ok(surface.draw(generate::grid(nodes, self.params.side)?))
             }
-            Form::File(_) | Form::Shape { .. } => self.params.draw(evidence.finished.sources),
+            Form::File(_) | Form::Shape { .. } => self.params.draw(data.finished.sources),
         }
     }
 }
@@ -55,8 +55,8 @@ impl Sample<'_> {
 ///
 /// # Errors
 /// When a surface's table cannot be read.
-pub fn of<'a>(evidence: &Evidence<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
-    let (plan, archive) = (evidence.finished.plan, evidence.finished.archive);
+pub fn of<'a>(data: &FigureData<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
+    let (plan, archive) = (data.finished.plan, data.finished.archive);
     let tasks = plan.tasks.iter().enumerate();
     let surfaces = tasks.filter_map(|(at, task)| match &task.recipe {
         Recipe::Generate(params) => Some((at, params)),

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use super::Subject;
 use crate::plan::Plan;
 use crate::results::archive::Archive;
-use crate::sources::Sources;
 use crate::stages::Kind;
 use crate::store::table::Table;
+use crate::surface_files::SurfaceFiles;
 
 /// A stage with at least one finished task.
 #[derive(Debug)]
-pub struct Stage {
+pub struct FinishedStage {
     /// Its name in the manifest.
     pub name: String,
     /// What it does.
@@ -25,23 +25,23 @@ pub struct Stage {
 }
 
 /// Everything that figures are drawn from.
-pub struct Finished<'a> {
+pub struct FinishedStages<'a> {
     /// The stages, in the order of the plan.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<FinishedStage>,
     /// The tasks of the study.
     pub plan: &'a Plan,
     /// Their tables, and where the maps are.
     pub archive: &'a Archive,
     /// Where measured surfaces are.
-    pub sources: &'a Sources,
+    pub sources: &'a SurfaceFiles,
 }
 
-impl<'a> Finished<'a> {
+impl<'a> FinishedStages<'a> {
     /// What has been read of a study.
-    pub fn of(subject: &Subject<'a>) -> Finished<'a> {
+    pub fn of(subject: &Subject<'a>) -> FinishedStages<'a> {
         let stages = subject.plan.stages.iter().zip(subject.rows);
         let stages = stages.filter_map(|(stage, rows)| {
-            Some(Stage {
+            Some(FinishedStage {
                 name: stage.name.clone(),
                 kind: stage.kind,
                 table: rows.table.clone()?,
@@ -49,7 +49,7 @@ impl<'a> Finished<'a> {
                 path: rows.is_published.then(|| rows.path.clone()),
             })
         });
-        Finished {
+        FinishedStages {
             stages: stages.collect(),
             plan: subject.plan,
             archive: subject.archive,
@@ -58,8 +58,8 @@ impl<'a> Finished<'a> {
     }
 
     /// The stages whose tables have all of these columns.
-    pub fn with<'b>(&'b self, columns: &'b [&str]) -> impl Iterator<Item = &'b Stage> {
-        let has_all = |stage: &&Stage| columns.iter().all(|column| stage.table.has(column));
+    pub fn with<'b>(&'b self, columns: &'b [&str]) -> impl Iterator<Item = &'b FinishedStage> {
+        let has_all = |stage: &&FinishedStage| columns.iter().all(|column| stage.table.has(column));
         self.stages.iter().filter(has_all)
     }
 

@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::{PATH, TASK, files_of};
-use crate::sources::{ContentHash, Recollection};
 use crate::stages::Kind;
 use crate::stages::columns::{CONTENT, NODES};
 use crate::store::files::read_whole;
@@ -18,6 +17,7 @@ use crate::store::listing::What;
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
 use crate::store::{Store, StoreError, TaskTables};
+use crate::surface_files::{ContentHash, Recollection};
 
 /// A store, and what has been published of a study beside it.
 #[derive(Debug)]

@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::archive::Archive;
-use crate::growth::at_its_most;
+use crate::adaptive_sampling::at_its_most;
 use crate::plan::Plan;
 use crate::reasons::record::{PointRecord, Record, StageRecord};
-use crate::sources::read_regular;
 use crate::store::StoreError;
 use crate::store::files::{Existing, from_folder, write_whole};
 use crate::store::key::TaskKey;
 use crate::study::Study;
+use crate::surface_files::read_regular;
 
 /// The file that says it, beside the tables.
 pub const FILE: &str = "owner.json";

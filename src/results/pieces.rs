@@ -2,11 +2,11 @@
 
 use super::{PATH, ResultsError, TASK};
 use crate::plan::{Plan, PlannedStage};
-use crate::sources::Sources;
 use crate::stages::columns::CONTENT;
 use crate::store::StoreError;
 use crate::store::column::texts;
 use crate::store::table::Table;
+use crate::surface_files::SurfaceFiles;
 
 /// The tables of a stage's finished tasks, in the plan's order.
 #[derive(Debug, Default)]
@@ -43,7 +43,7 @@ impl Pieces {
         self,
         plan: &Plan,
         stage: &PlannedStage,
-        sources: &Sources,
+        sources: &SurfaceFiles,
     ) -> Result<(Vec<usize>, Option<Table>), ResultsError> {
         if !self.damaged.is_empty() {
             let tables = self.damaged;
@@ -66,7 +66,7 @@ impl Pieces {
 }
 
 /// Names the file of measured surfaces, which no key knows.
-fn with_paths(table: Table, sources: &Sources) -> Table {
+fn with_paths(table: Table, sources: &SurfaceFiles) -> Table {
     let Ok(contents) = table.texts(CONTENT.name) else {
         return table;
     };

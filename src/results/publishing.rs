@@ -7,9 +7,9 @@ use super::archive::Archive;
 use super::owner::Owner;
 use super::pieces::Pieces;
 use super::{ResultsError, digest, file};
-use crate::growth::Grown;
+use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
-use crate::store::files::{Existing, make_folder, read_whole, set_aside, write_whole};
+use crate::store::files::{Existing, make_folder, quarantine, read_whole, write_whole};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::Table;
@@ -17,7 +17,7 @@ use crate::store::{Store, StoreError, TaskTables};
 
 /// A stage's table and how much of it is there.
 #[derive(Debug)]
-pub struct StageTable {
+pub struct PublishedTable {
     /// The stage's name.
     pub stage: String,
     /// Where its table is.
@@ -25,10 +25,10 @@ pub struct StageTable {
     /// How many of its tasks are finished.
     pub finished: usize,
     /// Where a file is now that was in its place and not as any run had written it.
-    pub aside: Option<PathBuf>,
+    pub quarantined: Option<PathBuf>,
 }
 
-impl StageTable {
+impl PublishedTable {
     /// Its rows.
     ///
     /// # Errors
@@ -44,21 +44,21 @@ impl StageTable {
 /// # Errors
 /// When tables cannot be read, or the folder not be written.
 pub fn publish(
-    grown: &Grown,
+    sampled: &SampledStudy,
     store: &Store,
     manifest: &Path,
     folder: &Path,
-) -> Result<Vec<StageTable>, ResultsError> {
-    let folder = folder.join(&grown.plan.study);
+) -> Result<Vec<PublishedTable>, ResultsError> {
+    let folder = folder.join(&sampled.plan.study);
     let desk = Desk {
-        grown,
+        sampled,
         archive: Archive::of(store.clone(), &folder),
         manifest,
         folder,
     };
     let mut damaged = Vec::new();
     let mut published = Vec::new();
-    for stage in &grown.plan.stages {
+    for stage in &sampled.plan.stages {
         match desk.publish(stage) {
             Ok(table) => published.push(table),
             Err(ResultsError::Damaged { tables }) => damaged.extend(tables),
@@ -77,7 +77,7 @@ pub fn publish(
 
 /// A study whose tables are being published.
 struct Desk<'a> {
-    grown: &'a Grown,
+    sampled: &'a SampledStudy,
     archive: Archive,
     manifest: &'a Path,
     folder: PathBuf,
@@ -87,7 +87,7 @@ impl Desk<'_> {
     /// Says whose the tables in the folder are.
     fn own(&self) -> Result<(), StoreError> {
         make_folder(&self.folder)?;
-        let Grown { study, plan, .. } = self.grown;
+        let SampledStudy { study, plan, .. } = self.sampled;
         Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
@@ -99,14 +99,14 @@ impl Desk<'_> {
     }
 
     /// Writes the table of one stage if the store has a task of it, unless it is there already.
-    fn publish(&self, stage: &PlannedStage) -> Result<StageTable, ResultsError> {
-        let Grown { study, plan, .. } = self.grown;
+    fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
+        let SampledStudy { study, plan, .. } = self.sampled;
         let path = self.folder.join(file(&stage.name));
-        let table = |finished| StageTable {
+        let table = |finished| PublishedTable {
             stage: stage.name.clone(),
             path: path.clone(),
             finished,
-            aside: None,
+            quarantined: None,
         };
         let have = self.archive.store().have(&plan.keys_of(stage));
         let stored = stage.among(&have);
@@ -135,8 +135,8 @@ impl Desk<'_> {
             self.own()?;
             let _alone = self.alone();
             // Somebody may have edited it; but it may also be another run's since it was looked at.
-            published.aside = match written_for(&path).is_none() && path.is_file() {
-                true => set_aside(&path)?,
+            published.quarantined = match written_for(&path).is_none() && path.is_file() {
+                true => quarantine(&path)?,
                 false => None,
             };
             write_whole(&path, &bytes, Existing::Replace, &self.folder)?;
@@ -153,7 +153,7 @@ impl Desk<'_> {
     ) -> Result<(Pieces, Vec<TaskKey>), StoreError> {
         let (mut pieces, mut kept) = (Pieces::default(), Vec::new());
         for (&task, is_stored) in stage.tasks.iter().zip(have) {
-            let key = self.grown.plan.tasks[task].key;
+            let key = self.sampled.plan.tasks[task].key;
             if *is_stored {
                 pieces.add(task, self.archive.store().light(key))?;
             } else if let Some(rows) = self.archive.rows_of(key) {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use super::archive::Archive;
 use super::pieces::Pieces;
 use super::{ResultsError, digest, path};
+use crate::adaptive_sampling::{SampledStudy, SamplingError};
 use crate::diagnostics::ManifestErrors;
-use crate::growth::{Grown, GrowthError};
 use crate::plan::{Plan, PlannedStage};
 use crate::store::files::read_whole;
 use crate::store::parquet::Columns;
@@ -60,9 +60,9 @@ impl Reading {
     ///
     /// # Errors
     /// When a table cannot be read that tells how many surfaces it has.
-    pub fn of(study: Study, store: Store, folder: &Path) -> Result<Reading, GrowthError> {
+    pub fn of(study: Study, store: Store, folder: &Path) -> Result<Reading, SamplingError> {
         let archive = Archive::of(store, &folder.join(&study.name));
-        let Grown { study, plan, .. } = Grown::of(study, &archive)?;
+        let SampledStudy { study, plan, .. } = SampledStudy::of(study, &archive)?;
         Ok(Reading {
             study,
             plan,

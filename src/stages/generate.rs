@@ -13,10 +13,10 @@ use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
-use crate::sources::{ContentHash, Sources};
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::table::Table;
+use crate::surface_files::{ContentHash, SurfaceFiles};
 
 mod description;
 
@@ -176,7 +176,7 @@ impl Params {
     ///
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
-    pub fn draw(&self, sources: &Sources) -> Result<Surface, StageError> {
+    pub fn draw(&self, sources: &SurfaceFiles) -> Result<Surface, StageError> {
         match &self.form {
             Form::Random { surface, .. } => Ok(surface.draw(self.grid()?)),
             Form::Shape { shape, .. } => Ok(shape.draw(self.grid()?)),
@@ -202,7 +202,7 @@ impl Params {
     ///
     /// # Errors
     /// As [`Params::draw`], and when the table is not one of this stage.
-    pub fn surface(&self, table: &Table, sources: &Sources) -> Result<Surface, StageError> {
+    pub fn surface(&self, table: &Table, sources: &SurfaceFiles) -> Result<Surface, StageError> {
         if !table.has(HEIGHTS.name) {
             return self.draw(sources);
         }

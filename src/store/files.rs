@@ -149,13 +149,13 @@ pub fn read_whole(path: &Path, columns: Columns) -> Result<(Table, Metadata), St
 ///
 /// # Errors
 /// When the folder cannot be written.
-pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, StoreError> {
-    let aside = free_name(path);
-    match fs::rename(path, &aside) {
-        Ok(()) => Ok(Some(aside)),
+pub fn quarantine(path: &Path) -> Result<Option<PathBuf>, StoreError> {
+    let quarantined = free_name(path);
+    match fs::rename(path, &quarantined) {
+        Ok(()) => Ok(Some(quarantined)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(source) => Err(StoreError::Write {
-            path: aside,
+            path: quarantined,
             source,
         }),
     }

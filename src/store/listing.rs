@@ -42,8 +42,8 @@ pub enum What {
         /// Name of the study.
         study: String,
     },
-    /// A damaged file that was set aside.
-    Damaged,
+    /// A damaged file in quarantine.
+    Quarantined,
     /// A file that a killed process did not finish, unless somebody is writing it just now.
     Unfinished,
 }
@@ -87,9 +87,9 @@ pub fn known(
             return Some(What::Unfinished);
         }
         let end = name.rsplit_once(".parquet").map_or("", |(_, end)| end);
-        let is_aside = end.starts_with(DAMAGED);
-        if is_aside {
-            Some(What::Damaged)
+        let is_quarantined = end.starts_with(DAMAGED);
+        if is_quarantined {
+            Some(What::Quarantined)
         } else {
             whole(name)
         }
@@ -165,12 +165,12 @@ mod tests {
         write(
             folder,
             &format!("{digits}.parquet.damaged"),
-            Some(What::Damaged),
+            Some(What::Quarantined),
         );
         write(
             folder,
             &format!("{digits}.parquet.damaged-2"),
-            Some(What::Damaged),
+            Some(What::Quarantined),
         );
         write("unfinished", ".unfinished-Xy", Some(What::Unfinished));
         write("zz", &format!("{digits}.parquet"), None);

@@ -111,14 +111,17 @@ fn every_flipped_bit_is_found() {
 }
 
 #[test]
-fn a_damaged_file_set_aside_makes_room_for_a_sound_one() {
+fn a_quarantined_file_makes_room_for_a_sound_one() {
     let (_folder, store, key, table) = fixture();
     for number in ["", "-2"] {
         fs::write(store.path(key), "not a table").unwrap();
-        let aside = store.set_aside(key).unwrap().unwrap();
+        let quarantined = store.quarantine(key).unwrap().unwrap();
         let name = format!("{key}.parquet.damaged{number}");
-        assert_eq!(aside.file_name().unwrap().to_str(), Some(name.as_str()));
-        assert_eq!(fs::read(aside).unwrap(), b"not a table");
+        assert_eq!(
+            quarantined.file_name().unwrap().to_str(),
+            Some(name.as_str())
+        );
+        assert_eq!(fs::read(quarantined).unwrap(), b"not a table");
         assert!(!store.has(key));
         store.publish(&provenance("{}"), &table).unwrap();
     }
@@ -126,9 +129,9 @@ fn a_damaged_file_set_aside_makes_room_for_a_sound_one() {
 }
 
 #[test]
-fn a_sound_file_is_not_set_aside() {
+fn a_sound_file_is_not_quarantined() {
     let (_folder, store, key, table) = fixture();
-    assert_eq!(store.set_aside(key).unwrap(), None);
+    assert_eq!(store.quarantine(key).unwrap(), None);
     assert_eq!(store.read(key, Columns::All).unwrap(), table);
 }
 

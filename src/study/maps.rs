@@ -15,13 +15,13 @@ use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::Section;
 use crate::manifest::generate::{self, FileTable};
 use crate::manifest::written::Written;
-use crate::sources::{ContentHash, SourceError, Sources};
 use crate::stages::generate::{Form, MeasuredSurface};
+use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
 
 /// Measured surfaces.
 pub fn file(
     section: &Section<FileTable>,
-    sources: &mut Sources,
+    sources: &mut SurfaceFiles,
     problems: &mut Problems,
 ) -> Option<Vec<Ensemble>> {
     let mut seen = BTreeMap::new();
@@ -79,7 +79,7 @@ fn read_map(
     path: &Written<String>,
     [side, height_scale]: [f64; 2],
     edges: Option<&Edges>,
-    sources: &mut Sources,
+    sources: &mut SurfaceFiles,
     checks: &mut Checks,
 ) -> Option<(ContentHash, u32)> {
     let mut refuse = |reason: String, label: &str| {
@@ -89,7 +89,7 @@ fn read_map(
     };
     let (content, bytes) = match sources.add(Path::new(&path.value)) {
         Ok(found) => found,
-        Err(SourceError::Read { source, .. }) => {
+        Err(SurfaceFileError::Read { source, .. }) => {
             if let Some(recalled) = sources.recall(Path::new(&path.value)) {
                 return Some(recalled);
             }

@@ -7,9 +7,9 @@ use super::graph::{self, Graph};
 use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces, until};
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
-use crate::sources::Sources;
 use crate::stages::Kind;
 use crate::store::table::Table;
+use crate::surface_files::SurfaceFiles;
 
 /// Tasks of one stage.
 const MOST_TASKS: usize = 1_000_000;
@@ -17,7 +17,11 @@ const MOST_TASKS: usize = 1_000_000;
 const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
 
 /// Validates a manifest; whatever is wrong is reported.
-pub fn validate(manifest: &Manifest, sources: Sources, problems: &mut Problems) -> Option<Study> {
+pub fn validate(
+    manifest: &Manifest,
+    sources: SurfaceFiles,
+    problems: &mut Problems,
+) -> Option<Study> {
     let (name, seed) = validate_study(&manifest.study, problems);
     let graph = Graph::of(&manifest.stages, problems);
     let mut validator = Validator {
@@ -89,7 +93,7 @@ struct Validated {
 struct Validator<'a> {
     stages: &'a [StageTable],
     seed: u64,
-    sources: Sources,
+    sources: SurfaceFiles,
     /// Whether another stage, or a condition, reads it, by the stage's position in the manifest.
     is_read: Vec<bool>,
     /// Tasks of the stages so far, or inputs of tasks, whichever are more.

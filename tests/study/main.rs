@@ -1,5 +1,7 @@
-//! Studies from end to end, through the command that users run.
+//! Studies from end to end, through the command that users run, and one file through the library
+//! alone.
 
+mod adaptive_sampling;
 mod bench;
 mod caching;
 mod columns;
@@ -11,7 +13,6 @@ mod ensembles;
 mod explain;
 mod failures;
 mod faults;
-mod growth;
 mod heights;
 mod memory;
 mod nayak;
@@ -22,6 +23,7 @@ mod reading;
 mod reference;
 mod report;
 mod separation;
+mod session;
 mod shipped;
 mod signals;
 mod tables;

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use asperity::memory::{PROGRAM, of_largest};
 use asperity::plan::Plan;
-use asperity::runner::{self, Means, Observer, TaskError};
+use asperity::runner::{self, Resources, TaskError, TaskObserver};
 use asperity::store::Store;
 use asperity::study::Study;
 use bytesize::ByteSize;
@@ -174,7 +174,7 @@ fn few_addresses_refuse_a_task_and_break_none() {
 /// Hears nothing.
 struct Silence;
 
-impl Observer for Silence {
+impl TaskObserver for Silence {
     fn started(&self, _: usize) {}
     fn advanced(&self, _: usize, _: f64) {}
     fn finished(&self, _: usize) {}
@@ -188,7 +188,7 @@ fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     // Petabytes.
     plan.tasks[0].nodes = 1 << 24;
     let store = Store::open(&bench.data().join("store")).unwrap();
-    let means = Means {
+    let means = Resources {
         threads: 2,
         room: ByteSize(u64::MAX),
     };

@@ -1,9 +1,9 @@
 //! All claims, a few lines each.
 
 use super::super::counted;
-use super::super::outlook::core_hours;
+use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
-use crate::claims::{Claim, Judgement, Origin, Outcome, Setting, Verdict};
+use crate::claims::{Claim, ClaimOutcome, Judgement, Origin, Setting, Verdict};
 
 /// Letters before what is said of a claim.
 const INDENT: usize = 14;
@@ -23,16 +23,16 @@ pub fn text(told: &Told, claims: &[Claim]) -> String {
         text.extend(own.map(|claim| few_lines(told, claim)));
         text += "\n";
     }
-    text + &closing(claims, told) + &left_out(&told.evidence.setting)
+    text + &closing(claims, told) + &left_out(&told.study.evidence.setting)
 }
 
 fn few_lines(told: &Told, claim: &Claim) -> String {
     let statement = &claim.statement;
     let said = format!("{} ({})", statement.says, statement.place);
     let found = match &claim.outcome {
-        Outcome::Judged(judgement) => found(told, claim, judgement),
-        Outcome::NotComputed(needs) => format!("needs {needs}"),
-        Outcome::Noted => statement.because.to_owned(),
+        ClaimOutcome::Judged(judgement) => found(told, claim, judgement),
+        ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
+        ClaimOutcome::Noted => statement.because.to_owned(),
     };
     format!(
         "{:INDENT$}{} · {}\n{}{}",
@@ -65,7 +65,10 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
             format!("; of {all}, {against} contradict and {undecided} are undecided")
         }
     };
-    let more = match (judgement.verdict, told.power(claim, judgement)) {
+    let more = match (
+        judgement.verdict,
+        told.study.more_surfaces(claim, judgement),
+    ) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; {} of each spectrum would decide it, {}",
             counted(more, "more surface"),
@@ -108,10 +111,10 @@ fn closing(claims: &[Claim], told: &Told) -> String {
             parts.join(" · ")
         );
     }
-    if told.missing > 0 {
+    if told.study.missing > 0 {
         text += &format!(
             "{} of the study not run yet\n",
-            counted(told.missing, "task")
+            counted(told.study.missing, "task")
         );
     }
     let manifest = told.manifest.display();

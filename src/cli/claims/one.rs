@@ -1,10 +1,10 @@
 //! One claim at length.
 
 use super::super::counted;
-use super::super::outlook::core_hours;
+use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
 use crate::claims::intervals::LEVEL;
-use crate::claims::{Claim, Judgement, Origin, Outcome, Verdict};
+use crate::claims::{Claim, ClaimOutcome, Judgement, Origin, Verdict};
 
 pub fn text(told: &Told, claim: &Claim) -> String {
     let statement = &claim.statement;
@@ -30,15 +30,15 @@ pub fn text(told: &Told, claim: &Claim) -> String {
     );
     let mut table = String::new();
     match &claim.outcome {
-        Outcome::Judged(judgement) => {
+        ClaimOutcome::Judged(judgement) => {
             lines.push(("verdict", verdict_of(told, claim, judgement)));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
             }
             table = quantities(claim, judgement);
         }
-        Outcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
-        Outcome::Noted => {}
+        ClaimOutcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
+        ClaimOutcome::Noted => {}
     }
     let lines = lines.iter().map(|(name, text)| {
         let text = wrapped(12, text);
@@ -49,7 +49,7 @@ pub fn text(told: &Told, claim: &Claim) -> String {
 
 /// The figure's file, if it is drawn.
 fn place_of(told: &Told, figure: &str) -> String {
-    let path = told.figures.join(format!("{figure}.svg"));
+    let path = told.study.figures.join(format!("{figure}.svg"));
     match path.exists() {
         true => path.display().to_string(),
         false => format!(
@@ -61,7 +61,10 @@ fn place_of(told: &Told, figure: &str) -> String {
 }
 
 fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
-    let more = match (judgement.verdict, told.power(claim, judgement)) {
+    let more = match (
+        judgement.verdict,
+        told.study.more_surfaces(claim, judgement),
+    ) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present spread, {} of each spectrum would decide it, {}",
             counted(more, "more surface"),

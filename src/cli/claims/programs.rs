@@ -4,17 +4,17 @@ use serde_json::{Value, json};
 
 use super::{Told, verdict};
 use crate::claims::intervals::{Bound, LEVEL};
-use crate::claims::{Claim, Outcome};
+use crate::claims::{Claim, ClaimOutcome};
 use crate::ensemble::Point;
 use crate::store::column::Value as Cell;
 
 pub fn json(told: &Told, claims: &[Claim]) -> Value {
-    let setting = &told.evidence.setting;
+    let setting = &told.study.evidence.setting;
     let left_out = setting.left_out.iter();
     let left_out = left_out.map(|left| json!({ "rows": left.rows, "with": place(&left.differs) }));
     json!({
         "level": LEVEL,
-        "missing_tasks": told.missing,
+        "missing_tasks": told.study.missing,
         "rests_on": place(&setting.point),
         "left_out": left_out.collect::<Vec<_>>(),
         "claims": claims.iter().map(|claim| one(told, claim)).collect::<Vec<_>>(),
@@ -54,12 +54,12 @@ fn one(told: &Told, claim: &Claim) -> Value {
         "core_hours": null,
         "figure": statement.figure,
     });
-    if !matches!(claim.outcome, Outcome::Noted) {
+    if !matches!(claim.outcome, ClaimOutcome::Noted) {
         json["expected"] = json!(statement.expected.to_string());
         json["quantity"] = json!(statement.quantity);
     }
     match &claim.outcome {
-        Outcome::Judged(judgement) => {
+        ClaimOutcome::Judged(judgement) => {
             let all = judgement.bounds.len();
             let quantities = judgement.bounds.iter().map(|bound| quantity(bound, all));
             json["quantities"] = quantities.collect();
@@ -67,13 +67,13 @@ fn one(told: &Told, claim: &Claim) -> Value {
             json["contradicting"] = json!(judgement.contradicting);
             json["undecided"] = json!(judgement.undecided);
             json["without_value"] = json!(judgement.without_value);
-            if let Some((more, seconds)) = told.power(claim, judgement) {
+            if let Some((more, seconds)) = told.study.more_surfaces(claim, judgement) {
                 json["more_surfaces"] = json!(more);
                 json["core_hours"] = json!(seconds / 3600.0);
             }
         }
-        Outcome::NotComputed(needs) => json["needs"] = json!(needs),
-        Outcome::Noted => {}
+        ClaimOutcome::NotComputed(needs) => json["needs"] = json!(needs),
+        ClaimOutcome::Noted => {}
     }
     json
 }

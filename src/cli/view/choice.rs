@@ -40,14 +40,14 @@ impl FromStr for Coordinate {
 }
 
 /// What is known of a task.
-pub struct Choice<'a> {
+pub struct TaskChoice<'a> {
     pub stage: &'a str,
     pub coordinates: &'a [Coordinate],
     /// The task has this load, or the nearest that there is.
     pub load: Option<f64>,
 }
 
-impl Choice<'_> {
+impl TaskChoice<'_> {
     /// The one task that computed such rows.
     pub fn task(&self, table: &Table) -> Result<TaskKey, Failure> {
         let mut rows: Vec<usize> = (0..table.rows()).collect();
@@ -92,7 +92,7 @@ impl Coordinate {
         let coordinates = table.coordinates();
         let Some(values) = coordinates.batch().column_by_name(column) else {
             let message = format!("the table has no coordinate `{column}`");
-            return Err(unknown(&message, column, &coordinates.names()));
+            return Err(unknown(message, column, &coordinates.names()));
         };
         let has = |row: &usize| is_value(values.as_ref(), *row, value);
         let found: Vec<usize> = rows.iter().copied().filter(has).collect();

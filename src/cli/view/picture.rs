@@ -8,7 +8,6 @@ use crate::cli::{Failure, Misused, counted};
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::topography::surface::Surface;
 use crate::figures::raster::{Raster, Scale};
-use crate::sources::Sources;
 use crate::stages::columns::{CONTACT, LOAD, NODES, PRESSURES, UNIT};
 use crate::stages::{Kind, StageError, generate};
 use crate::store::Store;
@@ -16,6 +15,7 @@ use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::provenance::Provenance;
 use crate::store::table::Table;
+use crate::surface_files::SurfaceFiles;
 
 /// A map as a picture.
 pub struct Picture {
@@ -40,9 +40,9 @@ pub fn draw(
     map: Option<Map>,
     load: Option<f64>,
     store: &Store,
-    sources: &Sources,
+    sources: &SurfaceFiles,
 ) -> Result<Picture, Failure> {
-    let finished = Finished::read(key, store)?;
+    let finished = FinishedTask::read(key, store)?;
     match (finished.kind(), map) {
         (Some(Kind::Generate), None | Some(Map::Heights)) if load.is_some() => Err(Misused(
             "heights are those of the surface before it is pressed; leave out `--load`".to_owned(),
@@ -68,15 +68,15 @@ pub fn draw(
 }
 
 /// A finished task's table, and how it came about.
-struct Finished {
+struct FinishedTask {
     table: Table,
     provenance: Provenance,
 }
 
-impl Finished {
-    fn read(key: TaskKey, store: &Store) -> Result<Finished, Failure> {
+impl FinishedTask {
+    fn read(key: TaskKey, store: &Store) -> Result<FinishedTask, Failure> {
         let (table, provenance) = store.read_with_provenance(key, Columns::All)?;
-        Ok(Finished { table, provenance })
+        Ok(FinishedTask { table, provenance })
     }
 
     fn kind(&self) -> Option<Kind> {
@@ -85,7 +85,7 @@ impl Finished {
     }
 
     /// Heights that were not kept are drawn again.
-    fn heights(&self, sources: &Sources) -> Result<Picture, Failure> {
+    fn heights(&self, sources: &SurfaceFiles) -> Result<Picture, Failure> {
         let params: generate::Params = serde_json::from_str(&self.provenance.recipe)?;
         let surface = params.surface(&self.table, sources);
         let surface = surface.map_err(|error| match error {

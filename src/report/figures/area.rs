@@ -3,13 +3,13 @@
 use super::theories::{self, AREA, SECANT};
 use crate::figures::axis::Axis;
 use crate::figures::chart::Chart;
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{
-    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
-};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{
+    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+};
 
 pub const FIGURE: Definition = Definition {
     name: "area-light",
@@ -22,29 +22,29 @@ const SECANT_FROM: f64 = LIGHT / 100.0;
 /// Markers of one curve on the chart of secants are farther apart.
 const FACTOR: f64 = 1.25;
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis.clone(), Axis::linear(AREA_LABEL));
     let mut secants = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
         Axis::linear("secant A/(A₀ y)"),
     );
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let means = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
         let secant: Vec<Mean> = seen.map(Mean::secant).collect();
-        let [line, markers] = evidence.looks.both(&ensemble.point);
+        let [line, markers] = data.styles.both(&ensemble.point);
         for (chart, means, apart) in [
             (&mut chart, &means, spaced(LIGHT / 20.0, &means)),
             (&mut secants, &secant, spaced_by(FACTOR, &secant)),
         ] {
             chart.series.push(series(means, line).without_bars());
             let points = series(&apart, markers);
-            chart.series.push(points.named(evidence.label(ensemble)));
+            chart.series.push(points.named(data.label(ensemble)));
         }
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
-        return Ok(missing(evidence));
+        return Ok(missing(data));
     }
     let lightest = secants.series.iter().flat_map(|series| &series.points);
     let lightest = lightest.fold(LIGHT, |least, point| least.min(point.x));
@@ -62,16 +62,16 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         "Contact area fraction against load and, to the right, its secant under loads from \
          {SECANT_FROM} on, over the logarithm of the load, from {}; area as counted on the mesh. Points are means over the \
          surfaces at some of the loads that the lines join, bars {}. {}{}",
-        sample(&evidence.sample()),
-        evidence.bars,
-        evidence.share_of_mesh()?,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.bars,
+        data.share_of_mesh()?,
+        data.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, secants), caption))
+    Ok(Drawn::figure(Figure::of_two(chart, secants), caption))
 }
 
-fn missing(evidence: &Evidence) -> Drawn {
-    let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+fn missing(data: &FigureData) -> Drawn {
+    let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
     Drawn::missing(
         "measured contacts under at least two loads up to 0.06",
         lines,

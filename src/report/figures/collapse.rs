@@ -3,15 +3,15 @@
 
 use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::Axis;
-use crate::figures::chart::{Chart, Point as Place, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::{Sheet, in_pairs};
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::{Figure, in_pairs};
 use crate::figures::style::{Dash, Style};
 use crate::fitting::line;
 use crate::report::ReportError;
-use crate::report::ensembles::{Ensemble, Mean, Point};
-use crate::report::evidence::{COUNTED_AREA, Evidence};
+use crate::report::ensembles::{EnsembleCurves, Mean, Point};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{COUNTED_AREA, FigureData};
 use crate::stages::columns::{AREA_CORRECTED, HURST, K_LOWER, K_ROLLOFF, K_UPPER};
 use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 
@@ -36,26 +36,26 @@ const CORRECTIONS: [(&str, &str); 3] = [
 
 /// Secants of one spectrum.
 struct Spectrum<'a> {
-    ensemble: &'a Ensemble<'a>,
+    ensemble: &'a EnsembleCurves<'a>,
     nayak: f64,
     means: Vec<Mean>,
 }
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut charts = Vec::new();
     let mut surfaces = Vec::new();
     for (correction, title) in CORRECTIONS {
-        let spectra = spectra(evidence, correction)?;
+        let spectra = spectra(data, correction)?;
         if spectra.len() < FEWEST_SPECTRA {
             continue;
         }
         surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
-        charts.push(chart(evidence, &spectra).titled(title));
+        charts.push(chart(data, &spectra).titled(title));
     }
-    if !evidence.under(OF_2017).any(|_| true) || charts.is_empty() {
+    if !data.under(OF_2017).any(|_| true) || charts.is_empty() {
         return Ok(Drawn::missing(
             "areas of three spectra or more, corrected as in 2017",
-            evidence.lines_of_corrections(),
+            data.lines_of_corrections(),
         ));
     }
     let caption = format!(
@@ -64,18 +64,18 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          As counted, the areas of one α differ with k_lower, for the mesh adds more where \
          wavelengths are short; corrected by π/8 they differ the other way.",
         sample(&surfaces),
-        evidence.bars,
+        data.bars,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(in_pairs(charts), [430.0, 320.0]),
+        Figure::of_charts(in_pairs(charts), [430.0, 320.0]),
         caption,
     ))
 }
 
 /// The spectra with a corrected area at one of the loads, or more.
-fn spectra<'a>(evidence: &'a Evidence, correction: &str) -> Result<Vec<Spectrum<'a>>, ReportError> {
+fn spectra<'a>(data: &'a FigureData, correction: &str) -> Result<Vec<Spectrum<'a>>, ReportError> {
     let mut spectra = Vec::new();
-    for ensemble in evidence.under(correction) {
+    for ensemble in data.under(correction) {
         let Some(continuum) = continuum(&ensemble.point) else {
             continue;
         };
@@ -102,7 +102,7 @@ fn spectra<'a>(evidence: &'a Evidence, correction: &str) -> Result<Vec<Spectrum<
     Ok(spectra)
 }
 
-fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
+fn chart(data: &FigureData, spectra: &[Spectrum]) -> Chart {
     let mut chart = Chart::new(
         Axis::logarithmic("Nayak's parameter α"),
         Axis::linear("secant A/(A₀ y)"),
@@ -119,7 +119,7 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
             .map(|one| one.means[load].mean.ln())
             .collect();
         if let Some((slope, offset)) = line(&logarithms, &secants) {
-            let style = Style::line(Ink::Soft, Dash::Dashed, 1.2);
+            let style = Style::line(Colour::Muted, Dash::Dashed, 1.2);
             let secant = |alpha: f64| (offset + slope * alpha.ln()).exp();
             let ends = [least, most].map(|alpha| (alpha, secant(alpha)));
             chart.series.push(Series::new(ends, style));
@@ -130,7 +130,7 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
     }
     chart.x = chart.x.within(least / 3.2, 1.3 * most);
     for spectrum in spectra {
-        let point = |mean: &Mean| Place {
+        let point = |mean: &Mean| DataPoint {
             x: spectrum.nayak,
             y: mean.mean,
             bar: mean.bar(),
@@ -138,8 +138,8 @@ fn chart(evidence: &Evidence, spectra: &[Spectrum]) -> Chart {
         let place = &spectrum.ensemble.point;
         let series = Series {
             points: spectrum.means.iter().map(point).collect(),
-            style: evidence.looks.markers(place),
-            label: evidence.looks.label(place),
+            style: data.styles.markers(place),
+            label: data.styles.label(place),
         };
         chart.series.push(series);
     }

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use crate::contact::morphology::map::ContactMap;
+use crate::figures::figure::{Figure, Panel, panel_of_map};
 use crate::figures::raster::Raster;
-use crate::figures::sheet::{Panel, Sheet, panel_of_map};
 use crate::report::ReportError;
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
+use crate::report::figure_data::FigureData;
 use crate::report::samples::{self, Sample};
-use crate::report::tables::Finished;
+use crate::report::tables::FinishedStages;
 use crate::stages::columns::{CONTACT, LOAD, NODES};
 use crate::stages::{Recipe, StageError};
 use crate::store::TaskTables;
@@ -27,15 +27,15 @@ pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut rows = Vec::new();
-    let samples = extremes(samples::of(evidence)?);
+    let samples = extremes(samples::of(data)?);
     let which = match samples.iter().all(|sample| sample.random().is_some()) {
         true => "with the smallest and of the one with the largest lower cutoff",
         false => "and of the last parameter point",
     };
     for sample in samples {
-        let Some(maps) = maps(evidence, &sample)? else {
+        let Some(maps) = maps(data, &sample)? else {
             let needs = "contact maps, which are in the store no more";
             return Ok(Drawn::Gone { needs });
         };
@@ -43,7 +43,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         if maps.is_empty() {
             continue;
         }
-        let label = evidence.looks.label(&sample.point);
+        let label = data.styles.label(&sample.point);
         let label = label.map_or_else(String::new, |label| format!("{label} · "));
         let mut panels: Vec<Panel> = ('a'..)
             .zip(&maps)
@@ -63,7 +63,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         }
     }
     if rows.is_empty() {
-        let lines = evidence.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
+        let lines = data.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
         return Ok(Drawn::missing("solved loads", lines));
     }
     let caption = format!(
@@ -76,7 +76,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Panel::Chart(_) | Panel::Empty => None,
     });
     let panel = panel_of_map(titles, 265.0);
-    Ok(Drawn::figure(Sheet { rows, panel }, caption))
+    Ok(Drawn::figure(Figure { rows, panel }, caption))
 }
 
 /// The samples with the smallest and with the largest lower cutoff, each with the smallest upper
@@ -103,10 +103,10 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
 
 /// All contact maps of a surface, by load; nothing if the store has lost some of them.
 fn maps(
-    evidence: &Evidence,
+    data: &FigureData,
     sample: &Sample,
 ) -> Result<Option<BTreeMap<u64, ContactMap>>, ReportError> {
-    let Finished { plan, archive, .. } = evidence.finished;
+    let FinishedStages { plan, archive, .. } = data.finished;
     let mut maps = BTreeMap::new();
     for task in &plan.tasks {
         let solves = matches!(task.recipe, Recipe::Solve(_)) && task.inputs == [sample.task];

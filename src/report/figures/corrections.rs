@@ -4,15 +4,15 @@
 use super::theories::{self, AREA, SECANT};
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{
-    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
-};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{
+    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+};
 use crate::stages::columns::{AREA_CORRECTED, ERROR_RELATIVE};
 use crate::stages::correct::OF_2015;
 
@@ -28,7 +28,7 @@ pub const CORRECTED: Definition = Definition {
     draw: draw_corrected,
 };
 
-fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(
         Axis::linear(AREA_LABEL).within(0.0, 1.02),
         Axis::linear("relative error (π/8) S_d Δx/A"),
@@ -38,7 +38,7 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
         Axis::logarithmic("relative error (π/8) S_d Δx/A"),
     );
     let mut surfaces = Vec::new();
-    for ensemble in evidence.under(OF_2015) {
+    for ensemble in data.under(OF_2015) {
         let errors = ensemble.mean(ERROR_RELATIVE.name)?;
         let areas = ensemble.mean(COUNTED_AREA)?;
         let against_area: Vec<Mean> = errors
@@ -49,19 +49,19 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
                 ..*error
             })
             .collect();
-        let [line, markers] = evidence.looks.both(&ensemble.point);
+        let [line, markers] = data.styles.both(&ensemble.point);
         for (chart, means, apart) in [
             (&mut chart, &against_area, spaced(0.025, &against_area)),
             (&mut by_load, &errors, spaced_by(1.4, &errors)),
         ] {
             chart.series.push(series(means, line).without_bars());
             let points = series(&apart, markers);
-            chart.series.push(points.named(evidence.label(ensemble)));
+            chart.series.push(points.named(data.label(ensemble)));
         }
         surfaces.push(ensemble.surfaces);
     }
     if surfaces.is_empty() {
-        let lines = evidence.lines_of_corrections();
+        let lines = data.lines_of_corrections();
         return Ok(Drawn::missing("areas corrected by π/8", lines));
     }
     let caption = format!(
@@ -69,15 +69,15 @@ fn draw_errors(evidence: &Evidence) -> Result<Drawn, ReportError> {
          against the counted area fraction and, to the right, against load; S_d is the Manhattan \
          perimeter, Δx the mesh step. Means over {}; bars are {}.",
         sample(&surfaces),
-        evidence.bars,
+        data.bars,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, by_load), caption))
+    Ok(Drawn::figure(Figure::of_two(chart, by_load), caption))
 }
 
-fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
-    let corrections = evidence.corrections();
+fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
+    let corrections = data.corrections();
     if corrections.is_empty() {
-        let lines = evidence.lines_of_corrections();
+        let lines = data.lines_of_corrections();
         return Ok(Drawn::missing(
             "areas under a correction other than \"none\"",
             lines,
@@ -86,24 +86,21 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let rows = corrections
         .iter()
         .take(2)
-        .filter_map(|correction| charts(evidence, correction).transpose());
+        .filter_map(|correction| charts(data, correction).transpose());
     let rows = rows.collect::<Result<Vec<_>, ReportError>>()?;
     if rows.is_empty() {
-        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "corrected areas under at least two loads up to 0.06",
             lines,
         ));
     }
-    let surfaces: Vec<usize> = evidence
-        .under(corrections[0])
-        .map(|one| one.surfaces)
-        .collect();
+    let surfaces: Vec<usize> = data.under(corrections[0]).map(|one| one.surfaces).collect();
     let caption = format!(
         "Corrected contact area (points at some of the loads; bars are {}) beside the \
          counted one (lines of the same colour) and, to the right, the secants of both, from {}; \
          corrections: {}.{}",
-        evidence.bars,
+        data.bars,
         sample(&surfaces),
         corrections
             .iter()
@@ -111,26 +108,26 @@ fn draw_corrected(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .copied()
             .collect::<Vec<_>>()
             .join(", "),
-        evidence.caveat,
+        data.caveat,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(rows, [430.0, 320.0]),
+        Figure::of_charts(rows, [430.0, 320.0]),
         caption,
     ))
 }
 
 /// Area and secant under one correction, light loads only; nothing where there is no curve.
-fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, ReportError> {
+fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let title = format!("correction {correction}");
     let mut area = Chart::new(axis.clone(), Axis::linear(AREA_LABEL)).titled(title.clone());
     let mut secant = Chart::new(axis, Axis::linear("secant A/(A₀ y)")).titled(title);
-    for ensemble in evidence.under(correction) {
+    for ensemble in data.under(correction) {
         let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
         let counted = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
-        let markers = evidence.looks.markers(&ensemble.point);
-        let line = evidence.looks.joins(&ensemble.point);
-        let label = evidence.label(ensemble);
+        let markers = data.styles.markers(&ensemble.point);
+        let line = data.styles.joins(&ensemble.point);
+        let label = data.label(ensemble);
         area.series.push(series(&counted, line).without_bars());
         let corrected = spaced(LIGHT / 20.0, &corrected);
         area.series.push(series(&corrected, markers).named(label));
@@ -143,7 +140,7 @@ fn charts(evidence: &Evidence, correction: &str) -> Result<Option<Vec<Chart>>, R
         return Ok(None);
     }
     let range = [LIGHT * 1e-3, LIGHT];
-    let counted = Style::line(Ink::Text, Dash::Solid, 1.0);
+    let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
     area.series
         .push(Series::new([], counted).named("lines: as counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {

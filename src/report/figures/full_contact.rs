@@ -4,15 +4,15 @@ use super::contact_maps::SHOWN_LOADS;
 use super::theories::{self, AREA};
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::evidence::{
-    AREA_LABEL, COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL, series, spaced,
-};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{
+    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced,
+};
 
 pub const FIGURE: Definition = Definition {
     name: "area-full",
@@ -23,11 +23,11 @@ pub const FIGURE: Definition = Definition {
 /// Letters nearer to each other than this share of the axis stand one below the other.
 const CLOSE: f64 = 0.03;
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
     let mut slopes = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear("slope d(A/A₀)/dy"));
     let (mut heaviest, mut largest) = (0.0_f64, 0.0_f64);
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let means = ensemble.mean(COUNTED_AREA)?;
         let last = means.last().map_or(0.0, |mean| mean.load);
         heaviest = heaviest.max(last);
@@ -35,25 +35,25 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             .iter()
             .fold(largest, |largest, mean| largest.max(mean.mean));
         let markers = spaced(0.04 * last, &means);
-        let line = evidence.looks.joins(&ensemble.point);
+        let line = data.styles.joins(&ensemble.point);
         chart.series.push(series(&means, line).without_bars());
-        chart.series.push(evidence.points(ensemble, &markers));
+        chart.series.push(data.points(ensemble, &markers));
         let points = ensemble.slope(COUNTED_AREA)?;
-        let points = points.iter().map(|slope| Point {
+        let points = points.iter().map(|slope| DataPoint {
             x: slope.load,
             y: slope.slope,
             bar: None,
         });
         slopes.series.push(Series {
             points: points.collect(),
-            style: evidence.looks.line(&ensemble.point),
+            style: data.styles.line(&ensemble.point),
             label: None,
         });
     }
     // Lighter loads have a figure of their own.
     if heaviest <= LIGHT * (1.0 + 1e-9) {
-        let lines = evidence
-            .lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        let lines =
+            data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
         return Ok(Drawn::missing(
             "measured contacts under loads beyond 0.06",
             lines,
@@ -65,7 +65,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     chart
         .series
         .push(theories::asymptote(AREA, [0.0, 0.4_f64.min(heaviest)]));
-    let style = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let style = Style::line(Colour::Text, Dash::Dashed, 1.8);
     let persson = Series::curve(persson::slope, range, Spacing::Linear, style);
     slopes.series.push(persson);
     let top = 1.04 * (1.2 * largest).min(1.0);
@@ -76,11 +76,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          area as counted on the mesh. To the right the slope of the mean curves. The dashed line is \
          Persson's theory, the dotted one the asymptote of the model of Bush, Gibson & Thomas; \
          letters mark the loads near which contact maps are shown. {}{}",
-        sample(&evidence.sample()),
-        evidence.share_of_mesh()?,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.share_of_mesh()?,
+        data.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(chart, slopes), caption))
+    Ok(Drawn::figure(Figure::of_two(chart, slopes), caption))
 }
 
 /// A line and a letter at each load near which contact maps are shown.
@@ -90,7 +90,7 @@ fn mark_shown_loads(chart: &mut Chart, [heaviest, top]: [f64; 2]) {
         if load >= heaviest {
             break;
         }
-        let line = Style::line(Ink::Soft, Dash::Dotted, 0.8);
+        let line = Style::line(Colour::Muted, Dash::Dotted, 0.8);
         let line = Series::new([(load, 0.0), (load, top)], line);
         chart.series.push(line);
         height = match load - before < CLOSE * heaviest {

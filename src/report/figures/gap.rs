@@ -4,12 +4,12 @@ use arrow::array::Array;
 
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Series};
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles;
-use crate::report::evidence::{Evidence, LOAD_LABEL, series};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{FigureData, LOAD_LABEL, series};
 use crate::stages::columns::MEAN_GAP;
 use crate::store::table::{Table, TableError};
 
@@ -19,34 +19,34 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
-        Axis::linear(format!("mean gap, in {}", evidence.unit_of_length())),
+        Axis::linear(format!("mean gap, in {}", data.unit_of_length())),
     );
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let gaps = ensemble.mean(MEAN_GAP.name)?;
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = data.styles.markers(&ensemble.point);
         chart
             .series
-            .push(series(&gaps, style).named(evidence.label(ensemble)));
+            .push(series(&gaps, style).named(data.label(ensemble)));
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
-        let lines = evidence
-            .lines_of_loads("{ from = 0.001, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        let lines =
+            data.lines_of_loads("{ from = 0.001, to = 1.7, steps = 40, spacing = \"geometric\" }");
         return Ok(Drawn::missing(
             "measured contacts under several loads",
             lines,
         ));
     }
-    let data = chart.series.len();
-    for stage in evidence
+    let drawn = chart.series.len();
+    for stage in data
         .finished
         .with(&["decay_length", "closing_load", "window_lower"])
     {
-        chart.series.extend(relations(evidence, &stage.table)?);
+        chart.series.extend(relations(data, &stage.table)?);
     }
-    let fits = match chart.series.len() > data {
+    let fits = match chart.series.len() > drawn {
         true => {
             "Lines are least-squares fits of p₀ = p_c exp(−ū/u₀), over the loads that they span."
         }
@@ -55,24 +55,24 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Mean gap ū against load, from {}. Points are means over the surfaces, bars {}. \
          {fits}",
-        sample(&evidence.sample()),
-        evidence.bars,
+        sample(&data.sample()),
+        data.bars,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
 /// The fitted relations as lines over their windows of loads.
-fn relations(evidence: &Evidence, table: &Table) -> Result<Vec<Series>, TableError> {
+fn relations(data: &FigureData, table: &Table) -> Result<Vec<Series>, TableError> {
     let column = |name: &str| table.reals(name);
     let (lengths, closing) = (column("decay_length")?, column("closing_load")?);
     let (from, to) = (column("window_lower")?, column("window_upper")?);
     let is_fitted = |&row: &usize| lengths.is_valid(row) && closing.is_valid(row);
     let lines = (0..table.rows()).filter(is_fitted).map(|row| {
         let gap = |load: f64| lengths.value(row) * (closing.value(row) / load).ln();
-        let ink = evidence.looks.ink(&ensembles::point(table, row));
+        let colour = data.styles.colour(&ensembles::point(table, row));
         // A window may begin at zero, and the relation has no end there.
         let range = [from.value(row).max(1e-3 * to.value(row)), to.value(row)];
-        let style = Style::line(ink, Dash::Solid, 1.5);
+        let style = Style::line(colour, Dash::Solid, 1.5);
         Series::curve(gap, range, Spacing::Logarithmic, style)
     });
     Ok(lines.collect())

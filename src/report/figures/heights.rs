@@ -6,13 +6,13 @@ use arrow::array::Array;
 
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Point};
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::FigureData;
 use crate::report::samples::MOST;
 use crate::stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
 use crate::store::table::{Table, TableError};
@@ -39,22 +39,22 @@ struct Densities {
     single: Vec<Vec<(f64, f64)>>,
 }
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut all: Vec<Densities> = Vec::new();
-    for stage in evidence.finished.with(&[BIN.name, DENSITY_MEAN.name]) {
+    for stage in data.finished.with(&[BIN.name, DENSITY_MEAN.name]) {
         pooled(&stage.table, &mut all)?;
     }
-    for stage in evidence.finished.with(&[BIN.name, DENSITY.name]) {
+    for stage in data.finished.with(&[BIN.name, DENSITY.name]) {
         single(&stage.table, &mut all)?;
     }
     if all.is_empty() {
-        let lines = evidence.lines_of_heights();
+        let lines = data.lines_of_heights();
         return Ok(Drawn::missing("a distribution of heights", lines));
     }
     let shown = &all[..all.len().min(MOST)];
     let rows = shown
         .iter()
-        .map(|densities| charts(evidence, densities))
+        .map(|densities| charts(data, densities))
         .collect();
     let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
     let caption = format!(
@@ -64,15 +64,15 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         sample(&surfaces),
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(rows, [300.0, 225.0]),
+        Figure::of_charts(rows, [300.0, 225.0]),
         caption,
     ))
 }
 
-fn charts(evidence: &Evidence, densities: &Densities) -> Vec<Chart> {
+fn charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
     let x = Axis::linear("height over its rms");
     let y = Axis::linear("density");
-    let label = evidence.looks.label(&densities.point).unwrap_or_default();
+    let label = data.styles.label(&densities.point).unwrap_or_default();
     let axes = [
         (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 0.75)),
         (x.clone().within(2.0, 4.0), y.within(0.0, 0.1)),
@@ -124,7 +124,7 @@ impl Densities {
         let mut series: Vec<Series> = Vec::new();
         let singles = self.single.iter().filter(|_| self.surfaces > 1);
         for (place, single) in singles.enumerate() {
-            let style = Style::line(Ink::Series([0, 2, 4][place % 3]), Dash::Solid, 0.8);
+            let style = Style::line(Colour::Series([0, 2, 4][place % 3]), Dash::Solid, 0.8);
             let label = format!("surface {}", place + 1);
             series.push(thinned(single, style).named(label));
         }
@@ -133,19 +133,19 @@ impl Densities {
             let points: Vec<(f64, f64)> = both
                 .map(|(mean, deviation)| (mean.0, (mean.1 + sign * deviation.1).max(0.0)))
                 .collect();
-            thinned(&points, Style::line(Ink::Text, Dash::Dashed, 1.0))
+            thinned(&points, Style::line(Colour::Text, Dash::Dashed, 1.0))
         };
         if !self.deviation.is_empty() {
             series.push(bound(1.0).named("± standard deviation"));
             series.push(bound(-1.0));
         }
-        let mean = Style::line(Ink::Text, Dash::Solid, 1.5);
+        let mean = Style::line(Colour::Text, Dash::Solid, 1.5);
         let label = match self.surfaces {
             1 => "the surface",
             _ => "mean of the surfaces",
         };
         series.push(thinned(&self.mean, mean).named(label));
-        let normal = Style::line(Ink::Series(1), Dash::Solid, 1.5);
+        let normal = Style::line(Colour::Series(1), Dash::Solid, 1.5);
         series.push(thinned(&self.normal, normal).named("normal"));
         series
     }

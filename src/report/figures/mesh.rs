@@ -4,15 +4,15 @@ use arrow::array::Array;
 
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point as Place, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::{Sheet, in_pairs};
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::{Figure, in_pairs};
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::ensembles::{self, Ensemble, Point};
-use crate::report::evidence::{Evidence, LIGHT, LOAD_LABEL};
+use crate::report::ensembles::{self, EnsembleCurves, Point};
 use crate::report::figure::{Definition, Drawn, sample};
-use crate::report::looks::Looks;
+use crate::report::figure_data::{FigureData, LIGHT, LOAD_LABEL};
+use crate::report::styles::Styles;
 use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD, NODES};
 use crate::stages::correct::AS_COUNTED;
 use crate::store::table::{Table, TableError};
@@ -32,29 +32,29 @@ struct Coefficient {
     area_limit: f64,
 }
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut coefficients = Vec::new();
-    for stage in evidence
+    for stage in data
         .finished
         .with(&["mesh_coefficient", "pooled", "area_limit", LOAD.name])
     {
         coefficients.extend(pooled(&stage.table)?);
     }
     if coefficients.is_empty() {
-        let lines = evidence.lines_of_meshes();
+        let lines = data.lines_of_meshes();
         return Ok(Drawn::missing(
             "the same surfaces on at least two meshes",
             lines,
         ));
     }
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
-    let looks = Looks::of(points, &evidence.files);
-    let mut charts = vec![coefficient_chart(&coefficients, &looks)];
-    let names = [AS_COUNTED].into_iter().chain(evidence.corrections());
+    let styles = Styles::of(points, &data.files);
+    let mut charts = vec![coefficient_chart(&coefficients, &styles)];
+    let names = [AS_COUNTED].into_iter().chain(data.corrections());
     for name in names.take(3) {
-        let ensembles: Vec<&Ensemble> = evidence.under(name).collect();
+        let ensembles: Vec<&EnsembleCurves> = data.under(name).collect();
         if !ensembles.is_empty() {
-            charts.push(error_chart(name, &ensembles, &coefficients, &looks)?);
+            charts.push(error_chart(name, &ensembles, &coefficients, &styles)?);
         }
     }
     let caption = format!(
@@ -62,15 +62,15 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          bootstrap intervals; and the deviation of the area from A* on each mesh under the load \
          nearest to {LIGHT}, as counted and corrected. S_d is the Manhattan perimeter, Δx the mesh \
          step; from {}.",
-        sample(&evidence.sample()),
+        sample(&data.sample()),
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(in_pairs(charts), [430.0, 310.0]),
+        Figure::of_charts(in_pairs(charts), [430.0, 310.0]),
         caption,
     ))
 }
 
-fn coefficient_chart(coefficients: &[Coefficient], looks: &Looks) -> Chart {
+fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
     let mut chart = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
         Axis::linear("coefficient c").within(0.0, 0.45),
@@ -84,21 +84,21 @@ fn coefficient_chart(coefficients: &[Coefficient], looks: &Looks) -> Chart {
         (PI_OVER_EIGHT, "π/8 (2015)", Dash::Dashed),
         (YASTREBOV_2017, "(π − 1 + ln 2)/24 (2017)", Dash::Solid),
     ] {
-        let style = Style::line(Ink::Text, dash, 1.5);
+        let style = Style::line(Colour::Text, dash, 1.5);
         let line = Series::curve(|_| value, range, Spacing::Logarithmic, style);
         chart.series.push(line.named(label));
     }
     for coefficient in coefficients {
-        let place = Place {
+        let place = DataPoint {
             x: coefficient.load,
             y: coefficient.value,
             bar: coefficient.interval,
         };
         chart.series.push(Series {
             points: vec![place],
-            style: looks.markers(&coefficient.point),
+            style: styles.markers(&coefficient.point),
             label: Some(
-                looks
+                styles
                     .label(&coefficient.point)
                     .unwrap_or_else(|| "the surfaces".to_owned()),
             ),
@@ -110,9 +110,9 @@ fn coefficient_chart(coefficients: &[Coefficient], looks: &Looks) -> Chart {
 /// Deviation from A* against the nodes of the shortest wave.
 fn error_chart(
     correction: &str,
-    ensembles: &[&Ensemble],
+    ensembles: &[&EnsembleCurves],
     coefficients: &[Coefficient],
-    looks: &Looks,
+    styles: &Styles,
 ) -> Result<Chart, TableError> {
     let title = match correction {
         AS_COUNTED => "as counted".to_owned(),
@@ -139,7 +139,7 @@ fn error_chart(
             points.extend(deviation.map(|deviation| (nodes / k_upper, deviation)));
         }
         points.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let style = looks.markers(&coefficient.point).joined();
+        let style = styles.markers(&coefficient.point).joined();
         chart.series.push(Series::new(points, style));
     }
     Ok(chart)

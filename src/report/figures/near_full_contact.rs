@@ -4,13 +4,13 @@ use crate::contact::theory::models::full_contact;
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::Mean;
-use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence, LOAD_LABEL, series};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData, LOAD_LABEL, series};
 
 pub const FIGURE: Definition = Definition {
     name: "near-full-contact",
@@ -25,7 +25,7 @@ const APPROACH_FROM: f64 = 0.3;
 /// The factors of the load in the scaled error functions that the paper draws.
 const SCALES: [f64; 2] = [1.09, 1.16];
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
     let mut approach = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
@@ -37,32 +37,32 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     );
     let mut heaviest = 0.0_f64;
     let mut least = 1.0_f64;
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let mut means = ensemble.mean(COUNTED_AREA)?;
         means.retain(|mean| mean.load >= APPROACH_FROM);
         let transformed: Vec<Mean> = means.iter().filter_map(transformed).collect();
         means.retain(|mean| mean.load >= FROM);
         heaviest = heaviest.max(means.last().map_or(0.0, |mean| mean.load));
         least = means.iter().fold(least, |least, mean| least.min(mean.mean));
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = data.styles.markers(&ensemble.point);
         approach.series.push(series(&transformed, style));
         let known = means.iter().filter(is_known);
         let shares: Vec<Mean> = known.map(open_over_persson).collect();
         let joined = series(&shares, style.joined());
         open.series.push(joined);
-        chart.series.push(evidence.points(ensemble, &means));
+        chart.series.push(data.points(ensemble, &means));
     }
     if heaviest < 2.0 * FROM {
-        let lines = evidence
-            .lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        let lines =
+            data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
         return Ok(Drawn::missing(
             "measured contacts under loads up to 1 and beyond",
             lines,
         ));
     }
     let range = [FROM, heaviest];
-    let curve = |of: fn(f64) -> f64, ink, dash, width| {
-        Series::curve(of, range, Spacing::Linear, Style::line(ink, dash, width))
+    let curve = |of: fn(f64) -> f64, colour, dash, width| {
+        Series::curve(of, range, Spacing::Linear, Style::line(colour, dash, width))
     };
     let whole = |of: fn(f64) -> f64, dash| {
         let range = [APPROACH_FROM, heaviest];
@@ -70,12 +70,12 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             of,
             range,
             Spacing::Logarithmic,
-            Style::line(Ink::Text, dash, 1.8),
+            Style::line(Colour::Text, dash, 1.8),
         )
     };
     for (scale, dash) in SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]) {
         let scaled = |load: f64| persson::area(scale * load);
-        let style = Style::line(Ink::Soft, dash, 2.6);
+        let style = Style::line(Colour::Muted, dash, 2.6);
         let label = format!("erf({scale} √2 y)");
         let scaled = Series::curve(scaled, range, Spacing::Linear, style);
         chart.series.push(scaled.named(label));
@@ -83,11 +83,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let asymptote =
         |load: f64| 1.0 - (-2.0 * load * load).exp() / (load * std::f64::consts::TAU.sqrt());
     chart.series.extend([
-        curve(persson::area, Ink::Text, Dash::Dashed, 1.8).named("Persson 2001"),
-        curve(asymptote, Ink::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
+        curve(persson::area, Colour::Text, Dash::Dashed, 1.8).named("Persson 2001"),
+        curve(asymptote, Colour::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
         curve(
             |y| 1.0 - full_contact::noncontact(y),
-            Ink::Text,
+            Colour::Text,
             Dash::Solid,
             1.2,
         )
@@ -100,14 +100,14 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let scales = SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]);
     open.series.extend(scales.map(|(scale, dash)| {
         let ratio = |load: f64| persson::noncontact(scale * load) / persson::noncontact(load);
-        let style = Style::line(Ink::Soft, dash, 2.6);
+        let style = Style::line(Colour::Muted, dash, 2.6);
         Series::curve(ratio, range, Spacing::Linear, style)
     }));
     open.series.extend([
-        curve(|_| 1.0, Ink::Text, Dash::Dashed, 1.8),
+        curve(|_| 1.0, Colour::Text, Dash::Dashed, 1.8),
         curve(
             |y| full_contact::noncontact(y) / persson::noncontact(y),
-            Ink::Text,
+            Colour::Text,
             Dash::Solid,
             1.2,
         ),
@@ -122,12 +122,12 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          functions of a scaled load. To the right what is left open over what Persson's theory \
          leaves, where its scatter is below a third; below F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
          2 y² in Persson's theory.{}",
-        sample(&evidence.sample()),
-        evidence.bars,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.bars,
+        data.caveat,
     );
     Ok(Drawn::figure(
-        Sheet::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
+        Figure::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
         caption,
     ))
 }

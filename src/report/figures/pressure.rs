@@ -2,14 +2,14 @@
 
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::ensembles::{Ensemble, Mean};
-use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence};
+use crate::report::ensembles::{EnsembleCurves, Mean};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData};
 use crate::stages::columns::{EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE};
 
 pub const FIGURE: Definition = Definition {
@@ -18,13 +18,13 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
-    let pressed = evidence.measured.iter();
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let pressed = data.measured.iter();
     let pressed = pressed.filter(|one| modulus(one).is_some());
-    let pressed: Vec<&Ensemble> = pressed.collect();
+    let pressed: Vec<&EnsembleCurves> = pressed.collect();
     if pressed.is_empty() {
         // Two bodies in place of E*, whose units are the reader's.
-        let lines = evidence.lines_of_loads(
+        let lines = data.lines_of_loads(
             "{ to = 0.06, steps = 50 }\n\
              bodies = [{ youngs_modulus = 210e9, poisson_ratio = 0.3 }]",
         );
@@ -35,26 +35,26 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let axis = || Axis::logarithmic("mean pressure p₀, in the unit of E*");
     let mut areas = Chart::new(axis(), Axis::logarithmic(AREA_LABEL));
-    let gap = format!("mean gap, in {}", evidence.unit_of_length());
+    let gap = format!("mean gap, in {}", data.unit_of_length());
     let mut gaps = Chart::new(axis(), Axis::linear(gap));
     let mut moduli: Vec<String> = Vec::new();
     for ensemble in &pressed {
         let pressures = ensemble.mean(PRESSURE.name)?;
-        let style = evidence.looks.markers(&ensemble.point);
+        let style = data.styles.markers(&ensemble.point);
         let against = |means: &[Mean]| Series {
             points: against(&pressures, means),
             style,
             label: None,
         };
         let area = against(&ensemble.mean(COUNTED_AREA)?);
-        areas.series.push(area.named(evidence.label(ensemble)));
+        areas.series.push(area.named(data.label(ensemble)));
         gaps.series.push(against(&ensemble.mean(MEAN_GAP.name)?));
-        areas.series.extend(theory(evidence, ensemble, &pressures));
+        areas.series.extend(theory(data, ensemble, &pressures));
         moduli.extend(modulus(ensemble).map(|modulus| format!("{modulus:e}")));
     }
     moduli.dedup();
     // One entry for all of its lines.
-    let persson = Style::line(Ink::Text, Dash::Dashed, 1.2);
+    let persson = Style::line(Colour::Text, Dash::Dashed, 1.2);
     areas
         .series
         .push(Series::new([], persson).named("Persson 2001"));
@@ -65,24 +65,24 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          relation of pressure and gap is a straight line. {}{}",
         sample(&pressed.iter().map(|one| one.surfaces).collect::<Vec<_>>()),
         moduli.join(", "),
-        evidence.bars,
-        evidence.share_of_mesh()?,
-        evidence.caveat,
+        data.bars,
+        data.share_of_mesh()?,
+        data.caveat,
     );
-    Ok(Drawn::figure(Sheet::of_two(areas, gaps), caption))
+    Ok(Drawn::figure(Figure::of_two(areas, gaps), caption))
 }
 
 /// E*, if it was given: pressures in units of it are what the other figures show.
-fn modulus(ensemble: &Ensemble) -> Option<f64> {
+fn modulus(ensemble: &EnsembleCurves) -> Option<f64> {
     let modulus = ensemble.point.get(EFFECTIVE_MODULUS.name)?.parse().ok();
     modulus.filter(|&modulus| modulus != 1.0)
 }
 
 /// Means against the mean pressures of the same loads.
-fn against(pressures: &[Mean], means: &[Mean]) -> Vec<Point> {
+fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
     let pairs = pressures.iter().zip(means);
     pairs
-        .map(|(pressure, mean)| Point {
+        .map(|(pressure, mean)| DataPoint {
             x: pressure.mean,
             y: mean.mean,
             bar: mean.bar(),
@@ -91,10 +91,10 @@ fn against(pressures: &[Mean], means: &[Mean]) -> Vec<Point> {
 }
 
 /// Persson's theory over the pressures of an ensemble.
-fn theory(evidence: &Evidence, ensemble: &Ensemble, pressures: &[Mean]) -> Option<Series> {
+fn theory(data: &FigureData, ensemble: &EnsembleCurves, pressures: &[Mean]) -> Option<Series> {
     let (first, last) = (pressures.first()?, pressures.last()?);
     let unit = first.mean / first.load;
-    let style = Style::line(evidence.looks.ink(&ensemble.point), Dash::Dashed, 1.2);
+    let style = Style::line(data.styles.colour(&ensemble.point), Dash::Dashed, 1.2);
     let range = [first.mean, last.mean];
     let curve = |pressure: f64| persson::area(pressure / unit);
     Some(Series::curve(curve, range, Spacing::Logarithmic, style))

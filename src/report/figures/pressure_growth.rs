@@ -3,15 +3,15 @@
 use arrow::array::Array;
 
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles;
-use crate::report::evidence::{AREA_LABEL, COUNTED_AREA, Evidence};
 use crate::report::figure::{Definition, Drawn, sample};
-use crate::report::tables::Stage;
+use crate::report::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData};
+use crate::report::tables::FinishedStage;
 use crate::stages::columns::CORRECTION;
 use crate::stages::correct::AS_COUNTED;
 
@@ -30,25 +30,25 @@ const FEWEST: usize = 3;
 const GUIDES_ABOVE: f64 = 1.8;
 
 /// The exponents that the paper draws.
-const GUIDES: [(f64, Ink, Dash); 2] = [
-    (-0.7, Ink::Text, Dash::Dashed),
-    (-0.9, Ink::Soft, Dash::DashDot),
+const GUIDES: [(f64, Colour, Dash); 2] = [
+    (-0.7, Colour::Text, Dash::Dashed),
+    (-0.9, Colour::Muted, Dash::DashDot),
 ];
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(
         Axis::logarithmic(AREA_LABEL),
         Axis::logarithmic("dp̄/dp₀, with p̄ = p₀ A₀/A"),
     );
     let (mut all, mut rising) = (0, 0);
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let mut growth = ensemble.pressure_growth(COUNTED_AREA)?;
         growth.retain(|one| one.area < MOST);
         all += growth.len();
         growth.retain(|one| one.growth > 0.0);
         rising += growth.len();
-        let style = evidence.looks.markers(&ensemble.point);
-        let points = growth.iter().map(|one| Point {
+        let style = data.styles.markers(&ensemble.point);
+        let points = growth.iter().map(|one| DataPoint {
             x: one.area,
             y: one.growth,
             bar: one.bar,
@@ -56,17 +56,17 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         chart.series.push(Series {
             points: points.collect(),
             style,
-            label: Some(evidence.label(ensemble)),
+            label: Some(data.label(ensemble)),
         });
     }
     let Some(extent) = Extent::of(&chart.series) else {
-        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "measured contacts under several light loads",
             lines,
         ));
     };
-    let fits = fits(evidence, extent.areas)?;
+    let fits = fits(data, extent.areas)?;
     let told = match fits.is_empty() {
         true => "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra.",
         false => "Lines in colours are the fitted power laws.",
@@ -74,8 +74,8 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     chart.series.extend(fits);
     let [least, most] = extent.growths;
     let top = GUIDES_ABOVE * extent.growth_in_the_middle;
-    for (exponent, ink, dash) in GUIDES {
-        chart.series.push(extent.guide(top, exponent, ink, dash));
+    for (exponent, colour, dash) in GUIDES {
+        chart.series.push(extent.guide(top, exponent, colour, dash));
     }
     // Bars that reach far down, or below zero, would take the axis with them.
     chart.y = chart.y.within(least / 1.5, 3.0 * most.max(top));
@@ -84,11 +84,11 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          differences of the mean curves, against the area fraction up to {MOST}; from {}, area as \
          counted on the mesh; bars are {}. Straight black and grey lines are guides. {told} In \
          {} of {all} steps of the load p̄ falls: these have no logarithm and are left out.",
-        sample(&evidence.sample()),
-        evidence.bars,
+        sample(&data.sample()),
+        data.bars,
         all - rising,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
 /// Where the points of a chart lie.
@@ -103,7 +103,7 @@ impl Extent {
     /// Of fewer than [`FEWEST`] points, none.
     fn of(series: &[Series]) -> Option<Extent> {
         let points = || series.iter().flat_map(|series| &series.points);
-        let ends = |of: fn(&Point) -> f64| {
+        let ends = |of: fn(&DataPoint) -> f64| {
             let values = || points().map(of);
             [
                 values().fold(f64::INFINITY, f64::min),
@@ -122,23 +122,23 @@ impl Extent {
     }
 
     /// A power of the area, through a growth in the middle of the areas.
-    fn guide(&self, growth: f64, exponent: f64, ink: Ink, dash: Dash) -> Series {
+    fn guide(&self, growth: f64, exponent: f64, colour: Colour, dash: Dash) -> Series {
         let middle = (self.areas[0] * self.areas[1]).sqrt();
         let guide = Series::curve(
             |area| growth * (area / middle).powf(exponent),
             [middle / 4.0, 4.0 * middle],
             Spacing::Logarithmic,
-            Style::line(ink, dash, 1.8),
+            Style::line(colour, dash, 1.8),
         );
         guide.named(format!("exponent {exponent}").replace('-', "−"))
     }
 }
 
 /// The power laws fitted to counted areas.
-fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
+fn fits(data: &FigureData, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
     let mut lines = Vec::new();
     let columns = ["exponent", "prefactor", "law"];
-    for Stage { table, .. } in evidence.finished.with(&columns) {
+    for FinishedStage { table, .. } in data.finished.with(&columns) {
         let (exponents, prefactors) = (table.reals("exponent")?, table.reals("prefactor")?);
         let corrections = table.has(CORRECTION.name);
         let corrections = corrections.then(|| table.texts(CORRECTION.name));
@@ -149,8 +149,8 @@ fn fits(evidence: &Evidence, range: [f64; 2]) -> Result<Vec<Series>, ReportError
             }
             let (exponent, prefactor) = (exponents.value(row), prefactors.value(row));
             let growth = |area: f64| prefactor * area.powf(exponent);
-            let ink = evidence.looks.ink(&ensembles::point(table, row));
-            let style = Style::line(ink, Dash::Solid, 1.2);
+            let colour = data.styles.colour(&ensembles::point(table, row));
+            let style = Style::line(colour, Dash::Solid, 1.2);
             let line = Series::curve(growth, range, Spacing::Logarithmic, style);
             lines.push(line);
         }

@@ -5,14 +5,14 @@ use arrow::array::Array;
 use crate::contact::theory::law::{ContactEvolution, KAPPA_BGT};
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Slope};
-use crate::report::evidence::{COUNTED_AREA, Evidence, LIGHT, LOAD_LABEL};
 use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL};
 use crate::stages::correct::AS_COUNTED;
 use crate::store::table::{Table, TableError};
 
@@ -22,29 +22,29 @@ pub const FIGURE: Definition = Definition {
     draw,
 };
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
     let mut kappas: Vec<String> = Vec::new();
-    for ensemble in &evidence.measured {
+    for ensemble in &data.measured {
         let slopes = ensemble.slope(COUNTED_AREA)?;
-        let style = evidence.looks.markers(&ensemble.point);
-        let label = evidence.label(ensemble);
+        let style = data.styles.markers(&ensemble.point);
+        let label = data.label(ensemble);
         chart.series.push(points(&slopes, style).named(label));
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
-        let lines = evidence.lines_of_loads("{ to = 0.06, steps = 50 }");
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing(
             "measured contacts under several loads up to 0.06",
             lines,
         ));
     }
-    for stage in evidence
+    for stage in data
         .finished
         .with(&["law", "kappa", "beta", "mu", "fitted_to"])
     {
         for fit in fits(&stage.table)? {
-            let style = Style::line(evidence.looks.ink(&fit.point), Dash::Solid, 2.0);
+            let style = Style::line(data.styles.colour(&fit.point), Dash::Solid, 2.0);
             let range = [LIGHT * 1e-3, LIGHT];
             let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
             chart.series.push(curve);
@@ -54,7 +54,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             }
         }
     }
-    let persson = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let persson = Style::line(Colour::Text, Dash::Dashed, 1.8);
     let range = [0.0, LIGHT];
     chart
         .series
@@ -71,16 +71,16 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
          mesh. Bars are {}. {fits}{}",
-        sample(&evidence.sample()),
-        evidence.bars,
-        evidence.caveat,
+        sample(&data.sample()),
+        data.bars,
+        data.caveat,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
 fn points(slopes: &[Slope], style: Style) -> Series {
     let is_light = |slope: &&Slope| slope.load <= LIGHT;
-    let points = slopes.iter().filter(is_light).map(|slope| Point {
+    let points = slopes.iter().filter(is_light).map(|slope| DataPoint {
         x: slope.load,
         y: slope.slope,
         bar: slope.bar,

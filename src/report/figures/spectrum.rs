@@ -2,11 +2,11 @@
 
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
-use crate::figures::sheet::Sheet;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
+use crate::report::figure_data::FigureData;
 use crate::report::samples;
 
 pub const FIGURE: Definition = Definition {
@@ -18,8 +18,8 @@ pub const FIGURE: Definition = Definition {
 /// Points of one spectrum, evenly by the logarithm of the wavenumber.
 const POINTS: f64 = 40.0;
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
-    let samples = samples::of(evidence)?;
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let samples = samples::of(data)?;
     let mut chart = Chart::new(
         Axis::logarithmic("wavenumber k = L/λ"),
         Axis::logarithmic("power of a mode |ĥ(k)|²/(h′ L)²"),
@@ -31,9 +31,9 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
         let cell = sample.params.grid().map_err(ReportError::Surface)?.cell();
         let unit = (surface.rms_slope * cell.longer_side()).powi(2);
         let rings = surface.rings(cell);
-        let label = evidence.looks.label(&sample.point);
+        let label = data.styles.label(&sample.point);
         let label = label.unwrap_or_else(|| "the first surface".to_owned());
-        let line = Style::line(evidence.looks.ink(&sample.point), Dash::Solid, 1.4);
+        let line = Style::line(data.styles.colour(&sample.point), Dash::Solid, 1.4);
         let mean = rings
             .iter()
             .map(|ring| (f64::from(ring.wavenumber), ring.mean_power / unit));
@@ -43,14 +43,14 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
             std::mem::replace(&mut shown, place) != place
         });
         let drawn = drawn.map(|ring| (f64::from(ring.wavenumber), ring.power / unit));
-        let markers = evidence.looks.markers(&sample.point);
+        let markers = data.styles.markers(&sample.point);
         chart.series.push(Series::new(mean, line));
         chart
             .series
             .push(Series::new(drawn.collect::<Vec<_>>(), markers).named(label));
     }
     if chart.series.is_empty() {
-        let lines = evidence.lines_of_surfaces();
+        let lines = data.lines_of_surfaces();
         return Ok(Drawn::missing("random surfaces", lines));
     }
     let caption = format!(
@@ -59,5 +59,5 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
          drawn from, scaled to the same rms slope h′. L is the side of the periodic cell.",
         chart.series.len() / 2,
     );
-    Ok(Drawn::figure(Sheet::of(chart), caption))
+    Ok(Drawn::figure(Figure::of(chart), caption))
 }

@@ -7,29 +7,29 @@ use arrow::array::Array;
 
 use crate::contact::topography::nayak::Continuum;
 use crate::figures::axis::{Axis, Spacing};
-use crate::figures::chart::{Chart, Point as Place, Series};
-use crate::figures::ink::Ink;
-use crate::figures::sheet::Sheet;
+use crate::figures::chart::{Chart, DataPoint, Series};
+use crate::figures::colour::Colour;
+use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::bars::{Bars, ends, mean_and_half_bar};
 use crate::report::ensembles::{self, Point};
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn, sample};
-use crate::report::looks::Looks;
+use crate::report::figure_data::FigureData;
+use crate::report::styles::Styles;
 use crate::stages::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
 use crate::store::table::{Table, TableError};
 
 pub const NAYAK: Definition = Definition {
     name: "nayak",
     title: "Nayak's parameter of the surfaces",
-    draw: |evidence| draw(evidence, &NAYAKS_PARAMETER),
+    draw: |data| draw(data, &NAYAKS_PARAMETER),
 };
 
 pub const DENSITY: Definition = Definition {
     name: "summit-density",
     title: "Density of summits of the surfaces",
-    draw: |evidence| draw(evidence, &DENSITY_OF_SUMMITS),
+    draw: |data| draw(data, &DENSITY_OF_SUMMITS),
 };
 
 /// A number that the moments of a surface give.
@@ -79,14 +79,14 @@ struct Surfaces {
 /// The spectra of a family by their upper cutoffs.
 type Curve = BTreeMap<i64, Surfaces>;
 
-fn draw(evidence: &Evidence, quantity: &Quantity) -> Result<Drawn, ReportError> {
+fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
     let mut curves: BTreeMap<Family, Curve> = BTreeMap::new();
     let columns = [quantity.column, K_ROLLOFF.name, SEED.name];
-    for stage in evidence.finished.with(&columns) {
+    for stage in data.finished.with(&columns) {
         collect(&stage.table, quantity.column, &mut curves)?;
     }
     if curves.values().map(BTreeMap::len).sum::<usize>() < 2 {
-        let lines = evidence.lines_of_surfaces();
+        let lines = data.lines_of_surfaces();
         return Ok(Drawn::missing(
             "random surfaces of at least two spectra",
             lines,
@@ -99,17 +99,17 @@ fn draw(evidence: &Evidence, quantity: &Quantity) -> Result<Drawn, ReportError> 
          wavenumbers{}. Periodic cells with few long waves differ from it.",
         quantity.meaning,
         sample(&counts),
-        evidence.bars,
+        data.bars,
         match has_other(&curves) {
             true => format!(", in dashes those of the paper's other Hurst exponent, {OTHER_HURST}"),
             false => String::new(),
         },
     );
-    Ok(Drawn::figure(sheet(&curves, evidence, quantity), caption))
+    Ok(Drawn::figure(figure(&curves, data, quantity), caption))
 }
 
 /// One chart for each Hurst exponent if they are few, else one for all.
-fn sheet(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quantity) -> Sheet {
+fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quantity) -> Figure {
     let uppers = || curves.values().flat_map(BTreeMap::keys).copied();
     let ends = [uppers().min(), uppers().max()].map(|end| end.unwrap_or(1) as f64);
     let range = [ends[0] / 1.15, ends[1] * 1.15];
@@ -119,7 +119,7 @@ fn sheet(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quant
         let x = Axis::octaves("upper cutoff wavenumber k_upper").within(range[0], range[1]);
         let mut chart = Chart::new(x, Axis::logarithmic(quantity.label));
         for (family, curve) in curves.iter().filter(|(family, _)| has(family)) {
-            let drawn = family.series(curve, range, &evidence.looks, quantity, evidence.bars);
+            let drawn = family.series(curve, range, &data.styles, quantity, data.bars);
             chart.series.extend(drawn);
         }
         chart
@@ -132,16 +132,16 @@ fn sheet(curves: &BTreeMap<Family, Curve>, evidence: &Evidence, quantity: &Quant
                     hurst: OTHER_HURST.to_bits(),
                     ..*family
                 };
-                other.closed_form(curve, range, &evidence.looks, quantity, Dash::Dashed)
+                other.closed_form(curve, range, &data.styles, quantity, Dash::Dashed)
             }));
         }
-        return Sheet::of(chart);
+        return Figure::of(chart);
     }
     let charts = exponents.iter().map(|&hurst| {
         let title = format!("H = {}", f64::from_bits(hurst));
         chart(&|family| family.hurst == hurst).titled(title)
     });
-    Sheet::of_charts(vec![charts.collect()], [430.0, 340.0])
+    Figure::of_charts(vec![charts.collect()], [430.0, 340.0])
 }
 
 /// Whether the paper's other Hurst exponent stands beside that of the study.
@@ -156,7 +156,7 @@ impl Family {
         &self,
         curve: &Curve,
         [from, to]: [f64; 2],
-        looks: &Looks,
+        styles: &Styles,
         quantity: &Quantity,
         dash: Dash,
     ) -> Series {
@@ -170,13 +170,13 @@ impl Family {
             (quantity.closed_form)(&continuum, k_rolloff)
         };
         let first = curve.values().next().map(|surfaces| &surfaces.point);
-        let ink = first.map_or(Ink::Text, |point| looks.ink(point));
+        let colour = first.map_or(Colour::Text, |point| styles.colour(point));
         let range = [from.max(k_rolloff), to];
         Series::curve(
             closed_form,
             range,
             Spacing::Octaves,
-            Style::line(ink, dash, 1.3),
+            Style::line(colour, dash, 1.3),
         )
     }
 
@@ -185,24 +185,24 @@ impl Family {
         &self,
         curve: &Curve,
         range: [f64; 2],
-        looks: &Looks,
+        styles: &Styles,
         quantity: &Quantity,
         bars: Bars,
     ) -> Vec<Series> {
-        let line = self.closed_form(curve, range, looks, quantity, Dash::Solid);
+        let line = self.closed_form(curve, range, styles, quantity, Dash::Solid);
         let mut series = vec![line];
         for (&k_upper, surfaces) in curve {
             let values: Vec<f64> = surfaces.values.values().copied().collect();
             let (mean, half) = mean_and_half_bar(&values, bars);
-            let place = Place {
+            let place = DataPoint {
                 x: k_upper as f64,
                 y: mean,
                 bar: ends(mean, half),
             };
             series.push(Series {
                 points: vec![place],
-                style: looks.markers(&surfaces.point),
-                label: looks.label(&surfaces.point),
+                style: styles.markers(&surfaces.point),
+                label: styles.label(&surfaces.point),
             });
         }
         series

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use crate::figures::figure::{Figure, Panel, panel_of_map};
 use crate::figures::raster::Raster;
-use crate::figures::sheet::{Panel, Sheet, panel_of_map};
 use crate::report::ReportError;
-use crate::report::evidence::Evidence;
 use crate::report::figure::{Definition, Drawn};
+use crate::report::figure_data::FigureData;
 use crate::report::samples::{self, Sample};
 use crate::stages::StageError;
 use crate::stages::generate::Heights;
@@ -20,21 +20,21 @@ pub const FIGURE: Definition = Definition {
 /// Pixels per side of a map.
 const PIXELS: usize = 512;
 
-fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
-    let mut samples = samples::of(evidence)?;
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let mut samples = samples::of(data)?;
     samples.retain(|sample| sample.params.heights != Heights::None);
     if samples.is_empty() {
-        let lines = evidence.lines_of_surfaces();
+        let lines = data.lines_of_surfaces();
         return Ok(Drawn::missing("surfaces with heights", lines));
     }
     let labels = samples
         .iter()
-        .map(|sample| evidence.looks.label(&sample.point).unwrap_or_default());
+        .map(|sample| data.styles.label(&sample.point).unwrap_or_default());
     let labels: Vec<String> = labels.collect();
     let panel = panel_of_map(labels.iter().map(String::as_str), 230.0);
     let mut panels = Vec::new();
     for (sample, title) in samples.iter().zip(labels) {
-        let surface = match sample.draw(evidence) {
+        let surface = match sample.draw(data) {
             Err(StageError::Source(_)) => {
                 let needs = "the file of a measured surface, which is gone or has changed";
                 return Ok(Drawn::Gone { needs });
@@ -54,7 +54,7 @@ fn draw(evidence: &Evidence) -> Result<Drawn, ReportError> {
     }
     let caption = "The first surface of each parameter point: dark blue valleys, yellow peaks, \
                    each over its own range of heights.";
-    Ok(Drawn::figure(Sheet { rows, panel }, caption))
+    Ok(Drawn::figure(Figure { rows, panel }, caption))
 }
 
 /// One column for each upper cutoff where all pairs of cutoffs are there, else three.

@@ -6,11 +6,11 @@ use crate::contact::theory::models::asperities::Asperities;
 use crate::contact::theory::persson;
 use crate::figures::axis::Spacing;
 use crate::figures::chart::Series;
-use crate::figures::ink::Ink;
+use crate::figures::colour::Colour;
 use crate::figures::style::{Dash, Style};
 
 /// Nayak's parameters for which the paper draws asperity models.
-const NAYAK: [(f64, Ink); 2] = [(2.0, Ink::Text), (10.0, Ink::Soft)];
+const NAYAK: [(f64, Colour); 2] = [(2.0, Colour::Text), (10.0, Colour::Muted)];
 
 /// A quantity made of the area under a load, and the load.
 pub type Quantity = fn(f64, f64) -> f64;
@@ -31,14 +31,14 @@ fn steps([from, _]: [f64; 2]) -> Spacing {
 
 /// Persson's theory.
 pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {
-    let style = Style::line(Ink::Text, Dash::Dashed, 1.8);
+    let style = Style::line(Colour::Text, Dash::Dashed, 1.8);
     let curve = |load| quantity(persson::area(load), load);
     Series::curve(curve, range, steps(range), style).named("Persson 2001")
 }
 
 /// What asperity models tend to at light load.
 pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
-    let style = Style::line(Ink::Soft, Dash::Dotted, 1.6);
+    let style = Style::line(Colour::Muted, Dash::Dotted, 1.6);
     let curve = |load| quantity(KAPPA_BGT * load, load);
     Series::curve(curve, range, steps(range), style).named("asymptote √(2π) y of BGT")
 }
@@ -54,7 +54,7 @@ pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
         ),
     ];
     let curves = models.into_iter().flat_map(|(model, name, dash)| {
-        NAYAK.map(|(nayak, ink)| {
+        NAYAK.map(|(nayak, colour)| {
             let asperities = Asperities::new(model, nayak).expect("both are above 3/2");
             let area = |load| {
                 asperities
@@ -62,7 +62,7 @@ pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
                     .map_or(f64::NAN, |contact| contact.area)
             };
             let curve = |load| quantity(area(load), load);
-            let style = Style::line(ink, dash, 1.4);
+            let style = Style::line(colour, dash, 1.4);
             let label = format!("{name}, α = {nayak}");
             Series::curve(curve, range, steps(range), style).named(label)
         })

@@ -1,4 +1,5 @@
-//! How many surfaces a study has, where its manifest says how well a mean must be known.
+//! Adaptive sampling: how many surfaces a study has, where its manifest says how well a mean must be
+//! known.
 //!
 //! The number follows from tables alone, so that it is the same whoever computes them, in whatever
 //! order, stopped or not. A stage begins with the least number. Once all tables are there that its
@@ -18,7 +19,7 @@ use crate::study::{Growth, Limit, Study, Until, Work};
 
 /// It cannot be told whether a condition holds.
 #[derive(Debug, thiserror::Error)]
-pub enum GrowthError {
+pub enum SamplingError {
     /// A table cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -34,18 +35,18 @@ pub enum GrowthError {
 
 /// A study with as many surfaces as the tables of its tasks ask for.
 #[derive(Debug)]
-pub struct Grown {
+pub struct SampledStudy {
     /// The study.
     pub study: Study,
     /// Its tasks.
     pub plan: Plan,
     /// The stages whose number of surfaces is not given.
-    pub stages: Vec<GrowingStage>,
+    pub stages: Vec<AdaptiveStage>,
 }
 
 /// A stage that draws surfaces until a condition holds.
 #[derive(Debug)]
-pub struct GrowingStage {
+pub struct AdaptiveStage {
     /// Its name.
     pub name: String,
     /// How many surfaces a point has.
@@ -53,13 +54,13 @@ pub struct GrowingStage {
     /// Until when there will be more.
     pub growth: Arc<Growth>,
     /// Whether there will.
-    pub state: State,
+    pub condition: Condition,
     position: usize,
 }
 
 /// What is known of a condition.
 #[derive(Debug)]
-pub enum State {
+pub enum Condition {
     /// It takes these tasks to tell. Tables of some may be there, but damaged.
     Open {
         /// Every task that the condition depends on.
@@ -73,18 +74,18 @@ pub enum State {
     Fails(f64),
 }
 
-impl Grown {
+impl SampledStudy {
     /// The study as its tables make it.
     ///
     /// # Errors
     /// When a table cannot be read, or does not have the column of a condition.
-    pub fn of(mut study: Study, tables: &impl TaskTables) -> Result<Grown, GrowthError> {
+    pub fn of(mut study: Study, tables: &impl TaskTables) -> Result<SampledStudy, SamplingError> {
         loop {
             let plan = Plan::of(&study);
-            let stages = growing_stages(&study, &plan, tables)?;
-            let more: Vec<_> = stages.iter().filter_map(GrowingStage::more).collect();
+            let stages = adaptive_stages(&study, &plan, tables)?;
+            let more: Vec<_> = stages.iter().filter_map(AdaptiveStage::more).collect();
             if more.is_empty() {
-                return Ok(Grown {
+                return Ok(SampledStudy {
                     study,
                     plan,
                     stages,
@@ -98,42 +99,45 @@ impl Grown {
 
     /// The tasks whose tables decide on the number of surfaces; none once it is settled.
     pub fn deciding(&self) -> Vec<usize> {
-        let tasks = self.stages.iter().filter_map(|stage| match &stage.state {
-            State::Open { tasks, .. } => Some(tasks.as_slice()),
-            State::Holds(_) | State::Fails(_) => None,
-        });
+        let tasks = self
+            .stages
+            .iter()
+            .filter_map(|stage| match &stage.condition {
+                Condition::Open { tasks, .. } => Some(tasks.as_slice()),
+                Condition::Holds(_) | Condition::Fails(_) => None,
+            });
         let mut tasks = tasks.collect::<Vec<_>>().concat();
         tasks.sort_unstable();
         tasks.dedup();
         tasks
     }
 
-    /// Damaged tables in the way of deciding, to be set aside.
+    /// Damaged tables in the way of deciding, to be quarantined.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
         let damaged = self
             .stages
             .iter_mut()
-            .filter_map(|stage| match &mut stage.state {
-                State::Open { damaged, .. } => Some(std::mem::take(damaged)),
-                State::Holds(_) | State::Fails(_) => None,
+            .filter_map(|stage| match &mut stage.condition {
+                Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
+                Condition::Holds(_) | Condition::Fails(_) => None,
             });
         damaged.flatten().collect()
     }
 }
 
-impl GrowingStage {
+impl AdaptiveStage {
     /// Whether its condition holds, once that can be told.
     pub fn holds(&self) -> Option<bool> {
-        match self.state {
-            State::Open { .. } => None,
-            State::Holds(_) => Some(true),
-            State::Fails(_) => Some(false),
+        match self.condition {
+            Condition::Open { .. } => None,
+            Condition::Holds(_) => Some(true),
+            Condition::Fails(_) => Some(false),
         }
     }
 
     /// The stage's position and how many surfaces it needs, if these are not enough.
     fn more(&self) -> Option<(usize, u32)> {
-        let State::Fails(error) = self.state else {
+        let Condition::Fails(error) = self.condition else {
             return None;
         };
         if self.surfaces >= self.growth.at_most {
@@ -147,9 +151,9 @@ impl GrowingStage {
     }
 }
 
-impl fmt::Display for GrowingStage {
+impl fmt::Display for AdaptiveStage {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let GrowingStage {
+        let AdaptiveStage {
             name,
             surfaces,
             growth,
@@ -157,10 +161,14 @@ impl fmt::Display for GrowingStage {
         } = self;
         let Growth { at_most, until } = growth.as_ref();
         write!(formatter, "{name}: {surfaces} surfaces a point")?;
-        match self.state {
-            State::Open { .. } => write!(formatter, " so far, at most {at_most}, until {until}"),
-            State::Holds(error) => write!(formatter, ", {until} holds at {}", until.limit * error),
-            State::Fails(error) => write!(
+        match self.condition {
+            Condition::Open { .. } => {
+                write!(formatter, " so far, at most {at_most}, until {until}")
+            }
+            Condition::Holds(error) => {
+                write!(formatter, ", {until} holds at {}", until.limit * error)
+            }
+            Condition::Fails(error) => write!(
                 formatter,
                 ", the most, and {until} does not hold: it is {}",
                 until.limit * error
@@ -169,11 +177,11 @@ impl fmt::Display for GrowingStage {
     }
 }
 
-fn growing_stages(
+fn adaptive_stages(
     study: &Study,
     plan: &Plan,
     tables: &impl TaskTables,
-) -> Result<Vec<GrowingStage>, GrowthError> {
+) -> Result<Vec<AdaptiveStage>, SamplingError> {
     let stages = study.stages.iter().enumerate();
     let stages = stages.filter_map(|(position, stage)| match &stage.work {
         Work::Generate(ensembles) => {
@@ -187,16 +195,16 @@ fn growing_stages(
         }
         _ => None,
     });
-    let growing = stages.map(|(position, name, surfaces, growth)| {
-        Ok(GrowingStage {
+    let adaptive = stages.map(|(position, name, surfaces, growth)| {
+        Ok(AdaptiveStage {
             name: name.clone(),
             surfaces,
-            state: state(plan, position, &growth.until, tables)?,
+            condition: condition(plan, position, &growth.until, tables)?,
             growth,
             position,
         })
     });
-    growing.collect()
+    adaptive.collect()
 }
 
 /// The plan of a study with as many surfaces as its manifest allows.
@@ -227,12 +235,12 @@ fn draw(study: &mut Study, stage: usize, surfaces: u32) {
 }
 
 /// Whether a condition on the surfaces of a stage holds.
-fn state(
+fn condition(
     plan: &Plan,
     surfaces: usize,
     until: &Until,
     there: &impl TaskTables,
-) -> Result<State, GrowthError> {
+) -> Result<Condition, SamplingError> {
     let looked_at = plan.stages.iter().find(|stage| stage.name == until.stage);
     let looked_at = looked_at.expect("conditions name stages of the study");
     let mut is_own = vec![false; plan.tasks.len()];
@@ -258,19 +266,19 @@ fn state(
         }
     }
     if is_open || !damaged.is_empty() {
-        return Ok(State::Open {
+        return Ok(Condition::Open {
             tasks: lines.concat(),
             damaged,
         });
     }
     let error = largest_error(&tables, until);
-    let error = error.map_err(|source| GrowthError::Mean {
+    let error = error.map_err(|source| SamplingError::Mean {
         until: until.to_string(),
         source,
     })?;
     Ok(match error < 1.0 {
-        true => State::Holds(error),
-        false => State::Fails(error),
+        true => Condition::Holds(error),
+        false => Condition::Fails(error),
     })
 }
 

@@ -58,7 +58,7 @@ pub type Recollection = BTreeMap<PathBuf, (ContentHash, u32)>;
 
 /// Where the files of measured surfaces lie.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Sources {
+pub struct SurfaceFiles {
     /// Paths in manifests are relative to it.
     folder: PathBuf,
     paths: BTreeMap<ContentHash, PathBuf>,
@@ -70,7 +70,7 @@ pub struct Sources {
 /// Why the file of a surface cannot be used.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
-pub enum SourceError {
+pub enum SurfaceFileError {
     /// No file of the study has this content.
     #[error("no surface file of this study has the content {content}")]
     Unknown { content: ContentHash },
@@ -82,7 +82,7 @@ pub enum SourceError {
     Changed { path: PathBuf },
 }
 
-impl Sources {
+impl SurfaceFiles {
     /// No files yet, in the folder of a manifest.
     pub fn new(folder: &Path) -> Self {
         Self::recalling(folder, Recollection::new())
@@ -112,7 +112,7 @@ impl Sources {
 
     /// Reads a file for the first time and remembers where its content lies. Of several files
     /// with equal content the first is kept.
-    pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SourceError> {
+    pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SurfaceFileError> {
         let bytes = self.load(path)?;
         let content = ContentHash::of(&bytes);
         self.paths.entry(content).or_insert_with(|| path.to_owned());
@@ -123,14 +123,14 @@ impl Sources {
     ///
     /// # Errors
     /// When the file is gone, or its content is another by now.
-    pub fn read(&self, content: &ContentHash) -> Result<Vec<u8>, SourceError> {
+    pub fn read(&self, content: &ContentHash) -> Result<Vec<u8>, SurfaceFileError> {
         let path = self
             .path_of(content)
-            .ok_or(SourceError::Unknown { content: *content })?;
+            .ok_or(SurfaceFileError::Unknown { content: *content })?;
         let bytes = self.load(path)?;
         if ContentHash::of(&bytes) != *content {
             let path = path.to_owned();
-            return Err(SourceError::Changed { path });
+            return Err(SurfaceFileError::Changed { path });
         }
         Ok(bytes)
     }
@@ -150,8 +150,8 @@ impl Sources {
         &self.paths
     }
 
-    fn load(&self, path: &Path) -> Result<Vec<u8>, SourceError> {
-        read_regular(&self.folder.join(path), LARGEST).map_err(|source| SourceError::Read {
+    fn load(&self, path: &Path) -> Result<Vec<u8>, SurfaceFileError> {
+        read_regular(&self.folder.join(path), LARGEST).map_err(|source| SurfaceFileError::Read {
             path: path.to_owned(),
             source,
         })
@@ -183,29 +183,29 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.npy");
         std::fs::write(&file, b"one").unwrap();
-        let mut sources = Sources::new(folder.path());
-        let (content, bytes) = sources.add(Path::new("a.npy")).unwrap();
+        let mut files = SurfaceFiles::new(folder.path());
+        let (content, bytes) = files.add(Path::new("a.npy")).unwrap();
         assert_eq!(bytes, b"one");
-        assert_eq!(sources.read(&content).unwrap(), b"one");
+        assert_eq!(files.read(&content).unwrap(), b"one");
         assert_eq!(
-            sources.path_of_hex(&content.to_string()),
+            files.path_of_hex(&content.to_string()),
             Some(Path::new("a.npy"))
         );
 
         std::fs::write(&file, b"two").unwrap();
         assert!(matches!(
-            sources.read(&content),
-            Err(SourceError::Changed { .. })
+            files.read(&content),
+            Err(SurfaceFileError::Changed { .. })
         ));
         std::fs::remove_file(&file).unwrap();
         assert!(matches!(
-            sources.read(&content),
-            Err(SourceError::Read { .. })
+            files.read(&content),
+            Err(SurfaceFileError::Read { .. })
         ));
         let other = ContentHash::of(b"three");
         assert!(matches!(
-            sources.read(&other),
-            Err(SourceError::Unknown { .. })
+            files.read(&other),
+            Err(SurfaceFileError::Unknown { .. })
         ));
     }
 

@@ -8,11 +8,11 @@ use arrow::array::Array;
 use super::ReportError;
 use super::bars::Bars;
 use super::caveat::caveat;
-use super::ensembles::{self, Ensemble, Mean, Point};
-use super::looks::{Files, Looks};
-use super::tables::{Finished, Stage};
+use super::ensembles::{self, EnsembleCurves, Mean, Point};
+use super::styles::{Files, Styles};
+use super::tables::{FinishedStage, FinishedStages};
 use crate::contact::topography::spectrum::Spectrum;
-use crate::figures::chart::{Point as Place, Series};
+use crate::figures::chart::{DataPoint, Series};
 use crate::figures::style::Style;
 use crate::plan::Plan;
 use crate::stages::columns::{
@@ -33,15 +33,15 @@ pub const AREA_LABEL: &str = "contact area A/A₀";
 pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
 /// What figures are drawn from.
-pub struct Evidence<'a> {
+pub struct FigureData<'a> {
     /// The tables.
-    pub finished: &'a Finished<'a>,
+    pub finished: &'a FinishedStages<'a>,
     /// Measured contacts.
-    pub measured: Vec<Ensemble<'a>>,
+    pub measured: Vec<EnsembleCurves<'a>>,
     /// Corrected areas.
-    pub corrected: Vec<Ensemble<'a>>,
+    pub corrected: Vec<EnsembleCurves<'a>>,
     /// Colours, markers and labels of the study's points.
-    pub looks: Looks,
+    pub styles: Styles,
     /// What the files of measured surfaces are called.
     pub files: Files,
     /// Of which surfaces the theories do not speak: a sentence, or nothing.
@@ -50,12 +50,12 @@ pub struct Evidence<'a> {
     pub bars: Bars,
 }
 
-impl<'a> Evidence<'a> {
+impl<'a> FigureData<'a> {
     /// Sorts the rows of a study by ensembles.
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
-    pub fn of(finished: &'a Finished<'a>, bars: Bars) -> Result<Evidence<'a>, ReportError> {
+    pub fn of(finished: &'a FinishedStages<'a>, bars: Bars) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name, bars)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name, bars)?;
@@ -63,17 +63,17 @@ impl<'a> Evidence<'a> {
             false => measured.iter().map(|one| one.point.clone()).collect(),
             true => points_of_surfaces(finished)?,
         };
-        // What is still to come must not change the looks of what is there.
+        // What is still to come must not change the styles of what is there.
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
-        let looks = Looks::of(&points, &files);
-        Ok(Evidence {
+        let styles = Styles::of(&points, &files);
+        Ok(FigureData {
             finished,
             measured,
             corrected,
-            caveat: caveat(finished, &looks)?,
-            looks,
+            caveat: caveat(finished, &styles)?,
+            styles,
             files,
             bars,
         })
@@ -95,19 +95,19 @@ impl<'a> Evidence<'a> {
     }
 
     /// The ensembles under one correction.
-    pub fn under(&self, correction: &str) -> impl Iterator<Item = &Ensemble<'a>> {
-        let wanted = move |one: &&Ensemble| one.correction.as_deref() == Some(correction);
+    pub fn under(&self, correction: &str) -> impl Iterator<Item = &EnsembleCurves<'a>> {
+        let wanted = move |one: &&EnsembleCurves| one.correction.as_deref() == Some(correction);
         self.corrected.iter().filter(wanted)
     }
 
     /// A mean curve with its error bars, as separate points under the ensemble's name.
-    pub fn points(&self, ensemble: &Ensemble, means: &[Mean]) -> Series {
-        series(means, self.looks.markers(&ensemble.point)).named(self.label(ensemble))
+    pub fn points(&self, ensemble: &EnsembleCurves, means: &[Mean]) -> Series {
+        series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
     }
 
     /// What an ensemble is called in legends.
-    pub fn label(&self, ensemble: &Ensemble) -> String {
-        let label = self.looks.label(&ensemble.point);
+    pub fn label(&self, ensemble: &EnsembleCurves) -> String {
+        let label = self.styles.label(&ensemble.point);
         label.unwrap_or_else(|| match ensemble.surfaces {
             1 => "the surface".to_owned(),
             _ => "mean of the surfaces".to_owned(),
@@ -125,7 +125,7 @@ impl<'a> Evidence<'a> {
 
 /// A mean curve with its error bars.
 pub fn series(means: &[Mean], style: Style) -> Series {
-    let points = means.iter().map(|mean| Place {
+    let points = means.iter().map(|mean| DataPoint {
         x: mean.load,
         y: mean.mean,
         bar: mean.bar(),
@@ -166,7 +166,7 @@ pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
 
 /// What the files of measured surfaces are called: by their names, or by their paths where two have
 /// the same name.
-fn files(finished: &Finished) -> Result<Files, TableError> {
+fn files(finished: &FinishedStages) -> Result<Files, TableError> {
     let mut paths = BTreeMap::new();
     for stage in finished.with(&[CONTENT.name, "path"]) {
         let [contents, known] = [CONTENT.name, "path"].map(|name| stage.table.texts(name));
@@ -202,11 +202,11 @@ fn files(finished: &Finished) -> Result<Files, TableError> {
 }
 
 fn curves<'a>(
-    finished: &'a Finished<'a>,
+    finished: &'a FinishedStages<'a>,
     kind: Kind,
     area: &str,
     bars: Bars,
-) -> Result<Vec<Ensemble<'a>>, TableError> {
+) -> Result<Vec<EnsembleCurves<'a>>, TableError> {
     let is_curve = |table: &Table| {
         [SURFACE.name, LOAD.name, area]
             .iter()
@@ -223,10 +223,10 @@ fn curves<'a>(
 
 /// The distinct points of the study's surfaces, in order of appearance; their first realizations
 /// stand for all.
-fn points_of_surfaces(finished: &Finished) -> Result<Vec<Point>, TableError> {
+fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableError> {
     let mut points: Vec<Point> = Vec::new();
     let stages = finished.stages.iter();
-    for Stage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
+    for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
         let has_realizations = table.has(REALIZATION.name);
         let realizations = has_realizations.then(|| table.integers(REALIZATION.name));
         let realizations = realizations.transpose()?;

@@ -1,4 +1,4 @@
-//! How long work takes on this machine, before it is done.
+//! The cost model: how long work takes on this machine, before it is done.
 //!
 //! On all but small meshes nearly all time goes into pairs of transforms, so that the expectation is
 //! a count of pairs times the seconds that one takes, measured here and now; the rest is a guess.
@@ -12,11 +12,11 @@ use crate::stages::{Effort, Extent};
 
 /// Seconds of one core that tasks are expected to take.
 #[derive(Debug, Default)]
-pub struct Pace {
+pub struct CostModel {
     seconds_per_pair: RefCell<BTreeMap<usize, f64>>,
 }
 
-impl Pace {
+impl CostModel {
     /// Seconds of one core for a task.
     pub fn seconds(&self, task: &Task) -> f64 {
         let effort = effort(task);

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::ensembles::Point;
-use crate::figures::ink::Ink;
+use crate::figures::colour::Colour;
 use crate::figures::style::{Dash, Marker, Style};
 use crate::stages::columns::{CONTENT, K_LOWER, K_UPPER, METHOD, NODES, RMS_SLOPE};
 
@@ -13,7 +13,7 @@ pub type Files = BTreeMap<String, String>;
 
 /// How the points of a study look.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Looks {
+pub struct Styles {
     points: Vec<Point>,
     files: Files,
     /// What tells points apart, each coordinate with its values in ascending order.
@@ -27,9 +27,9 @@ pub struct Looks {
 /// Coordinates that a measured surface has from its file, beside which they say nothing.
 const FOLLOW_FROM_A_FILE: [&str; 3] = [CONTENT.name, NODES.name, RMS_SLOPE.name];
 
-impl Looks {
-    /// Looks that tell these points apart as well as colours and markers can.
-    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Looks {
+impl Styles {
+    /// Styles that tell these points apart as well as colours and markers can.
+    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Styles {
         let points: Vec<Point> = points.into_iter().cloned().collect();
         let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for name in points.iter().flat_map(|point| point.keys()) {
@@ -62,7 +62,7 @@ impl Looks {
         let marker = marker
             .filter(|_| marker != colour)
             .or_else(|| other(colour));
-        Looks {
+        Styles {
             points,
             files: files.clone(),
             varying,
@@ -107,18 +107,21 @@ impl Looks {
     }
 
     /// The colour of a point.
-    pub fn ink(&self, point: &Point) -> Ink {
-        Ink::Series(self.place(self.colour, point))
+    pub fn colour(&self, point: &Point) -> Colour {
+        Colour::Series(self.place(self.colour, point))
     }
 
     /// Separate points in the colour and with the marker of a point of the study.
     pub fn markers(&self, point: &Point) -> Style {
-        Style::marker(self.ink(point), Marker::of(self.place(self.marker, point)))
+        Style::marker(
+            self.colour(point),
+            Marker::of(self.place(self.marker, point)),
+        )
     }
 
     /// A thin line in the colour of a point of the study, to join its markers.
     pub fn joins(&self, point: &Point) -> Style {
-        Style::line(self.ink(point), Dash::Solid, 1.0)
+        Style::line(self.colour(point), Dash::Solid, 1.0)
     }
 
     /// The line that joins all of a point's means, and the markers at some of them.
@@ -130,7 +133,7 @@ impl Looks {
     pub fn line(&self, point: &Point) -> Style {
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
         let dash = DASHES[self.place(self.marker, point) % DASHES.len()];
-        Style::line(self.ink(point), dash, 1.5)
+        Style::line(self.colour(point), dash, 1.5)
     }
 
     fn place(&self, coordinate: Option<usize>, point: &Point) -> usize {
@@ -167,19 +170,23 @@ mod tests {
     #[test]
     fn a_colour_stands_for_a_lower_cutoff_and_a_marker_for_an_upper_one() {
         let points = [point(1, 32), point(1, 128), point(16, 32), point(4, 128)];
-        let looks = Looks::of(&points, &Files::new());
-        let inks = points.each_ref().map(|point| looks.ink(point));
-        assert_eq!(inks, [0, 0, 2, 1].map(Ink::Series), "ascending by number");
-        let markers = points.each_ref().map(|point| looks.markers(point).marker);
+        let styles = Styles::of(&points, &Files::new());
+        let colours = points.each_ref().map(|point| styles.colour(point));
+        assert_eq!(
+            colours,
+            [0, 0, 2, 1].map(Colour::Series),
+            "ascending by number"
+        );
+        let markers = points.each_ref().map(|point| styles.markers(point).marker);
         assert_eq!(markers[0], markers[2]);
         assert_ne!(markers[0], markers[1]);
     }
 
     #[test]
     fn a_label_says_what_varies_and_nothing_else() {
-        let looks = Looks::of(&[point(1, 32), point(16, 32)], &Files::new());
-        assert_eq!(looks.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
-        let alone = Looks::of(&[point(1, 32)], &Files::new());
+        let styles = Styles::of(&[point(1, 32), point(16, 32)], &Files::new());
+        assert_eq!(styles.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
+        let alone = Styles::of(&[point(1, 32)], &Files::new());
         assert_eq!(alone.label(&point(1, 32)), None);
         // A surface has fewer coordinates than its contacts, and is the only one all the same.
         let mut surface = point(1, 32);
@@ -209,15 +216,15 @@ mod tests {
         let files: Files = [("c1", "worn.npy"), ("c0", "new.npy")]
             .map(|(content, file)| (content.to_owned(), file.to_owned()))
             .into();
-        let label = |points: &[Point], point: &Point| Looks::of(points, &files).label(point);
+        let label = |points: &[Point], point: &Point| Styles::of(points, &files).label(point);
         let both = [worn.clone(), new.clone()];
         assert_eq!(label(&both, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&both[..1], &worn).as_deref(), Some("worn.npy"));
         // Colours follow the names, whatever the hashes are.
-        let looks = Looks::of(&both, &files);
+        let styles = Styles::of(&both, &files);
         assert_eq!(
-            [&new, &worn].map(|point| looks.ink(point)),
-            [0, 1].map(Ink::Series)
+            [&new, &worn].map(|point| styles.colour(point)),
+            [0, 1].map(Colour::Series)
         );
         // Read twice, it is told what differs.
         let faded = of_file("c1", "4.2", "taper");
@@ -241,7 +248,7 @@ mod tests {
     #[test]
     fn where_no_cutoff_varies_something_else_has_the_colours() {
         let with = |hurst: &str| Point::from([("hurst".to_owned(), hurst.to_owned())]);
-        let looks = Looks::of(&[with("0.3"), with("0.8")], &Files::new());
-        assert_ne!(looks.ink(&with("0.3")), looks.ink(&with("0.8")));
+        let styles = Styles::of(&[with("0.3"), with("0.8")], &Files::new());
+        assert_ne!(styles.colour(&with("0.3")), styles.colour(&with("0.8")));
     }
 }

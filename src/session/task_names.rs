@@ -1,9 +1,8 @@
 //! Tasks as people name them: by their key, or by as many of its digits as tell it from others.
 
-use super::{Data, Failure, Misused};
-use crate::diagnostics::listed;
+use super::error::{SessionError, TaskNameError};
+use crate::data_folder::DataFolder;
 use crate::plan::Plan;
-use crate::store::Store;
 use crate::store::key::TaskKey;
 
 /// Fewer digits are no name, even where they happen to tell one task from all others.
@@ -13,44 +12,52 @@ const FEWEST_DIGITS: usize = 4;
 ///
 /// # Errors
 /// When the word is no key, or no finished task has it, or several have.
-pub fn finished(word: &str, store: &Store, data: &Data) -> Result<TaskKey, Failure> {
+pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
-    let key = only(&digits, store.finished(&digits)?)?;
-    key.ok_or_else(|| format!("no task {word} is finished in `{}`", data.store().display()).into())
+    let key = only(&digits, data.look()?.finished(&digits)?)?;
+    let none = || TaskNameError::NotFinished {
+        word: word.to_owned(),
+        store: data.store(),
+    };
+    Ok(key.ok_or_else(none)?)
 }
 
 /// The task of a study that is meant, finished or not.
 ///
 /// # Errors
 /// When the word is no key, or no task of the study has it, or several have.
-pub fn planned(word: &str, plan: &Plan) -> Result<usize, Failure> {
+pub fn planned(word: &str, plan: &Plan) -> Result<usize, TaskNameError> {
     let key = only(&digits(word)?, plan.keys())?;
     let task = key.and_then(|key| plan.task_of(key));
-    task.ok_or_else(|| Misused(format!("`{}` has no task {word}", plan.study)).into())
+    task.ok_or_else(|| TaskNameError::NotPlanned {
+        word: word.to_owned(),
+        study: plan.study.clone(),
+    })
 }
 
 /// A word as digits of a key.
-fn digits(word: &str) -> Result<String, Misused> {
+fn digits(word: &str) -> Result<String, TaskNameError> {
     let is_hexadecimal = word.bytes().all(|byte| byte.is_ascii_hexdigit());
     if !is_hexadecimal || word.len() < FEWEST_DIGITS {
-        let key = word.parse::<TaskKey>();
-        key.map_err(|error| Misused(error.to_string()))?;
+        word.parse::<TaskKey>()?;
     }
     Ok(word.to_ascii_lowercase())
 }
 
 /// The one of the keys that begins with these digits, if any does.
-fn only(digits: &str, keys: impl IntoIterator<Item = TaskKey>) -> Result<Option<TaskKey>, Misused> {
-    let keys = keys.into_iter().map(|key| (key, key.to_string()));
-    let meant: Vec<_> = keys.filter(|(_, key)| key.starts_with(digits)).collect();
+fn only(
+    digits: &str,
+    keys: impl IntoIterator<Item = TaskKey>,
+) -> Result<Option<TaskKey>, TaskNameError> {
+    let is_meant = |key: &TaskKey| key.to_string().starts_with(digits);
+    let meant: Vec<_> = keys.into_iter().filter(is_meant).collect();
     match meant.as_slice() {
         [] => Ok(None),
-        [(key, _)] => Ok(Some(*key)),
-        several => {
-            let several = listed(several.iter().map(|(_, key)| key.as_str()), "and");
-            let message = format!("`{digits}` begins the keys of several tasks: {several}");
-            Err(Misused(message))
-        }
+        [key] => Ok(Some(*key)),
+        _ => Err(TaskNameError::Ambiguous {
+            digits: digits.to_owned(),
+            keys: meant,
+        }),
     }
 }
 

@@ -6,7 +6,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
 use super::chart::{Chart, Series};
-use super::ink::Ink;
+use super::colour::Colour;
 use super::legend::{self, Legend};
 use super::raster::Raster;
 use super::svg::{finished, shift};
@@ -26,7 +26,7 @@ const HEAD: f64 = 24.0;
 
 /// One figure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sheet {
+pub struct Figure {
     /// Rows of panels.
     pub rows: Vec<Vec<Panel>>,
     /// Width and height of one panel, in pixels.
@@ -49,28 +49,28 @@ pub enum Panel {
     Empty,
 }
 
-impl Sheet {
+impl Figure {
     /// One chart.
-    pub fn of(chart: Chart) -> Sheet {
-        Sheet::of_charts(vec![vec![chart]], [600.0, 410.0])
+    pub fn of(chart: Chart) -> Figure {
+        Figure::of_charts(vec![vec![chart]], [600.0, 410.0])
     }
 
     /// Two charts side by side: nothing of one lies over the other.
-    pub fn of_two(left: Chart, right: Chart) -> Sheet {
-        Sheet::of_charts(vec![vec![left, right]], [430.0, 340.0])
+    pub fn of_two(left: Chart, right: Chart) -> Figure {
+        Figure::of_charts(vec![vec![left, right]], [430.0, 340.0])
     }
 
     /// Rows of charts.
-    pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Sheet {
+    pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
         let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
-        Sheet {
+        Figure {
             rows: rows.into_iter().map(|row| panels(row).collect()).collect(),
             panel,
         }
     }
 
-    /// The figure as SVG in the variables of [`super::ink`]; `name` keeps its parts apart from those of
-    /// other figures on a page.
+    /// The figure as SVG in the variables of [`super::colour`]; `name` keeps its parts apart from
+    /// those of other figures on a page.
     pub fn to_svg(&self, name: &str) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let [panel_width, panel_height] = self.panel;
@@ -83,7 +83,7 @@ impl Sheet {
         let top = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
         let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
         scene.background_color = None;
-        scene.text_color = Some(Ink::Text.css());
+        scene.text_color = Some(Colour::Text.css());
         scene.font_family = Some(FONT_FAMILY.to_owned());
         let mut maps = String::new();
         for (row, panels) in self.rows.iter().enumerate() {
@@ -139,7 +139,7 @@ impl Sheet {
                 anchor: TextAnchor::Middle,
                 rotate: None,
                 bold: false,
-                color: Some(Ink::Text.css().into()),
+                color: Some(Colour::Text.css().into()),
             });
         }
         scene.add(Primitive::Rect {
@@ -148,7 +148,7 @@ impl Sheet {
             width: side,
             height: side,
             fill: "none".into(),
-            stroke: Some(Ink::Soft.css().into()),
+            stroke: Some(Colour::Muted.css().into()),
             stroke_width: Some(1.0),
             opacity: None,
         });
@@ -206,25 +206,25 @@ fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::super::axis::Axis;
-    use super::super::chart::Point;
+    use super::super::chart::DataPoint;
     use super::super::pixels;
     use super::super::style::{Dash, Marker, Style};
     use super::super::svg::alone;
     use super::*;
 
-    fn sheet() -> Sheet {
+    fn figure() -> Figure {
         let mut chart = Chart::new(Axis::linear("load y"), Axis::logarithmic("area"));
-        let point = |x: f64| Point {
+        let point = |x: f64| DataPoint {
             x,
             y: x * x,
             bar: Some([0.5 * x * x, 2.0 * x * x]),
         };
         chart.series.push(Series {
             points: [0.0, 0.5, 1.0, f64::NAN].map(point).to_vec(),
-            style: Style::marker(Ink::Series(0), Marker::Triangle),
+            style: Style::marker(Colour::Series(0), Marker::Triangle),
             label: Some("k_lower 4".to_owned()),
         });
-        let line = Style::line(Ink::Text, Dash::Dashed, 1.5);
+        let line = Style::line(Colour::Text, Dash::Dashed, 1.5);
         chart
             .series
             .push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
@@ -232,7 +232,7 @@ mod tests {
             title: "heights".to_owned(),
             raster: Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]),
         };
-        Sheet {
+        Figure {
             rows: vec![vec![Panel::Chart(Box::new(chart)), map]],
             panel: [300.0, 200.0],
         }
@@ -240,15 +240,15 @@ mod tests {
 
     #[test]
     fn equal_sheets_are_equal_bytes_however_many_were_drawn_before() {
-        let first = sheet().to_svg("area");
-        Sheet::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
-        assert_eq!(first, sheet().to_svg("area"));
+        let first = figure().to_svg("area");
+        Figure::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
+        assert_eq!(first, figure().to_svg("area"));
     }
 
     #[test]
     fn charts_of_a_sheet_stand_beside_each_other() {
         let chart = || Chart::new(Axis::linear("x"), Axis::linear("y"));
-        let svg = Sheet::of_two(chart(), chart()).to_svg("two");
+        let svg = Figure::of_two(chart(), chart()).to_svg("two");
         // Each in its own group, the second one the width of a panel and a gap to the right.
         let groups: Vec<&str> = svg.split("translate(").skip(1).collect();
         assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn words_stay_words_and_each_name_has_one_entry() {
-        let svg = sheet().to_svg("area");
+        let svg = figure().to_svg("area");
         assert_eq!(svg.matches(">k_lower 4</text>").count(), 1);
         assert_eq!(svg.matches(">a &amp; b &lt; c</text>").count(), 1);
         assert!(svg.contains(">load y</text>") && !svg.contains("NaN"));
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_sheet_alone_is_a_drawing_of_its_size_without_variables() {
-        let alone = alone(&sheet().to_svg("area"));
+        let alone = alone(&figure().to_svg("area"));
         assert!(!alone.contains("var(") && alone.contains("viewBox"));
         let png = pixels::to_png(&alone, 2.0).unwrap();
         let decoder = png::Decoder::new(std::io::Cursor::new(&png));

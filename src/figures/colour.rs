@@ -8,15 +8,15 @@ use std::fmt::Write;
 
 /// A colour, by what it is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ink {
+pub enum Colour {
     /// Axes, words, and what is drawn in black.
     Text,
     /// What is of lesser weight: guides, asymptotes.
-    Soft,
+    Muted,
     /// Lines of the grid.
     Grid,
     /// What it is all drawn on.
-    Paper,
+    Background,
     /// A series of data, by its place among all; colours come round again after the last.
     Series(usize),
 }
@@ -31,10 +31,17 @@ const SERIES: [(&str, &str); 7] = [
     ("#882255", "#f2789f"),
 ];
 
-impl Ink {
-    fn all() -> impl Iterator<Item = Ink> {
-        let fixed = [Ink::Text, Ink::Soft, Ink::Grid, Ink::Paper];
-        fixed.into_iter().chain((0..SERIES.len()).map(Ink::Series))
+impl Colour {
+    fn all() -> impl Iterator<Item = Colour> {
+        let fixed = [
+            Colour::Text,
+            Colour::Muted,
+            Colour::Grid,
+            Colour::Background,
+        ];
+        fixed
+            .into_iter()
+            .chain((0..SERIES.len()).map(Colour::Series))
     }
 
     /// As CSS writes it.
@@ -44,22 +51,22 @@ impl Ink {
 
     fn variable(self) -> String {
         match self {
-            Ink::Text => "--ink".to_owned(),
-            Ink::Soft => "--soft".to_owned(),
-            Ink::Grid => "--grid".to_owned(),
-            Ink::Paper => "--paper".to_owned(),
-            Ink::Series(place) => format!("--series-{}", place % SERIES.len()),
+            Colour::Text => "--ink".to_owned(),
+            Colour::Muted => "--soft".to_owned(),
+            Colour::Grid => "--grid".to_owned(),
+            Colour::Background => "--paper".to_owned(),
+            Colour::Series(place) => format!("--series-{}", place % SERIES.len()),
         }
     }
 
     /// On light paper and on dark.
     fn shades(self) -> [&'static str; 2] {
         let (light, dark) = match self {
-            Ink::Text => ("#1b1b1b", "#e8e8e8"),
-            Ink::Soft => ("#6b6b6b", "#a8a8a8"),
-            Ink::Grid => ("#e4e4e4", "#3a3d42"),
-            Ink::Paper => ("#ffffff", "#17191c"),
-            Ink::Series(place) => SERIES[place % SERIES.len()],
+            Colour::Text => ("#1b1b1b", "#e8e8e8"),
+            Colour::Muted => ("#6b6b6b", "#a8a8a8"),
+            Colour::Grid => ("#e4e4e4", "#3a3d42"),
+            Colour::Background => ("#ffffff", "#17191c"),
+            Colour::Series(place) => SERIES[place % SERIES.len()],
         };
         [light, dark]
     }
@@ -77,8 +84,8 @@ pub fn dark() -> String {
 
 fn declarations(mode: usize) -> String {
     let mut text = String::new();
-    for ink in Ink::all() {
-        let _ = write!(text, "{}:{};", ink.variable(), ink.shades()[mode]);
+    for colour in Colour::all() {
+        let _ = write!(text, "{}:{};", colour.variable(), colour.shades()[mode]);
     }
     text
 }
@@ -86,8 +93,8 @@ fn declarations(mode: usize) -> String {
 /// The same drawing with the colours of light paper written in, for programs that know no
 /// variables.
 pub fn written_in(svg: &str) -> String {
-    Ink::all().fold(svg.to_owned(), |svg, ink| {
-        svg.replace(&ink.css(), ink.shades()[0])
+    Colour::all().fold(svg.to_owned(), |svg, colour| {
+        svg.replace(&colour.css(), colour.shades()[0])
     })
 }
 
@@ -120,23 +127,25 @@ mod tests {
     #[test]
     fn words_and_series_stand_out_from_light_paper_and_from_dark() {
         for mode in [0, 1] {
-            let paper = Ink::Paper.shades()[mode];
-            for ink in Ink::all().filter(|ink| !matches!(ink, Ink::Paper | Ink::Grid)) {
-                let shade = ink.shades()[mode];
+            let paper = Colour::Background.shades()[mode];
+            for colour in
+                Colour::all().filter(|colour| !matches!(colour, Colour::Background | Colour::Grid))
+            {
+                let shade = colour.shades()[mode];
                 // WCAG asks for 4.5 of words and for 3 of graphics.
-                let least = if matches!(ink, Ink::Series(_)) {
+                let least = if matches!(colour, Colour::Series(_)) {
                     3.0
                 } else {
                     4.5
                 };
-                assert!(contrast(shade, paper) >= least, "{ink:?} in mode {mode}");
+                assert!(contrast(shade, paper) >= least, "{colour:?} in mode {mode}");
             }
         }
     }
 
     #[test]
     fn a_figure_that_goes_out_alone_has_no_variables() {
-        let svg = Ink::all().map(Ink::css).collect::<String>();
+        let svg = Colour::all().map(Colour::css).collect::<String>();
         assert!(!written_in(&svg).contains("var("));
     }
 }

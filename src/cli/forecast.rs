@@ -1,0 +1,48 @@
+//! What a study would cost, in words.
+
+use std::thread::available_parallelism;
+use std::time::Duration;
+
+use super::counted;
+use super::progress::duration;
+use crate::session::Status;
+
+/// What is to come, in time of this machine, and where more may come.
+pub fn text(status: &Status) -> String {
+    let adaptive = status.adaptive.iter().map(|stage| format!("{stage}\n"));
+    adaptive.collect::<String>() + &cost(status)
+}
+
+fn cost(status: &Status) -> String {
+    if status.missing.is_empty() {
+        return "nothing to do".to_owned();
+    }
+    let seconds = status.total_seconds();
+    let cores = available_parallelism().map_or(1, usize::from);
+    let cores = cores.min(status.missing.len());
+    let wall = duration(Duration::from_secs_f64((seconds / cores as f64).ceil()));
+    let cost = core_hours(seconds);
+    format!("{cost} expected: {wall} on {}", counted(cores, "core"))
+}
+
+/// Time of one core, with two digits that mean something.
+pub fn core_hours(seconds: f64) -> String {
+    let hours = seconds / 3600.0;
+    let decimals = (1.0 - hours.max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{hours:.decimals$} core-hours")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn core_hours_have_two_digits() {
+        let told = |hours: f64| core_hours(3600.0 * hours);
+        assert_eq!(told(0.0), "0.000000 core-hours");
+        assert_eq!(told(0.000_123), "0.00012 core-hours");
+        assert_eq!(told(0.27), "0.27 core-hours");
+        assert_eq!(told(3.07), "3.1 core-hours");
+        assert_eq!(told(412.0), "412 core-hours");
+    }
+}

@@ -1,0 +1,50 @@
+//! The folder of finished work: what is where in it.
+
+use std::path::{Path, PathBuf};
+
+use crate::store::{Store, StoreError};
+
+/// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, and in
+/// `plans/` what studies were when they last ran. It need not exist.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DataFolder(PathBuf);
+
+impl DataFolder {
+    /// The folder at this path.
+    pub fn new(path: impl Into<PathBuf>) -> DataFolder {
+        DataFolder(path.into())
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Tables of tasks.
+    pub fn store(&self) -> PathBuf {
+        self.0.join("store")
+    }
+
+    /// Tables of stages, a folder for each study.
+    pub fn results(&self) -> PathBuf {
+        self.0.join("results")
+    }
+
+    /// Tables of one study's stages.
+    pub fn results_of(&self, study: &str) -> PathBuf {
+        self.results().join(study)
+    }
+
+    /// What studies were when they last ran.
+    pub fn records(&self) -> PathBuf {
+        self.0.join("plans")
+    }
+
+    /// The store, to be looked at: nothing is made.
+    ///
+    /// # Errors
+    /// When nobody can tell whether the store is pruned just now.
+    pub fn look(&self) -> Result<Store, StoreError> {
+        Store::look(&self.store())
+    }
+}

@@ -1,0 +1,193 @@
+//! What a session tells while it works, to whoever observes it.
+
+use std::fmt;
+use std::path::Path;
+
+use bytesize::ByteSize;
+
+use crate::diagnostics::{chain, counted};
+use crate::memory::Allowance;
+use crate::plan::Plan;
+use crate::runner::Damage;
+use crate::store::StoreError;
+use crate::store::table::Table;
+use crate::study::Warning;
+
+/// Hears what happens while a session works, some of it from the threads that compute. Every
+/// `Fn(Event)` that threads may share is one.
+pub trait Observer: Sync {
+    /// Something has happened. Who takes long to hear it holds up the task that tells it.
+    fn hear(&self, event: Event<'_>);
+}
+
+impl<F: Fn(Event<'_>) + Sync> Observer for F {
+    fn hear(&self, event: Event<'_>) {
+        self(event);
+    }
+}
+
+/// What happens while a session works. Tasks are numbers of the plan that was begun last.
+#[derive(Debug, Clone, Copy)]
+pub enum Event<'a> {
+    /// Something should be known, and nothing ends for it.
+    Notice(Notice<'a>),
+    /// Tasks are about to be computed; a run may do so several times, one after the other.
+    Begun(Batch<'a>),
+    /// A task began.
+    Started(usize),
+    /// A share of a task is done, from 0 to 1.
+    Advanced(usize, f64),
+    /// A task is done, or has failed.
+    Finished(usize),
+    /// All that was begun has ended, one way or the other.
+    Ended,
+    /// Tasks could not be computed: rows of the table of failures ([`crate::failures`]).
+    Failed(&'a Table),
+}
+
+/// Tasks that are computed together.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch<'a> {
+    /// All tasks of the study, as many as are known by now.
+    pub plan: &'a Plan,
+    /// Those that are to be computed.
+    pub tasks: &'a [usize],
+    /// How many others are in the store.
+    pub cached: usize,
+}
+
+/// Something that should be known of a study, of its tables or of a run.
+#[derive(Debug, Clone, Copy)]
+pub enum Notice<'a> {
+    /// Of the study, before it is run.
+    Study(&'a Warning),
+    /// Memory is for fewer tasks at once than there are threads.
+    ScarceMemory {
+        /// What the largest task takes.
+        largest: ByteSize,
+        /// How many of it there is memory for.
+        at_once: u64,
+        /// How many threads there are.
+        jobs: usize,
+        /// What the run keeps to.
+        allowance: Allowance,
+    },
+    /// A task's table was damaged, and is computed again.
+    Damaged(&'a Damage),
+    /// A stage's table was not as any run had written it.
+    Edited {
+        /// Where it was, and where a new one is.
+        path: &'a Path,
+        /// Where it is now.
+        quarantined: &'a Path,
+    },
+    /// A table in the folder of results is of no stage that the study has.
+    Orphan(&'a Path),
+    /// What the study is could not be written down.
+    NotRemembered(&'a StoreError),
+    /// The file of a measured surface is gone, and is taken to be as it was.
+    Recalled(&'a Path),
+    /// Not all tasks of a stage are finished whose table is read.
+    Incomplete {
+        /// The stage.
+        stage: &'a str,
+        /// How many of its tasks are finished.
+        finished: usize,
+        /// How many it has.
+        tasks: usize,
+        /// The study's manifest.
+        manifest: &'a Path,
+    },
+}
+
+/// How much a notice should worry who hears it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// All is as it should be.
+    Note,
+    /// Something is not.
+    Warning,
+}
+
+impl Notice<'_> {
+    /// How much it should worry who hears it.
+    pub fn severity(&self) -> Severity {
+        match self {
+            Notice::Study(_)
+            | Notice::Damaged(_)
+            | Notice::Edited { .. }
+            | Notice::NotRemembered(_) => Severity::Warning,
+            Notice::ScarceMemory { .. }
+            | Notice::Orphan(_)
+            | Notice::Recalled(_)
+            | Notice::Incomplete { .. } => Severity::Note,
+        }
+    }
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Severity::Note => "note",
+            Severity::Warning => "warning",
+        })
+    }
+}
+
+impl fmt::Display for Notice<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Notice::Study(warning) => write!(formatter, "{warning}"),
+            Notice::ScarceMemory {
+                largest,
+                at_once,
+                jobs,
+                allowance,
+            } => {
+                let largest = largest.display().si();
+                write!(
+                    formatter,
+                    "the largest task takes {largest}: {at_once} at once, not {jobs}, in {allowance}"
+                )
+            }
+            Notice::Damaged(damage) => {
+                let (cause, quarantined) = (chain(&damage.cause), damage.quarantined.display());
+                write!(formatter, "{cause}; set aside as `{quarantined}`")
+            }
+            Notice::Edited { path, quarantined } => write!(
+                formatter,
+                "`{}` was not as it had been written; set aside as `{}`",
+                path.display(),
+                quarantined.display()
+            ),
+            Notice::Orphan(path) => write!(
+                formatter,
+                "`{}` is of a stage that the study no longer has; you may delete it",
+                path.display()
+            ),
+            Notice::NotRemembered(error) => {
+                write!(
+                    formatter,
+                    "{}; `explain` will not know this run",
+                    chain(*error)
+                )
+            }
+            Notice::Recalled(path) => write!(
+                formatter,
+                "surface file `{}` cannot be read; its tables are those of it as it was",
+                path.display()
+            ),
+            Notice::Incomplete {
+                stage,
+                finished,
+                tasks,
+                manifest,
+            } => write!(
+                formatter,
+                "`{stage}` is not complete, {finished} of {} computed; `asperity run {}` goes on",
+                counted(*tasks, "task"),
+                manifest.display(),
+            ),
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What a run shall do, and with what.
+
+use std::num::NonZeroUsize;
+
+use bytesize::ByteSize;
+
+use super::error::TaskNameError;
+use super::task_names::planned;
+use crate::plan::Plan;
+use crate::runner;
+use crate::store::Store;
+
+/// What a run shall do, and with what. The default computes all that is missing.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// Surfaces to work on at once; as many as there are cores when left out.
+    pub jobs: Option<NonZeroUsize>,
+    /// Memory to keep to, by working on fewer surfaces at once; seven eighths of what there is for
+    /// the process when left out.
+    pub memory: Option<ByteSize>,
+    /// Which tasks to compute.
+    pub selection: Selection,
+    /// Whether to take the place of another manifest whose study has the same name.
+    pub replace: bool,
+}
+
+/// Which tasks of a study a run computes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Selection {
+    /// All that the store lacks, and as many surfaces as its tables ask for.
+    #[default]
+    Missing,
+    /// One task, even if its table is there, and what it lacks: its key, or the first digits of
+    /// it.
+    Task(String),
+}
+
+impl RunOptions {
+    /// Threads, one for each surface.
+    pub(super) fn threads(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.jobs.map_or_else(cores, NonZeroUsize::get)
+    }
+}
+
+impl Selection {
+    /// The tasks that are meant, of those that the plan has by now.
+    pub(super) fn tasks(&self, plan: &Plan, store: &Store) -> Result<Vec<usize>, TaskNameError> {
+        Ok(match self {
+            Selection::Missing => runner::missing(plan, store),
+            Selection::Task(key) => runner::alone(plan, planned(key, plan)?, store),
+        })
+    }
+}

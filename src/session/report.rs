@@ -1,0 +1,47 @@
+//! The page of what a study has found.
+
+use std::fs;
+use std::path::PathBuf;
+
+use super::Session;
+use super::error::SessionError;
+use crate::report::bars::Bars;
+use crate::report::{self, Report, Subject};
+use crate::results::owner;
+use crate::store::files::Existing;
+
+/// What page shall be written, and where.
+#[derive(Debug, Clone, Default)]
+pub struct ReportOptions {
+    /// The folder to write into; that of the study's tables when left out.
+    pub output: Option<PathBuf>,
+    /// Whether to take the place of a page that shows more, or of another manifest.
+    pub replace: bool,
+    /// What error bars are.
+    pub bars: Bars,
+}
+
+/// Writes the page and the figures beside it.
+pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, SessionError> {
+    let reading = session.reading()?;
+    if !options.replace && options.output.is_none() {
+        let (study, plan) = (&reading.study, &reading.plan);
+        owner::check(session.manifest(), study, plan, &reading.archive)?;
+    }
+    let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
+    let subject = Subject {
+        plan: &reading.plan,
+        rows: &reading.all()?,
+        archive: &reading.archive,
+        sources: &reading.study.sources,
+        manifest: &manifest,
+        warnings: &reading.study.warnings(),
+    };
+    let beside = || session.data().results_of(&reading.plan.study);
+    let folder = options.output.clone().unwrap_or_else(beside);
+    let existing = match options.replace {
+        true => Existing::Replace,
+        false => Existing::Keep,
+    };
+    Ok(report::write(&subject, options.bars, &folder, existing)?)
+}

@@ -1,0 +1,288 @@
+//! Computing what a study lacks, and writing its tables.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use super::error::SessionError;
+use super::events::{Batch, Event, Notice, Observer};
+use super::options::{RunOptions, Selection};
+use super::{Session, failures};
+use crate::adaptive_sampling::SampledStudy;
+use crate::memory::{self, Allowance};
+use crate::plan::Plan;
+use crate::reasons::record::Record;
+use crate::results::archive::Archive;
+use crate::results::{self, PublishedTable, ResultsError, owner};
+use crate::runner::{self, Damage, Resources, RunOutcome};
+use crate::store::Store;
+
+/// A run that may begin: what it would compute fits into memory and takes nobody's tables away.
+#[derive(Debug)]
+pub struct PreparedRun<'a> {
+    session: &'a Session<'a>,
+    selection: Selection,
+    sampled: SampledStudy,
+    store: Store,
+    jobs: usize,
+    memory: Allowance,
+}
+
+/// What came of a run.
+#[derive(Debug)]
+pub struct RunReport {
+    /// The study, with as many surfaces as it has by now, and its plan, of whose tasks the rest
+    /// speaks.
+    pub sampled: SampledStudy,
+    /// The tasks that the store lacked.
+    pub missing: Vec<usize>,
+    /// The tasks that were to be computed.
+    pub wanted: Vec<usize>,
+    /// What became of them.
+    pub outcome: RunOutcome,
+    /// The stages' tables; none where nothing can be stored.
+    pub tables: Option<Vec<PublishedTable>>,
+    /// Where the table of failures is, if there is one.
+    pub failures: Option<PathBuf>,
+}
+
+impl<'a> PreparedRun<'a> {
+    pub(super) fn new(
+        session: &'a Session<'a>,
+        options: &RunOptions,
+    ) -> Result<PreparedRun<'a>, SessionError> {
+        let study = session.study()?;
+        for warning in &study.warnings() {
+            session.tell(Event::Notice(Notice::Study(warning)));
+        }
+        let store = session.open()?;
+        let sampled = SampledStudy::of(study, &store)?;
+        if !options.replace {
+            let folder = session.data().results_of(&sampled.plan.study);
+            let archive = Archive::of(store.clone(), &folder);
+            owner::check(session.manifest(), &sampled.study, &sampled.plan, &archive)?;
+        }
+        let wanted = options.selection.tasks(&sampled.plan, &store)?;
+        let jobs = options.threads();
+        let memory = Allowance::of(options.memory, jobs);
+        memory.fits(&sampled.plan, &wanted)?;
+        Ok(PreparedRun {
+            session,
+            selection: options.selection.clone(),
+            sampled,
+            store,
+            jobs,
+            memory,
+        })
+    }
+
+    /// The study as the store makes it before the run.
+    pub fn sampled(&self) -> &SampledStudy {
+        &self.sampled
+    }
+
+    /// Computes and writes until all is done, or `stop` is set. What is finished is kept: another
+    /// run goes on from there.
+    ///
+    /// # Errors
+    /// When the data cannot be read or written. Tasks that fail are no errors, but rows of the
+    /// table of failures.
+    pub fn execute(mut self, stop: &AtomicBool) -> Result<RunReport, SessionError> {
+        self.remember();
+        let settled = match self.selection {
+            Selection::Missing => self.settle_surfaces(stop)?,
+            Selection::Task(_) => RunOutcome::default(),
+        };
+        let missing = self.missing();
+        let wanted = self.selection.tasks(self.plan(), &self.store)?;
+        let mut outcome = self.compute(&wanted, stop)?;
+        // What was drawn on the way was missing and wanted, too.
+        let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &settled.computed));
+        outcome.append(settled);
+        // Where no task's table can be stored, no stage's table can.
+        let tables = match outcome.halted {
+            true => Ok(None),
+            false => self.publish(&mut outcome, stop).map(Some),
+        };
+        for damage in &outcome.damaged {
+            self.notice(Notice::Damaged(damage));
+        }
+        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
+        if failed.rows() > 0 {
+            self.session.tell(Event::Failed(&failed));
+        }
+        let tables = tables?;
+        self.tell_edited(tables.as_deref().unwrap_or_default());
+        let failures = match &tables {
+            Some(tables) => {
+                let (session, plan) = (self.session, self.plan());
+                failures::write(session, plan, failed, &wanted, tables, &self.store)?
+            }
+            None => None,
+        };
+        for path in results::orphans(self.plan(), &self.session.data().results())? {
+            self.notice(Notice::Orphan(&path));
+        }
+        if !outcome.halted {
+            self.remember();
+        }
+        Ok(RunReport {
+            sampled: self.sampled,
+            missing,
+            wanted,
+            outcome,
+            tables,
+            failures,
+        })
+    }
+
+    fn plan(&self) -> &Plan {
+        &self.sampled.plan
+    }
+
+    fn missing(&self) -> Vec<usize> {
+        runner::missing(self.plan(), &self.store)
+    }
+
+    fn notice(&self, notice: Notice) {
+        self.session.tell(Event::Notice(notice));
+    }
+
+    /// Draws surfaces until their number is settled, and computes what settles it.
+    fn settle_surfaces(&mut self, stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
+        let mut outcome = RunOutcome::default();
+        loop {
+            for (task, cause) in self.sampled.take_damaged() {
+                let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
+                outcome.damaged.extend(damage);
+            }
+            let mut missing = self.sampled.deciding();
+            missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
+            let round = self.compute(&missing, stop)?;
+            if round.computed.is_empty() {
+                return Ok(outcome);
+            }
+            outcome.append(round);
+            // What has failed is tried again, and told of, with all the rest.
+            outcome.failed.clear();
+            let sampled = SampledStudy::of(self.sampled.study.clone(), &self.store)?;
+            outcome = outcome.moved(self.plan(), &sampled.plan);
+            self.sampled = sampled;
+        }
+    }
+
+    fn compute(&self, wanted: &[usize], stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
+        if wanted.is_empty() {
+            return Ok(RunOutcome::default());
+        }
+        let resources = self.resources(wanted);
+        let without = joined(self.missing(), wanted).len();
+        self.session.tell(Event::Begun(Batch {
+            plan: self.plan(),
+            tasks: wanted,
+            cached: self.plan().tasks.len() - without,
+        }));
+        let outcome = runner::run(
+            self.plan(),
+            wanted,
+            &self.store,
+            &self.sampled.study.sources,
+            resources,
+            &Relay(self.session.observer),
+            stop,
+        );
+        self.session.tell(Event::Ended);
+        Ok(outcome?)
+    }
+
+    /// One surface to a core, as far as memory goes.
+    fn resources(&self, wanted: &[usize]) -> Resources {
+        let (plan, room) = (self.plan(), self.memory.room());
+        let jobs = self.jobs.min(wanted.len());
+        let largest = memory::of_largest(plan, wanted);
+        let at_once = (room.0 / largest.0.max(1)).max(1);
+        if at_once < jobs as u64 {
+            self.notice(Notice::ScarceMemory {
+                largest,
+                at_once,
+                jobs,
+                allowance: self.memory,
+            });
+        }
+        Resources {
+            threads: memory::threads(plan, wanted, room, jobs),
+            room,
+        }
+    }
+
+    /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
+    /// other task has read them, are computed again.
+    fn publish(
+        &self,
+        outcome: &mut RunOutcome,
+        stop: &AtomicBool,
+    ) -> Result<Vec<PublishedTable>, SessionError> {
+        let (manifest, folder) = (self.session.manifest(), self.session.data().results());
+        let publish = || results::publish(&self.sampled, &self.store, manifest, &folder);
+        let tables = match publish() {
+            Err(ResultsError::Damaged { tables }) => tables,
+            published => return Ok(published?),
+        };
+        let mut tasks = Vec::new();
+        for (task, cause) in tables {
+            let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
+            outcome.damaged.extend(damage);
+            tasks.push(task);
+        }
+        tasks.sort_unstable();
+        tasks.dedup();
+        outcome.append(self.compute(&tasks, stop)?);
+        Ok(publish()?)
+    }
+
+    /// Names files in the places of tables that were not as a run had written them.
+    fn tell_edited(&self, tables: &[PublishedTable]) {
+        for PublishedTable {
+            path, quarantined, ..
+        } in tables
+        {
+            if let Some(quarantined) = quarantined {
+                self.notice(Notice::Edited { path, quarantined });
+            }
+        }
+    }
+
+    /// Writes down what the study is and how far it came, for the next plan to say what has
+    /// changed. No result depends on it, so that no run fails for it.
+    fn remember(&self) {
+        let study = &self.sampled.study;
+        let record = Record::of(study, self.plan(), &self.missing());
+        if let Err(error) = record.write(&self.session.data().records(), &study.name) {
+            self.notice(Notice::NotRemembered(&error));
+        }
+    }
+}
+
+/// Hands on what tasks do.
+struct Relay<'a>(&'a dyn Observer);
+
+impl runner::TaskObserver for Relay<'_> {
+    fn started(&self, task: usize) {
+        self.0.hear(Event::Started(task));
+    }
+
+    fn advanced(&self, task: usize, share: f64) {
+        self.0.hear(Event::Advanced(task, share));
+    }
+
+    fn finished(&self, task: usize) {
+        self.0.hear(Event::Finished(task));
+    }
+}
+
+/// Tasks of two lists, in order.
+fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
+    tasks.extend(others);
+    tasks.sort_unstable();
+    tasks.dedup();
+    tasks
+}
