@@ -30,6 +30,8 @@ pub mod names;
 
 pub mod manifest;
 
+pub mod written;
+
 pub mod study;
 
 pub mod ensemble;

@@ -4,22 +4,15 @@
 //! points of its grid, values keep their places in the text, and whatever cannot be read is
 //! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
 
-mod advice;
 pub mod evaluate;
 mod form;
 pub mod generate;
-mod grid;
-mod layout;
 mod points;
-mod reader;
 mod schema;
 pub mod solve;
 mod syntax;
-pub mod written;
 
 pub use form::{Form, a_stage};
-pub use grid::{Point, Section};
-pub use layout::{Layout, Table};
 pub use points::Points;
 pub use schema::schema;
 
@@ -30,9 +23,8 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use crate::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use crate::stages::Kind;
-use advice::Wanted;
-use layout::table;
-use written::{Key, Written};
+use crate::written::advice::{self, Wanted};
+use crate::written::{Key, Section, Written, reader, table};
 
 /// The study as a whole.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -120,7 +112,11 @@ impl Manifest {
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
     let place = entry.0.span();
     let table = table_of(entry, problems)?;
-    let wanted = Wanted::in_the_study();
+    let wanted = Wanted {
+        place: "`[study]`".to_owned(),
+        common: Vec::new(),
+        owner: Box::new(|_| None),
+    };
     Some(reader::read(table, place, &wanted, problems))
 }
 

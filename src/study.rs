@@ -5,7 +5,6 @@
 //! checks again.
 
 mod aggregate;
-mod checks;
 mod columns;
 mod evaluate;
 mod flow;

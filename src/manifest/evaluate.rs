@@ -10,8 +10,7 @@ use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::layout::table;
-use super::written::{Key, Written, deserialize_either};
+use crate::written::{Key, Written, deserialize_either, table};
 
 /// The largest `bootstrap`.
 pub const MOST_RESAMPLINGS: u32 = 1_000_000;

@@ -2,9 +2,10 @@
 
 use super::evaluate::{AggregateTable, CorrectTable, EvolutionTable, LawTable, MeasureTable};
 use super::generate::{FileTable, ParaboloidTable, PunchTable, RandomTable, WaveTable};
-use super::layout::{Layout, Table};
 use super::solve::SolveTable;
 use crate::stages::Kind;
+use crate::written::advice::Wanted;
+use crate::written::{Layout, Table};
 
 /// Which keys a stage has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +116,35 @@ impl Form {
             (Some(key), Some(word)) => format!("{} with `{key} = \"{word}\"`", a_stage(kind)),
             _ => a_stage(kind),
         }
+    }
+
+    /// Its table, for messages about its keys.
+    pub(super) fn wanted(self) -> Wanted {
+        Wanted {
+            place: self.describe(),
+            common: self.common_keys(),
+            owner: Box::new(move |key| self.owner(key).map(Form::describe)),
+        }
+    }
+
+    /// Another form that has a key, first one of the same kind.
+    fn owner(self, key: &str) -> Option<Form> {
+        let has = |form: &Form| form.layout().has(key) || form.common_keys().contains(&key);
+        let same_kind = Form::of(self.kind()).find(has);
+        same_kind.or_else(|| Form::ALL.into_iter().find(has))
+    }
+
+    /// The keys of a stage besides those of its form.
+    fn common_keys(self) -> Vec<&'static str> {
+        let mut common = vec!["kind"];
+        common.extend(Form::selector(self.kind()));
+        if self.kind() != Kind::Generate {
+            common.push("from");
+        }
+        if !self.layout().swept.is_empty() {
+            common.push("cases");
+        }
+        common
     }
 
     /// The keys of the form's table.

@@ -2,15 +2,13 @@
 
 use toml::de::DeTable;
 
-use super::advice::{self, Wanted};
 use super::evaluate::{AggregateTable, CorrectTable, EvolutionTable, LawTable, MeasureTable};
 use super::form::Form;
 use super::generate::{FileTable, ParaboloidTable, PunchTable, RandomTable, WaveTable};
-use super::grid::Section;
-use super::reader;
 use super::solve::SolveTable;
 use crate::diagnostics::{Problems, Span};
 use crate::stages::Kind;
+use crate::written::{Section, advice, reader};
 
 /// The points of a stage's grid, by what they say.
 #[derive(Debug)]
@@ -50,7 +48,7 @@ impl Form {
 
     /// Reads the rest of a stage's table.
     pub(super) fn read(self, table: DeTable, place: Span, problems: &mut Problems) -> Points {
-        let wanted = Wanted::in_a(self);
+        let wanted = self.wanted();
         match self {
             Form::Filter | Form::RandomPhase => {
                 Points::Random(self, reader::read(table, place, &wanted, problems))

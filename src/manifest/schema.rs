@@ -4,9 +4,9 @@ use serde_json::{Map, Value, json};
 
 use super::StudyTable;
 use super::form::Form;
-use super::layout::Table;
 use crate::names;
 use crate::stages::Kind;
+use crate::written::Table;
 
 /// The JSON Schema of a whole manifest (draft 7, which the TOML plug-ins of editors know).
 pub fn schema() -> Value {

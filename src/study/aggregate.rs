@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::Reduction;
-use super::checks::Checks;
 use crate::diagnostics::{Problem, Problems, chain, did_you_mean, listed};
-use crate::manifest::Section;
 use crate::manifest::evaluate::AggregateTable;
 use crate::manifest::evaluate::ModelWord;
-use crate::manifest::written::{Key, Written};
 use crate::stages::StageError;
 use crate::stages::aggregate::sql::QueryError;
 use crate::stages::aggregate::{
     Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic, level_of_confidence,
 };
 use crate::store::table::Table;
+use crate::written::Section;
+use crate::written::checks::Checks;
+use crate::written::{Key, Written};
 
 /// Columns that every reduction adds.
 const COUNTS: [&str; 2] = ["count", "unconverged"];

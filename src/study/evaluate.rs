@@ -4,20 +4,21 @@ use std::collections::BTreeMap;
 use std::ops::Bound;
 use std::sync::Arc;
 
-use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, SHARE, report_equal_points};
 use super::flow::Rows;
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::diagnostics::{Problem, Problems};
+use crate::manifest::Form;
 use crate::manifest::evaluate::{
     self, CorrectTable, Correction as WrittenCorrection, CorrectionWord, DEFAULT_BINS,
     DEFAULT_LEVEL, DEFAULT_RANGE, DEFAULT_RESAMPLINGS, EvolutionTable, KappaWord, LawTable,
     MOST_BINS, MOST_RESAMPLINGS, MeasureTable,
 };
-use crate::manifest::written::{Key, Written};
-use crate::manifest::{Form, Section};
 use crate::stages::correct::{self, AS_COUNTED, Correction, OF_2015, OF_2017};
 use crate::stages::fit::{self, Datum, Kappa, Law};
 use crate::stages::measure;
+use crate::written::Section;
+use crate::written::checks::{Checks, NOT_NEGATIVE, POSITIVE, SHARE, report_equal_points};
+use crate::written::{Key, Written};
 
 /// What a measure stage measures, which follows from what it reads.
 pub fn measurement(

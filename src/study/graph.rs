@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
 use crate::manifest::StageTable;
-use crate::manifest::written::Written;
 use crate::names::{self, LONGEST, is_plain};
+use crate::written::Written;
 
 /// The stages as a directed graph without cycles, as far as it can be made out.
 pub struct Graph {

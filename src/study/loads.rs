@@ -3,17 +3,19 @@
 use std::ops::Bound;
 use std::sync::Arc;
 
-use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points};
 use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems};
-use crate::manifest::Section;
 use crate::manifest::solve::{
     self, Body, LoadRange, Loads, MOST_PAIRS, Pressures as WrittenPressures, PressuresWord,
     SolveTable, Spacing,
 };
-use crate::manifest::written::Written;
 use crate::stages::solve::{LoadUnit, Params, Pressures};
+use crate::written::Section;
+use crate::written::Written;
+use crate::written::checks::{
+    Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points,
+};
 
 /// Loads of one block.
 const MOST_LOADS: u32 = 100_000;

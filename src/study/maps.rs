@@ -5,17 +5,17 @@ use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
 use super::Ensemble;
-use super::checks::{Checks, QUANTITY};
 use super::surfaces::{NODES, ensembles, single};
 use crate::contact::topography::measured::read_npy;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::surface::Surface;
 use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::Section;
 use crate::manifest::generate::{self, FileTable};
-use crate::manifest::written::Written;
 use crate::sources::{ContentHash, SourceError, Sources};
 use crate::stages::generate::{Form, MeasuredSurface};
+use crate::written::Section;
+use crate::written::Written;
+use crate::written::checks::{Checks, QUANTITY};
 
 /// Measured surfaces.
 pub fn file(

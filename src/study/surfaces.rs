@@ -2,18 +2,19 @@
 
 use std::ops::Bound;
 
-use super::checks::{Checks, QUANTITY, report_equal_points};
 use super::{Ensemble, until};
 use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::spectrum::Spectrum;
 use crate::diagnostics::{Problem, Problems};
+use crate::manifest::Form;
 use crate::manifest::generate::{
     self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable,
 };
-use crate::manifest::written::Key;
-use crate::manifest::{Form, Point, Section, Table};
 use crate::stages::generate::{Form as Surface, Heights, Params};
+use crate::written::Key;
+use crate::written::checks::{Checks, QUANTITY, report_equal_points};
+use crate::written::{Point, Section, Table};
 
 /// Meshes, in nodes per side.
 pub const NODES: std::ops::RangeInclusive<u32> = 4..=16384;

@@ -7,16 +7,16 @@ use std::sync::Arc;
 use arrow::datatypes::DataType;
 
 use super::Growth;
-use super::checks::Checks;
 use super::graph::Graph;
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
 use crate::manifest::generate::{Growing, Realizations};
-use crate::manifest::written::{Key, Written};
 use crate::manifest::{Points, StageTable};
 use crate::stages::Kind;
 use crate::stages::columns::SURFACE;
 use crate::store::column::Role;
 use crate::store::table::Table;
+use crate::written::checks::Checks;
+use crate::written::{Key, Written};
 
 /// Surfaces of one point.
 const MOST: u32 = 1_000_000;

@@ -1,15 +1,16 @@
 //! Judges stage after stage, each with what is known of those that it reads.
 
-use super::checks::Checks;
 use super::columns::{empty_table, stacked};
 use super::flow::{self, Rows};
 use super::graph::{self, Graph};
 use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces, until};
 use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
+use crate::manifest::{Manifest, Points, StageTable, StudyTable};
 use crate::sources::Sources;
 use crate::stages::Kind;
 use crate::store::table::Table;
+use crate::written::Section;
+use crate::written::checks::Checks;
 
 /// Tasks of one stage.
 const MOST_TASKS: usize = 1_000_000;
