@@ -36,7 +36,7 @@ use std::{panic, thread};
 use clap::{Parser, Subcommand};
 use outlook::Outlook;
 
-use crate::diagnostics::{ManifestErrors, chain, did_you_mean, listed, wrapped};
+use crate::diagnostics::{ManifestErrors, chain, counted, did_you_mean, listed, wrapped};
 use crate::growth::Grown;
 use crate::prune::Folders;
 use crate::reasons::record::Record;
@@ -272,10 +272,4 @@ fn tell(warnings: &[Warning]) {
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }
-}
-
-/// `3 surfaces`, `1 surface`.
-fn counted(number: usize, thing: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{number} {thing}{plural}")
 }

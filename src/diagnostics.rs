@@ -9,7 +9,7 @@ use thiserror::Error;
 
 mod words;
 use words::harmless;
-pub use words::{chain, did_you_mean, listed, words_of_panic, wrapped};
+pub use words::{chain, counted, did_you_mean, listed, words_of_panic, wrapped};
 
 /// Where something is written: bytes of the manifest's text.
 pub type Span = Range<usize>;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::ensemble::Point;
 use crate::names;
-use crate::stages::{Kind, Recipe, aggregate};
+use crate::stages::{Kind, Reach, Recipe, Stage as _, aggregate};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
 use crate::store::table::{Table, TableError};
@@ -40,7 +40,7 @@ pub struct Task {
     essence: TaskKey,
     /// Nodes per side of the surface at hand.
     pub nodes: usize,
-    /// Rows about it, see [`Recipe::rows`].
+    /// Rows about it, see [`Stage::rows`](crate::stages::Stage::rows).
     pub rows: usize,
 }
 
@@ -179,7 +179,7 @@ impl Builder {
                 .iter()
                 .flat_map(|block| self.each(&Recipe::Solve(block.clone()), &inputs))
                 .collect(),
-            Work::Measure(params) if params.pools_surfaces() => {
+            Work::Measure(params) if params.reach() == Reach::Point => {
                 let points = self.by_point(&inputs).into_iter();
                 points
                     .map(|surfaces| self.add(Recipe::Measure(*params), surfaces))
@@ -190,7 +190,7 @@ impl Builder {
             Work::Fit(fits) => fits
                 .iter()
                 .flat_map(|fit| {
-                    let groups = if fit.pools_all_points() {
+                    let groups = if fit.reach() == Reach::All {
                         vec![inputs.clone()]
                     } else {
                         self.by_point(&inputs)
@@ -232,10 +232,8 @@ impl Builder {
         }
         let task = self.tasks.len();
         let first = inputs.first().map(|&input| &self.tasks[input]);
-        let nodes = match &recipe {
-            Recipe::Generate(params) => params.nodes(),
-            _ => first.map_or(0, |first| first.nodes),
-        };
+        let nodes = recipe.mesh();
+        let nodes = nodes.unwrap_or_else(|| first.map_or(0, |first| first.nodes));
         let rows = recipe.rows(first.map_or(0, |first| first.rows));
         self.tasks.push(Task {
             key,
@@ -303,7 +301,7 @@ struct Digests {
 impl Digests {
     fn of(recipe: &Recipe) -> Digests {
         let whole = Digest::of(recipe);
-        let essence = match recipe.essence() {
+        let essence = match recipe.identity() {
             Cow::Borrowed(_) => whole,
             Cow::Owned(essence) => Digest::of(&essence),
         };

@@ -14,7 +14,7 @@ use crate::claims::{self, Claim, Evidence, Judgement, Outcome};
 use crate::ensemble::Point;
 use crate::pace::Pace;
 use crate::plan::Plan;
-use crate::stages::{Kind, Recipe};
+use crate::stages::{Kind, Recipe, Stage as _};
 
 #[derive(clap::Args)]
 pub struct Arguments {

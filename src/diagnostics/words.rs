@@ -31,6 +31,12 @@ pub fn did_you_mean<'a>(
         .map(|(_, candidate)| candidate)
 }
 
+/// `3 surfaces`, `1 surface`.
+pub fn counted(number: usize, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{plural}")
+}
+
 /// `a`, `b` and `c`, each in backticks.
 pub fn listed<'a>(words: impl IntoIterator<Item = &'a str>, and: &str) -> String {
     /// A longer list is not read.

@@ -203,7 +203,7 @@ impl PointRecord {
         PointRecord {
             fields,
             realizations,
-            essence: Digest::of(&recipe.essence()).to_string(),
+            essence: Digest::of(&recipe.identity()).to_string(),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::surface::Surface;
 use crate::ensemble;
 use crate::stages::generate::{self, Form};
-use crate::stages::{Recipe, StageError};
+use crate::stages::{Recipe, Stage as _, StageError};
 use crate::store::TaskTables;
 
 /// The most points that one figure shows.

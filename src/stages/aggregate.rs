@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Effort, Input, StageError};
+use super::{
+    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Rows, Stage, StageError,
+    stacked,
+};
+use crate::diagnostics::counted;
 use crate::store::column::Column;
 use crate::store::table::Table;
 
@@ -22,6 +26,25 @@ pub use theory::{Model, OF_THE_SPECTRUM};
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
+
+/// Reduces tables to statistics.
+pub const STAGE: Definition = Definition {
+    name: "aggregate",
+    version: VERSION,
+    reads: Reads {
+        rows: &Rows::ALL,
+        from: "stages of any one kind, or with `sql` any stages",
+    },
+    makes: |_| Some(Rows::Statistics),
+    columns,
+    summary: |table| {
+        let columns = table.names().len();
+        Ok(vec![
+            counted(table.rows(), "row"),
+            counted(columns, "column"),
+        ])
+    },
+};
 
 /// One reduction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -58,9 +81,36 @@ impl Groups {
     }
 }
 
-impl Params {
-    /// See [`super::Recipe::effort`]: a theory that integrates over summits takes milliseconds a load.
-    pub fn effort(&self, rows: usize) -> Effort {
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Aggregate
+    }
+
+    fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
+        let tables: Vec<Table> = inputs.iter().map(|input| input.table.light()).collect();
+        match self {
+            Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
+            Params::Sql(sql) => sql::query(&tables, sql),
+        }
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        match self {
+            Params::Groups(groups) => groups::reduce(&stacked(inputs)?, groups),
+            Params::Sql(sql) => {
+                let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
+                let named = inputs.iter().map(|(name, _)| (name.clone(), 1)).collect();
+                sql::query(&tables, &sql.over(named))
+            }
+        }
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::All
+    }
+
+    /// A theory that integrates over summits takes milliseconds a load.
+    fn effort(&self, extent: Extent) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
                 let models = groups.models.iter();
@@ -70,7 +120,7 @@ impl Params {
             }
             Params::Sql(_) => 0,
         };
-        Effort::seconds(0.02 + 5e-3 * (slow_models * rows) as f64)
+        Effort::seconds(0.02 + 5e-3 * (slow_models * extent.rows) as f64)
     }
 }
 
@@ -119,6 +169,16 @@ pub struct Sql {
     pub columns: BTreeMap<String, Meaning>,
 }
 
+impl Sql {
+    /// The same query of inputs with these names, each of so many tables.
+    pub fn over(&self, tables: Vec<(String, usize)>) -> Sql {
+        Sql {
+            tables,
+            ..self.clone()
+        }
+    }
+}
+
 /// What a column means.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Meaning {
@@ -133,18 +193,6 @@ pub struct Meaning {
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
     groups::OWN.into_iter().chain(models).collect()
-}
-
-/// Reduces the inputs' tables.
-///
-/// # Errors
-/// When a column is missing or holds no numbers, or a query is wrong.
-pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
-    let tables: Vec<Table> = inputs.iter().map(|input| input.table.light()).collect();
-    match params {
-        Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
-        Params::Sql(sql) => sql::query(&tables, sql),
-    }
 }
 
 impl Statistic {

@@ -3,7 +3,12 @@
 use serde::Serialize;
 
 use super::columns::MEAN_GAP;
-use super::{Effort, Input, StageError};
+use super::summary::range;
+use super::{
+    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Rows, Stage, StageError,
+    stacked,
+};
+use crate::diagnostics::counted;
 use crate::fitting::FitError;
 use crate::fitting::bootstrap::{Bootstrap, Interval, Intervals};
 use crate::fitting::convexity::CommonKappa;
@@ -20,10 +25,23 @@ pub mod points;
 pub mod rows;
 
 use points::Point;
-use rows::Row;
+use rows::{FITTED, Row, STATUS};
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
+
+/// Fits laws to the pooled surfaces of one parameter point.
+pub const STAGE: Definition = Definition {
+    name: "fit",
+    version: VERSION,
+    reads: Reads {
+        rows: &[Rows::Contacts, Rows::Corrections],
+        from: "either `measure` stages that read contacts or `correct` stages",
+    },
+    makes: |_| Some(Rows::Fits),
+    columns,
+    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+};
 
 /// One fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -86,7 +104,7 @@ pub enum Kappa {
 
 impl Params {
     /// Whether one task needs every parameter point at once.
-    pub fn pools_all_points(&self) -> bool {
+    fn pools_all_points(&self) -> bool {
         matches!(
             self.law,
             Law::MeshConvergence
@@ -95,26 +113,6 @@ impl Params {
                     ..
                 }
         )
-    }
-
-    /// See [`super::Recipe::effort`]: an iteration of least squares takes a microsecond for each
-    /// row, and a fit of all curves at once, with a root to find in each, thirty times as long as
-    /// that of one. With κ free there are dozens of iterations to a fit, or hundreds where the data
-    /// hardly bend; the plan cannot know how many.
-    pub fn effort(&self, rows: usize) -> Effort {
-        let has_free_kappa = matches!(
-            self.law,
-            Law::ContactEvolution {
-                kappa: Kappa::Free,
-                ..
-            }
-        );
-        let replicate = match has_free_kappa {
-            _ if self.pools_all_points() => 3e-3,
-            true => 1e-4 * rows as f64,
-            false => 1e-4 + 3e-6 * rows as f64,
-        };
-        Effort::seconds(replicate * f64::from(self.bootstrap))
     }
 
     fn bootstrap(&self) -> Bootstrap {
@@ -145,13 +143,76 @@ pub fn columns() -> Vec<Column> {
     rows::columns().into_iter().chain(meshes::COLUMNS).collect()
 }
 
-/// Fits every parameter point among the inputs' rows; a fit that fails is a row that says why.
-///
-/// # Errors
-/// When the inputs hold no measured contacts.
-pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
-    let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
-    Ok(fitted(params, &Table::stack(&tables)?)?)
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Fit
+    }
+
+    /// Fits every parameter point among the inputs' rows; a fit that fails is a row that says why.
+    fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
+        let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
+        Ok(fitted(self, &Table::stack(&tables)?)?)
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(fitted(self, &stacked(inputs)?)?)
+    }
+
+    fn has_columns_of_its_own(&self) -> bool {
+        true
+    }
+
+    fn reach(&self) -> Reach {
+        match self.pools_all_points() {
+            true => Reach::All,
+            false => Reach::Point,
+        }
+    }
+
+    /// An iteration of least squares takes a microsecond for each row, and a fit of all curves at
+    /// once, with a root to find in each, thirty times as long as that of one. With κ free there are
+    /// dozens of iterations to a fit, or hundreds where the data hardly bend; the plan cannot know how
+    /// many.
+    fn effort(&self, extent: Extent) -> Effort {
+        let has_free_kappa = matches!(
+            self.law,
+            Law::ContactEvolution {
+                kappa: Kappa::Free,
+                ..
+            }
+        );
+        let replicate = match has_free_kappa {
+            _ if self.pools_all_points() => 3e-3,
+            true => 1e-4 * extent.rows as f64,
+            false => 1e-4 + 3e-6 * extent.rows as f64,
+        };
+        Effort::seconds(replicate * f64::from(self.bootstrap))
+    }
+}
+
+fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
+    let status = table.texts(STATUS.name)?;
+    let among = |word: &str| status.iter().filter(|status| *status == Some(word)).count();
+    let astray = among(&FitError::NotConverged.to_string());
+    let failed = table.rows() - among(FITTED) - astray;
+    let mut parts = vec![
+        Some(counted(table.rows(), "fit")),
+        (astray > 0).then(|| format!("{astray} did not converge")),
+        (failed > 0).then(|| format!("{failed} failed, see `status`")),
+    ];
+    for (name, label) in [
+        ("kappa", "κ"),
+        ("beta", "β"),
+        ("mu", "μ"),
+        ("exponent", "exponent"),
+        ("erf_scale", "scale"),
+        ("decay_length", "u₀"),
+        ("closing_load", "p_c"),
+        ("mesh_coefficient", "c"),
+    ] {
+        parts.push(range(table, name, label)?);
+    }
+    Ok(parts)
 }
 
 /// Fits every parameter point among the rows.
@@ -341,5 +402,63 @@ fn replace_first(intervals: &mut Intervals, of_kappa: Option<&Intervals>) {
     match (&mut intervals.intervals, kappa) {
         (Some(own), Some(kappa)) if !own.is_empty() => own[0] = kappa,
         (own, _) => *own = None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow::array::Array;
+
+    use super::*;
+    use crate::contact::theory::law::ContactEvolution;
+    use crate::stages::columns::{AREA_FRACTION, LOAD, STOP, SURFACE};
+    use crate::store::column::{Column, ColumnKind, reals, texts};
+
+    const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
+
+    #[test]
+    fn a_fit_that_did_not_converge_is_counted_and_enters_no_range() {
+        let loads: Vec<f64> = (1..=20).map(|i| 0.003 * f64::from(i)).collect();
+        let law = ContactEvolution {
+            kappa: 2.75,
+            beta: 1.2,
+            mu: 0.6,
+        };
+        let of_a_law = loads.iter().map(|&load| law.area(load));
+        // Its slope at first touch is infinite.
+        let of_a_power = loads.iter().map(|load| 2.0 * load.powf(0.9));
+        let measured = Table::new(
+            40,
+            vec![
+                (SURFACE, texts([["one"; 20], ["two"; 20]].concat())),
+                (HURST, reals([[0.3; 20], [0.8; 20]].concat())),
+                (LOAD, reals([loads.clone(), loads.clone()].concat())),
+                (AREA_FRACTION, reals(of_a_law.chain(of_a_power))),
+                (STOP, texts(["converged"; 40])),
+            ],
+        );
+        let free = Params {
+            law: Law::ContactEvolution {
+                to: Datum::Area,
+                kappa: Kappa::Free,
+            },
+            window: [0.0, 1.0],
+            bootstrap: 0,
+            level: 0.95,
+            seed: 0,
+        };
+        let table = fitted(&free, &measured).unwrap();
+        for name in ["kappa", "beta", "mu", "rms_residual", "r_squared"] {
+            assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
+        }
+        let parts: Vec<String> = summary(&table).unwrap().into_iter().flatten().collect();
+        let told = [
+            "2 fits",
+            "1 did not converge",
+            "κ 2.7500",
+            "β 1.2000",
+            "μ 0.6000",
+        ];
+        assert_eq!(parts, told);
     }
 }

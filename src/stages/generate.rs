@@ -5,22 +5,53 @@ use arrow::datatypes::Float64Type;
 use serde::{Deserialize, Serialize};
 
 use self::description::Description;
-use super::columns::{HEIGHTS, NODES, SIDE};
-use super::{Context, Effort, Footprint, Kind, Recipe, StageError};
+use super::columns::*;
+use super::summary::range;
+use super::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    StageError,
+};
+use crate::caveats;
 use crate::contact::topography::measured;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
+use crate::diagnostics::counted;
 use crate::sources::{ContentHash, Sources};
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
+use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
 mod description;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 3;
+
+/// Draws surfaces or reads measured ones.
+pub const STAGE: Definition = Definition {
+    name: "generate",
+    version: VERSION,
+    reads: Reads {
+        rows: &[],
+        from: "nothing",
+    },
+    makes: |_| Some(Rows::Surfaces),
+    columns: || {
+        let lists: [&[Column]; 7] = [
+            &[SURFACE, METHOD, NODES, SIDE, RMS_SLOPE],
+            &OF_RANDOM_SURFACES,
+            &OF_MEASURED_SURFACES,
+            &OF_SHAPES,
+            &DESCRIPTORS,
+            &REFERENCES,
+            &[HEIGHTS],
+        ];
+        lists.concat()
+    },
+    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+};
 
 /// One surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -98,20 +129,6 @@ impl Params {
         params
     }
 
-    /// The same row with its heights not kept: what later stages' keys are built on. A surface
-    /// without heights stays one, for its row holds less.
-    pub fn essence(&self) -> Params {
-        match self.heights {
-            Heights::Keep | Heights::Redraw => self.with(Heights::Redraw),
-            Heights::None => self.clone(),
-        }
-    }
-
-    /// Whether its heights are stored.
-    pub fn keeps_heights(&self) -> bool {
-        self.heights == Heights::Keep
-    }
-
     fn with(&self, heights: Heights) -> Params {
         Params {
             heights,
@@ -119,40 +136,10 @@ impl Params {
         }
     }
 
-    /// What places the surface among others.
-    pub fn coordinates(&self) -> Vec<(Column, Value)> {
-        description::coordinates(self)
-    }
-
     /// The surface's name, the same whatever becomes of its heights.
     fn surface_key(&self) -> TaskKey {
         let recipe = Recipe::Generate(self.with(Heights::Redraw));
         TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
-    }
-
-    /// See [`Recipe::effort`]: drawing and describing take a few transforms, moments of modes none.
-    pub fn effort(&self) -> Effort {
-        match (&self.form, self.heights) {
-            (Form::Random { surface, .. }, Heights::None) => {
-                let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
-                Effort::seconds(5e-8 * modes)
-            }
-            _ => Effort::pairs(6.0),
-        }
-    }
-
-    /// See [`Recipe::footprint`]: the peak of a run on one thread, at 512² and 1024².
-    pub fn footprint(&self) -> Footprint {
-        Footprint {
-            work: match self.heights {
-                Heights::Keep | Heights::Redraw => 28.0,
-                Heights::None => 0.0,
-            },
-            table: match self.heights {
-                Heights::Keep => 8.0,
-                Heights::Redraw | Heights::None => 0.0,
-            },
-        }
     }
 
     /// Nodes per side.
@@ -216,25 +203,125 @@ pub fn own_row(form: &Form) -> Table {
     Table::row(&description::own_coordinates(form))
 }
 
-/// Draws one surface and describes it in one row.
-///
-/// # Errors
-/// When the file of a measured surface is gone, has changed, or is no map of heights.
-pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
-    if let (Form::Random { nodes, surface }, Heights::None) = (&params.form, params.heights) {
-        let description = Description::of_modes(surface, params.side);
-        let columns = description.row(params, *nodes as usize, params.side);
-        return Ok(Table::new(1, columns));
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Generate
     }
-    let surface = params.draw(context.sources)?;
-    let description = Description::of_surface(&params.form, &surface);
-    let mut columns = description.row(params, surface.nodes(), surface.side());
-    if params.keeps_heights() {
-        let heights = Float64Array::from(surface.into_heights());
-        let length = heights.len();
-        columns.push((HEIGHTS, lists(heights, [length])));
+
+    /// Draws one surface and describes it in one row.
+    fn run(&self, _: &[Input], context: &Context) -> Result<Table, StageError> {
+        if let (Form::Random { nodes, surface }, Heights::None) = (&self.form, self.heights) {
+            let description = Description::of_modes(surface, self.side);
+            let columns = description.row(self, *nodes as usize, self.side);
+            return Ok(Table::new(1, columns));
+        }
+        let surface = self.draw(context.sources)?;
+        let description = Description::of_surface(&self.form, &surface);
+        let mut columns = description.row(self, surface.nodes(), surface.side());
+        if self.heights == Heights::Keep {
+            let heights = Float64Array::from(surface.into_heights());
+            let length = heights.len();
+            columns.push((HEIGHTS, lists(heights, [length])));
+        }
+        Ok(Table::new(1, columns))
     }
-    Ok(Table::new(1, columns))
+
+    fn empty_table(&self, _: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(empty_table([&self.form]))
+    }
+
+    fn columns_read(&self) -> Columns {
+        Columns::All
+    }
+
+    fn coordinates(&self) -> Vec<(Column, Value)> {
+        description::coordinates(self)
+    }
+
+    /// Drawing and describing take a few transforms, moments of modes none.
+    fn effort(&self, _: Extent) -> Effort {
+        match (&self.form, self.heights) {
+            (Form::Random { surface, .. }, Heights::None) => {
+                let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
+                Effort::seconds(5e-8 * modes)
+            }
+            _ => Effort::pairs(6.0),
+        }
+    }
+
+    /// The peak of a run on one thread, at 512² and 1024².
+    fn footprint(&self) -> Footprint {
+        Footprint {
+            work: match self.heights {
+                Heights::Keep | Heights::Redraw => 28.0,
+                Heights::None => 0.0,
+            },
+            table: match self.heights {
+                Heights::Keep => 8.0,
+                Heights::Redraw | Heights::None => 0.0,
+            },
+        }
+    }
+
+    fn rows(&self, _: usize) -> usize {
+        1
+    }
+
+    fn mesh(&self) -> Option<usize> {
+        Some(self.nodes())
+    }
+
+    /// The same row with its heights not kept. A surface without heights stays one, for its row
+    /// holds less.
+    fn without_extras(&self) -> Option<Recipe> {
+        let keeps_heights = self.heights == Heights::Keep;
+        keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
+    }
+}
+
+/// The table of surfaces of these forms, without rows.
+pub fn empty_table<'f>(forms: impl IntoIterator<Item = &'f Form> + Clone) -> Table {
+    let mut columns = vec![SURFACE, METHOD, NODES, SIDE, RMS_SLOPE];
+    for place in forms.clone().into_iter().flat_map(own_columns) {
+        if !columns.contains(&place) {
+            columns.push(place);
+        }
+    }
+    columns.extend(DESCRIPTORS);
+    if forms
+        .into_iter()
+        .any(|form| matches!(form, Form::Random { .. }))
+    {
+        columns.extend(REFERENCES);
+    }
+    Table::empty(&columns)
+}
+
+fn summary(table: &Table) -> Result<Vec<Option<String>>, StageError> {
+    Ok(vec![
+        Some(counted(table.rows(), "surface")),
+        range(table, "nayak", "Nayak α")?,
+        range(table, "full_contact_load", "full contact at")?,
+        caveat(table)?,
+    ])
+}
+
+/// Of how many parameter points the theories do not speak, and why of the first.
+fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
+    let points = caveats::points(surfaces)?;
+    let others: Vec<_> = points
+        .iter()
+        .filter(|point| !point.departures.is_empty())
+        .collect();
+    Ok(others.first().map(|first| {
+        let number = match points.len() {
+            1 => String::new(),
+            all => format!("{} of {all} points ", others.len()),
+        };
+        let why = first.departures.join(", ");
+        let such_as = if others.len() > 1 { "such as " } else { "" };
+        format!("{number}no isotropic Gaussian roughness: {such_as}{why}")
+    }))
 }
 
 #[cfg(test)]
