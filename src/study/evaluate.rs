@@ -14,7 +14,9 @@ use crate::manifest::evaluate::{
     MOST_BINS, MOST_RESAMPLINGS, MeasureTable,
 };
 use crate::stages::correct::{self, AS_COUNTED, Correction, OF_2015, OF_2017};
-use crate::stages::fit::{self, Datum, Kappa, Law};
+use crate::stages::fit;
+use crate::stages::fit::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
+use crate::stages::fit::laws::{Law, PlainLaw};
 use crate::stages::measure;
 use crate::written::Section;
 use crate::written::checks::{Checks, NOT_NEGATIVE, POSITIVE, SHARE, report_equal_points};
@@ -160,8 +162,8 @@ pub fn evolutions(
             seed: &table.seed,
         };
         let kappa = kappa(table, checks);
-        let law = kappa.map(|kappa| Law::ContactEvolution { to, kappa });
-        fits.push(fit(law, &keys, SMALL_LOADS, seed, checks));
+        let law = kappa.map(|kappa| Law::ContactEvolution(EvolutionChoices { to, kappa }));
+        fits.push(fit(law, &keys, contact_evolution::WINDOW, seed, checks));
     }
     let fits = fits.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, fits.iter().map(Arc::as_ref), problems);
@@ -198,22 +200,22 @@ pub fn laws(
         level: &table.level,
         seed: &table.seed,
     };
-    let (law, window) = match form {
-        Form::ScaledErf => (Law::ScaledErf, NEAR_FULL_CONTACT),
-        Form::LoadSeparation => (Law::LoadSeparation, INTERMEDIATE_LOADS),
-        Form::MeshConvergence => (Law::MeshConvergence, ALL_LOADS),
-        _ => (Law::MeanPressure, SMALL_LOADS),
+    let law = match form {
+        Form::ScaledErf => PlainLaw::ScaledErf,
+        Form::LoadSeparation => PlainLaw::LoadSeparation,
+        Form::MeshConvergence => PlainLaw::MeshConvergence,
+        _ => PlainLaw::MeanPressure,
     };
+    let window = law.definition().window;
     let checks = &mut Checks::of(section, point, problems);
-    Some(vec![fit(Some(law), &keys, window, seed, checks)?])
+    Some(vec![fit(
+        Some(Law::Plain(law)),
+        &keys,
+        window,
+        seed,
+        checks,
+    )?])
 }
-
-const SMALL_LOADS: [f64; 2] = [0.0, 0.06];
-const NEAR_FULL_CONTACT: [f64; 2] = [0.3, 2.0];
-/// Where the mean gap falls in proportion to the logarithm of the load.
-const INTERMEDIATE_LOADS: [f64; 2] = [0.01, 0.1];
-/// No surface is out of full contact under ten times its rms slope × E*.
-const ALL_LOADS: [f64; 2] = [0.0, 10.0];
 
 /// Keys that every law has.
 struct CommonKeys<'a> {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Stage, Study, Work};
 use crate::contact::topography::shapes::Shape;
-use crate::stages::fit::Law;
+use crate::stages::fit::laws::{Law, PlainLaw};
 use crate::stages::generate::Form;
 use crate::stages::measure;
 
@@ -148,7 +148,9 @@ impl Study {
         let counts = |work: &Work| matches!(work, Work::Measure(measure::Params::Contacts));
         let corrects = |work: &Work| match work {
             Work::Correct(params) => params.corrections.iter().any(|one| one.coefficient > 0.0),
-            Work::Fit(fits) => fits.iter().any(|fit| fit.law == Law::MeshConvergence),
+            Work::Fit(fits) => fits
+                .iter()
+                .any(|fit| fit.law == Law::Plain(PlainLaw::MeshConvergence)),
             _ => false,
         };
         (!solved.is_empty()).then(|| {

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Int64Array};
 
 use super::Params;
-use super::rows::{self, Row};
+use super::row::Row;
+use super::rows;
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::ensemble::{self, Member, ensembles};
 use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
@@ -255,7 +256,7 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
 mod tests {
     use arrow::array::Array;
 
-    use super::super::Law;
+    use super::super::laws::{Law, PlainLaw};
     use super::*;
     use crate::store::column::{integers, reals};
 
@@ -287,7 +288,7 @@ mod tests {
 
     fn params() -> Params {
         Params {
-            law: Law::MeshConvergence,
+            law: Law::Plain(PlainLaw::MeshConvergence),
             window: [0.0, 10.0],
             bootstrap: 20,
             level: 0.9,
