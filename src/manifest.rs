@@ -4,16 +4,9 @@
 //! points of its grid, values keep their places in the text, and whatever cannot be read is
 //! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
 
-pub mod evaluate;
-mod form;
-pub mod generate;
-mod points;
 mod schema;
-pub mod solve;
 mod syntax;
 
-pub use form::{Form, a_stage};
-pub use points::Points;
 pub use schema::schema;
 
 use schemars::JsonSchema;
@@ -23,6 +16,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use crate::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use crate::stages::Kind;
+use crate::stages::form::{Form, Points, a_stage};
 use crate::written::advice::{self, Wanted};
 use crate::written::{Key, Section, Written, reader, table};
 

@@ -1,4 +1,4 @@
-//! The closed set of stages: every `match` on it is in this file.
+//! The closed set of stages: every `match` on it is in this file and in [`form`].
 //!
 //! All about a kind of stage is in its own file and folder: what it is ([`Definition`]), which keys it
 //! has and how they are checked, what it computes ([`Stage`]). A table is a function of the stage's
@@ -11,11 +11,14 @@ pub mod columns;
 pub mod correct;
 pub mod error;
 pub mod fit;
+pub mod form;
 pub mod generate;
+mod given;
 pub mod measure;
 pub mod solve;
 mod stage;
 pub mod summary;
+mod work;
 
 use std::borrow::Cow;
 use std::fmt;
@@ -27,10 +30,12 @@ use serde::{Deserialize, Serialize};
 use crate::store::column::Column;
 
 pub use error::StageError;
+pub use given::Given;
 pub use stage::{
     Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, beside_coordinates,
     stacked,
 };
+pub use work::Work;
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

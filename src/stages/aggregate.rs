@@ -1,20 +1,24 @@
 //! Reduces whole tables to statistics.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Serialize;
 
 use super::{
-    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Rows, Stage, StageError,
-    stacked,
+    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
+    StageError, stacked,
 };
 use crate::diagnostics::counted;
 use crate::store::column::Column;
 use crate::store::table::Table;
 
+pub mod checks;
 mod confidence;
 mod frame;
 mod groups;
+pub mod keys;
 mod names;
 mod regression;
 pub mod sql;
@@ -33,7 +37,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &Rows::ALL,
-        from: "stages of any one kind, or with `sql` any stages",
+        from: Cow::Borrowed("stages of any one kind, or with `sql` any stages"),
     },
     makes: |_| Some(Rows::Statistics),
     columns,
@@ -109,6 +113,20 @@ impl Stage for Params {
         Reach::All
     }
 
+    fn query(&self) -> Option<&str> {
+        match self {
+            Params::Groups(_) => None,
+            Params::Sql(sql) => Some(&sql.query),
+        }
+    }
+
+    fn over(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
+        match self {
+            Params::Groups(_) => None,
+            Params::Sql(sql) => Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.over(inputs))))),
+        }
+    }
+
     /// A theory that integrates over summits takes milliseconds a load.
     fn effort(&self, extent: Extent) -> Effort {
         let slow_models = match self {
@@ -162,7 +180,7 @@ pub struct Sql {
     /// The query text.
     pub query: String,
     /// Names under which the query sees the inputs, and how many input tables each holds; none of
-    /// a table that it does not read.
+    /// a table that it does not read, and none before the study is planned.
     pub tables: Vec<(String, usize)>,
     /// What columns of the answer mean that no input has.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

@@ -1,5 +1,9 @@
 //! Corrects the contact area for the mesh.
 
+use std::borrow::Cow;
+
+pub mod keys;
+
 use serde::Serialize;
 
 use super::columns::*;
@@ -22,7 +26,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[Rows::Contacts],
-        from: "`measure` stages that read contacts",
+        from: Cow::Borrowed("`measure` stages that read contacts"),
     },
     makes: |_| Some(Rows::Corrections),
     columns: || CORRECTED.to_vec(),

@@ -1,5 +1,7 @@
 //! Fits laws to the pooled surfaces of one parameter point.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use super::columns::MEAN_GAP;
@@ -15,7 +17,9 @@ use crate::fitting::curves::Window;
 use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
+pub mod checks;
 pub mod contact_evolution;
+pub mod keys;
 pub mod laws;
 pub mod meshes;
 mod parameter;
@@ -38,7 +42,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[Rows::Contacts, Rows::Corrections],
-        from: "either `measure` stages that read contacts or `correct` stages",
+        from: Cow::Borrowed("either `measure` stages that read contacts or `correct` stages"),
     },
     makes: |_| Some(Rows::Fits),
     columns,

@@ -1,5 +1,7 @@
 //! Draws a surface, or reads one, and describes it.
 
+use std::borrow::Cow;
+
 use arrow::array::{AsArray, Float64Array};
 use arrow::datatypes::Float64Type;
 use serde::{Deserialize, Serialize};
@@ -24,7 +26,12 @@ use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
+pub mod checks;
 mod description;
+pub mod files;
+pub mod growth;
+pub mod keys;
+pub mod method;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 3;
@@ -35,7 +42,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[],
-        from: "nothing",
+        from: Cow::Borrowed("nothing"),
     },
     makes: |_| Some(Rows::Surfaces),
     columns: || {
@@ -62,7 +69,7 @@ pub struct Params {
     pub side: f64,
     /// What the surface looks like.
     #[serde(flatten)]
-    pub form: Form,
+    pub origin: Origin,
 }
 
 /// What becomes of the heights.
@@ -80,7 +87,7 @@ pub enum Heights {
 /// Where a surface comes from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Form {
+pub enum Origin {
     /// A random self-affine surface.
     Random {
         /// Nodes per side.
@@ -123,7 +130,7 @@ impl Params {
     /// The same surface of another realization; shapes and files have but one.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
-        if let Form::Random { surface, .. } = &mut params.form {
+        if let Origin::Random { surface, .. } = &mut params.origin {
             surface.realization = number;
         }
         params
@@ -144,9 +151,9 @@ impl Params {
 
     /// Nodes per side.
     pub fn nodes(&self) -> usize {
-        match &self.form {
-            Form::Random { nodes, .. } | Form::Shape { nodes, .. } => *nodes as usize,
-            Form::File(file) => file.nodes as usize,
+        match &self.origin {
+            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => *nodes as usize,
+            Origin::File(file) => file.nodes as usize,
         }
     }
 
@@ -155,10 +162,10 @@ impl Params {
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
     pub fn draw(&self, sources: &Sources) -> Result<Surface, StageError> {
-        match &self.form {
-            Form::Random { nodes, surface } => Ok(surface.draw(*nodes as usize, self.side)),
-            Form::Shape { nodes, shape } => Ok(shape.draw(*nodes as usize, self.side)),
-            Form::File(file) => {
+        match &self.origin {
+            Origin::Random { nodes, surface } => Ok(surface.draw(*nodes as usize, self.side)),
+            Origin::Shape { nodes, shape } => Ok(shape.draw(*nodes as usize, self.side)),
+            Origin::File(file) => {
                 let bytes = sources.read(&file.content)?;
                 let map = measured::read_npy(&bytes, self.side).map_err(|source| {
                     let path = sources.path_of(&file.content);
@@ -193,14 +200,14 @@ impl Params {
 }
 
 /// The columns that place a surface among others of its method.
-pub fn own_columns(form: &Form) -> Vec<Column> {
-    let coordinates = description::own_coordinates(form).into_iter();
+pub fn own_columns(origin: &Origin) -> Vec<Column> {
+    let coordinates = description::own_coordinates(origin).into_iter();
     coordinates.map(|(column, _)| column).collect()
 }
 
 /// What places a surface among others of its method, in one row.
-pub fn own_row(form: &Form) -> Table {
-    Table::row(&description::own_coordinates(form))
+pub fn own_row(origin: &Origin) -> Table {
+    Table::row(&description::own_coordinates(origin))
 }
 
 impl Stage for Params {
@@ -210,13 +217,13 @@ impl Stage for Params {
 
     /// Draws one surface and describes it in one row.
     fn run(&self, _: &[Input], context: &Context) -> Result<Table, StageError> {
-        if let (Form::Random { nodes, surface }, Heights::None) = (&self.form, self.heights) {
+        if let (Origin::Random { nodes, surface }, Heights::None) = (&self.origin, self.heights) {
             let description = Description::of_modes(surface, self.side);
             let columns = description.row(self, *nodes as usize, self.side);
             return Ok(Table::new(1, columns));
         }
         let surface = self.draw(context.sources)?;
-        let description = Description::of_surface(&self.form, &surface);
+        let description = Description::of_surface(&self.origin, &surface);
         let mut columns = description.row(self, surface.nodes(), surface.side());
         if self.heights == Heights::Keep {
             let heights = Float64Array::from(surface.into_heights());
@@ -227,7 +234,7 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, _: &[(String, Table)]) -> Result<Table, StageError> {
-        Ok(empty_table([&self.form]))
+        Ok(empty_table([&self.origin]))
     }
 
     fn columns_read(&self) -> Columns {
@@ -240,8 +247,8 @@ impl Stage for Params {
 
     /// Drawing and describing take a few transforms, moments of modes none.
     fn effort(&self, _: Extent) -> Effort {
-        match (&self.form, self.heights) {
-            (Form::Random { surface, .. }, Heights::None) => {
+        match (&self.origin, self.heights) {
+            (Origin::Random { surface, .. }, Heights::None) => {
                 let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
                 Effort::seconds(5e-8 * modes)
             }
@@ -279,18 +286,18 @@ impl Stage for Params {
     }
 }
 
-/// The table of surfaces of these forms, without rows.
-pub fn empty_table<'f>(forms: impl IntoIterator<Item = &'f Form> + Clone) -> Table {
+/// The table of surfaces of these origins, without rows.
+pub fn empty_table<'f>(origins: impl IntoIterator<Item = &'f Origin> + Clone) -> Table {
     let mut columns = vec![SURFACE, METHOD, NODES, SIDE, RMS_SLOPE];
-    for place in forms.clone().into_iter().flat_map(own_columns) {
+    for place in origins.clone().into_iter().flat_map(own_columns) {
         if !columns.contains(&place) {
             columns.push(place);
         }
     }
     columns.extend(DESCRIPTORS);
-    if forms
+    if origins
         .into_iter()
-        .any(|form| matches!(form, Form::Random { .. }))
+        .any(|origin| matches!(origin, Origin::Random { .. }))
     {
         columns.extend(REFERENCES);
     }
@@ -359,15 +366,15 @@ mod tests {
             depth: 0.5,
         };
         let nodes = 128;
-        for form in [
-            Form::Random { nodes, surface },
-            Form::File(measured),
-            Form::Shape { nodes, shape },
+        for origin in [
+            Origin::Random { nodes, surface },
+            Origin::File(measured),
+            Origin::Shape { nodes, shape },
         ] {
             let params = Params {
                 heights: Heights::Redraw,
                 side: 1.0,
-                form,
+                origin,
             };
             let recipe = serde_json::to_string(&params).unwrap();
             assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);

@@ -5,6 +5,10 @@
 //! parameter point in one task that keeps sums alone. More surfaces count the old ones again, which
 //! takes seconds, for they are drawn and not solved.
 
+use std::borrow::Cow;
+
+pub mod keys;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -32,7 +36,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[Rows::Loads, Rows::Surfaces],
-        from: "either `solve` or `generate` stages",
+        from: Cow::Borrowed("either `solve` or `generate` stages"),
     },
     makes: |read| match read? {
         Rows::Surfaces => Some(Rows::Heights),

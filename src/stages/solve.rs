@@ -1,5 +1,9 @@
 //! Presses a surface through a block of loads.
 
+pub mod checks;
+pub mod keys;
+
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -29,7 +33,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[Rows::Surfaces],
-        from: "`generate` stages",
+        from: Cow::Borrowed("`generate` stages"),
     },
     makes: |_| Some(Rows::Loads),
     columns: || [SOLVED.as_slice(), &[CONTACT, PRESSURES]].concat(),

@@ -1,5 +1,7 @@
 //! What a stage is.
 
+use std::borrow::Cow;
+
 use super::{Kind, Recipe, Rows, StageError};
 use crate::sources::Sources;
 use crate::store::column::{Column, Value};
@@ -23,12 +25,12 @@ pub struct Definition {
 }
 
 /// What a stage can read; each alone, never one beside the other.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Reads {
     /// What the rows may be about.
     pub rows: &'static [Rows],
     /// Which stages give them, for messages.
-    pub from: &'static str,
+    pub from: Cow<'static, str>,
 }
 
 /// One stage's parameters for one task, defaults filled in, and what follows from them.
@@ -86,6 +88,16 @@ pub trait Stage {
 
     /// Nodes per side of the mesh, where the task makes one.
     fn mesh(&self) -> Option<usize> {
+        None
+    }
+
+    /// The query, where it is one: it looks at each of its inputs as a table of its own.
+    fn query(&self) -> Option<&str> {
+        None
+    }
+
+    /// The recipe for inputs with these names, each of so many tables, where that is a part of it.
+    fn over(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {
         None
     }
 

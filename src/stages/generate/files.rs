@@ -4,27 +4,25 @@ use std::collections::BTreeMap;
 use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
-use super::Ensemble;
-use super::surfaces::{NODES, ensembles, single};
+use super::checks::{NODES, single, surfaces};
+use super::growth::PlannedSurfaces;
+use super::keys::{self, FileTable};
+use super::{MeasuredSurface, Origin};
 use crate::contact::topography::measured::read_npy;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::surface::Surface;
-use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::generate::{self, FileTable};
+use crate::diagnostics::{Problem, Span};
 use crate::sources::{ContentHash, SourceError, Sources};
-use crate::stages::generate::{Form, MeasuredSurface};
+use crate::stages::Given;
 use crate::written::Section;
 use crate::written::Written;
 use crate::written::checks::{Checks, QUANTITY};
 
 /// Measured surfaces.
-pub fn file(
-    section: &Section<FileTable>,
-    sources: &mut Sources,
-    problems: &mut Problems,
-) -> Option<Vec<Ensemble>> {
+pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
     let mut seen = BTreeMap::new();
-    ensembles(section, problems, |table, checks| {
+    let sources = &mut *given.sources;
+    surfaces(section, given.problems, |table, checks| {
         let path = checks.required("path", &table.path);
         let side = checks.number("side", &table.side, QUANTITY);
         let height_scale = checks.number_or("height_scale", &table.height_scale, QUANTITY, 1.0);
@@ -41,7 +39,7 @@ pub fn file(
             edges: edges?,
             nodes,
         };
-        Some(single(&table.heights, side?, Form::File(surface)))
+        Some(single(&table.heights, side?, Origin::File(surface)))
     })
 }
 
@@ -58,11 +56,11 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
             checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
             edges.map(|()| Edges::Periodic)
         }
-        (false, Some(generate::Edges::Mirror)) => {
+        (false, Some(keys::Edges::Mirror)) => {
             checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
             Some(Edges::Mirror)
         }
-        (false, Some(generate::Edges::Taper)) => Some(Edges::Taper {
+        (false, Some(keys::Edges::Taper)) => Some(Edges::Taper {
             taper_fraction: fraction?,
         }),
         (false, None) => {

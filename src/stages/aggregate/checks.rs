@@ -1,16 +1,14 @@
 //! Checks of the stages that reduce tables to statistics.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use super::Reduction;
+use super::keys::{AggregateTable, ModelWord};
+use super::sql::QueryError;
+use super::{Groups, Meaning, Model, OF_THE_SPECTRUM, Params, Sql, Statistic, level_of_confidence};
 use crate::diagnostics::{Problem, Problems, chain, did_you_mean, listed};
-use crate::manifest::evaluate::AggregateTable;
-use crate::manifest::evaluate::ModelWord;
-use crate::stages::StageError;
-use crate::stages::aggregate::sql::QueryError;
-use crate::stages::aggregate::{
-    Groups, Meaning, Model, OF_THE_SPECTRUM, Statistic, level_of_confidence,
-};
+use crate::stages::Given;
+use crate::stages::{Recipe, StageError};
 use crate::store::table::Table;
 use crate::written::Section;
 use crate::written::checks::Checks;
@@ -19,15 +17,15 @@ use crate::written::{Key, Written};
 /// Columns that every reduction adds.
 const COUNTS: [&str; 2] = ["count", "unconverged"];
 
-/// The reduction of a stage; `input` is what it reads, without rows, where it is known.
-pub fn reduction(
-    section: &Section<AggregateTable>,
-    input: Option<&Table>,
-    problems: &mut Problems,
-) -> Option<Reduction> {
+/// The reduction of a stage.
+pub fn recipes(section: &Section<AggregateTable>, given: &mut Given) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let table = &point.table;
-    let checks = &mut Checks::of(section, point, problems);
+    let checks = &mut Checks::of(section, point, given.problems);
+    let params = params(&point.table, given.input, checks)?;
+    Some(vec![Recipe::Aggregate(Arc::new(params))])
+}
+
+fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) -> Option<Params> {
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
@@ -50,10 +48,10 @@ pub fn reduction(
         models: models?,
     };
     check_outputs(table, &groups, checks)?;
-    Some(Reduction::Groups(groups))
+    Some(Params::Groups(groups))
 }
 
-fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> Option<Reduction> {
+fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> Option<Params> {
     let why = "`sql` says it all";
     let group_by = checks.forbidden("group_by", &table.group_by, why);
     let over = checks.forbidden("over", &table.over, why);
@@ -70,9 +68,12 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
     }
     let clear = group_by.and(over).and(statistics).and(models);
     let columns = columns?;
-    clear.map(|()| Reduction::Sql {
-        query: sql.value.clone(),
-        columns,
+    clear.map(|()| {
+        Params::Sql(Sql {
+            query: sql.value.clone(),
+            tables: Vec::new(),
+            columns,
+        })
     })
 }
 
@@ -96,6 +97,12 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
     });
     let columns = columns.collect();
     clear.map(|()| columns)
+}
+
+/// Whether a stage is a query: it looks at each of its inputs as a table of its own.
+pub fn is_query(section: &Section<AggregateTable>) -> bool {
+    let mut points = section.points.iter();
+    points.any(|point| point.table.sql.written().is_some())
 }
 
 /// Judges what a query answers to empty tables: what is wrong with it shows before anything is
