@@ -19,6 +19,7 @@ mod confidence;
 mod frame;
 mod groups;
 pub mod keys;
+mod meanings;
 mod names;
 mod regression;
 pub mod sql;
@@ -210,7 +211,7 @@ pub struct Meaning {
 /// called after them, as in `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    groups::OWN.into_iter().chain(models).collect()
+    names::OWN.into_iter().chain(models).collect()
 }
 
 impl Statistic {

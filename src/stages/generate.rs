@@ -7,6 +7,7 @@ use arrow::datatypes::Float64Type;
 use serde::{Deserialize, Serialize};
 
 use self::description::Description;
+pub use self::origin::{MeasuredSurface, Origin};
 use super::columns::*;
 use super::summary::range;
 use super::{
@@ -14,13 +15,9 @@ use super::{
     StageError,
 };
 use crate::caveats;
-use crate::contact::topography::measured;
-use crate::contact::topography::periodic::Edges;
-use crate::contact::topography::random::RandomSurface;
-use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
 use crate::diagnostics::counted;
-use crate::sources::{ContentHash, Sources};
+use crate::sources::Sources;
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::Columns;
@@ -32,6 +29,7 @@ pub mod files;
 pub mod growth;
 pub mod keys;
 pub mod method;
+pub mod origin;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 3;
@@ -84,48 +82,6 @@ pub enum Heights {
     None,
 }
 
-/// Where a surface comes from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Origin {
-    /// A random self-affine surface.
-    Random {
-        /// Nodes per side.
-        nodes: u32,
-        /// Spectrum, draw and scale.
-        #[serde(flatten)]
-        surface: RandomSurface,
-    },
-    /// A measured surface.
-    File(MeasuredSurface),
-    /// A shape with a closed-form solution.
-    Shape {
-        /// Nodes per side.
-        nodes: u32,
-        /// Which one.
-        #[serde(flatten)]
-        shape: Shape,
-    },
-}
-
-/// A map of heights in a file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "method", rename = "file")]
-pub struct MeasuredSurface {
-    /// Hash of the file's content; its path decides nothing.
-    pub content: ContentHash,
-    /// Unit of length, a label.
-    pub unit: String,
-    /// Factor that turns the file's numbers into lengths.
-    pub height_scale: f64,
-    /// How the map's edges are made to meet.
-    #[serde(flatten)]
-    pub edges: Edges,
-    /// Nodes per side once its edges meet, as the content has them: for forecasts alone.
-    #[serde(skip)]
-    pub nodes: u32,
-}
-
 impl Params {
     /// The same surface of another realization; shapes and files have but one.
     pub fn realization(&self, number: u32) -> Params {
@@ -151,10 +107,7 @@ impl Params {
 
     /// Nodes per side.
     pub fn nodes(&self) -> usize {
-        match &self.origin {
-            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => *nodes as usize,
-            Origin::File(file) => file.nodes as usize,
-        }
+        self.origin.nodes()
     }
 
     /// Draws the surface, or reads it.
@@ -162,24 +115,7 @@ impl Params {
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
     pub fn draw(&self, sources: &Sources) -> Result<Surface, StageError> {
-        match &self.origin {
-            Origin::Random { nodes, surface } => Ok(surface.draw(*nodes as usize, self.side)),
-            Origin::Shape { nodes, shape } => Ok(shape.draw(*nodes as usize, self.side)),
-            Origin::File(file) => {
-                let bytes = sources.read(&file.content)?;
-                let map = measured::read_npy(&bytes, self.side).map_err(|source| {
-                    let path = sources.path_of(&file.content);
-                    StageError::Measured {
-                        path: path
-                            .map(|path| path.display().to_string())
-                            .unwrap_or_default(),
-                        source,
-                    }
-                })?;
-                let map = map.scaled(file.height_scale).map_err(StageError::Heights)?;
-                Ok(file.edges.close(map))
-            }
-        }
+        self.origin.draw(self.side, sources)
     }
 
     /// The heights that `table` kept, or else the surface drawn again.
@@ -334,8 +270,11 @@ fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::topography::random::Amplitude;
+    use crate::contact::topography::periodic::Edges;
+    use crate::contact::topography::random::{Amplitude, RandomSurface};
+    use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
+    use crate::sources::ContentHash;
 
     #[test]
     fn a_surface_is_known_from_its_recipe() {

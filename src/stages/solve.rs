@@ -2,12 +2,12 @@
 
 pub mod checks;
 pub mod keys;
+mod solved;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use arrow::array::{ArrayRef, Float64Builder};
 use serde::Serialize;
 
 use super::columns::*;
@@ -15,14 +15,12 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates,
 };
-use crate::contact::morphology::map::ContactMap;
-use crate::contact::solver::{Outcome, Settings, Solver, Stop, bytes_per_node, pace};
-use crate::contact::topography::surface::Surface;
-use crate::decimal;
+use crate::contact::solver::{Settings, Solver, Stop, bytes_per_node, pace};
 use crate::diagnostics::counted;
-use crate::store::column::{Column, Value, bytes, integers, lists, reals, texts};
+use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
+use solved::{Scales, Solved};
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 4;
@@ -194,143 +192,8 @@ impl Stage for Params {
     }
 }
 
-/// From the solver's units to the user's.
-struct Scales {
-    nodes: usize,
-    side: f64,
-    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
-    slope: f64,
-    /// E* × rms slope.
-    pressure: f64,
-}
-
-impl Scales {
-    fn of(surface: &Surface, table: &Table, params: &Params) -> Result<Scales, StageError> {
-        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
-        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
-        Ok(Scales {
-            nodes: surface.nodes(),
-            side: surface.side(),
-            slope,
-            pressure: params.effective_modulus * slope,
-        })
-    }
-
-    fn reduced(&self, surface: Surface) -> Vec<f64> {
-        let unit = self.side * self.slope;
-        let mut heights = surface.into_heights();
-        heights.iter_mut().for_each(|height| *height /= unit);
-        heights
-    }
-
-    fn length(&self) -> f64 {
-        self.side * self.slope
-    }
-
-    /// A load in units of E* × rms slope; blocks in either unit agree on it.
-    fn load(&self, given: f64, unit: LoadUnit) -> f64 {
-        match unit {
-            LoadUnit::Relative => given,
-            LoadUnit::Absolute => decimal::nearest(given / self.pressure),
-        }
-    }
-
-    /// The mean pressure of a load.
-    fn mean_pressure(&self, load: f64) -> f64 {
-        decimal::nearest(load * self.pressure)
-    }
-}
-
-/// What has been computed so far.
-#[derive(Default)]
-struct Solved {
-    loads: Vec<f64>,
-    outcomes: Vec<Outcome>,
-    maps: Vec<Vec<u8>>,
-    pressures: Float64Builder,
-    kept: Vec<usize>,
-}
-
-impl Solved {
-    fn push(
-        &mut self,
-        load: f64,
-        outcome: Outcome,
-        pressures: &[f64],
-        keep: bool,
-        scales: &Scales,
-    ) {
-        self.loads.push(load);
-        self.outcomes.push(outcome);
-        self.maps
-            .push(ContactMap::of_pressures(scales.nodes, pressures).to_bytes());
-        self.kept.push(if keep { pressures.len() } else { 0 });
-        if keep {
-            for &pressure in pressures {
-                let touches = pressure > 0.0;
-                self.pressures
-                    .append_option(touches.then_some(pressure * scales.pressure));
-            }
-        }
-    }
-
-    fn table(mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
-        let count = self.loads.len();
-        let column = |value: fn(&Outcome) -> f64, unit: f64| {
-            reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
-        };
-        let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
-        let place = params.coordinates().into_iter();
-        let mut columns: Vec<(Column, ArrayRef)> = place
-            .map(|(column, value)| (column, value.repeated(count)))
-            .collect();
-        columns.extend([
-            (LOAD, reals(self.loads.iter().copied())),
-            (
-                PRESSURE,
-                reals(self.loads.iter().map(|&load| scales.mean_pressure(load))),
-            ),
-            (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
-            (
-                MEAN_GAP,
-                column(|outcome| outcome.mean_gap, scales.length()),
-            ),
-            (
-                ENERGY,
-                column(|outcome| outcome.energy, scales.pressure * scales.length()),
-            ),
-            (
-                PEAK_PRESSURE,
-                column(|outcome| outcome.peak_pressure, scales.pressure),
-            ),
-            (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
-            (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
-            (
-                STOP,
-                texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
-            ),
-            (CONTACT, bytes(&self.maps)),
-        ]);
-        if params.pressures != Pressures::None {
-            let values = self.pressures.finish();
-            columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
-        }
-        surface.coordinates().pick(&vec![0; count]).with(columns)
-    }
-}
-
 /// The word for loads that were given up.
 pub const GIVEN_UP: &str = "pair-limit";
-
-/// The word in the `stop` column.
-fn stop_name(stop: Stop) -> &'static str {
-    match stop {
-        Stop::Converged => "converged",
-        Stop::FullContact => "full-contact",
-        Stop::PairLimit => GIVEN_UP,
-        Stop::Interrupted => "interrupted",
-    }
-}
 
 fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
     let rows = table.rows();
