@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::*;
 use crate::diagnostics::ManifestErrors;
+use crate::stages::Rows;
 use crate::stages::generate::method::Method;
 use crate::study::Study;
 
@@ -183,10 +184,12 @@ fn smallest(form: Form) -> &'static str {
 /// A manifest whose last table is the smallest of a form.
 fn manifest(form: Form) -> String {
     let mut text = "[study]\nname = \"s\"\n".to_owned();
-    let from = match form.kind() {
-        Kind::Generate => "",
-        Kind::Solve | Kind::Measure => "from = \"surfaces\"",
-        Kind::Correct | Kind::Fit | Kind::Aggregate => "from = \"contacts\"",
+    let can_read = |rows| form.kind().definition().reads.rows.contains(&rows);
+    let from = match () {
+        () if can_read(Rows::Contacts) => "from = \"contacts\"",
+        () if can_read(Rows::Surfaces) => "from = \"surfaces\"",
+        () if can_read(Rows::Loads) => "from = \"loads\"",
+        () => "",
     };
     text += "[stage.surfaces]\nkind = \"generate\"\n";
     text += smallest(Form::Generate(Method::ALL[0]));
