@@ -20,6 +20,9 @@ const RENAMED: [(&str, &str, &str); 1] = [(
      `bodies = [{ youngs_modulus, poisson_ratio }]`",
 )];
 
+/// Finds another table that has a key, as messages call it.
+pub type Owner = dyn Fn(&str) -> Option<String>;
+
 /// What a table is, for messages about its keys.
 pub struct Wanted {
     /// How messages call the table.
@@ -27,7 +30,7 @@ pub struct Wanted {
     /// Keys that are read before the others.
     pub common: Vec<&'static str>,
     /// Another table that has a key, as messages call it.
-    pub owner: Box<dyn Fn(&str) -> Option<String>>,
+    pub owner: Box<Owner>,
 }
 
 impl Wanted {
