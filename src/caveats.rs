@@ -1,8 +1,8 @@
 //! Which surfaces of a study are not what theories of rough contact assume, by their own numbers.
 
 use crate::contact::topography::assumptions::Statistics;
-use crate::stages::StageError;
 use crate::stages::aggregate::{Groups, Statistic, grouped};
+use crate::stages::error::StageError;
 use crate::store::table::Table;
 
 /// Surfaces of one parameter point.

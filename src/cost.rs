@@ -45,11 +45,12 @@ impl CostModel {
 }
 
 fn effort(task: &Task) -> Effort {
-    task.recipe.effort(Extent {
+    let extent = Extent {
         nodes: task.nodes,
         rows: task.rows,
         tables: task.inputs.len(),
-    })
+    };
+    task.recipe.effort(extent).and_reading(extent.tables)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! measure, correct, fit and aggregate. This crate computes what it asks for, keeps every
 //! intermediate table, and computes nothing twice. The story, in the order in which data flows:
 //!
-//! 1. [`manifest`] – what the user wrote, key by key, list by list.
+//! 1. [`manifest`] – what the user wrote, key by key, list by list; [`written`] reads one table.
 //! 2. [`study`] – the same with every value checked: past it nobody checks again.
 //! 3. [`plan`] – the tasks, each named by a key that holds everything that decides its table.
 //! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
@@ -34,6 +34,8 @@
 pub mod names;
 
 pub mod manifest;
+
+pub mod written;
 
 pub mod study;
 

@@ -4,23 +4,9 @@
 //! points of its grid, values keep their places in the text, and whatever cannot be read is
 //! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
 
-mod advice;
-pub mod evaluate;
-mod form;
-pub mod generate;
-mod grid;
-mod layout;
-mod points;
-mod reader;
 mod schema;
-pub mod solve;
 mod syntax;
-pub mod written;
 
-pub use form::{Form, a_stage};
-pub use grid::{Point, Section};
-pub use layout::{Layout, Table};
-pub use points::Points;
 pub use schema::schema;
 
 use schemars::JsonSchema;
@@ -30,9 +16,9 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use crate::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use crate::stages::Kind;
-use advice::Wanted;
-use layout::table;
-use written::{Key, Written};
+use crate::stages::form::{Form, Points, a_stage};
+use crate::written::advice::{self, Wanted};
+use crate::written::{Key, Section, Written, reader, table};
 
 /// The study as a whole.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -58,12 +44,12 @@ pub struct Manifest {
     /// The table `[study]`.
     pub study: Section<StudyTable>,
     /// The tables `[stage.NAME]`, in the order of the file.
-    pub stages: Vec<StageTable>,
+    pub stages: Vec<PublishedTable>,
 }
 
 /// One stage as written.
 #[derive(Debug)]
-pub struct StageTable {
+pub struct PublishedTable {
     /// Its name.
     pub name: Written<String>,
     /// What it does, if that can be read.
@@ -120,12 +106,16 @@ impl Manifest {
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
     let place = entry.0.span();
     let table = table_of(entry, problems)?;
-    let wanted = Wanted::in_the_study();
+    let wanted = Wanted {
+        place: "`[study]`".to_owned(),
+        common: Vec::new(),
+        owner: Box::new(|_| None),
+    };
     Some(reader::read(table, place, &wanted, problems))
 }
 
 /// The stages, in the order of the file, whatever the order of the parsed table.
-fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
+fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<PublishedTable> {
     let mut entries: Vec<_> = match table_of(entry, problems) {
         Some(table) => table.into_iter().collect(),
         None => return Vec::new(),
@@ -141,17 +131,17 @@ fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
     entries.into_iter().map(&mut read).collect()
 }
 
-fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
+fn read_stage(entry: Entry, problems: &mut Problems) -> PublishedTable {
     let place = entry.0.span();
     let name = Written {
         value: entry.0.get_ref().to_string(),
         span: place.clone(),
     };
     let Some(mut table) = table_of(entry, problems) else {
-        return StageTable::unreadable(name);
+        return PublishedTable::unreadable(name);
     };
     let Some(kind) = read_kind(&mut table, &place, problems) else {
-        return StageTable::unreadable(name);
+        return PublishedTable::unreadable(name);
     };
     let from = match kind {
         Kind::Generate => Some(Vec::new()),
@@ -159,7 +149,7 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     };
     let points = Form::select(kind, &mut table, problems)
         .map(|form| form.read(table, place.clone(), problems));
-    StageTable {
+    PublishedTable {
         name,
         kind: Some(kind),
         from,
@@ -167,7 +157,7 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     }
 }
 
-impl StageTable {
+impl PublishedTable {
     /// A stage of which only the name is known: what reads it finds at least that.
     fn unreadable(name: Written<String>) -> Self {
         Self {

@@ -6,15 +6,14 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::sync::Arc;
 
 use crate::ensemble::Point;
 use crate::names;
-use crate::stages::{Kind, Recipe, aggregate};
+use crate::stages::{Kind, Reach, Recipe, Work};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
 use crate::store::table::{Table, TableError};
-use crate::study::{Reduction, Stage, Study, Work};
+use crate::study::{Stage, Study};
 
 /// The tasks of a study, inputs before the tasks that read them.
 #[derive(Debug)]
@@ -36,11 +35,11 @@ pub struct Task {
     pub recipe: Recipe,
     /// The tasks whose tables it reads, in order.
     pub inputs: Vec<usize>,
-    /// What later keys are built on: the key of the recipe's essence.
-    essence: TaskKey,
+    /// What later keys are built on: the key of the recipe's identity.
+    identity: TaskKey,
     /// Nodes per side of the surface at hand.
     pub nodes: usize,
-    /// Rows about it, see [`Recipe::rows`].
+    /// Rows about it, see [`Stage::rows`](crate::stages::Stage::rows).
     pub rows: usize,
 }
 
@@ -92,7 +91,7 @@ impl Plan {
             version: recipe.kind().version(),
             recipe: serde_json::to_string(recipe).expect("parameters are plain data"),
             inputs: inputs().map(|input| input.key).collect(),
-            read_as: inputs().map(|input| input.essence).collect(),
+            read_as: inputs().map(|input| input.identity).collect(),
         }
     }
 
@@ -167,54 +166,41 @@ impl Builder {
         let feeding = stage.inputs.iter().map(|&input| &self.stages[input]);
         let inputs: Vec<usize> = feeding.flat_map(|stage| stage.tasks.clone()).collect();
         match &stage.work {
-            Work::Generate(ensembles) => {
-                let surfaces = ensembles.iter().flat_map(|ensemble| {
-                    (0..ensemble.realizations).map(|number| ensemble.params.realization(number))
+            Work::Generate(surfaces) => {
+                let surfaces = surfaces.iter().flat_map(|surfaces| {
+                    let numbers = 0..surfaces.realizations;
+                    numbers.map(|number| surfaces.params.realization(number))
                 });
                 surfaces
                     .map(|params| self.add(Recipe::Generate(params), vec![]))
                     .collect()
             }
-            Work::Solve(blocks) => blocks
-                .iter()
-                .flat_map(|block| self.each(&Recipe::Solve(block.clone()), &inputs))
-                .collect(),
-            Work::Measure(params) if params.pools_surfaces() => {
-                let points = self.by_point(&inputs).into_iter();
-                points
-                    .map(|surfaces| self.add(Recipe::Measure(*params), surfaces))
-                    .collect()
-            }
-            Work::Measure(params) => self.each(&Recipe::Measure(*params), &inputs),
-            Work::Correct(params) => self.each(&Recipe::Correct(params.clone()), &inputs),
-            Work::Fit(fits) => fits
-                .iter()
-                .flat_map(|fit| {
-                    let groups = if fit.pools_all_points() {
-                        vec![inputs.clone()]
-                    } else {
-                        self.by_point(&inputs)
-                    };
-                    let recipe = Recipe::Fit(fit.clone());
-                    groups.into_iter().map(move |group| (recipe.clone(), group))
-                })
-                .collect::<Vec<_>>()
-                .into_iter()
-                .map(|(recipe, group)| self.add(recipe, group))
-                .collect(),
-            Work::Aggregate(reduction) => {
-                let params = self.reduction(reduction, stage, all);
-                vec![self.add(Recipe::Aggregate(Arc::new(params)), inputs)]
+            Work::Evaluate(recipes) => {
+                let table = |&input: &usize| {
+                    let tasks = &self.stages[input].tasks;
+                    (all[input].name.clone(), tasks.len())
+                };
+                let tables: Vec<_> = stage.inputs.iter().map(table).collect();
+                let recipes = recipes.iter().flat_map(|recipe| {
+                    let recipe = recipe.over(tables.clone()).unwrap_or(recipe.clone());
+                    self.evaluate(&recipe, &inputs)
+                });
+                recipes.collect()
             }
         }
     }
 
-    /// The same work on every input by itself.
-    fn each(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
+    /// The tasks of a recipe.
+    fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
+        let groups = match recipe.reach() {
+            Reach::Single => inputs.iter().map(|&input| vec![input]).collect(),
+            Reach::Point => self.by_point(inputs),
+            Reach::All => vec![inputs.to_vec()],
+        };
         let digests = Digests::of(recipe);
-        inputs
-            .iter()
-            .map(|&input| self.add_known(recipe.clone(), digests, vec![input]))
+        let tasks = groups.into_iter();
+        tasks
+            .map(|group| self.add_known(recipe.clone(), digests, group))
             .collect()
     }
 
@@ -224,7 +210,7 @@ impl Builder {
     }
 
     fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
-        let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].essence).collect();
+        let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].identity).collect();
         let (stage, version) = (recipe.kind().name(), recipe.kind().version());
         let key = TaskKey::of(stage, version, digests.whole, &read);
         if let Some(&task) = self.known.get(&key) {
@@ -232,16 +218,14 @@ impl Builder {
         }
         let task = self.tasks.len();
         let first = inputs.first().map(|&input| &self.tasks[input]);
-        let nodes = match &recipe {
-            Recipe::Generate(params) => params.nodes(),
-            _ => first.map_or(0, |first| first.nodes),
-        };
+        let nodes = recipe.mesh();
+        let nodes = nodes.unwrap_or_else(|| first.map_or(0, |first| first.nodes));
         let rows = recipe.rows(first.map_or(0, |first| first.rows));
         self.tasks.push(Task {
             key,
             nodes,
             rows,
-            essence: TaskKey::of(stage, version, digests.essence, &read),
+            identity: TaskKey::of(stage, version, digests.identity, &read),
             recipe,
             inputs,
         });
@@ -254,9 +238,9 @@ impl Builder {
     fn by_point(&self, tasks: &[usize]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         let mut known = BTreeMap::new();
-        let mut essences = HashSet::new();
+        let mut identities = HashSet::new();
         for &task in tasks {
-            if !essences.insert(self.tasks[task].essence) {
+            if !identities.insert(self.tasks[task].identity) {
                 continue;
             }
             let group = *known.entry(self.point(task)).or_insert(groups.len());
@@ -276,37 +260,22 @@ impl Builder {
             .unwrap_or_default()
             .and(Point::of(task.recipe.coordinates()))
     }
-
-    fn reduction(&self, reduction: &Reduction, stage: &Stage, all: &[Stage]) -> aggregate::Params {
-        match reduction {
-            Reduction::Groups(groups) => aggregate::Params::Groups(groups.clone()),
-            Reduction::Sql { query, columns } => {
-                let table =
-                    |&input: &usize| (all[input].name.clone(), self.stages[input].tasks.len());
-                aggregate::Params::Sql(aggregate::Sql {
-                    query: query.clone(),
-                    tables: stage.inputs.iter().map(table).collect(),
-                    columns: columns.clone(),
-                })
-            }
-        }
-    }
 }
 
 /// The hashes of a recipe's parameters, with and without what no later stage reads.
 #[derive(Clone, Copy)]
 struct Digests {
     whole: Digest,
-    essence: Digest,
+    identity: Digest,
 }
 
 impl Digests {
     fn of(recipe: &Recipe) -> Digests {
         let whole = Digest::of(recipe);
-        let essence = match recipe.essence() {
+        let identity = match recipe.identity() {
             Cow::Borrowed(_) => whole,
-            Cow::Owned(essence) => Digest::of(&essence),
+            Cow::Owned(identity) => Digest::of(&identity),
         };
-        Digests { whole, essence }
+        Digests { whole, identity }
     }
 }

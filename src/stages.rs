@@ -1,33 +1,41 @@
-//! The closed set of stages: what each may compute, and the only `match` on it.
+//! The closed set of stages: every `match` on it is in this file and in [`form`].
 //!
-//! A stage has four things: a `VERSION` (raised whenever its numbers change), `Params` (what it
-//! reads of the manifest, defaults filled in), a `columns` list, and `run`, a function of its
-//! parameters and input tables and of nothing else: no clock, no environment, no thread number.
+//! All about a kind of stage is in its own file and folder: what it is ([`Definition`]), which keys it
+//! has and how they are checked, what it computes ([`Stage`]). A table is a function of the stage's
+//! `VERSION`, its parameters and its input tables, and of nothing else: no clock, no environment, no
+//! thread number.
 
 pub mod aggregate;
 #[expect(missing_docs, reason = "each column says what it means")]
 pub mod columns;
 pub mod correct;
+pub mod error;
 pub mod fit;
+pub mod form;
 pub mod generate;
+mod given;
 pub mod measure;
 pub mod solve;
+mod stage;
+pub mod summary;
+mod work;
 
 use std::borrow::Cow;
 use std::fmt;
+use std::ops::Deref;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use aggregate::sql::QueryError;
+use crate::store::column::Column;
 
-use crate::contact::morphology::map::MapError;
-use crate::contact::topography::measured::MeasuredError;
-use crate::contact::topography::surface::SurfaceError;
-use crate::store::column::{Column, Value};
-use crate::store::parquet::Columns;
-use crate::store::table::{Table, TableError};
-use crate::surface_files::{SurfaceFileError, SurfaceFiles};
+pub use error::StageError;
+pub use given::Given;
+pub use stage::{
+    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, beside_coordinates,
+    stacked,
+};
+pub use work::Work;
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -58,51 +66,27 @@ impl Kind {
         Kind::Aggregate,
     ];
 
+    /// What is known of a kind without its parameters.
+    pub fn definition(self) -> &'static Definition {
+        match self {
+            Kind::Generate => &generate::STAGE,
+            Kind::Solve => &solve::STAGE,
+            Kind::Measure => &measure::STAGE,
+            Kind::Correct => &correct::STAGE,
+            Kind::Fit => &fit::STAGE,
+            Kind::Aggregate => &aggregate::STAGE,
+        }
+    }
+
     /// The word used in manifests, tables and recipes.
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Generate => "generate",
-            Kind::Solve => "solve",
-            Kind::Measure => "measure",
-            Kind::Correct => "correct",
-            Kind::Fit => "fit",
-            Kind::Aggregate => "aggregate",
-        }
+        self.definition().name
     }
 
     /// The version of the stage's numbers.
     pub fn version(self) -> u32 {
-        match self {
-            Kind::Generate => generate::VERSION,
-            Kind::Solve => solve::VERSION,
-            Kind::Measure => measure::VERSION,
-            Kind::Correct => correct::VERSION,
-            Kind::Fit => fit::VERSION,
-            Kind::Aggregate => aggregate::VERSION,
-        }
+        self.definition().version
     }
-}
-
-/// Every column that stages of a kind may add to the coordinates that they carry on.
-pub fn columns_of(kind: Kind) -> Vec<Column> {
-    use columns::*;
-    let lists: &[&[Column]] = match kind {
-        Kind::Generate => &[
-            &[SURFACE, METHOD, NODES, SIDE, RMS_SLOPE],
-            &OF_RANDOM_SURFACES,
-            &OF_MEASURED_SURFACES,
-            &OF_SHAPES,
-            &DESCRIPTORS,
-            &REFERENCES,
-            &[HEIGHTS],
-        ],
-        Kind::Solve => &[&SOLVED, &[CONTACT, PRESSURES]],
-        Kind::Measure => &[&CONTACT_MEASURES, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]],
-        Kind::Correct => &[&CORRECTED],
-        Kind::Fit => return fit::columns(),
-        Kind::Aggregate => return aggregate::columns(),
-    };
-    lists.concat()
 }
 
 impl fmt::Display for Kind {
@@ -111,8 +95,62 @@ impl fmt::Display for Kind {
     }
 }
 
+/// Every column that stages of a kind may add to the coordinates that they carry on.
+pub fn columns_of(kind: Kind) -> Vec<Column> {
+    (kind.definition().columns)()
+}
+
+/// What the rows of a stage's table are about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rows {
+    /// Surfaces that can be pressed.
+    Surfaces,
+    /// Surfaces described by their modes alone.
+    Spectra,
+    /// Surfaces under loads.
+    Loads,
+    /// Contact maps, measured.
+    Contacts,
+    /// Bins of heights.
+    Heights,
+    /// Areas, corrected for the mesh.
+    Corrections,
+    /// Fits.
+    Fits,
+    /// Whatever was reduced.
+    Statistics,
+}
+
+impl Rows {
+    /// All of them.
+    pub const ALL: [Rows; 8] = [
+        Rows::Surfaces,
+        Rows::Spectra,
+        Rows::Loads,
+        Rows::Contacts,
+        Rows::Heights,
+        Rows::Corrections,
+        Rows::Fits,
+        Rows::Statistics,
+    ];
+
+    /// What messages call them.
+    pub fn name(self) -> &'static str {
+        match self {
+            Rows::Surfaces => "surfaces",
+            Rows::Spectra => "surfaces without heights",
+            Rows::Loads => "solved loads",
+            Rows::Contacts => "measured contacts",
+            Rows::Heights => "measured heights",
+            Rows::Corrections => "corrected areas",
+            Rows::Fits => "fits",
+            Rows::Statistics => "statistics",
+        }
+    }
+}
+
 /// Everything that a task reads of its manifest: enough to compute it again from its inputs.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Recipe {
     /// Draw or read one surface.
@@ -129,223 +167,34 @@ pub enum Recipe {
     Aggregate(Arc<aggregate::Params>),
 }
 
-/// One input of a task: its table and the recipe that made it.
-pub struct Input<'a> {
-    /// How the table was made; a surface whose heights were not kept is drawn again from it.
-    pub recipe: &'a Recipe,
-    /// What was computed.
-    pub table: Table,
-}
+/// What a stage can do, its recipe can.
+impl Deref for Recipe {
+    type Target = dyn Stage;
 
-/// What a running task may reach besides its inputs. Nothing in it decides a number.
-pub struct Context<'a> {
-    /// Where the files of measured surfaces lie, by the hash of their content.
-    pub sources: &'a SurfaceFiles,
-    /// Whether the user asked to stop.
-    pub interrupted: &'a (dyn Fn() -> bool + Sync),
-    /// Hears which share of the task is done, from 0 to 1.
-    pub advance: &'a (dyn Fn(f64) + Sync),
+    fn deref(&self) -> &(dyn Stage + 'static) {
+        match self {
+            Recipe::Generate(params) => params,
+            Recipe::Solve(params) => params.as_ref(),
+            Recipe::Measure(params) => params,
+            Recipe::Correct(params) => params.as_ref(),
+            Recipe::Fit(params) => params.as_ref(),
+            Recipe::Aggregate(params) => params.as_ref(),
+        }
+    }
 }
 
 impl Recipe {
-    /// The kind of stage that this recipe belongs to.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Recipe::Generate(_) => Kind::Generate,
-            Recipe::Solve(_) => Kind::Solve,
-            Recipe::Measure(_) => Kind::Measure,
-            Recipe::Correct(_) => Kind::Correct,
-            Recipe::Fit(_) => Kind::Fit,
-            Recipe::Aggregate(_) => Kind::Aggregate,
+    /// The recipe without what only adds columns that no later stage reads. Later keys are built on
+    /// it, so keeping more never recomputes them.
+    pub fn identity(&self) -> Cow<'_, Recipe> {
+        match self.without_extras() {
+            Some(recipe) => Cow::Owned(recipe),
+            None => Cow::Borrowed(self),
         }
     }
 
-    /// Which columns of its inputs it reads: only solving and measuring look at heights and contact
-    /// maps, of one surface at a time.
-    pub fn columns_read(&self) -> Columns {
-        match self.kind() {
-            Kind::Measure if self.pools_surfaces() => Columns::Light,
-            Kind::Generate | Kind::Solve | Kind::Measure => Columns::All,
-            Kind::Correct | Kind::Fit | Kind::Aggregate => Columns::Light,
-        }
-    }
-
-    /// The recipe without what only adds columns that no later stage reads: kept heights and
-    /// kept pressures. Later keys are built on it, so keeping more never recomputes them.
-    pub fn essence(&self) -> Cow<'_, Recipe> {
-        match self {
-            Recipe::Generate(params) if params.keeps_heights() => {
-                Cow::Owned(Recipe::Generate(params.essence()))
-            }
-            Recipe::Solve(params) if params.keeps_pressures() => {
-                Cow::Owned(Recipe::Solve(Arc::new(params.without_pressures())))
-            }
-            other => Cow::Borrowed(other),
-        }
-    }
-
-    /// Computes the task's table.
-    ///
-    /// # Errors
-    /// When an input lacks a column, a file has changed, a query is wrong, or on interruption.
-    pub fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        match self {
-            Recipe::Generate(params) => generate::run(params, context),
-            Recipe::Solve(params) => solve::run(params, inputs, context),
-            Recipe::Measure(params) => measure::run(params, inputs, context),
-            Recipe::Correct(params) => correct::run(params, inputs),
-            Recipe::Fit(params) => fit::run(params, inputs),
-            Recipe::Aggregate(params) => aggregate::run(params, inputs),
-        }
-    }
-
-    /// Whether one task reads all surfaces of a parameter point.
+    /// Whether one task draws all surfaces of a parameter point.
     pub fn pools_surfaces(&self) -> bool {
-        matches!(self, Recipe::Measure(params) if params.pools_surfaces())
+        self.reach() == Reach::Point && self.footprint() != Footprint::NONE
     }
-
-    /// The coordinates that the task adds to those of what it reads, where they are known before
-    /// it has run.
-    pub fn coordinates(&self) -> Vec<(Column, Value)> {
-        match self {
-            Recipe::Generate(params) => params.coordinates(),
-            Recipe::Solve(params) => params.coordinates(),
-            _ => Vec::new(),
-        }
-    }
-
-    /// What the task needs of memory for each node of its mesh.
-    pub fn footprint(&self) -> Footprint {
-        match self {
-            Recipe::Generate(params) => params.footprint(),
-            Recipe::Solve(params) => params.footprint(),
-            Recipe::Measure(_) => measure::FOOTPRINT,
-            Recipe::Correct(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => Footprint::NONE,
-        }
-    }
-
-    /// Rows about one surface in the task's table, or in those that it pools; `read` are those in
-    /// the table that it reads.
-    pub fn rows(&self, read: usize) -> usize {
-        match self {
-            Recipe::Generate(_) => 1,
-            Recipe::Solve(params) => params.loads.len(),
-            Recipe::Correct(params) => read * params.corrections.len(),
-            Recipe::Measure(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => read,
-        }
-    }
-
-    /// What the task is expected to cost. Nothing but forecasts depends on it.
-    pub fn effort(&self, extent: Extent) -> Effort {
-        /// Seconds to read a table from the store.
-        const READING: f64 = 4e-4;
-        let effort = match self {
-            Recipe::Generate(params) => params.effort(),
-            Recipe::Solve(params) => params.effort(extent.nodes),
-            Recipe::Measure(params) => params.effort(extent),
-            Recipe::Correct(_) => Effort::seconds(0.0),
-            Recipe::Fit(params) => params.effort(extent.rows),
-            Recipe::Aggregate(params) => params.effort(extent.rows),
-        };
-        Effort {
-            seconds: effort.seconds + READING * extent.tables as f64,
-            ..effort
-        }
-    }
-}
-
-/// What a task needs of memory, for each node of its mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Footprint {
-    /// Bytes while it computes.
-    pub work: f64,
-    /// Bytes of its table, with everything that is a map.
-    pub table: f64,
-}
-
-impl Footprint {
-    /// No maps.
-    pub const NONE: Footprint = Footprint {
-        work: 0.0,
-        table: 0.0,
-    };
-}
-
-/// How much a task has at hand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Extent {
-    /// Nodes per side of a surface.
-    pub nodes: usize,
-    /// Rows about it, see [`Recipe::rows`].
-    pub rows: usize,
-    /// Tables that are read.
-    pub tables: usize,
-}
-
-/// What a task is expected to cost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
-    /// Pairs of transforms on the task's mesh.
-    pub pairs: f64,
-    /// Seconds of anything else.
-    pub seconds: f64,
-}
-
-/// Seconds for the handling of any task: key, Parquet, checksum, file. On meshes of 32² there is
-/// hardly anything else.
-const HANDLING: f64 = 2e-3;
-
-impl Effort {
-    /// A number of pairs, besides the handling.
-    pub fn pairs(pairs: f64) -> Effort {
-        Effort {
-            pairs,
-            seconds: HANDLING,
-        }
-    }
-
-    /// No transforms; so many seconds besides the handling.
-    pub fn seconds(seconds: f64) -> Effort {
-        Effort {
-            pairs: 0.0,
-            seconds: HANDLING + seconds,
-        }
-    }
-}
-
-/// Why a task has no table.
-#[derive(Debug, thiserror::Error)]
-pub enum StageError {
-    /// The user asked to stop.
-    #[error("interrupted")]
-    Interrupted,
-    /// An input table is not what the stage reads.
-    #[error("cannot use an input table")]
-    Table(#[from] TableError),
-    /// The file of a measured surface is gone or has changed.
-    #[error("cannot read a measured surface")]
-    Source(#[from] SurfaceFileError),
-    /// Heights, stored or scaled, are no surface.
-    #[error("these heights are no surface")]
-    Heights(#[source] SurfaceError),
-    /// A stored contact map does not fit its mesh.
-    #[error("a stored contact map does not fit its mesh")]
-    Map(#[source] MapError),
-    /// The file of a measured surface is no map of heights.
-    #[error("`{path}` is no usable surface")]
-    Measured {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        source: MeasuredError,
-    },
-    /// A query has no answer.
-    #[error("cannot answer the query")]
-    Query(#[from] QueryError),
-    /// An aggregation cannot be carried out.
-    #[error("cannot aggregate: {reason}")]
-    Aggregate {
-        /// What polars, or a check before it, says.
-        reason: String,
-    },
 }

@@ -4,30 +4,22 @@
 //! mesh, loads ascending, stages that can read each other, files that are there. Past it nobody
 //! checks again.
 
-mod aggregate;
-mod checks;
 mod columns;
-mod evaluate;
 mod flow;
 mod graph;
-mod loads;
-mod maps;
-mod surfaces;
 mod until;
 mod validate;
 mod warnings;
 
-use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use crate::diagnostics::{ManifestErrors, Problem, Problems};
 use crate::manifest::Manifest;
 use crate::names;
-use crate::stages::{Kind, aggregate as reduce, correct, fit, generate, measure, solve};
 use crate::surface_files::{Recollection, SurfaceFiles, read_regular};
 
-pub use until::{Limit, Until};
+pub use crate::stages::Work;
+pub use crate::stages::generate::growth::{Growth, Limit, PlannedSurfaces, Until};
 pub use warnings::Warning;
 
 /// Bytes of a manifest: far more than anybody writes.
@@ -53,93 +45,6 @@ pub struct Stage {
     pub inputs: Vec<usize>,
     /// What it does.
     pub work: Work,
-}
-
-/// What a stage does, the points of its grid in order.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Work {
-    /// Makes surfaces.
-    Generate(Vec<Ensemble>),
-    /// Presses each surface.
-    Solve(Vec<Arc<solve::Params>>),
-    /// Measures each surface, or each block of loads.
-    Measure(measure::Params),
-    /// Corrects each measured block.
-    Correct(Arc<correct::Params>),
-    /// Fits each parameter point.
-    Fit(Vec<Arc<fit::Params>>),
-    /// Reduces everything that it reads.
-    Aggregate(Reduction),
-}
-
-/// Surfaces that differ by their realization only.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ensemble {
-    /// The first of them.
-    pub params: generate::Params,
-    /// How many there are, at least one; at first, if their number grows.
-    pub realizations: u32,
-    /// Until when more are drawn, if their number is not given. Equal for all of a stage.
-    pub growth: Option<Arc<Growth>>,
-}
-
-/// How the number of surfaces of a stage grows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Growth {
-    /// Where it ends in any case.
-    pub at_most: u32,
-    /// What is to be reached.
-    pub until: Until,
-}
-
-impl Ensemble {
-    /// The most surfaces that there may be.
-    fn at_most(&self) -> u32 {
-        let growth = self.growth.as_ref();
-        growth.map_or(self.realizations, |growth| growth.at_most)
-    }
-}
-
-/// How an aggregate stage reduces its input.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Reduction {
-    /// Statistics of columns within groups.
-    Groups(reduce::Groups),
-    /// A query over the tables of the stages that are read.
-    Sql {
-        /// Its text.
-        query: String,
-        /// What columns of its answer mean, by their names.
-        columns: BTreeMap<String, reduce::Meaning>,
-    },
-}
-
-impl Work {
-    /// The kind of stage that does it.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Work::Generate(_) => Kind::Generate,
-            Work::Solve(_) => Kind::Solve,
-            Work::Measure(_) => Kind::Measure,
-            Work::Correct(_) => Kind::Correct,
-            Work::Fit(_) => Kind::Fit,
-            Work::Aggregate(_) => Kind::Aggregate,
-        }
-    }
-
-    /// An upper bound on the number of its tasks, given that of its inputs.
-    fn tasks(&self, inputs: usize) -> usize {
-        match self {
-            Work::Generate(ensembles) => {
-                let realizations = ensembles.iter().map(|ensemble| ensemble.at_most() as usize);
-                realizations.fold(0, usize::saturating_add)
-            }
-            Work::Solve(blocks) => inputs.saturating_mul(blocks.len()),
-            Work::Fit(fits) => inputs.saturating_mul(fits.len()),
-            Work::Measure(_) | Work::Correct(_) => inputs,
-            Work::Aggregate(_) => 1,
-        }
-    }
 }
 
 impl Study {

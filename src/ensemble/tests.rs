@@ -6,7 +6,8 @@ use crate::report::bars::Bars;
 use crate::report::ensembles as report;
 use crate::stages::aggregate::{self, Groups, Statistic};
 use crate::stages::columns::*;
-use crate::stages::fit::{self, Law};
+use crate::stages::fit;
+use crate::stages::fit::laws::{Law, PlainLaw};
 use crate::stages::{Kind, columns_of};
 use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 
@@ -115,7 +116,7 @@ fn fits_take_every_row_once() {
 #[test]
 fn fits_over_meshes_take_every_row_once() {
     let params = fit::Params {
-        law: Law::MeshConvergence,
+        law: Law::Plain(PlainLaw::MeshConvergence),
         window: [0.0, 10.0],
         bootstrap: 0,
         level: 0.9,

@@ -3,14 +3,14 @@
 use serde_json::{Map, Value, json};
 
 use super::StudyTable;
-use super::form::Form;
-use super::layout::Table;
 use crate::names;
 use crate::stages::Kind;
+use crate::stages::form::Form;
+use crate::written::Table;
 
 /// The JSON Schema of a whole manifest (draft 7, which the TOML plug-ins of editors know).
 pub fn schema() -> Value {
-    let stages: Vec<Value> = Form::ALL.into_iter().map(stage).collect();
+    let stages: Vec<Value> = Form::all().map(stage).collect();
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "asperity manifest",
@@ -42,13 +42,13 @@ fn stage(form: Form) -> Value {
         "kind".to_owned(),
         json!({ "description": "What the stage does.", "const": kind.name() }),
     );
-    if let (Some(key), Some(word)) = (Form::selector(kind), form.word()) {
+    if let Some((key, word)) = form.selector() {
         properties.insert(
             key.to_owned(),
             json!({ "description": "How it does that.", "const": word }),
         );
         // The first form is meant when nothing is said.
-        if Form::of(kind).next() != Some(form) {
+        if !form.is_default() {
             required.push(json!(key));
         }
     }

@@ -115,7 +115,7 @@ impl Matched {
                     why: Some(Why::Changed {
                         fields: changes(&before[old], point),
                     }),
-                    is_kept_back: before[old].essence == point.essence,
+                    is_kept_back: before[old].identity == point.identity,
                     realizations_before: None,
                 },
                 (None, None) => PointChange {

@@ -7,18 +7,17 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::plan::Plan;
-use crate::stages::{Kind, Recipe, aggregate};
+use crate::stages::{Kind, Recipe, Work};
 use crate::store::StoreError;
 use crate::store::files::{Existing, write_whole};
 use crate::store::key::Digest;
 use crate::store::listing::{self, Found, What};
-use crate::study::{Reduction, Study, Work};
+use crate::study::Study;
 
 /// Files are not read beyond this: tens of thousands of points.
 const LARGEST: u64 = 64 << 20;
@@ -57,7 +56,8 @@ pub struct PointRecord {
     /// Surfaces that differ in nothing else; 1 for stages that make none.
     pub realizations: u32,
     /// Hash of what later stages see of the parameters.
-    pub essence: String,
+    #[serde(rename = "essence")]
+    pub identity: String,
 }
 
 impl Record {
@@ -159,43 +159,32 @@ pub struct Place {
 
 /// The points of a stage's grid, in order.
 fn points(work: &Work) -> Vec<PointRecord> {
-    let one = |recipe: Recipe| PointRecord::of(&recipe, 1);
     match work {
-        Work::Generate(ensembles) => ensembles
+        Work::Generate(surfaces) => surfaces
             .iter()
-            .map(|ensemble| {
-                let recipe = Recipe::Generate(ensemble.params.realization(0));
-                PointRecord::of(&recipe, ensemble.realizations)
+            .map(|surfaces| {
+                let recipe = Recipe::Generate(surfaces.params.realization(0));
+                PointRecord::of(&recipe, surfaces.realizations)
             })
             .collect(),
-        Work::Solve(blocks) => blocks
-            .iter()
-            .map(|b| one(Recipe::Solve(b.clone())))
-            .collect(),
-        Work::Measure(params) => vec![one(Recipe::Measure(*params))],
-        Work::Correct(params) => vec![one(Recipe::Correct(params.clone()))],
-        Work::Fit(fits) => fits
-            .iter()
-            .map(|fit| one(Recipe::Fit(fit.clone())))
-            .collect(),
-        Work::Aggregate(Reduction::Groups(groups)) => {
-            let params = aggregate::Params::Groups(groups.clone());
-            vec![one(Recipe::Aggregate(Arc::new(params)))]
-        }
-        Work::Aggregate(Reduction::Sql { query, .. }) => {
-            let fields =
-                BTreeMap::from([("sql".to_owned(), Value::from(query.as_str()).to_string())]);
-            let essence = Digest::of(query).to_string();
-            vec![PointRecord {
-                fields,
-                realizations: 1,
-                essence,
-            }]
-        }
+        Work::Evaluate(recipes) => recipes.iter().map(PointRecord::evaluating).collect(),
     }
 }
 
 impl PointRecord {
+    /// Of a query nothing but its text is recorded: its tables are known from what the stage reads.
+    fn evaluating(recipe: &Recipe) -> PointRecord {
+        let Some(query) = recipe.query() else {
+            return PointRecord::of(recipe, 1);
+        };
+        let text = Value::from(query).to_string();
+        PointRecord {
+            fields: BTreeMap::from([("sql".to_owned(), text)]),
+            realizations: 1,
+            identity: Digest::of(&query).to_string(),
+        }
+    }
+
     fn of(recipe: &Recipe, realizations: u32) -> PointRecord {
         let json = serde_json::to_value(recipe).expect("parameters are plain data");
         let mut fields = fields_of(json);
@@ -204,7 +193,7 @@ impl PointRecord {
         PointRecord {
             fields,
             realizations,
-            essence: Digest::of(&recipe.essence()).to_string(),
+            identity: Digest::of(&recipe.identity()).to_string(),
         }
     }
 }

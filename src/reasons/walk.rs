@@ -7,7 +7,7 @@ use super::changes::{PointChange, StageChanges};
 use super::record::{Place, Record, StageRecord};
 use super::sets::{EMPTY, Sets};
 use crate::plan::Plan;
-use crate::stages::{Kind, Recipe};
+use crate::stages::{Kind, Reach};
 
 /// What has been found out, stage after stage.
 pub struct Walk<'a> {
@@ -36,14 +36,6 @@ struct Gone {
     others: usize,
     /// What came in another order.
     order: usize,
-}
-
-/// How much a task reads.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Reach {
-    Single,
-    Point,
-    All,
 }
 
 /// What happened in a stage, as sets.
@@ -131,7 +123,7 @@ impl<'a> Walk<'a> {
     /// What a task sees of what it reads.
     fn inputs(&mut self, task: usize, here: &Here) -> usize {
         let task = &self.plan.tasks[task];
-        let reach = Reach::of(&task.recipe);
+        let reach = task.recipe.reach();
         let mut set = EMPTY;
         for &input in &task.inputs {
             let seen = match self.passed_on[input] {
@@ -224,18 +216,6 @@ impl<'a> Walk<'a> {
             sum.order = self.sets.union(sum.order, above.order);
         }
         sum
-    }
-}
-
-impl Reach {
-    fn of(recipe: &Recipe) -> Reach {
-        match recipe {
-            Recipe::Aggregate(_) => Reach::All,
-            Recipe::Fit(params) if params.pools_all_points() => Reach::All,
-            Recipe::Fit(_) => Reach::Point,
-            recipe if recipe.pools_surfaces() => Reach::Point,
-            _ => Reach::Single,
-        }
     }
 }
 

@@ -19,7 +19,7 @@ use crate::stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTENT, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
 };
 use crate::stages::correct::AS_COUNTED;
-use crate::stages::generate::{self, Form};
+use crate::stages::generate::{self, Origin};
 use crate::stages::{Kind, Recipe};
 use crate::store::table::{Table, TableError};
 
@@ -250,14 +250,14 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
         let Recipe::Generate(params) = &task.recipe else {
             continue;
         };
-        let Form::Random { surface, .. } = &params.form else {
+        let Origin::Random { surface, .. } = &params.origin else {
             continue;
         };
         if !spectra.contains(&&surface.spectrum) {
             spectra.push(&surface.spectrum);
             let mut point = like.clone();
             point.remove(K_ROLLOFF.name);
-            point.extend(ensembles::point(&generate::own_row(&params.form), 0));
+            point.extend(ensembles::point(&generate::own_row(&params.origin), 0));
             points.push(point);
         }
     }

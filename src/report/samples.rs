@@ -6,8 +6,8 @@ use super::figure_data::FigureData;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::surface::Surface;
 use crate::ensemble;
-use crate::stages::generate::{self, Form};
-use crate::stages::{Recipe, StageError};
+use crate::stages::generate::{self, Origin};
+use crate::stages::{Recipe, Stage as _, StageError};
 use crate::store::TaskTables;
 
 /// The most points that one figure shows.
@@ -28,9 +28,9 @@ pub struct Sample<'a> {
 impl Sample<'_> {
     /// Its spectrum and draw, if it was drawn.
     pub fn random(&self) -> Option<&RandomSurface> {
-        match &self.params.form {
-            Form::Random { surface, .. } => Some(surface),
-            Form::File(_) | Form::Shape { .. } => None,
+        match &self.params.origin {
+            Origin::Random { surface, .. } => Some(surface),
+            Origin::File(_) | Origin::Shape { .. } => None,
         }
     }
 
@@ -40,13 +40,13 @@ impl Sample<'_> {
     /// # Errors
     /// When the file of a measured surface cannot be read.
     pub fn draw(&self, data: &FigureData) -> Result<Surface, StageError> {
-        match &self.params.form {
-            Form::Random { nodes, surface } => {
+        match &self.params.origin {
+            Origin::Random { nodes, surface } => {
                 let needed = 2 * surface.spectrum.k_upper as usize;
                 let nodes = (*nodes as usize).min(NODES.max(needed));
                 Ok(surface.draw(generate::grid(nodes, self.params.side)?))
             }
-            Form::File(_) | Form::Shape { .. } => self.params.draw(data.finished.sources),
+            Origin::File(_) | Origin::Shape { .. } => self.params.draw(data.finished.sources),
         }
     }
 }

@@ -154,7 +154,7 @@ impl PointRecord {
     /// Whether another point computes all that this one does: it has the same parameters, and at
     /// least the elements of each list.
     fn is_covered_by(&self, other: &PointRecord) -> bool {
-        let is_equal = self.essence == other.essence;
+        let is_equal = self.identity == other.identity;
         let mut fields = self.fields.iter();
         let is_within = |(name, value): (&String, &String)| {
             let by = other.fields.get(name);

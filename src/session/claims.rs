@@ -10,7 +10,7 @@ use crate::cost::CostModel;
 use crate::ensemble::Point;
 use crate::plan::Plan;
 use crate::results::FIGURES;
-use crate::stages::{Kind, Recipe};
+use crate::stages::{Kind, Recipe, Stage as _};
 
 /// All claims, judged by what a study has found.
 #[derive(Debug)]

@@ -1,16 +1,25 @@
 //! Reduces whole tables to statistics.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::{Effort, Input, StageError};
+use super::{
+    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
+    StageError, stacked,
+};
+use crate::diagnostics::counted;
 use crate::store::column::Column;
 use crate::store::table::Table;
 
+pub mod checks;
 mod confidence;
 mod frame;
 mod groups;
+pub mod keys;
+mod meanings;
 mod names;
 mod regression;
 pub mod sql;
@@ -22,6 +31,25 @@ pub use theory::{Model, OF_THE_SPECTRUM};
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
+
+/// Reduces tables to statistics.
+pub const STAGE: Definition = Definition {
+    name: "aggregate",
+    version: VERSION,
+    reads: Reads {
+        rows: &Rows::ALL,
+        from: Cow::Borrowed("stages of any one kind, or with `sql` any stages"),
+    },
+    makes: |_| Some(Rows::Statistics),
+    columns,
+    summary: |table| {
+        let columns = table.names().len();
+        Ok(vec![
+            counted(table.rows(), "row"),
+            counted(columns, "column"),
+        ])
+    },
+};
 
 /// One reduction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -58,9 +86,50 @@ impl Groups {
     }
 }
 
-impl Params {
-    /// See [`super::Recipe::effort`]: a theory that integrates over summits takes milliseconds a load.
-    pub fn effort(&self, rows: usize) -> Effort {
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Aggregate
+    }
+
+    fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
+        let tables: Vec<Table> = inputs.iter().map(|input| input.table.light()).collect();
+        match self {
+            Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
+            Params::Sql(sql) => sql::query(&tables, sql),
+        }
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        match self {
+            Params::Groups(groups) => groups::reduce(&stacked(inputs)?, groups),
+            Params::Sql(sql) => {
+                let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
+                let named = inputs.iter().map(|(name, _)| (name.clone(), 1)).collect();
+                sql::query(&tables, &sql.over(named))
+            }
+        }
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::All
+    }
+
+    fn query(&self) -> Option<&str> {
+        match self {
+            Params::Groups(_) => None,
+            Params::Sql(sql) => Some(&sql.query),
+        }
+    }
+
+    fn over(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
+        match self {
+            Params::Groups(_) => None,
+            Params::Sql(sql) => Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.over(inputs))))),
+        }
+    }
+
+    /// A theory that integrates over summits takes milliseconds a load.
+    fn effort(&self, extent: Extent) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
                 let models = groups.models.iter();
@@ -70,7 +139,7 @@ impl Params {
             }
             Params::Sql(_) => 0,
         };
-        Effort::seconds(0.02 + 5e-3 * (slow_models * rows) as f64)
+        Effort::seconds(0.02 + 5e-3 * (slow_models * extent.rows) as f64)
     }
 }
 
@@ -112,11 +181,21 @@ pub struct Sql {
     /// The query text.
     pub query: String,
     /// Names under which the query sees the inputs, and how many input tables each holds; none of
-    /// a table that it does not read.
+    /// a table that it does not read, and none before the study is planned.
     pub tables: Vec<(String, usize)>,
     /// What columns of the answer mean that no input has.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, Meaning>,
+}
+
+impl Sql {
+    /// The same query of inputs with these names, each of so many tables.
+    pub fn over(&self, tables: Vec<(String, usize)>) -> Sql {
+        Sql {
+            tables,
+            ..self.clone()
+        }
+    }
 }
 
 /// What a column means.
@@ -132,19 +211,7 @@ pub struct Meaning {
 /// called after them, as in `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    groups::OWN.into_iter().chain(models).collect()
-}
-
-/// Reduces the inputs' tables.
-///
-/// # Errors
-/// When a column is missing or holds no numbers, or a query is wrong.
-pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
-    let tables: Vec<Table> = inputs.iter().map(|input| input.table.light()).collect();
-    match params {
-        Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
-        Params::Sql(sql) => sql::query(&tables, sql),
-    }
+    names::OWN.into_iter().chain(models).collect()
 }
 
 impl Statistic {

@@ -1,15 +1,40 @@
 //! Corrects the contact area for the mesh.
 
+use std::borrow::Cow;
+
+pub mod keys;
+
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Input, StageError};
+use super::summary::distinct;
+use super::{
+    Context, Definition, Effort, Extent, Input, Kind, Reads, Rows, Stage, StageError,
+    beside_coordinates,
+};
 use crate::contact::morphology::correction::{CountedArea, PI_OVER_EIGHT};
+use crate::diagnostics::counted;
 use crate::store::column::{optional_reals, reals, texts};
 use crate::store::table::Table;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 2;
+
+/// Corrects the contact area for the mesh.
+pub const STAGE: Definition = Definition {
+    name: "correct",
+    version: VERSION,
+    reads: Reads {
+        rows: &[Rows::Contacts],
+        from: Cow::Borrowed("`measure` stages that read contacts"),
+    },
+    makes: |_| Some(Rows::Corrections),
+    columns: || CORRECTED.to_vec(),
+    summary: |table| {
+        let corrections = distinct(table, CORRECTION.name)?;
+        Ok(vec![counted(table.rows(), "row"), corrections.join(", ")])
+    },
+};
 
 /// What the `correction` column says of the area as it was counted.
 pub const AS_COUNTED: &str = "none";
@@ -41,26 +66,38 @@ impl Correction {
     }
 }
 
-/// Applies every estimator to every row: all rows by the first one, then all by the next.
-///
-/// # Errors
-/// When the input holds no measured contacts.
-pub fn run(params: &Params, inputs: &[Input]) -> Result<Table, StageError> {
-    let [
-        Input {
-            table: measured, ..
-        },
-    ] = inputs
-    else {
-        unreachable!("the plan corrects one table at a time")
-    };
-    let areas = counted_areas(measured)?;
-    let tables: Vec<Table> = params
-        .corrections
-        .iter()
-        .map(|correction| corrected(measured, &areas, correction))
-        .collect();
-    Ok(Table::stack(&tables)?)
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Correct
+    }
+
+    /// Applies every estimator to every row: all rows by the first one, then all by the next.
+    fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
+        let [
+            Input {
+                table: measured, ..
+            },
+        ] = inputs
+        else {
+            unreachable!("the plan corrects one table at a time")
+        };
+        let areas = counted_areas(measured)?;
+        let corrections = self.corrections.iter();
+        let tables = corrections.map(|correction| corrected(measured, &areas, correction));
+        Ok(Table::stack(&tables.collect::<Vec<_>>())?)
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(beside_coordinates(&CORRECTED, inputs)?)
+    }
+
+    fn rows(&self, read: usize) -> usize {
+        read * self.corrections.len()
+    }
+
+    fn effort(&self, _: Extent) -> Effort {
+        Effort::seconds(0.0)
+    }
 }
 
 fn counted_areas(measured: &Table) -> Result<Vec<CountedArea>, StageError> {

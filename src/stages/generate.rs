@@ -1,27 +1,63 @@
 //! Draws a surface, or reads one, and describes it.
 
+use std::borrow::Cow;
+
 use arrow::array::{AsArray, Float64Array};
 use arrow::datatypes::Float64Type;
 use serde::{Deserialize, Serialize};
 
 use self::description::Description;
-use super::columns::{HEIGHTS, NODES, SIDE};
-use super::{Context, Effort, Footprint, Kind, Recipe, StageError};
+pub use self::origin::{MeasuredSurface, Origin, grid};
+use super::columns::*;
+use super::summary::range;
+use super::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    StageError,
+};
+use crate::caveats;
 use crate::contact::grid::Grid;
-use crate::contact::topography::measured;
-use crate::contact::topography::periodic::Edges;
-use crate::contact::topography::random::RandomSurface;
-use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
+use crate::diagnostics::counted;
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
+use crate::store::parquet::Columns;
 use crate::store::table::Table;
-use crate::surface_files::{ContentHash, SurfaceFiles};
+use crate::surface_files::SurfaceFiles;
 
+pub mod checks;
 mod description;
+pub mod files;
+pub mod growth;
+pub mod keys;
+pub mod method;
+pub mod origin;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 3;
+
+/// Draws surfaces or reads measured ones.
+pub const STAGE: Definition = Definition {
+    name: "generate",
+    version: VERSION,
+    reads: Reads {
+        rows: &[],
+        from: Cow::Borrowed("nothing"),
+    },
+    makes: |_| Some(Rows::Surfaces),
+    columns: || {
+        let lists: [&[Column]; 7] = [
+            &[SURFACE, METHOD, NODES, SIDE, RMS_SLOPE],
+            &OF_RANDOM_SURFACES,
+            &OF_MEASURED_SURFACES,
+            &OF_SHAPES,
+            &DESCRIPTORS,
+            &REFERENCES,
+            &[HEIGHTS],
+        ];
+        lists.concat()
+    },
+    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+};
 
 /// One surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,7 +68,7 @@ pub struct Params {
     pub side: f64,
     /// What the surface looks like.
     #[serde(flatten)]
-    pub form: Form,
+    pub origin: Origin,
 }
 
 /// What becomes of the heights.
@@ -47,70 +83,14 @@ pub enum Heights {
     None,
 }
 
-/// Where a surface comes from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Form {
-    /// A random self-affine surface.
-    Random {
-        /// Nodes per side.
-        nodes: u32,
-        /// Spectrum, draw and scale.
-        #[serde(flatten)]
-        surface: RandomSurface,
-    },
-    /// A measured surface.
-    File(MeasuredSurface),
-    /// A shape with a closed-form solution.
-    Shape {
-        /// Nodes per side.
-        nodes: u32,
-        /// Which one.
-        #[serde(flatten)]
-        shape: Shape,
-    },
-}
-
-/// A map of heights in a file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "method", rename = "file")]
-pub struct MeasuredSurface {
-    /// Hash of the file's content; its path decides nothing.
-    pub content: ContentHash,
-    /// Unit of length, a label.
-    pub unit: String,
-    /// Factor that turns the file's numbers into lengths.
-    pub height_scale: f64,
-    /// How the map's edges are made to meet.
-    #[serde(flatten)]
-    pub edges: Edges,
-    /// Nodes per side once its edges meet, as the content has them: for forecasts alone.
-    #[serde(skip)]
-    pub nodes: u32,
-}
-
 impl Params {
     /// The same surface of another realization; shapes and files have but one.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
-        if let Form::Random { surface, .. } = &mut params.form {
+        if let Origin::Random { surface, .. } = &mut params.origin {
             surface.realization = number;
         }
         params
-    }
-
-    /// The same row with its heights not kept: what later stages' keys are built on. A surface
-    /// without heights stays one, for its row holds less.
-    pub fn essence(&self) -> Params {
-        match self.heights {
-            Heights::Keep | Heights::Redraw => self.with(Heights::Redraw),
-            Heights::None => self.clone(),
-        }
-    }
-
-    /// Whether its heights are stored.
-    pub fn keeps_heights(&self) -> bool {
-        self.heights == Heights::Keep
     }
 
     fn with(&self, heights: Heights) -> Params {
@@ -120,48 +100,15 @@ impl Params {
         }
     }
 
-    /// What places the surface among others.
-    pub fn coordinates(&self) -> Vec<(Column, Value)> {
-        description::coordinates(self)
-    }
-
     /// The surface's name, the same whatever becomes of its heights.
     fn surface_key(&self) -> TaskKey {
         let recipe = Recipe::Generate(self.with(Heights::Redraw));
         TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
     }
 
-    /// See [`Recipe::effort`]: drawing and describing take a few transforms, moments of modes none.
-    pub fn effort(&self) -> Effort {
-        match (&self.form, self.heights) {
-            (Form::Random { surface, .. }, Heights::None) => {
-                let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
-                Effort::seconds(5e-8 * modes)
-            }
-            _ => Effort::pairs(6.0),
-        }
-    }
-
-    /// See [`Recipe::footprint`]: the peak of a run on one thread, at 512² and 1024².
-    pub fn footprint(&self) -> Footprint {
-        Footprint {
-            work: match self.heights {
-                Heights::Keep | Heights::Redraw => 28.0,
-                Heights::None => 0.0,
-            },
-            table: match self.heights {
-                Heights::Keep => 8.0,
-                Heights::Redraw | Heights::None => 0.0,
-            },
-        }
-    }
-
     /// Nodes per side.
     pub fn nodes(&self) -> usize {
-        match &self.form {
-            Form::Random { nodes, .. } | Form::Shape { nodes, .. } => *nodes as usize,
-            Form::File(file) => file.nodes as usize,
-        }
+        self.origin.nodes()
     }
 
     /// Where its nodes lie.
@@ -177,25 +124,7 @@ impl Params {
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
     pub fn draw(&self, sources: &SurfaceFiles) -> Result<Surface, StageError> {
-        match &self.form {
-            Form::Random { surface, .. } => Ok(surface.draw(self.grid()?)),
-            Form::Shape { shape, .. } => Ok(shape.draw(self.grid()?)),
-            Form::File(file) => {
-                let bytes = sources.read(&file.content)?;
-                let cell = grid(1, self.side)?.cell();
-                let map = measured::read_npy(&bytes, cell).map_err(|source| {
-                    let path = sources.path_of(&file.content);
-                    StageError::Measured {
-                        path: path
-                            .map(|path| path.display().to_string())
-                            .unwrap_or_default(),
-                        source,
-                    }
-                })?;
-                let map = map.scaled(file.height_scale).map_err(StageError::Heights)?;
-                Ok(file.edges.close(map))
-            }
-        }
+        self.origin.draw(self.side, sources)
     }
 
     /// The heights that `table` kept, or else the surface drawn again.
@@ -215,52 +144,147 @@ impl Params {
     }
 }
 
-/// So many nodes on a square cell.
-///
-/// # Errors
-/// When there is no node, or no cell.
-pub fn grid(nodes: usize, side: f64) -> Result<Grid, StageError> {
-    Grid::square(nodes, side).map_err(|error| StageError::Heights(error.into()))
-}
-
 /// The columns that place a surface among others of its method.
-pub fn own_columns(form: &Form) -> Vec<Column> {
-    let coordinates = description::own_coordinates(form).into_iter();
+pub fn own_columns(origin: &Origin) -> Vec<Column> {
+    let coordinates = description::own_coordinates(origin).into_iter();
     coordinates.map(|(column, _)| column).collect()
 }
 
 /// What places a surface among others of its method, in one row.
-pub fn own_row(form: &Form) -> Table {
-    Table::row(&description::own_coordinates(form))
+pub fn own_row(origin: &Origin) -> Table {
+    Table::row(&description::own_coordinates(origin))
 }
 
-/// Draws one surface and describes it in one row.
-///
-/// # Errors
-/// When the file of a measured surface is gone, has changed, or is no map of heights.
-pub fn run(params: &Params, context: &Context) -> Result<Table, StageError> {
-    if let (Form::Random { surface, .. }, Heights::None) = (&params.form, params.heights) {
-        let grid = params.grid()?;
-        let description = Description::of_modes(surface, grid.cell());
-        let columns = description.row(params, grid);
-        return Ok(Table::new(1, columns));
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Generate
     }
-    let surface = params.draw(context.sources)?;
-    let description = Description::of_surface(&params.form, &surface);
-    let mut columns = description.row(params, surface.grid());
-    if params.keeps_heights() {
-        let heights = Float64Array::from(surface.into_heights());
-        let length = heights.len();
-        columns.push((HEIGHTS, lists(heights, [length])));
+
+    /// Draws one surface and describes it in one row.
+    fn run(&self, _: &[Input], context: &Context) -> Result<Table, StageError> {
+        if let (Origin::Random { surface, .. }, Heights::None) = (&self.origin, self.heights) {
+            let grid = self.grid()?;
+            let description = Description::of_modes(surface, grid.cell());
+            let columns = description.row(self, grid);
+            return Ok(Table::new(1, columns));
+        }
+        let surface = self.draw(context.sources)?;
+        let description = Description::of_surface(&self.origin, &surface);
+        let mut columns = description.row(self, surface.grid());
+        if self.heights == Heights::Keep {
+            let heights = Float64Array::from(surface.into_heights());
+            let length = heights.len();
+            columns.push((HEIGHTS, lists(heights, [length])));
+        }
+        Ok(Table::new(1, columns))
     }
-    Ok(Table::new(1, columns))
+
+    fn empty_table(&self, _: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(empty_table([&self.origin]))
+    }
+
+    fn columns_read(&self) -> Columns {
+        Columns::All
+    }
+
+    fn coordinates(&self) -> Vec<(Column, Value)> {
+        description::coordinates(self)
+    }
+
+    /// Drawing and describing take a few transforms, moments of modes none.
+    fn effort(&self, _: Extent) -> Effort {
+        match (&self.origin, self.heights) {
+            (Origin::Random { surface, .. }, Heights::None) => {
+                let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
+                Effort::seconds(5e-8 * modes)
+            }
+            _ => Effort::pairs(6.0),
+        }
+    }
+
+    /// The peak of a run on one thread, at 512² and 1024².
+    fn footprint(&self) -> Footprint {
+        Footprint {
+            work: match self.heights {
+                Heights::Keep | Heights::Redraw => 28.0,
+                Heights::None => 0.0,
+            },
+            table: match self.heights {
+                Heights::Keep => 8.0,
+                Heights::Redraw | Heights::None => 0.0,
+            },
+        }
+    }
+
+    fn rows(&self, _: usize) -> usize {
+        1
+    }
+
+    fn mesh(&self) -> Option<usize> {
+        Some(self.nodes())
+    }
+
+    /// The same row with its heights not kept. A surface without heights stays one, for its row
+    /// holds less.
+    fn without_extras(&self) -> Option<Recipe> {
+        let keeps_heights = self.heights == Heights::Keep;
+        keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
+    }
+}
+
+/// The table of surfaces of these origins, without rows.
+pub fn empty_table<'f>(origins: impl IntoIterator<Item = &'f Origin> + Clone) -> Table {
+    let mut columns = vec![SURFACE, METHOD, NODES, SIDE, RMS_SLOPE];
+    for place in origins.clone().into_iter().flat_map(own_columns) {
+        if !columns.contains(&place) {
+            columns.push(place);
+        }
+    }
+    columns.extend(DESCRIPTORS);
+    if origins
+        .into_iter()
+        .any(|origin| matches!(origin, Origin::Random { .. }))
+    {
+        columns.extend(REFERENCES);
+    }
+    Table::empty(&columns)
+}
+
+fn summary(table: &Table) -> Result<Vec<Option<String>>, StageError> {
+    Ok(vec![
+        Some(counted(table.rows(), "surface")),
+        range(table, "nayak", "Nayak α")?,
+        range(table, "full_contact_load", "full contact at")?,
+        caveat(table)?,
+    ])
+}
+
+/// Of how many parameter points the theories do not speak, and why of the first.
+fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
+    let points = caveats::points(surfaces)?;
+    let others: Vec<_> = points
+        .iter()
+        .filter(|point| !point.departures.is_empty())
+        .collect();
+    Ok(others.first().map(|first| {
+        let number = match points.len() {
+            1 => String::new(),
+            all => format!("{} of {all} points ", others.len()),
+        };
+        let why = first.departures.join(", ");
+        let such_as = if others.len() > 1 { "such as " } else { "" };
+        format!("{number}no isotropic Gaussian roughness: {such_as}{why}")
+    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::topography::random::Amplitude;
+    use crate::contact::topography::periodic::Edges;
+    use crate::contact::topography::random::{Amplitude, RandomSurface};
+    use crate::contact::topography::shapes::Shape;
     use crate::contact::topography::spectrum::Spectrum;
+    use crate::surface_files::ContentHash;
 
     #[test]
     fn a_surface_is_known_from_its_recipe() {
@@ -291,15 +315,15 @@ mod tests {
             depth: 0.5,
         };
         let nodes = 128;
-        for form in [
-            Form::Random { nodes, surface },
-            Form::File(measured),
-            Form::Shape { nodes, shape },
+        for origin in [
+            Origin::Random { nodes, surface },
+            Origin::File(measured),
+            Origin::Shape { nodes, shape },
         ] {
             let params = Params {
                 heights: Heights::Redraw,
                 side: 1.0,
-                form,
+                origin,
             };
             let recipe = serde_json::to_string(&params).unwrap();
             assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);

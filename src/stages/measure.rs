@@ -5,21 +5,55 @@
 //! parameter point in one task that keeps sums alone. More surfaces count the old ones again, which
 //! takes seconds, for they are drawn and not solved.
 
+use std::borrow::Cow;
+
+pub mod keys;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Context, Effort, Extent, Footprint, Input, Recipe, StageError, generate};
+use super::summary::range;
+use super::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
+    StageError, beside_coordinates, generate, stacked,
+};
 use crate::contact::grid::Grid;
 use crate::contact::morphology::area::ContactArea;
 use crate::contact::morphology::clusters::Clusters;
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::topography::histogram::{Histogram, Pool};
-use crate::store::column::{Role, flags, integers, optional_reals, reals};
+use crate::diagnostics::counted;
+use crate::store::column::{Column, Role, flags, integers, optional_reals, reals};
+use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
 /// Raise it when the numbers change.
 pub const VERSION: u32 = 2;
+
+/// Counts contacts, or heights.
+pub const STAGE: Definition = Definition {
+    name: "measure",
+    version: VERSION,
+    reads: Reads {
+        rows: &[Rows::Loads, Rows::Surfaces],
+        from: Cow::Borrowed("either `solve` or `generate` stages"),
+    },
+    makes: |read| match read? {
+        Rows::Surfaces => Some(Rows::Heights),
+        _ => Some(Rows::Contacts),
+    },
+    columns: || {
+        let lists: [&[Column]; 3] = [&CONTACT_MEASURES, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]];
+        lists.concat()
+    },
+    summary: |table| {
+        let rows = Some(counted(table.rows(), "row"));
+        let area = range(table, AREA_FRACTION.name, "contact covers")?;
+        let heights = range(table, BIN.name, "heights from")?;
+        Ok([rows, area, heights].into_iter().flatten().collect())
+    },
+};
 
 /// What is measured; it follows from what the stage reads.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -43,43 +77,65 @@ pub enum Params {
     },
 }
 
-/// See [`Recipe::footprint`](super::Recipe::footprint): a surface drawn again, or the labels of
-/// clusters.
-pub const FOOTPRINT: Footprint = Footprint {
-    work: 36.0,
-    table: 0.0,
-};
-
-impl Params {
-    /// Whether one task reads all surfaces of a parameter point.
-    pub fn pools_surfaces(&self) -> bool {
-        matches!(self, Params::Pool { .. })
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Measure
     }
 
-    /// See [`Recipe::effort`](super::Recipe::effort): a surface is drawn again to look at its
-    /// heights; of contact there are bits to count.
-    pub fn effort(&self, extent: Extent) -> Effort {
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        if let Params::Pool { bins, range } = *self {
+            return pool(inputs, bins as usize, range, context);
+        }
+        let [input] = inputs else {
+            unreachable!("the plan measures one table at a time")
+        };
+        match *self {
+            Params::Heights { bins, range } => heights(input, bins as usize, range, context),
+            Params::Contacts | Params::Pool { .. } => contacts(&input.table),
+        }
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(match self {
+            Params::Contacts => beside_coordinates(&CONTACT_MEASURES, inputs)?,
+            Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
+            Params::Pool { .. } => {
+                let points = stacked(inputs)?.in_role(Role::Parameter);
+                let names = points.names();
+                points.beside(&Table::empty(&POOLED_HEIGHTS).without(&names))
+            }
+        })
+    }
+
+    fn reach(&self) -> Reach {
+        match self {
+            Params::Contacts | Params::Heights { .. } => Reach::Single,
+            Params::Pool { .. } => Reach::Point,
+        }
+    }
+
+    /// Pooled surfaces are drawn again, whether or not their heights were kept.
+    fn columns_read(&self) -> Columns {
+        match self {
+            Params::Contacts | Params::Heights { .. } => Columns::All,
+            Params::Pool { .. } => Columns::Light,
+        }
+    }
+
+    /// A surface drawn again, or the labels of clusters.
+    fn footprint(&self) -> Footprint {
+        Footprint {
+            work: 36.0,
+            table: 0.0,
+        }
+    }
+
+    /// A surface is drawn again to look at its heights; of contact there are bits to count.
+    fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
             Params::Contacts => 0.2 * extent.rows as f64,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
         })
-    }
-}
-
-/// Measures what one task computed.
-///
-/// # Errors
-/// When a contact map does not fit its mesh, or a surface cannot be drawn again.
-pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-    if let Params::Pool { bins, range } = *params {
-        return pool(inputs, bins as usize, range, context);
-    }
-    let [input] = inputs else {
-        unreachable!("the plan measures one table at a time")
-    };
-    match *params {
-        Params::Heights { bins, range } => heights(input, bins as usize, range, context),
-        Params::Contacts | Params::Pool { .. } => contacts(&input.table),
     }
 }
 

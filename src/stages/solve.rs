@@ -1,20 +1,43 @@
 //! Presses a surface through a block of loads.
 
-use arrow::array::{ArrayRef, Float64Builder};
+pub mod checks;
+pub mod keys;
+mod solved;
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::columns::*;
-use super::{Context, Effort, Footprint, Input, Recipe, StageError};
+use super::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    StageError, beside_coordinates,
+};
 use crate::contact::elasticity::PeriodicHalfSpace;
-use crate::contact::morphology::map::ContactMap;
-use crate::contact::solver::{Outcome, Settings, Solver, Stop, bytes_per_node, pace};
-use crate::contact::topography::surface::Surface;
-use crate::decimal;
-use crate::store::column::{Column, Value, bytes, integers, lists, reals, texts};
-use crate::store::table::Table;
+use crate::contact::solver::{Settings, Solver, Stop, bytes_per_node, pace};
+use crate::diagnostics::counted;
+use crate::store::column::{Column, Value};
+use crate::store::parquet::Columns;
+use crate::store::table::{Table, TableError};
+use solved::{Scales, Solved};
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 4;
+
+/// Presses surfaces, load after load.
+pub const STAGE: Definition = Definition {
+    name: "solve",
+    version: VERSION,
+    reads: Reads {
+        rows: &[Rows::Surfaces],
+        from: Cow::Borrowed("`generate` stages"),
+    },
+    makes: |_| Some(Rows::Loads),
+    columns: || [SOLVED.as_slice(), &[CONTACT, PRESSURES]].concat(),
+    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+};
 
 /// One block of loads; warm starts go on inside it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -34,49 +57,6 @@ pub struct Params {
 }
 
 impl Params {
-    /// Whether pressures are stored.
-    pub fn keeps_pressures(&self) -> bool {
-        self.pressures != Pressures::None
-    }
-
-    /// The same block with no pressures kept: what later stages' keys are built on.
-    pub fn without_pressures(&self) -> Params {
-        Params {
-            pressures: Pressures::None,
-            ..self.clone()
-        }
-    }
-
-    /// See [`Recipe::effort`].
-    pub fn effort(&self, nodes: usize) -> Effort {
-        Effort::pairs(pace::expected_pairs(nodes, &self.loads, self.tolerance))
-    }
-
-    /// See [`Recipe::footprint`]: the peak of a run on one thread, at 512² and 1024². Besides the
-    /// solver's arrays there is a bit for each node and load, and each pressure field that is kept
-    /// with its nulls.
-    pub fn footprint(&self) -> Footprint {
-        let loads = self.loads.len() as f64;
-        let kept = match &self.pressures {
-            Pressures::None => 0.0,
-            Pressures::All => loads,
-            Pressures::At(loads) => loads.len() as f64,
-        };
-        Footprint {
-            work: 5.0 + bytes_per_node(self.tolerance),
-            table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
-        }
-    }
-
-    /// What places the block among others, but for its loads.
-    pub fn coordinates(&self) -> Vec<(Column, Value)> {
-        vec![
-            (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
-            (TOLERANCE, Value::Real(self.tolerance)),
-            (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
-        ]
-    }
-
     fn settings(&self) -> Settings {
         Settings {
             tolerance: self.tolerance,
@@ -115,181 +95,129 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
-/// Presses one surface, load after load, up to the first at which every node touches.
-///
-/// The problem is linear and homogeneous, so the solver knows neither lengths nor moduli: heights
-/// go in in units of side × rms slope, pressures come out in units of E* × rms slope.
-///
-/// # Errors
-/// When the surface cannot be drawn again, or on interruption.
-pub fn run(params: &Params, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-    let [
-        Input {
-            recipe: Recipe::Generate(drawn),
-            table,
-        },
-    ] = inputs
-    else {
-        unreachable!("the plan gives one surface to each block of loads")
-    };
-    let surface = drawn.surface(table, context.sources)?;
-    let scales = Scales::of(&surface, table, params)?;
-    let body = PeriodicHalfSpace::new(surface.grid());
-    let mut solver = Solver::new(body, &scales.reduced(surface));
-    let mut rows = Rows::default();
-    let nodes = scales.nodes[0];
-    let expected = |loads: &[f64]| pace::expected_pairs(nodes, loads, params.tolerance);
-    for (index, &given) in params.loads.iter().enumerate() {
-        let load = scales.load(given, params.load_unit);
-        let outcome = solver.press(load, &params.settings(), context.interrupted);
-        if outcome.stop == Stop::Interrupted {
-            return Err(StageError::Interrupted);
-        }
-        let keep = params.keeps_pressures_at(given);
-        rows.push(load, outcome, solver.pressure(), keep, &scales);
-        (context.advance)(expected(&params.loads[..=index]) / expected(&params.loads));
-        if outcome.stop == Stop::FullContact {
-            break;
-        }
-    }
-    Ok(rows.table(params, table, &scales))
-}
-
-/// From the solver's units to the user's.
-struct Scales {
-    nodes: [usize; 2],
-    /// The longer side of the cell.
-    side: f64,
-    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
-    slope: f64,
-    /// E* × rms slope.
-    pressure: f64,
-}
-
-impl Scales {
-    fn of(surface: &Surface, table: &Table, params: &Params) -> Result<Scales, StageError> {
-        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
-        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
-        Ok(Scales {
-            nodes: surface.grid().nodes(),
-            side: surface.grid().cell().longer_side(),
-            slope,
-            pressure: params.effective_modulus * slope,
-        })
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Solve
     }
 
-    fn reduced(&self, surface: Surface) -> Vec<f64> {
-        let unit = self.side * self.slope;
-        let mut heights = surface.into_heights();
-        heights.iter_mut().for_each(|height| *height /= unit);
-        heights
-    }
-
-    fn length(&self) -> f64 {
-        self.side * self.slope
-    }
-
-    /// A load in units of E* × rms slope; blocks in either unit agree on it.
-    fn load(&self, given: f64, unit: LoadUnit) -> f64 {
-        match unit {
-            LoadUnit::Relative => given,
-            LoadUnit::Absolute => decimal::nearest(given / self.pressure),
-        }
-    }
-
-    /// The mean pressure of a load.
-    fn mean_pressure(&self, load: f64) -> f64 {
-        decimal::nearest(load * self.pressure)
-    }
-}
-
-/// What has been computed so far.
-#[derive(Default)]
-struct Rows {
-    loads: Vec<f64>,
-    outcomes: Vec<Outcome>,
-    maps: Vec<Vec<u8>>,
-    pressures: Float64Builder,
-    kept: Vec<usize>,
-}
-
-impl Rows {
-    fn push(
-        &mut self,
-        load: f64,
-        outcome: Outcome,
-        pressures: &[f64],
-        keep: bool,
-        scales: &Scales,
-    ) {
-        self.loads.push(load);
-        self.outcomes.push(outcome);
-        self.maps
-            .push(ContactMap::of_pressures(scales.nodes, pressures).to_bytes());
-        self.kept.push(if keep { pressures.len() } else { 0 });
-        if keep {
-            for &pressure in pressures {
-                let touches = pressure > 0.0;
-                self.pressures
-                    .append_option(touches.then_some(pressure * scales.pressure));
+    /// Presses one surface, load after load, up to the first at which every node touches.
+    ///
+    /// The problem is linear and homogeneous, so the solver knows neither lengths nor moduli: heights
+    /// go in in units of side × rms slope, pressures come out in units of E* × rms slope.
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        let [
+            Input {
+                recipe: Recipe::Generate(drawn),
+                table,
+            },
+        ] = inputs
+        else {
+            unreachable!("the plan gives one surface to each block of loads")
+        };
+        let surface = drawn.surface(table, context.sources)?;
+        let scales = Scales::of(&surface, table, self)?;
+        let body = PeriodicHalfSpace::new(surface.grid());
+        let mut solver = Solver::new(body, &scales.reduced(surface));
+        let mut rows = Solved::default();
+        let nodes = scales.nodes[0];
+        let expected = |loads: &[f64]| pace::expected_pairs(nodes, loads, self.tolerance);
+        for (index, &given) in self.loads.iter().enumerate() {
+            let load = scales.load(given, self.load_unit);
+            let outcome = solver.press(load, &self.settings(), context.interrupted);
+            if outcome.stop == Stop::Interrupted {
+                return Err(StageError::Interrupted);
+            }
+            let keep = self.keeps_pressures_at(given);
+            rows.push(load, outcome, solver.pressure(), keep, &scales);
+            (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
+            if outcome.stop == Stop::FullContact {
+                break;
             }
         }
+        Ok(rows.table(self, table, &scales))
     }
 
-    fn table(mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
-        let count = self.loads.len();
-        let column = |value: fn(&Outcome) -> f64, unit: f64| {
-            reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(beside_coordinates(&SOLVED, inputs)?)
+    }
+
+    fn columns_read(&self) -> Columns {
+        Columns::All
+    }
+
+    /// The peak of a run on one thread, at 512² and 1024². Besides the
+    /// solver's arrays there is a bit for each node and load, and each pressure field that is kept
+    /// with its nulls.
+    fn footprint(&self) -> Footprint {
+        let loads = self.loads.len() as f64;
+        let kept = match &self.pressures {
+            Pressures::None => 0.0,
+            Pressures::All => loads,
+            Pressures::At(loads) => loads.len() as f64,
         };
-        let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
-        let place = params.coordinates().into_iter();
-        let mut columns: Vec<(Column, ArrayRef)> = place
-            .map(|(column, value)| (column, value.repeated(count)))
-            .collect();
-        columns.extend([
-            (LOAD, reals(self.loads.iter().copied())),
-            (
-                PRESSURE,
-                reals(self.loads.iter().map(|&load| scales.mean_pressure(load))),
-            ),
-            (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
-            (
-                MEAN_GAP,
-                column(|outcome| outcome.mean_gap, scales.length()),
-            ),
-            (
-                ENERGY,
-                column(|outcome| outcome.energy, scales.pressure * scales.length()),
-            ),
-            (
-                PEAK_PRESSURE,
-                column(|outcome| outcome.peak_pressure, scales.pressure),
-            ),
-            (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
-            (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
-            (
-                STOP,
-                texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
-            ),
-            (CONTACT, bytes(&self.maps)),
-        ]);
-        if params.pressures != Pressures::None {
-            let values = self.pressures.finish();
-            columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
+        Footprint {
+            work: 5.0 + bytes_per_node(self.tolerance),
+            table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
-        surface.coordinates().pick(&vec![0; count]).with(columns)
+    }
+
+    /// All but its loads.
+    fn coordinates(&self) -> Vec<(Column, Value)> {
+        vec![
+            (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
+            (TOLERANCE, Value::Real(self.tolerance)),
+            (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
+        ]
+    }
+
+    fn rows(&self, _: usize) -> usize {
+        self.loads.len()
+    }
+
+    fn effort(&self, extent: Extent) -> Effort {
+        Effort::pairs(pace::expected_pairs(
+            extent.nodes,
+            &self.loads,
+            self.tolerance,
+        ))
+    }
+
+    /// The same block with no pressures kept.
+    fn without_extras(&self) -> Option<Recipe> {
+        let keeps_pressures = self.pressures != Pressures::None;
+        keeps_pressures.then(|| {
+            Recipe::Solve(Arc::new(Params {
+                pressures: Pressures::None,
+                ..self.clone()
+            }))
+        })
     }
 }
 
 /// The word for loads that were given up.
 pub const GIVEN_UP: &str = "pair-limit";
 
-/// The word in the `stop` column.
-fn stop_name(stop: Stop) -> &'static str {
-    match stop {
-        Stop::Converged => "converged",
-        Stop::FullContact => "full-contact",
-        Stop::PairLimit => GIVEN_UP,
-        Stop::Interrupted => "interrupted",
-    }
+fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
+    let rows = table.rows();
+    let pairs: i64 = table.integers(PAIRS.name)?.iter().flatten().sum();
+    let among = |word: &str| -> Result<usize, TableError> {
+        let stops = table.texts(STOP.name)?;
+        Ok(stops.iter().filter(|stop| *stop == Some(word)).count())
+    };
+    let surfaces: BTreeSet<_> = table.texts(SURFACE.name)?.iter().collect();
+    let given_up = among(GIVEN_UP)?;
+    let full = among("full-contact")?;
+    Ok(vec![
+        Some(format!(
+            "{} on {}",
+            counted(rows, "load"),
+            counted(surfaces.len(), "surface")
+        )),
+        Some(match given_up {
+            0 => "all converged".to_owned(),
+            _ => format!("{} not converged", counted(given_up, "load")),
+        }),
+        (full > 0).then(|| format!("{full} in full contact")),
+        (rows > 0).then(|| format!("{} pairs of transforms a load", pairs / rows as i64)),
+    ])
 }

@@ -4,9 +4,9 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
-use crate::manifest::StageTable;
-use crate::manifest::written::Written;
+use crate::manifest::PublishedTable;
 use crate::names::{self, LONGEST, is_plain};
+use crate::written::Written;
 
 /// The stages as a directed graph without cycles, as far as it can be made out.
 pub struct Graph {
@@ -19,7 +19,7 @@ pub struct Graph {
 
 impl Graph {
     /// Checks names and edges.
-    pub fn of(stages: &[StageTable], problems: &mut Problems) -> Graph {
+    pub fn of(stages: &[PublishedTable], problems: &mut Problems) -> Graph {
         check_names(stages, problems);
         let names = stages.iter().enumerate();
         let names = names.map(|(index, stage)| (stage.name.value.as_str(), index));
@@ -42,7 +42,7 @@ impl Graph {
     }
 }
 
-fn check_names(stages: &[StageTable], problems: &mut Problems) {
+fn check_names(stages: &[PublishedTable], problems: &mut Problems) {
     let mut folded = BTreeMap::new();
     for Written { value, span } in stages.iter().map(|stage| &stage.name) {
         check_name("stage", value, span.clone(), problems);
@@ -85,7 +85,7 @@ pub fn check_name(what: &str, name: &str, span: crate::diagnostics::Span, proble
 
 /// The stages that a stage reads.
 fn resolve(
-    stage: &StageTable,
+    stage: &PublishedTable,
     names: &BTreeMap<&str, usize>,
     problems: &mut Problems,
 ) -> Option<Vec<usize>> {
@@ -119,7 +119,7 @@ fn resolve(
 fn unknown_stage(
     name: &str,
     span: &crate::diagnostics::Span,
-    stage: &StageTable,
+    stage: &PublishedTable,
     names: &BTreeMap<&str, usize>,
 ) -> Problem {
     let others = || {
@@ -163,7 +163,7 @@ fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
 
 /// Shows one cycle among the stages that could not be sorted.
 fn report_cycle(
-    stages: &[StageTable],
+    stages: &[PublishedTable],
     inputs: &[Option<Vec<usize>>],
     sorted: &[usize],
     problems: &mut Problems,

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::contact::topography::random::RandomSurface;
 use crate::decimal;
+use crate::stages::{Recipe, generate, solve};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/manifests")
@@ -208,8 +209,8 @@ fn surfaces(text: &str) -> Vec<(u32, RandomSurface)> {
     let Work::Generate(ensembles) = &study(text).stages[0].work else {
         panic!("no surfaces");
     };
-    let form = |ensemble: &Ensemble| match ensemble.params.form {
-        generate::Form::Random { nodes, surface } => (nodes, surface),
+    let form = |ensemble: &PlannedSurfaces| match ensemble.params.origin {
+        generate::Origin::Random { nodes, surface } => (nodes, surface),
         _ => panic!("not random"),
     };
     ensembles.iter().map(form).collect()
@@ -226,7 +227,10 @@ fn block(loads: &str) -> solve::Params {
     let surface = surface("nodes = 64\nk_lower = 2\nk_upper = 32\n");
     let text = format!("{surface}[stage.c]\nkind = \"solve\"\nfrom = \"s\"\n{loads}\n");
     match &study(&text).stages[1].work {
-        Work::Solve(blocks) => blocks[0].as_ref().clone(),
+        Work::Evaluate(recipes) => match &recipes[0] {
+            Recipe::Solve(block) => block.as_ref().clone(),
+            _ => panic!("no block"),
+        },
         _ => panic!("no block"),
     }
 }
@@ -299,7 +303,10 @@ fn two_equal_bodies_have_half_the_modulus_of_one_against_a_rigid_body() {
 fn a_number_is_named_in_its_shortest_form() {
     let study = study(&ALL_KINDS.replace("0.1, { name", "0.100, 1e-3, { name"));
     let corrections = study.stages.iter().find_map(|stage| match &stage.work {
-        Work::Correct(params) => Some(&params.corrections),
+        Work::Evaluate(recipes) => match &recipes[0] {
+            Recipe::Correct(params) => Some(&params.corrections),
+            _ => None,
+        },
         _ => None,
     });
     let names = corrections

@@ -1,15 +1,16 @@
 //! Judges stage after stage, each with what is known of those that it reads.
 
-use super::checks::Checks;
-use super::columns::{empty_table, stacked};
-use super::flow::{self, Rows};
+use super::flow;
 use super::graph::{self, Graph};
-use super::{Stage, Study, Work, aggregate, evaluate, loads, maps, surfaces, until};
+use super::{Stage, Study, Work, until};
 use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::{Manifest, Points, Section, StageTable, StudyTable};
-use crate::stages::Kind;
+use crate::manifest::{Manifest, PublishedTable, StudyTable};
+use crate::stages::Given;
+use crate::stages::{Kind, Rows, stacked};
 use crate::store::table::Table;
 use crate::surface_files::SurfaceFiles;
+use crate::written::Section;
+use crate::written::checks::Checks;
 
 /// Tasks of one stage.
 const MOST_TASKS: usize = 1_000_000;
@@ -91,7 +92,7 @@ struct Validated {
 }
 
 struct Validator<'a> {
-    stages: &'a [StageTable],
+    stages: &'a [PublishedTable],
     seed: u64,
     sources: SurfaceFiles,
     /// Whether another stage, or a condition, reads it, by the stage's position in the manifest.
@@ -121,16 +122,22 @@ impl Validator<'_> {
                 )
             })
             .collect();
-        let (rows_read, rows) = flow::check(table, &flowing, is_query(table), problems);
+        let points = table.points.as_ref();
+        let is_query = points.is_some_and(|points| points.is_query());
+        let (rows_read, rows) = flow::check(table, &flowing, is_query, problems);
         // A stage whose inputs are not known has columns that are not known either.
         let is_fed = !inputs.is_empty() || table.kind == Some(Kind::Generate);
         let read = self.tables_of(inputs).filter(|_| is_fed);
         let stacked = read.as_deref().and_then(|read| stacked(read).ok());
         let stacked = stacked.filter(|table| !table.names().is_empty());
-        let work = table
-            .points
-            .as_ref()
-            .and_then(|points| self.work(points, rows_read, stacked.as_ref(), problems));
+        let mut given = Given {
+            seed: self.seed,
+            sources: &mut self.sources,
+            read: rows_read,
+            input: stacked.as_ref(),
+            problems,
+        };
+        let work = points.and_then(|points| points.work(&mut given));
         let above = inputs.iter().map(|&input| self.validated[input].tasks);
         let above = above.fold(0, usize::saturating_add);
         let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
@@ -138,14 +145,11 @@ impl Validator<'_> {
         let empty = work
             .as_ref()
             .zip(read)
-            .filter(|_| is_read || is_query(table))
-            .map(|(work, read)| (empty_table(work, &read), read));
-        let empty = empty.and_then(|(empty, read)| match &table.points {
-            Some(Points::Aggregate(section)) => {
-                aggregate::validate_answer(section, empty, &read, problems)
-            }
-            _ => empty.ok(),
-        });
+            .filter(|_| is_read || is_query)
+            .map(|(work, read)| (work.empty_table(&read), read));
+        let empty = empty
+            .zip(points)
+            .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
         Validated {
             rows,
             work,
@@ -174,45 +178,6 @@ impl Validator<'_> {
         problems.push(Problem::new(message, name.clone(), label));
     }
 
-    fn work(
-        &mut self,
-        points: &Points,
-        read: Option<Rows>,
-        input: Option<&Table>,
-        problems: &mut Problems,
-    ) -> Option<Work> {
-        let seed = self.seed;
-        match points {
-            Points::Random(form, section) => {
-                surfaces::random(*form, section, seed, problems).map(Work::Generate)
-            }
-            Points::File(section) => {
-                maps::file(section, &mut self.sources, problems).map(Work::Generate)
-            }
-            Points::Paraboloid(section) => {
-                surfaces::paraboloid(section, problems).map(Work::Generate)
-            }
-            Points::Wave(form, section) => {
-                surfaces::wave(*form, section, problems).map(Work::Generate)
-            }
-            Points::Punch(section) => surfaces::punch(section, problems).map(Work::Generate),
-            Points::Solve(section) => loads::blocks(section, problems).map(Work::Solve),
-            Points::Measure(section) => {
-                evaluate::measurement(section, read, problems).map(Work::Measure)
-            }
-            Points::Correct(section) => evaluate::corrections(section, problems).map(Work::Correct),
-            Points::Evolution(section) => {
-                evaluate::evolutions(section, seed, problems).map(Work::Fit)
-            }
-            Points::Law(form, section) => {
-                evaluate::laws(*form, section, seed, problems).map(Work::Fit)
-            }
-            Points::Aggregate(section) => {
-                aggregate::reduction(section, input, problems).map(Work::Aggregate)
-            }
-        }
-    }
-
     /// The tables of a stage's inputs without rows, where they are known.
     fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
         let tables = inputs.iter().map(|&input| {
@@ -220,16 +185,5 @@ impl Validator<'_> {
             Some((name, self.validated[input].empty.clone()?))
         });
         tables.collect()
-    }
-}
-
-/// Whether a stage looks at each of its inputs as a table of its own.
-fn is_query(table: &StageTable) -> bool {
-    match &table.points {
-        Some(Points::Aggregate(section)) => {
-            let mut points = section.points.iter();
-            points.any(|point| point.table.sql.written().is_some())
-        }
-        _ => false,
     }
 }

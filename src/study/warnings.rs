@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::{Stage, Study, Work};
 use crate::contact::topography::shapes::Shape;
-use crate::stages::fit::Law;
-use crate::stages::generate::Form;
-use crate::stages::measure;
+use crate::stages::fit::laws::{Law, PlainLaw};
+use crate::stages::generate::Origin;
+use crate::stages::{Recipe, measure};
 
 /// Nodes to the shortest wavelength from which on the counted area needs no warning.
 ///
@@ -59,16 +59,16 @@ struct ShortestWave {
 impl ShortestWave {
     /// Of a surface that is drawn; a measured one has those that its file holds, and the other
     /// shapes have edges and curvature, but no waves.
-    fn of(form: &Form) -> Option<ShortestWave> {
-        let (nodes, key, wavenumber) = match form {
-            Form::Random { nodes, surface } => (*nodes, "k_upper", surface.spectrum.k_upper),
-            Form::Shape { nodes, shape } => match *shape {
+    fn of(origin: &Origin) -> Option<ShortestWave> {
+        let (nodes, key, wavenumber) = match origin {
+            Origin::Random { nodes, surface } => (*nodes, "k_upper", surface.spectrum.k_upper),
+            Origin::Shape { nodes, shape } => match *shape {
                 Shape::Wave { waves, .. }
                 | Shape::WaveProduct { waves, .. }
                 | Shape::WaveSum { waves, .. } => (*nodes, "waves", waves),
                 Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
             },
-            Form::File(_) => return None,
+            Origin::File(_) => return None,
         };
         Some(ShortestWave {
             nodes,
@@ -108,7 +108,7 @@ impl Study {
         };
         let waves = ensembles.iter();
         let mut waves: Vec<ShortestWave> = waves
-            .filter_map(|ensemble| ShortestWave::of(&ensemble.params.form))
+            .filter_map(|ensemble| ShortestWave::of(&ensemble.params.origin))
             .filter(|wave| wave.resolution() < enough)
             .collect();
         waves.sort_by(|one, other| one.resolution().total_cmp(&other.resolution()));
@@ -144,11 +144,11 @@ impl Study {
     /// Whether all contact areas of a stage's surfaces are corrected for the mesh, or compared over
     /// meshes; `None` where nothing is pressed.
     fn is_corrected(&self, surfaces: usize) -> Option<bool> {
-        let solved = self.readers(surfaces, |work| matches!(work, Work::Solve(_)));
-        let counts = |work: &Work| matches!(work, Work::Measure(measure::Params::Contacts));
-        let corrects = |work: &Work| match work {
-            Work::Correct(params) => params.corrections.iter().any(|one| one.coefficient > 0.0),
-            Work::Fit(fits) => fits.iter().any(|fit| fit.law == Law::MeshConvergence),
+        let solved = self.readers(surfaces, |recipe| matches!(recipe, Recipe::Solve(_)));
+        let counts = |recipe: &Recipe| *recipe == Recipe::Measure(measure::Params::Contacts);
+        let corrects = |recipe: &Recipe| match recipe {
+            Recipe::Correct(params) => params.corrections.iter().any(|one| one.coefficient > 0.0),
+            Recipe::Fit(fit) => fit.law == Law::Plain(PlainLaw::MeshConvergence),
             _ => false,
         };
         (!solved.is_empty()).then(|| {
@@ -160,10 +160,12 @@ impl Study {
         })
     }
 
-    /// The stages that read a stage and do some work.
-    fn readers(&self, read: usize, does: impl Fn(&Work) -> bool) -> Vec<usize> {
+    /// The stages that read a stage by some recipe.
+    fn readers(&self, read: usize, does: impl Fn(&Recipe) -> bool) -> Vec<usize> {
         let stages = self.stages.iter().enumerate();
-        let readers = stages.filter(|(_, stage)| stage.inputs.contains(&read) && does(&stage.work));
+        let readers = stages.filter(|(_, stage)| {
+            stage.inputs.contains(&read) && stage.work.recipes().iter().any(&does)
+        });
         readers.map(|(place, _)| place).collect()
     }
 }

@@ -6,6 +6,8 @@ use std::path::Path;
 
 use super::*;
 use crate::diagnostics::ManifestErrors;
+use crate::stages::Rows;
+use crate::stages::generate::method::Method;
 use crate::study::Study;
 
 fn root() -> &'static Path {
@@ -146,7 +148,7 @@ fn mistakes_of_a_single_value_violate_the_schema() {
 
 #[test]
 fn swept_keys_and_lists_are_keys() {
-    for form in Form::ALL {
+    for form in Form::all() {
         let layout = form.layout();
         for key in layout.swept.iter().chain(layout.lists) {
             assert!(layout.has(key), "{form:?} has no `{key}`");
@@ -156,7 +158,7 @@ fn swept_keys_and_lists_are_keys() {
 
 #[test]
 fn every_key_is_explained() {
-    for form in Form::ALL {
+    for form in Form::all() {
         for (key, about) in form.layout().properties() {
             assert!(about["description"].is_string(), "{form:?}: `{key}`");
         }
@@ -166,29 +168,31 @@ fn every_key_is_explained() {
 /// The fewest keys that each form can do with.
 fn smallest(form: Form) -> &'static str {
     match form {
-        Form::Filter | Form::RandomPhase => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
-        Form::File => "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\"",
-        Form::Paraboloid => "nodes = 64\nradius = 0.4",
-        Form::Wave | Form::WaveProduct | Form::WaveSum => "nodes = 64\namplitude = 0.1",
-        Form::FlatPunch => "nodes = 64\nradius = 0.4\ndepth = 0.1",
+        Form::Generate(Method::Random(_)) => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
+        Form::Generate(Method::File) => {
+            "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\""
+        }
+        Form::Generate(Method::Paraboloid) => "nodes = 64\nradius = 0.4",
+        Form::Generate(Method::Wave(_)) => "nodes = 64\namplitude = 0.1",
+        Form::Generate(Method::FlatPunch) => "nodes = 64\nradius = 0.4\ndepth = 0.1",
         Form::Solve => "loads = [0.1]",
-        Form::Measure | Form::Correct => "",
-        Form::ContactEvolution | Form::MeanPressure => "",
-        Form::ScaledErf | Form::LoadSeparation | Form::MeshConvergence => "",
         Form::Aggregate => "over = \"load\"",
+        _ => "",
     }
 }
 
 /// A manifest whose last table is the smallest of a form.
 fn manifest(form: Form) -> String {
     let mut text = "[study]\nname = \"s\"\n".to_owned();
-    let from = match form.kind() {
-        Kind::Generate => "",
-        Kind::Solve | Kind::Measure => "from = \"surfaces\"",
-        Kind::Correct | Kind::Fit | Kind::Aggregate => "from = \"contacts\"",
+    let can_read = |rows| form.kind().definition().reads.rows.contains(&rows);
+    let from = match () {
+        () if can_read(Rows::Contacts) => "from = \"contacts\"",
+        () if can_read(Rows::Surfaces) => "from = \"surfaces\"",
+        () if can_read(Rows::Loads) => "from = \"loads\"",
+        () => "",
     };
     text += "[stage.surfaces]\nkind = \"generate\"\n";
-    text += smallest(Form::Filter);
+    text += smallest(Form::Generate(Method::ALL[0]));
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
     text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
     text += &format!(
@@ -196,7 +200,7 @@ fn manifest(form: Form) -> String {
         form.kind(),
         smallest(form)
     );
-    if let (Some(key), Some(word)) = (Form::selector(form.kind()), form.word()) {
+    if let Some((key, word)) = form.selector() {
         text += &format!("{key} = \"{word}\"\n");
     }
     text
@@ -204,7 +208,7 @@ fn manifest(form: Form) -> String {
 
 #[test]
 fn defaults_written_out_change_nothing() {
-    for form in Form::ALL {
+    for form in Form::all() {
         let left_out = manifest(form);
         let layout = form.layout();
         let keys = layout.properties();
@@ -222,7 +226,7 @@ fn defaults_written_out_change_nothing() {
 #[test]
 fn bounds_of_the_schema_are_those_of_the_study() {
     let mut bounds = 0;
-    for form in Form::ALL {
+    for form in Form::all() {
         let layout = form.layout();
         let keys = layout.properties();
         for (key, about) in keys {

@@ -31,3 +31,6 @@ pub fn mean_of(name: &str) -> String {
 pub fn named(name: &str, statistic: Statistic) -> String {
     format!("{name}_{}", statistic.suffix())
 }
+
+/// What is said of every group, whatever is reduced.
+pub const OWN: [Column; 4] = [COUNT, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];

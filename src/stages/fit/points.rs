@@ -2,6 +2,7 @@
 
 use arrow::array::Float64Array;
 
+use super::row::Row;
 use crate::ensemble::{Ensemble, ensembles};
 use crate::fitting::FitError;
 use crate::fitting::curves::Curves;
@@ -59,6 +60,13 @@ impl Point {
             curves: curves(&ensemble, areas),
         });
         Ok(points.collect())
+    }
+
+    /// What a law makes of its curves, or why there is nothing to fit.
+    pub fn fit(&self, law: impl FnOnce(&Curves) -> Result<Row, FitError>) -> Row {
+        let curves = self.curves.as_ref().map_err(Clone::clone);
+        let fitted = curves.and_then(law);
+        fitted.unwrap_or_else(|error| Row::failed(&error))
     }
 }
 

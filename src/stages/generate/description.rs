@@ -2,7 +2,7 @@
 
 use arrow::array::ArrayRef;
 
-use super::{Form, Params};
+use super::{Origin, Params};
 use crate::contact::grid::{Cell, Grid};
 use crate::contact::topography::descriptors::Descriptors;
 use crate::contact::topography::moments::Moments;
@@ -50,13 +50,13 @@ impl Description {
     }
 
     /// Describes a surface by its heights, and a random one by its modes too.
-    pub fn of_surface(form: &Form, surface: &Surface) -> Description {
+    pub fn of_surface(origin: &Origin, surface: &Surface) -> Description {
         let seen = Descriptors::of(surface);
-        let known = match form {
-            Form::Random { surface: drawn, .. } => {
+        let known = match origin {
+            Origin::Random { surface: drawn, .. } => {
                 Description::of_modes(drawn, surface.grid().cell())
             }
-            Form::File(_) | Form::Shape { .. } => Description {
+            Origin::File(_) | Origin::Shape { .. } => Description {
                 moments: seen.moments,
                 rms_slope: seen.rms_slope,
                 expected: None,
@@ -137,9 +137,9 @@ impl Expected {
 
 /// What places a surface among others, as far as it is known before it is drawn.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
-    let rms_slope = match &params.form {
-        Form::Random { surface, .. } => Some(surface.rms_slope),
-        Form::File(_) | Form::Shape { .. } => None,
+    let rms_slope = match &params.origin {
+        Origin::Random { surface, .. } => Some(surface.rms_slope),
+        Origin::File(_) | Origin::Shape { .. } => None,
     };
     coordinates_of(params, params.nodes(), params.side, rms_slope)
 }
@@ -152,23 +152,23 @@ fn coordinates_of(
 ) -> Vec<(Column, Value)> {
     let mut place = vec![
         (SURFACE, Value::Text(params.surface_key().to_string())),
-        (METHOD, Value::Text(method(&params.form).to_owned())),
+        (METHOD, Value::Text(method(&params.origin).to_owned())),
         (NODES, Value::Integer(nodes as i64)),
         (SIDE, Value::Real(side)),
     ];
     place.extend(rms_slope.map(|slope| (RMS_SLOPE, Value::Real(slope))));
-    place.extend(own_coordinates(&params.form));
+    place.extend(own_coordinates(&params.origin));
     place
 }
 
-fn method(form: &Form) -> &'static str {
-    match form {
-        Form::Random { surface, .. } => match surface.amplitude {
+fn method(origin: &Origin) -> &'static str {
+    match origin {
+        Origin::Random { surface, .. } => match surface.amplitude {
             Amplitude::Gaussian => "filter",
             Amplitude::Deterministic => "random-phase",
         },
-        Form::File(_) => "file",
-        Form::Shape { shape, .. } => match shape {
+        Origin::File(_) => "file",
+        Origin::Shape { shape, .. } => match shape {
             Shape::Paraboloid { .. } => "paraboloid",
             Shape::Wave { .. } => "wave",
             Shape::WaveProduct { .. } => "wave-product",
@@ -179,12 +179,12 @@ fn method(form: &Form) -> &'static str {
 }
 
 /// What places a surface among others of its method.
-pub fn own_coordinates(form: &Form) -> Vec<(Column, Value)> {
+pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
     let real = |column: Column, value: f64| (column, Value::Real(value));
     let text = |column: Column, value: String| (column, Value::Text(value));
-    match form {
-        Form::Random { surface, .. } => vec![
+    match origin {
+        Origin::Random { surface, .. } => vec![
             real(HURST, surface.spectrum.hurst),
             whole(K_LOWER, surface.spectrum.k_lower),
             whole(K_ROLLOFF, surface.spectrum.k_rolloff),
@@ -192,7 +192,7 @@ pub fn own_coordinates(form: &Form) -> Vec<(Column, Value)> {
             (SEED, Value::Integer(surface.seed.cast_signed())),
             whole(REALIZATION, surface.realization),
         ],
-        Form::File(file) => {
+        Origin::File(file) => {
             let mut columns = vec![
                 text(CONTENT, file.content.to_string()),
                 text(UNIT, file.unit.clone()),
@@ -204,7 +204,7 @@ pub fn own_coordinates(form: &Form) -> Vec<(Column, Value)> {
             }
             columns
         }
-        Form::Shape { shape, .. } => match *shape {
+        Origin::Shape { shape, .. } => match *shape {
             Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
             Shape::Wave { amplitude, waves }
             | Shape::WaveProduct { amplitude, waves }

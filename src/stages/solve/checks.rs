@@ -3,17 +3,21 @@
 use std::ops::Bound;
 use std::sync::Arc;
 
-use super::checks::{Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points};
-use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
-use crate::decimal;
-use crate::diagnostics::{Problem, Problems};
-use crate::manifest::Section;
-use crate::manifest::solve::{
+use super::keys::{
     self, Body, LoadRange, Loads, MOST_PAIRS, Pressures as WrittenPressures, PressuresWord,
     SolveTable, Spacing,
 };
-use crate::manifest::written::Written;
-use crate::stages::solve::{LoadUnit, Params, Pressures};
+use super::{LoadUnit, Params, Pressures};
+use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
+use crate::decimal;
+use crate::diagnostics::{Problem, Problems};
+use crate::stages::Given;
+use crate::stages::Recipe;
+use crate::written::Section;
+use crate::written::Written;
+use crate::written::checks::{
+    Checks, NOT_NEGATIVE, POSITIVE, QUANTITY, SHARE, report_equal_points,
+};
 
 /// Loads of one block.
 const MOST_LOADS: u32 = 100_000;
@@ -21,7 +25,15 @@ const MOST_LOADS: u32 = 100_000;
 const MOST_LOADS_OF_A_STAGE: usize = 1_000_000;
 
 /// The blocks of a stage, point by point of its grid.
-pub fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<Vec<Arc<Params>>> {
+pub fn recipes(section: &Section<SolveTable>, given: &mut Given) -> Option<Vec<Recipe>> {
+    let blocks = blocks(section, given.problems)?;
+    let recipes = blocks
+        .into_iter()
+        .map(|block| Recipe::Solve(Arc::new(block)));
+    Some(recipes.collect())
+}
+
+fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<Vec<Params>> {
     let mut blocks = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
@@ -33,10 +45,10 @@ pub fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<
             problems.push(Problem::new(message, section.place.clone(), label));
             return None;
         }
-        blocks.push(block.map(Arc::new));
+        blocks.push(block);
     }
     let blocks = blocks.into_iter().collect::<Option<Vec<_>>>()?;
-    report_equal_points(section, blocks.iter().map(Arc::as_ref), problems);
+    report_equal_points(section, &blocks, problems);
     Some(blocks)
 }
 
@@ -51,8 +63,8 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         DEFAULT_PAIR_LIMIT,
     );
     let load_unit = match table.load_unit.written().map(|unit| unit.value) {
-        Some(solve::LoadUnit::Absolute) => LoadUnit::Absolute,
-        Some(solve::LoadUnit::Relative) | None => LoadUnit::Relative,
+        Some(keys::LoadUnit::Absolute) => LoadUnit::Absolute,
+        Some(keys::LoadUnit::Relative) | None => LoadUnit::Relative,
     };
     let pressures = pressures(table, loads.as_deref(), checks);
     Some(Params {

@@ -4,28 +4,26 @@ use std::collections::BTreeMap;
 use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
-use super::Ensemble;
-use super::checks::{Checks, QUANTITY};
-use super::surfaces::{NODES, ensembles, single};
+use super::checks::{NODES, single, surfaces};
+use super::growth::PlannedSurfaces;
+use super::keys::{self, FileTable};
+use super::{MeasuredSurface, Origin};
 use crate::contact::grid::Cell;
 use crate::contact::topography::measured::read_npy;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::surface::Surface;
-use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::Section;
-use crate::manifest::generate::{self, FileTable};
-use crate::manifest::written::Written;
-use crate::stages::generate::{Form, MeasuredSurface};
+use crate::diagnostics::{Problem, Span};
+use crate::stages::Given;
 use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
+use crate::written::Section;
+use crate::written::Written;
+use crate::written::checks::{Checks, QUANTITY};
 
 /// Measured surfaces.
-pub fn file(
-    section: &Section<FileTable>,
-    sources: &mut SurfaceFiles,
-    problems: &mut Problems,
-) -> Option<Vec<Ensemble>> {
+pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
     let mut seen = BTreeMap::new();
-    ensembles(section, problems, |table, checks| {
+    let sources = &mut *given.sources;
+    surfaces(section, given.problems, |table, checks| {
         let path = checks.required("path", &table.path);
         let side = checks.number("side", &table.side, QUANTITY);
         let height_scale = checks.number_or("height_scale", &table.height_scale, QUANTITY, 1.0);
@@ -42,7 +40,7 @@ pub fn file(
             edges: edges?,
             nodes,
         };
-        Some(single(&table.heights, side?, Form::File(surface)))
+        Some(single(&table.heights, side?, Origin::File(surface)))
     })
 }
 
@@ -59,11 +57,11 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
             checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
             edges.map(|()| Edges::Periodic)
         }
-        (false, Some(generate::Edges::Mirror)) => {
+        (false, Some(keys::Edges::Mirror)) => {
             checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
             Some(Edges::Mirror)
         }
-        (false, Some(generate::Edges::Taper)) => Some(Edges::Taper {
+        (false, Some(keys::Edges::Taper)) => Some(Edges::Taper {
             taper_fraction: fraction?,
         }),
         (false, None) => {

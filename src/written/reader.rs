@@ -8,7 +8,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use super::advice::{self, Wanted};
 use super::grid::{Axis, Grid, Section};
-use super::layout::{Layout, Table};
+use super::{Layout, Table};
 use crate::diagnostics::{Problem, Problems, Span, listed};
 
 /// Reads a table whose common keys have been taken out.

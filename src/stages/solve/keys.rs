@@ -11,8 +11,7 @@ use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use super::layout::table;
-use super::written::{Key, Written, deserialize_either};
+use crate::written::{Key, Written, deserialize_either, table};
 
 /// The largest `max_pairs`.
 pub const MOST_PAIRS: u32 = 1_000_000;

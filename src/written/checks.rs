@@ -6,10 +6,9 @@ use std::ops::{Bound, RangeBounds, RangeInclusive};
 
 use serde::Serialize;
 
+use super::{Key, Layout, Point, Section, Table, Written};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::written::{Key, Written};
-use crate::manifest::{Layout, Point, Section, Table};
 
 /// Bounds of numbers.
 pub type Bounds = (Bound<f64>, Bound<f64>);
@@ -26,6 +25,7 @@ pub const SHARE: Bounds = (Bound::Excluded(0.0), Bound::Excluded(1.0));
 
 /// Judges the values of one point of a grid. A value that will not do is reported, and `None`.
 pub struct Checks<'a> {
+    /// Where it is reported.
     pub problems: &'a mut Problems,
     place: &'a Span,
     excused: &'a BTreeSet<String>,

@@ -1,4 +1,18 @@
-//! A value and where it is written.
+//! What is written, and where: reads one table of a manifest.
+//!
+//! A table is a type whose fields are [`Key`]s; their comments are what editors show and what messages
+//! quote. Lists of some keys are swept: the [`reader`] spreads the table into the points of a
+//! [`grid`](Section), each a value of the type. [`checks`] then judge value after value.
+
+pub mod advice;
+pub mod checks;
+mod grid;
+mod layout;
+pub mod reader;
+
+pub use grid::{Point, Section};
+pub(crate) use layout::table;
+pub use layout::{Layout, Table};
 
 use std::borrow::Cow;
 
@@ -98,4 +112,4 @@ macro_rules! deserialize_either {
         }
     };
 }
-pub(super) use deserialize_either;
+pub(crate) use deserialize_either;

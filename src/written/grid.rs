@@ -9,8 +9,10 @@ use serde::de::DeserializeOwned;
 use serde_spanned::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::{Entry, advice};
+use super::advice;
 use crate::diagnostics::{Problem, Span};
+
+type Entry<'i> = (Spanned<DeString<'i>>, Spanned<DeValue<'i>>);
 
 /// Points of one grid. More is a slip, and would take long to find out.
 const MOST_POINTS: usize = 10_000;
@@ -39,7 +41,7 @@ pub struct Point<T> {
 
 impl<T> Section<T> {
     /// A table that cannot be read, which is reported.
-    pub(super) fn unreadable(place: Span) -> Self {
+    pub fn unreadable(place: Span) -> Self {
         Self {
             place,
             points: Vec::new(),

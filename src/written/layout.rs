@@ -23,7 +23,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    pub(super) fn of<T: JsonSchema>(
+    /// Of a type, with the keys whose lists are swept, and those that hold lists.
+    pub fn of<T: JsonSchema>(
         swept: &'static [&'static str],
         lists: &'static [&'static str],
     ) -> Self {
@@ -75,9 +76,9 @@ fn tidy(schema: &mut Schema) {
 /// Declares a table and what its lists mean.
 macro_rules! table {
     ($table:ident, swept: [$($swept:literal),*], lists: [$($list:literal),*]) => {
-        impl $crate::manifest::layout::Table for $table {
-            fn layout() -> &'static $crate::manifest::layout::Layout {
-                use $crate::manifest::layout::Layout;
+        impl $crate::written::Table for $table {
+            fn layout() -> &'static $crate::written::Layout {
+                use $crate::written::Layout;
                 static LAYOUT: std::sync::LazyLock<Layout> =
                     std::sync::LazyLock::new(|| Layout::of::<$table>(&[$($swept),*], &[$($list),*]));
                 &LAYOUT
@@ -86,4 +87,4 @@ macro_rules! table {
     };
 }
 
-pub(super) use table;
+pub(crate) use table;

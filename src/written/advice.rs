@@ -4,8 +4,7 @@ use serde::de::DeserializeOwned;
 use serde_spanned::Spanned;
 use toml::de::{DeValue, Error, ValueDeserializer};
 
-use super::form::Form;
-use super::layout::Layout;
+use super::Layout;
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
 
 /// Reads a value of the parsed document; the places in it stay those of the text.
@@ -21,33 +20,20 @@ const RENAMED: [(&str, &str, &str); 1] = [(
      `bodies = [{ youngs_modulus, poisson_ratio }]`",
 )];
 
+/// Finds another table that has a key, as messages call it.
+pub type Owner = dyn Fn(&str) -> Option<String>;
+
 /// What a table is, for messages about its keys.
 pub struct Wanted {
-    place: String,
+    /// How messages call the table.
+    pub place: String,
     /// Keys that are read before the others.
-    common: Vec<&'static str>,
-    form: Option<Form>,
+    pub common: Vec<&'static str>,
+    /// Another table that has a key, as messages call it.
+    pub owner: Box<Owner>,
 }
 
 impl Wanted {
-    /// The table `[study]`.
-    pub fn in_the_study() -> Self {
-        Self {
-            place: "`[study]`".to_owned(),
-            common: Vec::new(),
-            form: None,
-        }
-    }
-
-    /// The table of a stage.
-    pub fn in_a(form: Form) -> Self {
-        Self {
-            place: form.describe(),
-            common: common_keys(form),
-            form: Some(form),
-        }
-    }
-
     /// A key that does not belong here, and the key that was meant, if that is clear.
     pub fn unknown_key(
         &self,
@@ -64,8 +50,8 @@ impl Wanted {
             let problem = Problem::new(message, span, label).help(*help);
             return (problem, Some((*now).to_owned()));
         }
-        if let Some(owner) = self.owner(key) {
-            let label = format!("belongs to {}", owner.describe());
+        if let Some(owner) = (self.owner)(key) {
+            let label = format!("belongs to {owner}");
             return (Problem::new(message, span, label), None);
         }
         match did_you_mean(key, known()) {
@@ -80,28 +66,6 @@ impl Wanted {
             }
         }
     }
-
-    /// Another form that has the key, first one of the same kind.
-    fn owner(&self, key: &str) -> Option<Form> {
-        let here = self.form?;
-        let has = |form: &Form| form.layout().has(key) || common_keys(*form).contains(&key);
-        let same_kind = Form::of(here.kind()).find(has);
-        same_kind.or_else(|| Form::ALL.into_iter().find(has))
-    }
-}
-
-/// The keys of a stage besides those of its form.
-pub fn common_keys(form: Form) -> Vec<&'static str> {
-    use crate::stages::Kind;
-    let mut common = vec!["kind"];
-    common.extend(Form::selector(form.kind()));
-    if form.kind() != Kind::Generate {
-        common.push("from");
-    }
-    if !form.layout().swept.is_empty() {
-        common.push("cases");
-    }
-    common
 }
 
 /// A value that is none of the words that would do.

@@ -9,8 +9,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::layout::table;
-use super::written::{Key, deserialize_either};
+use crate::written::{Key, deserialize_either, table};
 
 /// Random self-affine surfaces: a plateau up to `k_rolloff`, then a power law up to `k_upper`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

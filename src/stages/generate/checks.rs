@@ -2,52 +2,47 @@
 
 use std::ops::Bound;
 
-use super::checks::{Checks, QUANTITY, report_equal_points};
-use super::{Ensemble, until};
+use super::growth::{self, PlannedSurfaces};
+use super::keys::{self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable};
+use super::{Heights, Origin, Params};
 use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::spectrum::Spectrum;
 use crate::diagnostics::{Problem, Problems};
-use crate::manifest::generate::{
-    self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable,
-};
-use crate::manifest::written::Key;
-use crate::manifest::{Form, Point, Section, Table};
-use crate::stages::generate::{Form as Surface, Heights, Params};
+use crate::stages::Given;
+use crate::written::Key;
+use crate::written::checks::{Checks, QUANTITY, report_equal_points};
+use crate::written::{Point, Section, Table};
 
 /// Meshes, in nodes per side.
 pub const NODES: std::ops::RangeInclusive<u32> = 4..=16384;
 const WAVENUMBERS: std::ops::RangeInclusive<u32> = 1..=*NODES.end() / 2;
 
 /// The surfaces of a stage, point by point of its grid.
-pub fn ensembles<T: Table>(
+pub fn surfaces<T: Table>(
     section: &Section<T>,
     problems: &mut Problems,
-    mut ensemble: impl FnMut(&T, &mut Checks) -> Option<Ensemble>,
-) -> Option<Vec<Ensemble>> {
+    mut surfaces: impl FnMut(&T, &mut Checks) -> Option<PlannedSurfaces>,
+) -> Option<Vec<PlannedSurfaces>> {
     let mut checked = |point: &Point<T>| {
         let mut checks = Checks::of(section, point, problems);
-        ensemble(&point.table, &mut checks)
+        surfaces(&point.table, &mut checks)
     };
-    let ensembles: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
-    let ensembles: Vec<_> = ensembles.into_iter().collect::<Option<_>>()?;
-    let params = ensembles.iter().map(|ensemble| &ensemble.params);
+    let planned: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
+    let planned: Vec<_> = planned.into_iter().collect::<Option<_>>()?;
+    let params = planned.iter().map(|surfaces| &surfaces.params);
     report_equal_points(section, params, problems);
-    Some(ensembles)
+    Some(planned)
 }
 
 /// Random surfaces.
 pub fn random(
-    form: Form,
+    amplitude: Amplitude,
     section: &Section<RandomTable>,
-    study_seed: u64,
-    problems: &mut Problems,
-) -> Option<Vec<Ensemble>> {
-    let amplitude = match form {
-        Form::RandomPhase => Amplitude::Deterministic,
-        _ => Amplitude::Gaussian,
-    };
-    ensembles(section, problems, |table, checks| {
+    given: &mut Given,
+) -> Option<Vec<PlannedSurfaces>> {
+    let study_seed = given.seed;
+    surfaces(section, given.problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
         let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
         let hurst = (Bound::Excluded(0.0), Bound::Included(1.0));
@@ -60,7 +55,7 @@ pub fn random(
         };
         let rms_slope = checks.number_or("rms_slope", &table.rms_slope, QUANTITY, 1.0);
         let seed = checks.whole_or("seed", &table.seed, 0..=i64::MAX as u64, study_seed);
-        let realizations = until::realizations(&table.realizations, checks);
+        let realizations = growth::realizations(&table.realizations, checks);
         let spectrum = Spectrum {
             hurst: hurst?,
             k_lower: k_lower?,
@@ -84,11 +79,11 @@ pub fn random(
         };
         let nodes = nodes?;
         let (realizations, growth) = realizations?;
-        Some(Ensemble {
+        Some(PlannedSurfaces {
             params: Params {
                 heights: random_heights(&table.heights),
                 side: side?,
-                form: Surface::Random { nodes, surface },
+                origin: Origin::Random { nodes, surface },
             },
             realizations,
             growth,
@@ -164,8 +159,8 @@ fn check_mesh(
 pub fn paraboloid(
     section: &Section<ParaboloidTable>,
     problems: &mut Problems,
-) -> Option<Vec<Ensemble>> {
-    ensembles(section, problems, |table, checks| {
+) -> Option<Vec<PlannedSurfaces>> {
+    surfaces(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
         let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
         let radius = checks.number("radius", &table.radius, QUANTITY);
@@ -173,7 +168,7 @@ pub fn paraboloid(
         Some(single(
             &table.heights,
             side?,
-            Surface::Shape {
+            Origin::Shape {
                 nodes: nodes?,
                 shape,
             },
@@ -181,35 +176,49 @@ pub fn paraboloid(
     })
 }
 
+/// How waves along two directions go together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WaveShape {
+    /// There is but one.
+    Single,
+    /// Their product.
+    Product,
+    /// Their sum.
+    Sum,
+}
+
 /// Waves along one direction or two.
 pub fn wave(
-    form: Form,
+    shape: WaveShape,
     section: &Section<WaveTable>,
     problems: &mut Problems,
-) -> Option<Vec<Ensemble>> {
-    ensembles(section, problems, |table, checks| {
+) -> Option<Vec<PlannedSurfaces>> {
+    surfaces(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
         let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
         let amplitude = checks.number("amplitude", &table.amplitude, QUANTITY);
         let waves = checks.whole_or("waves", &table.waves, WAVENUMBERS, 1);
         let (nodes, amplitude, waves) = (nodes?, amplitude?, waves?);
         check_mesh(("waves", &table.waves), &table.nodes, nodes, true, checks)?;
-        let shape = match form {
-            Form::WaveProduct => Shape::WaveProduct { amplitude, waves },
-            Form::WaveSum => Shape::WaveSum { amplitude, waves },
-            _ => Shape::Wave { amplitude, waves },
+        let shape = match shape {
+            WaveShape::Single => Shape::Wave { amplitude, waves },
+            WaveShape::Product => Shape::WaveProduct { amplitude, waves },
+            WaveShape::Sum => Shape::WaveSum { amplitude, waves },
         };
         Some(single(
             &table.heights,
             side?,
-            Surface::Shape { nodes, shape },
+            Origin::Shape { nodes, shape },
         ))
     })
 }
 
 /// Flat punches.
-pub fn punch(section: &Section<PunchTable>, problems: &mut Problems) -> Option<Vec<Ensemble>> {
-    ensembles(section, problems, |table, checks| {
+pub fn punch(
+    section: &Section<PunchTable>,
+    problems: &mut Problems,
+) -> Option<Vec<PlannedSurfaces>> {
+    surfaces(section, problems, |table, checks| {
         let nodes = checks.whole("nodes", &table.nodes, NODES);
         let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
         let half = side.map_or(Bound::Unbounded, |side| Bound::Excluded(side / 2.0));
@@ -220,7 +229,7 @@ pub fn punch(section: &Section<PunchTable>, problems: &mut Problems) -> Option<V
         Some(single(
             &table.heights,
             side?,
-            Surface::Shape {
+            Origin::Shape {
                 nodes: nodes?,
                 shape,
             },
@@ -229,15 +238,15 @@ pub fn punch(section: &Section<PunchTable>, problems: &mut Problems) -> Option<V
 }
 
 /// A surface of which there is one.
-pub fn single(heights: &Key<generate::Heights>, side: f64, form: Surface) -> Ensemble {
-    Ensemble {
+pub fn single(heights: &Key<keys::Heights>, side: f64, origin: Origin) -> PlannedSurfaces {
+    PlannedSurfaces {
         params: Params {
             heights: match heights.written().map(|heights| heights.value) {
-                Some(generate::Heights::Redraw) => Heights::Redraw,
-                Some(generate::Heights::Keep) | None => Heights::Keep,
+                Some(keys::Heights::Redraw) => Heights::Redraw,
+                Some(keys::Heights::Keep) | None => Heights::Keep,
             },
             side,
-            form,
+            origin,
         },
         realizations: 1,
         growth: None,

@@ -1,0 +1,279 @@
+//! The laws that can be fitted; every `match` on them is here.
+//!
+//! A law that has nothing free but its own parameters is one variant of [`PlainLaw`] and one
+//! [`LawDefinition`]; its numerics are in [`fitting`](crate::fitting).
+
+use serde::Serialize;
+
+use super::Params;
+use super::contact_evolution::{self, EvolutionChoices};
+use super::parameter::Parameter;
+use super::row::Row;
+use crate::fitting::FitError;
+use crate::fitting::curves::Curves;
+use crate::fitting::load_separation::LoadSeparationProblem;
+use crate::fitting::pressure_growth::PressureGrowthProblem;
+use crate::fitting::scaled_erf::ScaledErfProblem;
+
+/// A law and what is free in it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Law {
+    /// The contact evolution law of Yastrebov, Anciaux & Molinari (2015).
+    ContactEvolution(EvolutionChoices),
+    /// A law that has nothing free but its own parameters.
+    Plain(PlainLaw),
+}
+
+/// A law that has nothing free but its own parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(tag = "law", rename_all = "kebab-case")]
+pub enum PlainLaw {
+    /// dp̄/dp₀ = β a^(μ − 1).
+    MeanPressure,
+    /// a = erf(β √2 y), near full contact.
+    ScaledErf,
+    /// p₀ = p_c exp(−ū/u₀), of the mean gap ū.
+    LoadSeparation,
+    /// A_N = A* + c S_d Δx, over meshes of the same surfaces.
+    MeshConvergence,
+}
+
+/// What is known of a plain law.
+pub struct LawDefinition {
+    /// The word in manifests and tables.
+    pub word: &'static str,
+    /// Smallest and largest load that count when none are given, in units of E* × rms slope.
+    pub window: [f64; 2],
+    /// Its parameters, in the order of their values.
+    pub parameters: &'static [Parameter],
+    /// How it is fitted.
+    pub fits: Fits,
+}
+
+/// What a law is fitted to, and how.
+#[derive(Clone, Copy)]
+pub enum Fits {
+    /// The areas of the surfaces of one parameter point.
+    Areas(FitOfCurves),
+    /// Their mean gaps; only measured contacts have any.
+    Gaps(FitOfCurves),
+    /// Areas on several meshes of the same surfaces, at all parameter points at once.
+    Meshes,
+}
+
+/// Fits the curves of the surfaces of one parameter point.
+pub type FitOfCurves = fn(&Curves, &Params) -> Result<Row, FitError>;
+
+impl PlainLaw {
+    /// Every one.
+    pub const ALL: [PlainLaw; 4] = [
+        PlainLaw::MeanPressure,
+        PlainLaw::ScaledErf,
+        PlainLaw::LoadSeparation,
+        PlainLaw::MeshConvergence,
+    ];
+
+    /// What is known of it.
+    pub fn definition(self) -> LawDefinition {
+        match self {
+            PlainLaw::MeanPressure => LawDefinition {
+                word: "mean-pressure",
+                window: contact_evolution::WINDOW,
+                parameters: &[EXPONENT, PREFACTOR],
+                fits: Fits::Areas(mean_pressure),
+            },
+            PlainLaw::ScaledErf => LawDefinition {
+                word: "scaled-erf",
+                window: [0.3, 2.0],
+                parameters: &[ERF_SCALE],
+                fits: Fits::Areas(scaled_erf),
+            },
+            PlainLaw::LoadSeparation => LawDefinition {
+                word: "load-separation",
+                // Where the mean gap falls in proportion to the logarithm of the load.
+                window: [0.01, 0.1],
+                parameters: &[DECAY_LENGTH, CLOSING_LOAD],
+                fits: Fits::Gaps(load_separation),
+            },
+            PlainLaw::MeshConvergence => LawDefinition {
+                word: "mesh-convergence",
+                // No surface is out of full contact under ten times its rms slope × E*.
+                window: [0.0, 10.0],
+                parameters: &[MESH_COEFFICIENT],
+                fits: Fits::Meshes,
+            },
+        }
+    }
+}
+
+impl Law {
+    /// The word in manifests and tables.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Law::ContactEvolution(_) => contact_evolution::WORD,
+            Law::Plain(law) => law.definition().word,
+        }
+    }
+
+    /// Its parameters, in the order of their values.
+    pub fn parameters(&self) -> &'static [Parameter] {
+        match self {
+            Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,
+            Law::Plain(law) => law.definition().parameters,
+        }
+    }
+}
+
+/// The parameters of every law.
+pub fn parameters() -> impl Iterator<Item = Parameter> {
+    let plain = PlainLaw::ALL.into_iter();
+    let plain = plain.flat_map(|law| law.definition().parameters.iter().copied());
+    contact_evolution::PARAMETERS.into_iter().chain(plain)
+}
+
+const EXPONENT: Parameter = Parameter::number(
+    [
+        "exponent",
+        "exponent_lower",
+        "exponent_upper",
+        "exponent_standard_error",
+    ],
+    "exponent of dp̄/dp₀ as a power of the area, μ − 1",
+)
+.called("exponent");
+const PREFACTOR: Parameter = Parameter::number(
+    [
+        "prefactor",
+        "prefactor_lower",
+        "prefactor_upper",
+        "prefactor_standard_error",
+    ],
+    "prefactor of dp̄/dp₀ as a power of the area, β",
+);
+const ERF_SCALE: Parameter = Parameter::number(
+    [
+        "erf_scale",
+        "erf_scale_lower",
+        "erf_scale_upper",
+        "erf_scale_standard_error",
+    ],
+    "β of a = erf(β √2 y); 1 in Persson's theory",
+)
+.called("scale");
+const DECAY_LENGTH: Parameter = Parameter::of_unit(
+    "length",
+    [
+        "decay_length",
+        "decay_length_lower",
+        "decay_length_upper",
+        "decay_length_standard_error",
+    ],
+    "u₀ of p₀ = p_c exp(−ū/u₀): how much the mean gap falls while the load grows by the factor e",
+)
+.called("u₀");
+const CLOSING_LOAD: Parameter = Parameter::of_unit(
+    "E* × rms slope",
+    [
+        "closing_load",
+        "closing_load_lower",
+        "closing_load_upper",
+        "closing_load_standard_error",
+    ],
+    "p_c of p₀ = p_c exp(−ū/u₀): the load at which the exponential has no gap left",
+)
+.called("p_c");
+const MESH_COEFFICIENT: Parameter = Parameter::number(
+    [
+        "mesh_coefficient",
+        "mesh_coefficient_lower",
+        "mesh_coefficient_upper",
+        "mesh_coefficient_standard_error",
+    ],
+    "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
+)
+.called("c");
+
+fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
+    let problem = PressureGrowthProblem::new(curves, params.window());
+    let fit = problem.fit()?;
+    Ok(Row {
+        values: vec![fit.exponent, fit.prefactor],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        data: fit.data,
+        masked: Some(fit.masked),
+        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
+    }
+    .unless_masked())
+}
+
+fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
+    let problem = ScaledErfProblem::new(curves, params.window());
+    let fit = problem.fit()?;
+    Ok(Row {
+        values: vec![fit.beta],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        data: fit.data,
+        masked: Some(fit.masked),
+        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
+    }
+    .unless_masked())
+}
+
+fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
+    let problem = LoadSeparationProblem::new(gaps, params.window());
+    let fit = problem.fit()?;
+    Ok(Row {
+        values: vec![fit.decay_length, fit.closing_load],
+        rms_residual: Some(fit.rms_residual),
+        r_squared: Some(fit.r_squared),
+        data: fit.data,
+        masked: Some(fit.masked),
+        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_evolution::{Datum, Kappa};
+    use super::*;
+
+    /// Keys are made of these texts: other texts would compute every fit again.
+    #[test]
+    fn a_fit_is_written_as_it_always_was() {
+        let written = |law: Law| {
+            let params = Params {
+                law,
+                window: [0.0, 0.06],
+                bootstrap: 10,
+                level: 0.95,
+                seed: 3,
+            };
+            serde_json::to_string(&params).unwrap()
+        };
+        let rest = r#""window":[0.0,0.06],"bootstrap":10,"level":0.95,"seed":3}"#;
+        let evolution = |kappa| {
+            written(Law::ContactEvolution(EvolutionChoices {
+                to: Datum::Slope,
+                kappa,
+            }))
+        };
+        for (kappa, text) in [
+            (Kappa::Free, r#""free""#),
+            (Kappa::Given(2.5), r#"{"given":2.5}"#),
+            (Kappa::MinimalConvex, r#""minimal-convex""#),
+        ] {
+            let text = format!(r#"{{"law":"contact-evolution","to":"slope","kappa":{text},{rest}"#);
+            assert_eq!(evolution(kappa), text);
+        }
+        for law in PlainLaw::ALL {
+            let word = law.definition().word;
+            assert_eq!(
+                written(Law::Plain(law)),
+                format!(r#"{{"law":"{word}",{rest}"#)
+            );
+        }
+    }
+}

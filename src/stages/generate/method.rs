@@ -1,0 +1,137 @@
+//! The ways to make surfaces, and the keys of each.
+
+use toml::de::DeTable;
+
+use super::checks::{self, WaveShape};
+use super::files;
+use super::growth::PlannedSurfaces;
+use super::keys::{
+    FileTable, Growing, ParaboloidTable, PunchTable, RandomHeights, RandomTable, Realizations,
+    WaveTable,
+};
+use crate::contact::topography::random::Amplitude;
+use crate::diagnostics::{Problems, Span};
+use crate::stages::Given;
+use crate::written::advice::Wanted;
+use crate::written::{Layout, Section, Table, Written, reader};
+
+/// The word after `method =`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// A random self-affine surface.
+    Random(Amplitude),
+    /// A measured one.
+    File,
+    /// A paraboloid.
+    Paraboloid,
+    /// A wave.
+    Wave(WaveShape),
+    /// A flat disc.
+    FlatPunch,
+}
+
+/// The points of a stage's grid, by what they say.
+#[derive(Debug)]
+#[expect(missing_docs, reason = "the table of each says it")]
+pub enum SurfacePoints {
+    Random(Amplitude, Section<RandomTable>),
+    File(Section<FileTable>),
+    Paraboloid(Section<ParaboloidTable>),
+    Wave(WaveShape, Section<WaveTable>),
+    FlatPunch(Section<PunchTable>),
+}
+
+impl Method {
+    /// Every one, the one that is meant when nothing is said first.
+    pub const ALL: [Method; 8] = [
+        Method::Random(Amplitude::Gaussian),
+        Method::Random(Amplitude::Deterministic),
+        Method::File,
+        Method::Paraboloid,
+        Method::Wave(WaveShape::Single),
+        Method::Wave(WaveShape::Product),
+        Method::Wave(WaveShape::Sum),
+        Method::FlatPunch,
+    ];
+
+    /// The word itself.
+    pub fn word(self) -> &'static str {
+        match self {
+            Method::Random(Amplitude::Gaussian) => "filter",
+            Method::Random(Amplitude::Deterministic) => "random-phase",
+            Method::File => "file",
+            Method::Paraboloid => "paraboloid",
+            Method::Wave(WaveShape::Single) => "wave",
+            Method::Wave(WaveShape::Product) => "wave-product",
+            Method::Wave(WaveShape::Sum) => "wave-sum",
+            Method::FlatPunch => "flat-punch",
+        }
+    }
+
+    /// The keys beside it.
+    pub fn layout(self) -> &'static Layout {
+        match self {
+            Method::Random(_) => RandomTable::layout(),
+            Method::File => FileTable::layout(),
+            Method::Paraboloid => ParaboloidTable::layout(),
+            Method::Wave(_) => WaveTable::layout(),
+            Method::FlatPunch => PunchTable::layout(),
+        }
+    }
+
+    /// Reads them.
+    pub fn read(
+        self,
+        table: DeTable,
+        place: Span,
+        wanted: &Wanted,
+        problems: &mut Problems,
+    ) -> SurfacePoints {
+        use SurfacePoints as Points;
+        match self {
+            Method::Random(amplitude) => {
+                Points::Random(amplitude, reader::read(table, place, wanted, problems))
+            }
+            Method::File => Points::File(reader::read(table, place, wanted, problems)),
+            Method::Paraboloid => Points::Paraboloid(reader::read(table, place, wanted, problems)),
+            Method::Wave(shape) => {
+                Points::Wave(shape, reader::read(table, place, wanted, problems))
+            }
+            Method::FlatPunch => Points::FlatPunch(reader::read(table, place, wanted, problems)),
+        }
+    }
+}
+
+impl SurfacePoints {
+    /// The surfaces, point by point of the grid.
+    pub fn surfaces(&self, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
+        match self {
+            SurfacePoints::Random(amplitude, section) => checks::random(*amplitude, section, given),
+            SurfacePoints::File(section) => files::files(section, given),
+            SurfacePoints::Paraboloid(section) => checks::paraboloid(section, given.problems),
+            SurfacePoints::Wave(shape, section) => checks::wave(*shape, section, given.problems),
+            SurfacePoints::FlatPunch(section) => checks::punch(section, given.problems),
+        }
+    }
+
+    /// Whether none of the surfaces can be pressed: they are described by their modes alone.
+    pub fn lack_heights(&self) -> bool {
+        let SurfacePoints::Random(_, section) = self else {
+            return false;
+        };
+        let mut heights = section.points.iter().map(|point| &point.table.heights);
+        heights.any(|key| key.written().map(|heights| heights.value) == Some(RandomHeights::None))
+    }
+
+    /// Until when more surfaces are drawn, as it is written; the points of a grid share it.
+    pub fn condition(&self) -> Option<&Written<String>> {
+        let SurfacePoints::Random(_, section) = self else {
+            return None;
+        };
+        let realizations = section.points.first()?.table.realizations.written()?;
+        let Realizations::Until(Growing { until, .. }) = &realizations.value else {
+            return None;
+        };
+        until.written()
+    }
+}

@@ -1,0 +1,149 @@
+//! What has been solved for, in the user's units and as a table.
+
+use arrow::array::{ArrayRef, Float64Builder};
+
+use super::{GIVEN_UP, LoadUnit, Params, Pressures};
+use crate::contact::morphology::map::ContactMap;
+use crate::contact::solver::{Outcome, Stop};
+use crate::contact::topography::surface::Surface;
+use crate::decimal;
+use crate::stages::columns::*;
+use crate::stages::{Stage, StageError};
+use crate::store::column::{Column, bytes, integers, lists, reals, texts};
+use crate::store::table::Table;
+
+/// From the solver's units to the user's.
+pub struct Scales {
+    pub nodes: [usize; 2],
+    /// The longer side of the cell.
+    side: f64,
+    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
+    slope: f64,
+    /// E* × rms slope.
+    pressure: f64,
+}
+
+impl Scales {
+    pub fn of(surface: &Surface, table: &Table, params: &Params) -> Result<Scales, StageError> {
+        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
+        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
+        Ok(Scales {
+            nodes: surface.grid().nodes(),
+            side: surface.grid().cell().longer_side(),
+            slope,
+            pressure: params.effective_modulus * slope,
+        })
+    }
+
+    pub fn reduced(&self, surface: Surface) -> Vec<f64> {
+        let unit = self.side * self.slope;
+        let mut heights = surface.into_heights();
+        heights.iter_mut().for_each(|height| *height /= unit);
+        heights
+    }
+
+    pub fn length(&self) -> f64 {
+        self.side * self.slope
+    }
+
+    /// A load in units of E* × rms slope; blocks in either unit agree on it.
+    pub fn load(&self, given: f64, unit: LoadUnit) -> f64 {
+        match unit {
+            LoadUnit::Relative => given,
+            LoadUnit::Absolute => decimal::nearest(given / self.pressure),
+        }
+    }
+
+    /// The mean pressure of a load.
+    pub fn mean_pressure(&self, load: f64) -> f64 {
+        decimal::nearest(load * self.pressure)
+    }
+}
+
+/// What has been computed so far.
+#[derive(Default)]
+pub struct Solved {
+    loads: Vec<f64>,
+    outcomes: Vec<Outcome>,
+    maps: Vec<Vec<u8>>,
+    pressures: Float64Builder,
+    kept: Vec<usize>,
+}
+
+impl Solved {
+    pub fn push(
+        &mut self,
+        load: f64,
+        outcome: Outcome,
+        pressures: &[f64],
+        keep: bool,
+        scales: &Scales,
+    ) {
+        self.loads.push(load);
+        self.outcomes.push(outcome);
+        self.maps
+            .push(ContactMap::of_pressures(scales.nodes, pressures).to_bytes());
+        self.kept.push(if keep { pressures.len() } else { 0 });
+        if keep {
+            for &pressure in pressures {
+                let touches = pressure > 0.0;
+                self.pressures
+                    .append_option(touches.then_some(pressure * scales.pressure));
+            }
+        }
+    }
+
+    pub fn table(mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
+        let count = self.loads.len();
+        let column = |value: fn(&Outcome) -> f64, unit: f64| {
+            reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
+        };
+        let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
+        let place = params.coordinates().into_iter();
+        let mut columns: Vec<(Column, ArrayRef)> = place
+            .map(|(column, value)| (column, value.repeated(count)))
+            .collect();
+        columns.extend([
+            (LOAD, reals(self.loads.iter().copied())),
+            (
+                PRESSURE,
+                reals(self.loads.iter().map(|&load| scales.mean_pressure(load))),
+            ),
+            (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
+            (
+                MEAN_GAP,
+                column(|outcome| outcome.mean_gap, scales.length()),
+            ),
+            (
+                ENERGY,
+                column(|outcome| outcome.energy, scales.pressure * scales.length()),
+            ),
+            (
+                PEAK_PRESSURE,
+                column(|outcome| outcome.peak_pressure, scales.pressure),
+            ),
+            (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
+            (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
+            (
+                STOP,
+                texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
+            ),
+            (CONTACT, bytes(&self.maps)),
+        ]);
+        if params.pressures != Pressures::None {
+            let values = self.pressures.finish();
+            columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
+        }
+        surface.coordinates().pick(&vec![0; count]).with(columns)
+    }
+}
+
+/// The word in the `stop` column.
+fn stop_name(stop: Stop) -> &'static str {
+    match stop {
+        Stop::Converged => "converged",
+        Stop::FullContact => "full-contact",
+        Stop::PairLimit => GIVEN_UP,
+        Stop::Interrupted => "interrupted",
+    }
+}
