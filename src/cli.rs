@@ -29,10 +29,11 @@ use std::error::Error;
 use std::io::{IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::{panic, thread};
+use std::{env, panic, thread};
 
 use clap::{Parser, Subcommand};
 
+use crate::contact::instructions::Instructions;
 use crate::data_folder::DataFolder;
 use crate::diagnostics::{chain, counted};
 use crate::session::{Event, Session, SessionError, UnknownName};
@@ -101,6 +102,9 @@ pub fn main() -> ExitCode {
     if let Err(error) = signals::survive_large_files() {
         return report(&error);
     }
+    if let Err(error) = choose_instructions() {
+        return report(error.as_ref());
+    }
     let result = match arguments.command {
         Command::Check(arguments) => check::run(&arguments, &data),
         Command::Plan(arguments) => plan::run(&arguments, &data),
@@ -118,6 +122,16 @@ pub fn main() -> ExitCode {
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
     };
     result.unwrap_or_else(|failure| report(failure.as_ref()))
+}
+
+/// Those that `ASPERITY_SIMD` names, instead of the widest: every set computes the same bytes, and
+/// this is how to see it.
+fn choose_instructions() -> Result<(), Failure> {
+    match env::var("ASPERITY_SIMD") {
+        Ok(name) => Instructions::choose(&name)
+            .map_err(|error| Misused(format!("ASPERITY_SIMD: {error}")).into()),
+        Err(_) => Ok(()),
+    }
 }
 
 /// Polars panics at some queries; an error says so, and the trace of a panic would say no more.

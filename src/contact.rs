@@ -4,6 +4,7 @@
 //! - [`grid`]: where the nodes of all maps lie;
 //! - [`topography`]: rough surfaces, drawn or measured, and their statistics;
 //! - [`elasticity`]: what a pressure does to the surface of a body;
+//! - [`instructions`]: which vector instructions of the processor they run on;
 //! - [`fft`]: the transforms that both are computed with;
 //! - [`solver`]: which nodes of a surface touch under a load, and with which pressure;
 //! - [`morphology`]: area, perimeter and clusters of the nodes that touch;
@@ -18,6 +19,7 @@
 pub mod elasticity;
 pub mod fft;
 pub mod grid;
+pub mod instructions;
 pub mod morphology;
 pub mod solver;
 pub mod theory;

@@ -11,13 +11,15 @@
 //!
 //! `half_spectrum` does all this on any mesh, with rustfft. A sweep of loads is little else than
 //! convolutions, so these have a second way, `packed`, which takes half the time on meshes of
-//! 2^a·3^b·5^c nodes a side with enough twos and on processors whose `registers` it knows.
+//! 2^a·3^b·5^c nodes a side with enough twos, and rounds alike whatever the processor's `registers`.
 //!
 //! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
 //! result of one makes the map of the next, row by row, both happen in one turn, and memory is
 //! passed over once.
 
 use rustfft::{FftNum, num_complex::Complex};
+
+use crate::contact::instructions::Instructions;
 
 mod aligned;
 mod half_spectrum;
@@ -28,7 +30,7 @@ mod row;
 use aligned::Aligned;
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
-use registers::{InstructionSet, Vectorize};
+use registers::Vectorize;
 
 pub use row::Row;
 
@@ -96,7 +98,7 @@ impl<T: Real> Kernel<T> {
 }
 
 fn plan_packed<T: Real>(nodes: [usize; 2]) -> Option<Packed<T>> {
-    Packed::new(nodes, InstructionSet::all().next()?)
+    Packed::new(nodes, Instructions::in_use())
 }
 
 impl<T: Real> Transform<T> {

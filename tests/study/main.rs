@@ -14,6 +14,7 @@ mod explain;
 mod failures;
 mod faults;
 mod heights;
+mod instructions;
 mod memory;
 mod nayak;
 mod owners;

@@ -10,7 +10,7 @@
 //!
 //! so that nothing real is ever transformed, and no Nyquist column is left over.
 //!
-//! The work is laid out so that every instruction works on a full register of L numbers:
+//! The work is laid out so that every instruction works on full registers of L numbers:
 //!
 //! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N_y/L blocks, each a
 //!    register, which stand for k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all rows is a tile.
@@ -28,8 +28,9 @@
 use pulp::bytemuck;
 
 use super::aligned::Aligned;
-use super::registers::{InstructionSet, Registers, Work};
+use super::registers::{Registers, Work};
 use super::{Real, Row, Rows};
+use crate::contact::instructions::Instructions;
 
 mod butterflies;
 mod columns;
@@ -49,8 +50,7 @@ const PADDING: usize = 2;
 /// Plans of one mesh.
 pub struct Packed<T> {
     nodes: [usize; 2],
-    lanes: usize,
-    instructions: InstructionSet,
+    instructions: Instructions,
     rows: Stages<T, true>,
     columns: Columns<T>,
 }
@@ -65,15 +65,14 @@ pub struct Scratch<T> {
 impl<T: Real> Packed<T> {
     /// None if either side is no multiple of the lanes, that across the rows of twice the lanes, by
     /// factors of 2, 3 and 5.
-    pub fn new(nodes: [usize; 2], instructions: InstructionSet) -> Option<Self> {
-        let lanes = T::lanes(instructions);
+    pub fn new(nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
+        let lanes = T::LANES;
         let [nodes_x, nodes_y] = nodes;
         if !nodes_x.is_multiple_of(2 * lanes) || !nodes_y.is_multiple_of(lanes) {
             return None;
         }
         Some(Self {
             nodes,
-            lanes,
             instructions,
             rows: Stages::new(nodes_y, lanes)?,
             columns: Columns::new(nodes, lanes)?,
@@ -89,13 +88,13 @@ impl<T: Real> Packed<T> {
         let row = self.nodes[1];
         Scratch {
             rows: Aligned::zeros(2 * BATCH * row),
-            tiles: Aligned::zeros(row / self.lanes * self.tile_len()),
+            tiles: Aligned::zeros(row / T::LANES * self.tile_len()),
             spare: Aligned::zeros(self.tile_len()),
         }
     }
 
     fn tile_len(&self) -> usize {
-        (self.nodes[0] + PADDING) * self.lanes
+        (self.nodes[0] + PADDING) * T::LANES
     }
 
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {

@@ -1,19 +1,23 @@
 //! Arithmetic on whole registers, written once and compiled for each instruction set.
 //!
-//! pulp finds out what the processor can do and keeps the intrinsics safe. All that runs on
-//! registers is `#[inline(always)]` and free of closures: only so is it compiled with the
-//! instructions of the [`Work`] that it belongs to.
+//! A register here has sixteen numbers of single precision or eight of double precision, in one
+//! register of the processor or in two: transforms are cut the same way and rounded alike on all
+//! processors. pulp keeps the intrinsics safe. All that runs on registers is `#[inline(always)]` and
+//! free of closures: only so is it compiled with the instructions of the [`Work`] that it belongs
+//! to.
 
 use pulp::bytemuck::Pod;
 
 use super::Real;
+use crate::contact::instructions::Instructions;
 
+mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
-#[cfg(target_arch = "x86_64")]
-pub use x86::InstructionSet;
 
-/// The most numbers that any register holds.
+use portable::Plain;
+
+/// The most numbers that a register holds.
 pub const MOST_LANES: usize = 16;
 
 /// Registers of one instruction set, filled with numbers of one precision.
@@ -21,8 +25,8 @@ pub trait Registers: Copy {
     type Number: Real;
     /// A register.
     type Lanes: Pod;
-    /// Numbers in a register: a power of two from 4 to [`MOST_LANES`].
-    const LANES: usize;
+    /// Numbers in a register.
+    const LANES: usize = <Self::Number as Vectorize>::LANES;
 
     fn splat(self, value: Self::Number) -> Self::Lanes;
     fn add(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
@@ -43,10 +47,39 @@ pub trait Work<T> {
 
 /// A precision that fits into registers.
 pub trait Vectorize: Pod {
+    /// Numbers in a register: a power of two, at most [`MOST_LANES`].
+    const LANES: usize;
+
     /// Runs `work` with the registers of `instructions`.
-    fn vectorize(instructions: InstructionSet, work: impl Work<Self>);
-    /// Numbers in a register of `instructions`.
-    fn lanes(instructions: InstructionSet) -> usize;
+    fn vectorize(instructions: Instructions, work: impl Work<Self>);
+}
+
+impl Vectorize for f32 {
+    const LANES: usize = 16;
+
+    fn vectorize(instructions: Instructions, work: impl Work<Self>) {
+        match instructions {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(v) => x86::single_512(v, work),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(v) => x86::single_256(v, work),
+            Instructions::Portable => work.run(Plain::<f32, 16>::default()),
+        }
+    }
+}
+
+impl Vectorize for f64 {
+    const LANES: usize = 8;
+
+    fn vectorize(instructions: Instructions, work: impl Work<Self>) {
+        match instructions {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(v) => x86::double_512(v, work),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(v) => x86::double_256(v, work),
+            Instructions::Portable => work.run(Plain::<f64, 8>::default()),
+        }
+    }
 }
 
 /// Transposes the square whose rows are the first `LANES` registers.
@@ -59,42 +92,6 @@ pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) 
         let before = *rows;
         for i in 0..R::LANES / 2 {
             [rows[2 * i], rows[2 * i + 1]] = registers.zip(before[i], before[i + R::LANES / 2]);
-        }
-    }
-}
-
-/// No instruction set: other processors leave convolutions to rustfft.
-#[cfg(not(target_arch = "x86_64"))]
-#[derive(Debug, Clone, Copy)]
-pub enum InstructionSet {}
-
-#[cfg(not(target_arch = "x86_64"))]
-mod none {
-    use super::{InstructionSet, Vectorize, Work};
-
-    impl InstructionSet {
-        pub fn all() -> impl Iterator<Item = Self> {
-            std::iter::empty()
-        }
-    }
-
-    impl Vectorize for f32 {
-        fn vectorize(instructions: InstructionSet, _: impl Work<Self>) {
-            match instructions {}
-        }
-
-        fn lanes(instructions: InstructionSet) -> usize {
-            match instructions {}
-        }
-    }
-
-    impl Vectorize for f64 {
-        fn vectorize(instructions: InstructionSet, _: impl Work<Self>) {
-            match instructions {}
-        }
-
-        fn lanes(instructions: InstructionSet) -> usize {
-            match instructions {}
         }
     }
 }

@@ -55,7 +55,7 @@ struct Release<'a> {
 
 impl Pass<f64> for Release<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, gap) in pressure.iter_mut().zip(row.of(self.gap)) {
             // The lowest gap in contact is no higher than their mean, but may be rounded to be.
             let rounding = f64::from(f32::EPSILON * gap.abs());
@@ -69,7 +69,7 @@ struct Total(f64);
 
 impl Pass<f64> for Total {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, _: Row, values: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, values: &mut [f64]) {
         self.0 += total(values);
     }
 }
@@ -82,7 +82,7 @@ struct Conclude {
 
 impl Pass<f64> for Conclude {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
         for p in &mut *pressure {
             *p *= self.scale;
         }

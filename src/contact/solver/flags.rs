@@ -16,7 +16,11 @@ pub const PRESSED: u32 = 2;
 const MARKS: u32 = FREE | PRESSED;
 
 #[inline(always)]
-pub fn mark<S: Simd>(carry: Lanes<S>, free: Choice<S>, pressed: Choice<S>) -> Lanes<S> {
+pub fn mark<S: Simd, const R: usize>(
+    carry: Lanes<S, R>,
+    free: Choice<S, R>,
+    pressed: Choice<S, R>,
+) -> Lanes<S, R> {
     carry.with(MARKS, [(FREE, free), (PRESSED, pressed)])
 }
 

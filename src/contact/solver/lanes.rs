@@ -1,40 +1,52 @@
-//! Arithmetic on rows, as many numbers at a time as a register holds.
+//! Arithmetic on rows, sixteen numbers at a time, in as many registers as that takes.
 //!
-//! pulp finds out what the processor can do. All that runs on registers is `#[inline(always)]` and
-//! free of closures: only so is it compiled with the instructions that were found.
+//! What is summed is summed in the same order on all processors: a register of one instruction set
+//! is a part of [`Lanes`], which always has sixteen numbers. All that runs on registers is
+//! `#[inline(always)]` and free of closures: only so is it compiled with the instructions of the
+//! [`Pass`] that it belongs to.
 
 use std::ops::{Add, BitOr, Mul, Neg, Sub};
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{NullaryFnOnce, Scalar, Scalar512b, Simd};
 
 use crate::contact::fft::{Real, Row, Rows};
+use crate::contact::instructions::Instructions;
 
-/// Partial sums of a row where compilers choose the registers: the widest, in single precision.
+/// Partial sums of a row, and numbers in [`Lanes`].
 pub const LANES: usize = 16;
 
-/// What a pass over the mesh does with its rows, in the registers that it is given.
+/// What a pass over the mesh does with its rows, `R` registers of which have sixteen numbers.
 pub trait Pass<T> {
     /// As [`Rows::row`].
-    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [T]);
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [T]);
 }
 
-/// The rows of a pass, in the widest registers that the processor has.
+/// The rows of a pass, with the instructions in use.
 pub struct Wide<'a, P>(pub &'a mut P);
 
 impl<T, P: Pass<T>> Rows<T> for Wide<'_, P> {
     fn row(&mut self, row: Row, values: &mut [T]) {
-        Arch::new().dispatch(Dispatch(self.0, row, values));
+        let pass = &mut *self.0;
+        match Instructions::in_use() {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(simd) => {
+                simd.vectorize(Run::<_, _, _, 1>(pass, simd, row, values))
+            }
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(simd) => simd.vectorize(Run::<_, _, _, 2>(pass, simd, row, values)),
+            Instructions::Portable => pass.row::<_, 1>(Scalar512b, row, values),
+        }
     }
 }
 
-struct Dispatch<'a, T, P>(&'a mut P, Row, &'a mut [T]);
+struct Run<'a, P, T, S, const R: usize>(&'a mut P, S, Row, &'a mut [T]);
 
-impl<T, P: Pass<T>> WithSimd for Dispatch<'_, T, P> {
+impl<P: Pass<T>, T, S: Simd, const R: usize> NullaryFnOnce for Run<'_, P, T, S, R> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.0.row(simd, self.1, self.2);
+    fn call(self) {
+        self.0.row::<S, R>(self.1, self.2, self.3);
     }
 }
 
@@ -45,147 +57,228 @@ pub fn over_rows<T>(map: &mut [T], nodes: usize, pass: &mut impl Pass<T>) {
     }
 }
 
-/// Numbers in a register.
-#[derive(Clone, Copy)]
-pub struct Lanes<S: Simd>(S, S::f32s);
+/// The numbers of a row, sixteen together, and the rest, one by one.
+#[inline(always)]
+pub fn split<S: Simd, const R: usize>(row: &[f32]) -> (&[[S::f32s; R]], &[[f32; 1]]) {
+    let (whole, rest) = row.split_at(row.len() / LANES * LANES);
+    (S::as_simd_f32s(whole).0.as_chunks().0, rest.as_chunks().0)
+}
 
-/// A choice for each number in a register.
-#[derive(Clone, Copy)]
-pub struct Choice<S: Simd>(S, S::m32s);
+/// The same of a row to be written.
+#[inline(always)]
+pub fn split_mut<S: Simd, const R: usize>(
+    row: &mut [f32],
+) -> (&mut [[S::f32s; R]], &mut [[f32; 1]]) {
+    let (whole, rest) = row.split_at_mut(row.len() / LANES * LANES);
+    (
+        S::as_mut_simd_f32s(whole).0.as_chunks_mut().0,
+        rest.as_chunks_mut().0,
+    )
+}
 
-impl<S: Simd> Lanes<S> {
+/// The instructions for the rest of a row.
+pub const REST: Scalar = Scalar;
+
+/// Sixteen numbers, or one of the rest of a row.
+#[derive(Clone, Copy)]
+pub struct Lanes<S: Simd, const R: usize>(S, [S::f32s; R]);
+
+/// A choice for each of them.
+#[derive(Clone, Copy)]
+pub struct Choice<S: Simd, const R: usize>(S, [S::m32s; R]);
+
+impl<S: Simd, const R: usize> Lanes<S, R> {
     #[inline(always)]
-    pub fn of(simd: S, numbers: S::f32s) -> Self {
+    pub fn of(simd: S, numbers: [S::f32s; R]) -> Self {
         Self(simd, numbers)
     }
 
     #[inline(always)]
     pub fn all(simd: S, number: f32) -> Self {
-        Self(simd, simd.splat_f32s(number))
+        Self(simd, [simd.splat_f32s(number); R])
     }
 
     #[inline(always)]
-    pub fn numbers(self) -> S::f32s {
+    pub fn numbers(self) -> [S::f32s; R] {
         self.1
     }
 
     #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self(self.0, self.0.max_f32s(self.1, other.1))
+    pub fn max(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.max_f32s(self.1[i], other.1[i]);
+        }
+        self
     }
 
     #[inline(always)]
-    pub fn min(self, other: Self) -> Self {
-        Self(self.0, self.0.min_f32s(self.1, other.1))
+    pub fn min(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.min_f32s(self.1[i], other.1[i]);
+        }
+        self
     }
 
     #[inline(always)]
-    pub fn is_below(self, other: Self) -> Choice<S> {
-        Choice(self.0, self.0.less_than_f32s(self.1, other.1))
+    pub fn is_below(self, other: Self) -> Choice<S, R> {
+        let mut below = self.none();
+        for i in 0..R {
+            below.1[i] = self.0.less_than_f32s(self.1[i], other.1[i]);
+        }
+        below
     }
 
-    /// self + a b
     #[inline(always)]
-    pub fn plus(self, a: Self, b: Self) -> Self {
-        Self(self.0, self.0.mul_add_e_f32s(a.1, b.1, self.1))
+    fn none(self) -> Choice<S, R> {
+        let zero = self.0.splat_f32s(0.0);
+        Choice(self.0, [self.0.less_than_f32s(zero, zero); R])
     }
 
-    /// Of the bits of each number, those of `bits`.
+    /// self + a b, rounded once.
     #[inline(always)]
-    fn bits(self, bits: u32) -> S::u32s {
-        let simd = self.0;
-        simd.and_u32s(simd.transmute_u32s_f32s(self.1), simd.splat_u32s(bits))
+    pub fn plus(mut self, a: Self, b: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.mul_add_f32s(a.1[i], b.1[i], self.1[i]);
+        }
+        self
     }
 
     /// Whether `bit` of each number is set.
     #[inline(always)]
-    pub fn has(self, bit: u32) -> Choice<S> {
-        let bits = self.bits(bit);
-        Choice(self.0, self.0.equal_u32s(bits, self.0.splat_u32s(bit)))
+    pub fn has(self, bit: u32) -> Choice<S, R> {
+        let mut set = self.none();
+        let bits = self.0.splat_u32s(bit);
+        for i in 0..R {
+            let found = self.0.and_u32s(self.0.transmute_u32s_f32s(self.1[i]), bits);
+            set.1[i] = self.0.equal_u32s(found, bits);
+        }
+        set
     }
 
     /// The numbers with the bits of `mask` replaced by `bit` where chosen, or by none.
     #[inline(always)]
-    pub fn with(self, mask: u32, [(bit, so), (other, other_so)]: [(u32, Choice<S>); 2]) -> Self {
+    pub fn with(
+        mut self,
+        mask: u32,
+        [(bit, so), (other, other_so)]: [(u32, Choice<S, R>); 2],
+    ) -> Self {
         let simd = self.0;
         let none = simd.splat_u32s(0);
-        let bits = simd.select_u32s(so.1, simd.splat_u32s(bit), none);
-        let others = simd.select_u32s(other_so.1, simd.splat_u32s(other), none);
-        let rest = self.bits(!mask);
-        let numbers = simd.or_u32s(rest, simd.or_u32s(bits, others));
-        Self(simd, simd.transmute_f32s_u32s(numbers))
+        let [rest, bit, other] = [!mask, bit, other].map(|bits| simd.splat_u32s(bits));
+        for i in 0..R {
+            let bits = simd.select_u32s(so.1[i], bit, none);
+            let others = simd.select_u32s(other_so.1[i], other, none);
+            let kept = simd.and_u32s(simd.transmute_u32s_f32s(self.1[i]), rest);
+            let numbers = simd.or_u32s(kept, simd.or_u32s(bits, others));
+            self.1[i] = simd.transmute_f32s_u32s(numbers);
+        }
+        self
     }
 
+    /// Their sum, by halves: of numbers eight apart, then four, two and one.
     #[inline(always)]
-    pub fn total(self) -> f64 {
-        f64::from(self.0.reduce_sum_f32s(self.1))
+    pub fn total(mut self) -> f64 {
+        let mut registers = R;
+        while registers > 1 {
+            registers /= 2;
+            for i in 0..registers {
+                self.1[i] = self.0.add_f32s(self.1[i], self.1[i + registers]);
+            }
+        }
+        f64::from(self.0.reduce_sum_f32s(self.1[0]))
     }
 
     #[inline(always)]
     pub fn highest(self) -> f32 {
-        self.0.reduce_max_f32s(self.1)
+        let mut highest = self.1[0];
+        for register in self.1 {
+            highest = self.0.max_f32s(highest, register);
+        }
+        self.0.reduce_max_f32s(highest)
     }
 
     #[inline(always)]
     pub fn lowest(self) -> f32 {
-        self.0.reduce_min_f32s(self.1)
+        let mut lowest = self.1[0];
+        for register in self.1 {
+            lowest = self.0.min_f32s(lowest, register);
+        }
+        self.0.reduce_min_f32s(lowest)
     }
 }
 
-impl<S: Simd> Choice<S> {
+impl<S: Simd, const R: usize> Choice<S, R> {
     #[inline(always)]
-    pub fn choose(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
-        Lanes(self.0, self.0.select_f32s(self.1, yes.1, no.1))
+    pub fn choose(self, mut yes: Lanes<S, R>, no: Lanes<S, R>) -> Lanes<S, R> {
+        for i in 0..R {
+            yes.1[i] = self.0.select_f32s(self.1[i], yes.1[i], no.1[i]);
+        }
+        yes
     }
 
     #[inline(always)]
-    pub fn or_zero(self, yes: Lanes<S>) -> Lanes<S> {
+    pub fn or_zero(self, yes: Lanes<S, R>) -> Lanes<S, R> {
         self.choose(yes, Lanes::all(self.0, 0.0))
     }
 }
 
-impl<S: Simd> BitOr for Choice<S> {
+impl<S: Simd, const R: usize> BitOr for Choice<S, R> {
     type Output = Self;
 
     #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0, self.0.or_m32s(self.1, other.1))
+    fn bitor(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.or_m32s(self.1[i], other.1[i]);
+        }
+        self
     }
 }
 
-impl<S: Simd> Add for Lanes<S> {
+impl<S: Simd, const R: usize> Add for Lanes<S, R> {
     type Output = Self;
 
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(self.0, self.0.add_f32s(self.1, other.1))
+    fn add(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.add_f32s(self.1[i], other.1[i]);
+        }
+        self
     }
 }
 
-impl<S: Simd> Sub for Lanes<S> {
+impl<S: Simd, const R: usize> Sub for Lanes<S, R> {
     type Output = Self;
 
     #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(self.0, self.0.sub_f32s(self.1, other.1))
+    fn sub(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.sub_f32s(self.1[i], other.1[i]);
+        }
+        self
     }
 }
 
-impl<S: Simd> Mul for Lanes<S> {
+impl<S: Simd, const R: usize> Mul for Lanes<S, R> {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(self.0, self.0.mul_f32s(self.1, other.1))
+    fn mul(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.mul_f32s(self.1[i], other.1[i]);
+        }
+        self
     }
 }
 
-impl<S: Simd> Neg for Lanes<S> {
+impl<S: Simd, const R: usize> Neg for Lanes<S, R> {
     type Output = Self;
 
     #[inline(always)]
-    fn neg(self) -> Self {
-        Self(self.0, self.0.neg_f32s(self.1))
+    fn neg(mut self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.neg_f32s(self.1[i]);
+        }
+        self
     }
 }
 

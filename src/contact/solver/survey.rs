@@ -37,7 +37,11 @@ impl Extremes {
     }
 
     #[inline(always)]
-    pub fn add<S: Simd>(&mut self, highest_in_contact: Lanes<S>, lowest: Lanes<S>) {
+    pub fn add<S: Simd, const R: usize>(
+        &mut self,
+        highest_in_contact: Lanes<S, R>,
+        lowest: Lanes<S, R>,
+    ) {
         self.highest_in_contact = self.highest_in_contact.max(highest_in_contact.highest());
         self.lowest = self.lowest.min(lowest.lowest());
     }
@@ -61,7 +65,12 @@ impl Survey {
 
     /// Adds a row of gaps but to their sum, and of numbers that are marked where there is pressure.
     #[inline(always)]
-    pub fn add<S: Simd>(&mut self, simd: S, gap: &[S::f32s], carry: &[S::f32s]) {
+    pub fn add<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        gap: &[[S::f32s; R]],
+        carry: &[[S::f32s; R]],
+    ) {
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
         let mut nodes = zero;
         let mut highest = Lanes::all(simd, -f32::MAX);

@@ -1,6 +1,6 @@
 //! Fourier sums of a few terms, in registers.
 
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::super::Real;
 use super::super::registers::Registers;
@@ -134,8 +134,7 @@ fn four<R: Registers>(r: R, [a, b, c, d]: [Complex<R::Lanes>; 4]) -> [Complex<R:
 
 #[inline(always)]
 fn five<R: Registers>(r: R, [a, b, c, d, e]: [Complex<R::Lanes>; 5]) -> [Complex<R::Lanes>; 5] {
-    let (sin_1, cos_1) = (TAU / 5.0).sin_cos();
-    let (sin_2, cos_2) = (2.0 * TAU / 5.0).sin_cos();
+    let [[sin_1, cos_1], [sin_2, cos_2]] = FIFTHS;
     let (cos_1, cos_2) = (constant(r, cos_1), constant(r, cos_2));
     let (sin_1, sin_2) = (constant(r, sin_1), constant(r, sin_2));
     let (be, cd) = (plus(r, b, e), plus(r, c, d));
@@ -194,6 +193,12 @@ fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
         [x[k], x[4 + k], x[8 + k], x[12 + k]] = four(r, [a[k], b[k], c[k], d[k]]);
     }
 }
+
+/// Sine and cosine of one and of two fifths of a turn.
+const FIFTHS: [[f64; 2]; 2] = [
+    [0.951_056_516_295_153_5, 0.309_016_994_374_947_45],
+    [0.587_785_252_292_473_2, -0.809_016_994_374_947_3],
+];
 
 /// Sine and cosine of so many sixteenths of a turn.
 const SIXTEENTHS: [(f64, f64); 10] = {

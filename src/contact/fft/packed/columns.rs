@@ -32,7 +32,7 @@ impl<T: Real> Columns<T> {
             (0..lanes).map(move |p| TAU * (block + p * blocks) as f64 / length as f64)
         };
         let turns = (0..blocks).flat_map(|block| {
-            let (cos, sin) = (angles(block).map(f64::cos), angles(block).map(f64::sin));
+            let (cos, sin) = (angles(block).map(libm::cos), angles(block).map(libm::sin));
             cos.chain(sin)
         });
         Some(Self {

@@ -197,8 +197,8 @@ fn twiddles<T: Real>(length: usize, radix: usize, width: usize) -> Aligned<T> {
         for q in 1..radix {
             let angles =
                 (first..first + width).map(|j| -TAU * (j * q % length) as f64 / length as f64);
-            twiddles.extend(angles.clone().map(|angle| T::nearest(angle.cos())));
-            twiddles.extend(angles.map(|angle| T::nearest(angle.sin())));
+            twiddles.extend(angles.clone().map(|angle| T::nearest(libm::cos(angle))));
+            twiddles.extend(angles.map(|angle| T::nearest(libm::sin(angle))));
         }
     }
     twiddles.into_iter().collect()

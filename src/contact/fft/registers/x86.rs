@@ -1,27 +1,12 @@
-//! AVX2 with fused multiplication, and AVX-512.
+//! AVX-512, and AVX2 with fused multiplication, two of whose registers make one.
 
 use std::arch::x86_64::{__m256, __m256d, __m512, __m512d};
 
+use pulp::NullaryFnOnce;
 use pulp::bytemuck::cast;
 use pulp::x86::{V3, V4};
-use pulp::{NullaryFnOnce, Simd};
 
-use super::{Registers, Vectorize, Work};
-
-/// What the processor was found to have.
-#[derive(Debug, Clone, Copy)]
-pub enum InstructionSet {
-    Avx512(V4),
-    Avx2(V3),
-}
-
-impl InstructionSet {
-    /// All that the processor has, the widest first.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let avx512 = V4::try_new().map(Self::Avx512);
-        avx512.into_iter().chain(V3::try_new().map(Self::Avx2))
-    }
-}
+use super::{Registers, Work};
 
 #[derive(Clone, Copy)]
 struct Single<S>(S);
@@ -40,7 +25,6 @@ macro_rules! registers {
         impl Registers for $registers {
             type Number = $number;
             type Lanes = $lanes;
-            const LANES: usize = size_of::<$lanes>() / size_of::<$number>();
 
             #[inline(always)]
             fn splat(self, value: $number) -> $lanes {
@@ -92,13 +76,75 @@ registers!(
     avx512f { _mm512_fmadd_pd, _mm512_fnmadd_pd },
     zip_8_wide
 );
-registers!(
+
+/// Pairs of registers by the names of their intrinsics.
+macro_rules! pairs {
+    (
+        $registers:ty: $half:ty as $number:ty,
+        $set:ident { $splat:ident, $add:ident, $sub:ident, $mul:ident },
+        $fused:ident { $add_product:ident, $sub_product:ident },
+        $zip:ident
+    ) => {
+        impl Registers for $registers {
+            type Number = $number;
+            type Lanes = [$half; 2];
+
+            #[inline(always)]
+            fn splat(self, value: $number) -> [$half; 2] {
+                [self.0.$set.$splat(value); 2]
+            }
+
+            #[inline(always)]
+            fn add(self, a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
+                let set = self.0.$set;
+                [set.$add(a[0], b[0]), set.$add(a[1], b[1])]
+            }
+
+            #[inline(always)]
+            fn sub(self, a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
+                let set = self.0.$set;
+                [set.$sub(a[0], b[0]), set.$sub(a[1], b[1])]
+            }
+
+            #[inline(always)]
+            fn mul(self, a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
+                let set = self.0.$set;
+                [set.$mul(a[0], b[0]), set.$mul(a[1], b[1])]
+            }
+
+            #[inline(always)]
+            fn add_product(self, c: [$half; 2], a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
+                let set = self.0.$fused;
+                [
+                    set.$add_product(a[0], b[0], c[0]),
+                    set.$add_product(a[1], b[1], c[1]),
+                ]
+            }
+
+            #[inline(always)]
+            fn sub_product(self, c: [$half; 2], a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
+                let set = self.0.$fused;
+                [
+                    set.$sub_product(a[0], b[0], c[0]),
+                    set.$sub_product(a[1], b[1], c[1]),
+                ]
+            }
+
+            #[inline(always)]
+            fn zip(self, a: [$half; 2], b: [$half; 2]) -> [[$half; 2]; 2] {
+                [$zip(self.0, a[0], b[0]), $zip(self.0, a[1], b[1])]
+            }
+        }
+    };
+}
+
+pairs!(
     Single<V3>: __m256 as f32,
     avx { _mm256_set1_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps },
     fma { _mm256_fmadd_ps, _mm256_fnmadd_ps },
     zip_8
 );
-registers!(
+pairs!(
     Double<V3>: __m256d as f64,
     avx { _mm256_set1_pd, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd },
     fma { _mm256_fmadd_pd, _mm256_fnmadd_pd },
@@ -157,34 +203,18 @@ impl<R: Registers, W: Work<R::Number>> NullaryFnOnce for Run<W, R> {
     }
 }
 
-impl Vectorize for f32 {
-    fn vectorize(instructions: InstructionSet, work: impl Work<Self>) {
-        match instructions {
-            InstructionSet::Avx512(v) => v.vectorize(Run(work, Single(v))),
-            InstructionSet::Avx2(v) => v.vectorize(Run(work, Single(v))),
-        }
-    }
-
-    fn lanes(instructions: InstructionSet) -> usize {
-        match instructions {
-            InstructionSet::Avx512(_) => V4::F32_LANES,
-            InstructionSet::Avx2(_) => V3::F32_LANES,
-        }
-    }
+pub fn single_512(v: V4, work: impl Work<f32>) {
+    v.vectorize(Run(work, Single(v)));
 }
 
-impl Vectorize for f64 {
-    fn vectorize(instructions: InstructionSet, work: impl Work<Self>) {
-        match instructions {
-            InstructionSet::Avx512(v) => v.vectorize(Run(work, Double(v))),
-            InstructionSet::Avx2(v) => v.vectorize(Run(work, Double(v))),
-        }
-    }
+pub fn single_256(v: V3, work: impl Work<f32>) {
+    v.vectorize(Run(work, Single(v)));
+}
 
-    fn lanes(instructions: InstructionSet) -> usize {
-        match instructions {
-            InstructionSet::Avx512(_) => V4::F64_LANES,
-            InstructionSet::Avx2(_) => V3::F64_LANES,
-        }
-    }
+pub fn double_512(v: V4, work: impl Work<f64>) {
+    v.vectorize(Run(work, Double(v)));
+}
+
+pub fn double_256(v: V3, work: impl Work<f64>) {
+    v.vectorize(Run(work, Double(v)));
 }

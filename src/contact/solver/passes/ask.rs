@@ -1,9 +1,9 @@
 //! Begins a search: from a gap and its pressure to what the first correction is to close.
 
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 use super::super::flags::marked;
-use super::super::lanes::{Lanes, Pass, sum_by};
+use super::super::lanes::{Lanes, Pass, REST, split_mut, sum_by};
 use super::base::Base;
 use super::update_gap::{GapUpdate, Seen};
 use crate::contact::fft::Row;
@@ -37,18 +37,18 @@ pub struct Onwards<'a> {
 
 impl Pass<f32> for Ask<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let pressure = row.of_mut(self.pressure);
         let gap = row.of_mut(self.gap);
         let carry = row.of_mut(self.carry);
         if let Some(onwards) = &mut self.onwards {
             let earlier = row.of_mut(onwards.earlier_pressure);
             extrapolate(onwards.reach, pressure, earlier);
-            let (gap, last_gap) = S::as_mut_simd_f32s(gap);
+            let (gap, last_gap) = split_mut::<S, R>(gap);
             let earlier = row.of_mut(onwards.earlier_gap);
-            let (earlier, last_earlier) = S::as_mut_simd_f32s(earlier);
+            let (earlier, last_earlier) = split_mut::<S, R>(earlier);
             extrapolate_single(simd, onwards.reach, gap, earlier);
-            extrapolate_single(Scalar, onwards.reach, last_gap, last_earlier);
+            extrapolate_single(REST, onwards.reach, last_gap, last_earlier);
             for (carry, p) in carry.iter_mut().zip(&*pressure) {
                 *carry = marked(0.0, false, *p > 0.0);
             }
@@ -59,7 +59,7 @@ impl Pass<f32> for Ask<'_> {
         self.base_sum += sum_by(base, base, |base, _| f64::from(base));
         values.fill(0.0);
         self.response
-            .ask_row(simd, values, gap, carry, &mut self.seen);
+            .ask_row::<S, R>(simd, values, gap, carry, &mut self.seen);
     }
 }
 
@@ -80,7 +80,12 @@ fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
 }
 
 #[inline(always)]
-fn extrapolate_single<S: Simd>(simd: S, reach: f64, last: &mut [S::f32s], earlier: &mut [S::f32s]) {
+fn extrapolate_single<S: Simd, const R: usize>(
+    simd: S,
+    reach: f64,
+    last: &mut [[S::f32s; R]],
+    earlier: &mut [[S::f32s; R]],
+) {
     let reach = Lanes::all(simd, reach as f32);
     for (last, earlier) in last.iter_mut().zip(earlier) {
         let now = Lanes::of(simd, *last);

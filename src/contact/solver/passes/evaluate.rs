@@ -1,9 +1,9 @@
 //! From pressure to gap, in double precision: the way to the displacement, and the way back.
 
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 use super::super::flags::{FREE, PRESSED, has, mark, marked};
-use super::super::lanes::{Lanes, Pass, greater, sum_by, weight};
+use super::super::lanes::{Lanes, Pass, REST, greater, split, split_mut, sum_by, weight};
 use super::super::survey::Survey;
 use super::base::Base;
 use super::sample::Sample;
@@ -18,7 +18,7 @@ pub struct Depart<'a> {
 
 impl Pass<f64> for Depart<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: Row, values: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         values.copy_from_slice(row.of(self.pressure));
         for (carry, p) in row.of_mut(self.carry).iter_mut().zip(values) {
             *carry = marked(0.0, false, *p > 0.0);
@@ -37,7 +37,7 @@ pub struct Settle<'a> {
 
 impl Pass<f64> for Settle<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: Row, values: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         let pressure = row.of_mut(self.pressure);
         join(self.scale, self.base.row(row), row.of(self.rise), pressure);
         values.copy_from_slice(pressure);
@@ -60,7 +60,7 @@ pub struct Join<'a> {
 
 impl Pass<f64> for Join<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         join(self.factor, self.base.row(row), row.of(self.rise), pressure);
     }
 }
@@ -74,7 +74,7 @@ pub struct Withdraw<'a> {
 
 impl Pass<f64> for Withdraw<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
             let last_move = weight::<f64>(has(*carry, FREE)) * f64::from(*carry);
             // Rounding must not leave a pressure below zero.
@@ -96,15 +96,15 @@ pub struct Arrive<'a> {
 
 impl Pass<f64> for Arrive<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let gap = row.of_mut(self.gap);
         above(values, row.of(self.heights), self.reference, gap);
         let carry = row.of(self.carry);
         self.survey.contact_sum += contact_sum(values, carry);
-        let (gap, last_gap) = S::as_simd_f32s(gap);
-        let (carry, last_carry) = S::as_simd_f32s(carry);
+        let (gap, last_gap) = split::<S, R>(gap);
+        let (carry, last_carry) = split::<S, R>(carry);
         self.survey.add(simd, gap, carry);
-        self.survey.add(Scalar, last_gap, last_carry);
+        self.survey.add(REST, last_gap, last_carry);
     }
 }
 
@@ -153,25 +153,23 @@ pub struct Landing {
 
 impl Pass<f64> for Land<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let heights = row.of(self.heights);
         above(values, heights, self.reference, &mut self.found);
         {
-            let (found, last_found) = S::as_mut_simd_f32s(&mut self.found);
-            let (gap, last_gap) = S::as_mut_simd_f32s(row.of_mut(self.gap));
+            let (found, last_found) = split_mut::<S, R>(&mut self.found);
+            let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
             let carry = row.of_mut(self.carry);
             self.landing.survey.contact_sum += contact_sum(values, carry);
-            let (carry, last_carry) = S::as_mut_simd_f32s(carry);
-            let (base, last_base) = S::as_simd_f32s(self.base.row(row));
-            let (rise, last_rise) = S::as_simd_f32s(row.of(self.rise));
+            let (carry, last_carry) = split_mut::<S, R>(carry);
+            let (base, last_base) = split::<S, R>(self.base.row(row));
+            let (rise, last_rise) = split::<S, R>(row.of(self.rise));
             let landing = &mut self.landing;
             landing.survey.add(simd, found, carry);
-            landing.survey.add(Scalar, last_found, last_carry);
+            landing.survey.add(REST, last_found, last_carry);
             landing.finish(simd, found, gap, carry, base, rise);
             if !last_found.is_empty() {
-                landing.finish(
-                    Scalar, last_found, last_gap, last_carry, last_base, last_rise,
-                );
+                landing.finish(REST, last_found, last_gap, last_carry, last_base, last_rise);
             }
         }
         self.sample.keep(row, &self.found);
@@ -181,14 +179,14 @@ impl Pass<f64> for Land<'_> {
 impl Landing {
     /// Takes the gaps that were `found` over, and turns them into displacements under the move.
     #[inline(always)]
-    fn finish<S: Simd>(
+    fn finish<S: Simd, const R: usize>(
         &mut self,
         simd: S,
-        found: &mut [S::f32s],
-        gap: &mut [S::f32s],
-        carry: &mut [S::f32s],
-        base: &[S::f32s],
-        rise: &[S::f32s],
+        found: &mut [[S::f32s; R]],
+        gap: &mut [[S::f32s; R]],
+        carry: &mut [[S::f32s; R]],
+        base: &[[S::f32s; R]],
+        rise: &[[S::f32s; R]],
     ) {
         let scaling = Lanes::all(simd, self.scale - 1.0);
         let reference_rise = Lanes::all(simd, self.reference_rise);

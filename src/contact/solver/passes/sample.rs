@@ -115,7 +115,7 @@ impl<'a> Peek<'a> {
 
 impl Pass<f32> for Peek<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, _: S, row: Row, values: &mut [f32]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
         for (value, carry) in values.iter_mut().zip(carry) {
             *value *= weight::<f32>(has(*carry, FREE));

@@ -1,9 +1,9 @@
 //! From the displacement under a move to the gap after it, and to what is asked of the next.
 
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 use super::super::flags::{FREE, PRESSED, mark};
-use super::super::lanes::{Lanes, Pass};
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
 use super::super::survey::Extremes;
 use super::sample::Sample;
 use crate::contact::fft::Row;
@@ -55,18 +55,18 @@ impl Seen {
 
 impl Pass<f32> for UpdateGap<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let response = self.response;
         {
-            let (values, last_values) = S::as_mut_simd_f32s(values);
-            let (gap, last_gap) = S::as_mut_simd_f32s(row.of_mut(self.gap));
-            let (heights, last_heights) = S::as_simd_f32s(row.of(self.heights));
+            let (values, last_values) = split_mut::<S, R>(values);
+            let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
+            let (heights, last_heights) = split::<S, R>(row.of(self.heights));
             response.shift(simd, values, gap, heights);
-            response.shift(Scalar, last_values, last_gap, last_heights);
+            response.shift(REST, last_values, last_gap, last_heights);
         }
         self.sample.keep(row, values);
         let (gap, carry) = (row.of(self.gap), row.of_mut(self.carry));
-        response.ask_row(simd, values, gap, carry, &mut self.seen);
+        response.ask_row::<S, R>(simd, values, gap, carry, &mut self.seen);
     }
 }
 
@@ -86,12 +86,12 @@ impl GapUpdate {
 
     /// Moves gaps, and turns displacements into those under the whole move.
     #[inline(always)]
-    fn shift<S: Simd>(
+    fn shift<S: Simd, const R: usize>(
         self,
         simd: S,
-        values: &mut [S::f32s],
-        gap: &mut [S::f32s],
-        heights: &[S::f32s],
+        values: &mut [[S::f32s; R]],
+        gap: &mut [[S::f32s; R]],
+        heights: &[[S::f32s; R]],
     ) {
         let on_move = Lanes::all(simd, self.on_move);
         let on_pressure = Lanes::all(simd, self.on_pressure);
@@ -107,7 +107,7 @@ impl GapUpdate {
 
     /// Turns a row of displacements into what the next correction is to close.
     #[inline(always)]
-    pub fn ask_row<S: Simd>(
+    pub fn ask_row<S: Simd, const R: usize>(
         self,
         simd: S,
         values: &mut [f32],
@@ -115,22 +115,22 @@ impl GapUpdate {
         carry: &mut [f32],
         seen: &mut Seen,
     ) {
-        let (values, last_values) = S::as_mut_simd_f32s(values);
-        let (gap, last_gap) = S::as_simd_f32s(gap);
-        let (carry, last_carry) = S::as_mut_simd_f32s(carry);
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (gap, last_gap) = split::<S, R>(gap);
+        let (carry, last_carry) = split_mut::<S, R>(carry);
         self.ask(simd, values, gap, carry, seen);
         if !last_values.is_empty() {
-            self.ask(Scalar, last_values, last_gap, last_carry, seen);
+            self.ask(REST, last_values, last_gap, last_carry, seen);
         }
     }
 
     #[inline(always)]
-    fn ask<S: Simd>(
+    fn ask<S: Simd, const R: usize>(
         self,
         simd: S,
-        values: &mut [S::f32s],
-        gap: &[S::f32s],
-        carry: &mut [S::f32s],
+        values: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        carry: &mut [[S::f32s; R]],
         seen: &mut Seen,
     ) {
         let offset = Lanes::all(simd, self.offset);

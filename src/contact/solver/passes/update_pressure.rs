@@ -1,9 +1,9 @@
 //! From correction to move.
 
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 use super::super::flags::{FREE, mark};
-use super::super::lanes::{Lanes, Pass, sum_by};
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_by};
 use super::base::Base;
 use crate::contact::fft::Row;
 
@@ -48,13 +48,13 @@ pub struct UpdatePressure<'a> {
 
 impl Pass<f32> for UpdatePressure<'_> {
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let (values, last_values) = S::as_mut_simd_f32s(values);
-        let (base, last_base) = S::as_simd_f32s(self.base.row(row));
-        let (rise, last_rise) = S::as_mut_simd_f32s(row.of_mut(self.rise));
-        let (carry, last_carry) = S::as_mut_simd_f32s(row.of_mut(self.carry));
-        let (gap, last_gap) = S::as_simd_f32s(row.of(self.gap));
-        let (heights, last_heights) = S::as_simd_f32s(row.of(self.heights));
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (base, last_base) = split::<S, R>(self.base.row(row));
+        let (rise, last_rise) = split_mut::<S, R>(row.of_mut(self.rise));
+        let (carry, last_carry) = split_mut::<S, R>(row.of_mut(self.carry));
+        let (gap, last_gap) = split::<S, R>(row.of(self.gap));
+        let (heights, last_heights) = split::<S, R>(row.of(self.heights));
         let direction = self.direction;
         direction.follow(
             simd,
@@ -68,7 +68,7 @@ impl Pass<f32> for UpdatePressure<'_> {
         );
         if !last_values.is_empty() {
             direction.follow(
-                Scalar,
+                REST,
                 last_values,
                 last_base,
                 last_rise,
@@ -131,15 +131,15 @@ impl Direction {
 
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "a row of each map")]
-    fn follow<S: Simd>(
+    fn follow<S: Simd, const R: usize>(
         self,
         simd: S,
-        values: &mut [S::f32s],
-        base: &[S::f32s],
-        rise: &mut [S::f32s],
-        carry: &mut [S::f32s],
-        gap: &[S::f32s],
-        heights: &[S::f32s],
+        values: &mut [[S::f32s; R]],
+        base: &[[S::f32s; R]],
+        rise: &mut [[S::f32s; R]],
+        carry: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        heights: &[[S::f32s; R]],
         sums: &mut Sums,
     ) {
         let of_pressure = Lanes::all(simd, self.of_pressure);

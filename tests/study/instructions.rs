@@ -1,0 +1,69 @@
+//! Vector instructions: whichever compute a study, its tables have the same bytes.
+
+use crate::bench::{Bench, assert_same_files, text};
+
+/// Meshes of both kinds of transform, rows that fill no register, and tolerances of both kinds of
+/// search.
+const MESHES: &str = r#"
+[study]
+name = "meshes"
+
+[stage.surfaces]
+kind = "generate"
+nodes = [50, 64, 96]
+hurst = 0.7
+k_lower = 2
+k_upper = 20
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+loads = [1e-9, 0.001, 0.02, 0.3, 1.0]
+
+[stage.tight]
+kind = "solve"
+from = "surfaces"
+loads = [0.01, 0.2]
+tolerance = 1e-8
+
+[stage.area]
+kind = "measure"
+from = ["contact", "tight"]
+"#;
+
+/// The sets that this processor has, as the refusal of an unknown one names them.
+fn there_are() -> Vec<String> {
+    let bench = Bench::new();
+    let path = bench.write(MESHES);
+    let refused = bench
+        .asperity(&["check", path.to_str().unwrap()])
+        .env("ASPERITY_SIMD", "none")
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let message = text(&refused.stderr);
+    let (_, names) = message.split_once("this processor has ").expect(&message);
+    let names = names.split('`').skip(1).step_by(2);
+    names.map(str::to_owned).collect()
+}
+
+#[test]
+fn every_set_of_instructions_computes_the_same_bytes() {
+    let files = |name: &String| {
+        let bench = Bench::new();
+        let path = bench.write(MESHES);
+        let run = bench
+            .asperity(&["run", path.to_str().unwrap()])
+            .env("ASPERITY_SIMD", name)
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{name}: {}", text(&run.stderr));
+        bench.files()
+    };
+    let all = there_are();
+    assert_eq!(all.last().map(String::as_str), Some("portable"));
+    let all: Vec<_> = all.iter().map(files).collect();
+    for pair in all.windows(2) {
+        assert_same_files(&pair[0], &pair[1]);
+    }
+}
