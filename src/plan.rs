@@ -9,11 +9,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::ensemble::Point;
 use crate::names;
-use crate::stages::{Kind, Reach, Recipe, Work};
+use crate::stages::{Reach, Recipe, Work};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
 use crate::store::table::{Table, TableError};
 use crate::study::{Stage, Study};
+
+pub use crate::stages::Kind;
 
 /// The tasks of a study, inputs before the tasks that read them.
 #[derive(Debug)]
@@ -32,7 +34,7 @@ pub struct Task {
     /// Its name in the store.
     pub key: TaskKey,
     /// How to compute it.
-    pub recipe: Recipe,
+    pub(crate) recipe: Recipe,
     /// The tasks whose tables it reads, in order.
     pub inputs: Vec<usize>,
     /// What later keys are built on: the key of the recipe's identity.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::contact::topography::random::RandomSurface;
 use crate::decimal;
+use crate::stages::generate::growth::PlannedSurfaces;
 use crate::stages::{Recipe, generate, solve};
 
 fn folder() -> PathBuf {
