@@ -30,63 +30,65 @@
 
 // What is to be told goes to an observer or into a result: others than terminals call this.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
+#![warn(unnameable_types)]
 
-pub mod names;
+pub(crate) mod names;
 
-pub mod manifest;
+pub(crate) mod manifest;
 
-pub mod written;
+pub(crate) mod written;
 
 pub mod study;
 
-pub mod ensemble;
+pub(crate) mod ensemble;
 
 pub mod plan;
 
-pub mod worklist;
+pub(crate) mod worklist;
 
-pub mod adaptive_sampling;
+pub(crate) mod adaptive_sampling;
 
-pub mod reasons;
+pub(crate) mod reasons;
 
-pub mod runner;
+pub(crate) mod runner;
 
-pub mod results;
+pub(crate) mod results;
 
-pub mod failures;
+pub(crate) mod failures;
 
-pub mod caveats;
+pub(crate) mod caveats;
 
-pub mod claims;
+pub(crate) mod claims;
 
-pub mod report;
+pub(crate) mod report;
 
 pub mod session;
 
-pub mod data_folder;
+pub(crate) mod data_folder;
 
-pub mod verify;
+pub(crate) mod verify;
 
-pub mod prune;
+pub(crate) mod prune;
 
-pub mod figures;
+pub(crate) mod figures;
 
-pub mod stages;
+pub(crate) mod stages;
 
+#[allow(unnameable_types, reason = "sealed: what numbers transforms are for")]
 pub mod contact;
 
 pub mod fitting;
 
 pub mod store;
 
-pub mod surface_files;
+pub(crate) mod surface_files;
 
-pub mod diagnostics;
+pub(crate) mod diagnostics;
 
-pub mod decimal;
+pub(crate) mod decimal;
 
-pub mod cost;
+pub(crate) mod cost;
 
-pub mod memory;
+pub(crate) mod memory;
 
 pub mod cli;

@@ -6,15 +6,17 @@
 //! written, or not at all: its file holds a digest of its bytes and the recipe that its key
 //! follows from.
 
-pub mod cells;
+pub(crate) mod cells;
 pub mod column;
-pub mod files;
+pub(crate) mod files;
 pub mod key;
-pub mod listing;
-pub mod lock;
+pub(crate) mod listing;
+pub(crate) mod lock;
 pub mod parquet;
 pub mod provenance;
 pub mod table;
+/// For tests, which leave files as an ended process would.
+#[doc(hidden)]
 pub mod writer;
 
 use std::collections::BTreeMap;
