@@ -7,6 +7,15 @@ use crate::store::{Store, StoreError};
 
 /// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, and in
 /// `plans/` what studies were when they last ran. It need not exist.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use asperity::session::DataFolder;
+///
+/// let table = DataFolder::new("data").table("quickstart", "curves");
+/// assert_eq!(table, Path::new("data/results/quickstart/curves.parquet"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DataFolder(PathBuf);
 

@@ -211,7 +211,7 @@ impl Session<'_> {
         self.tables()?.table(name)
     }
 
-    /// What the last runs could not compute, a row each ([`crate::failures`]).
+    /// What the last runs could not compute, a row each: its task, why, and what computes it alone.
     ///
     /// # Errors
     /// When the table is damaged.

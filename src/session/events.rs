@@ -42,7 +42,7 @@ pub enum Event<'a> {
     Finished(usize),
     /// All that was begun has ended, one way or the other.
     Ended,
-    /// Tasks could not be computed: rows of the table of failures ([`crate::failures`]).
+    /// Tasks could not be computed: rows of the table of failures.
     Failed(&'a Table),
 }
 

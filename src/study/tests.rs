@@ -218,6 +218,14 @@ fn surfaces(text: &str) -> Vec<(u32, RandomSurface)> {
 }
 
 #[test]
+fn a_study_has_the_surfaces_of_all_its_points() {
+    let text = surface("nodes = 64\nk_lower = [1, 2]\nk_upper = 16\nrealizations = 3\n");
+    let study = study(&text);
+    assert_eq!(study.surfaces(), 6);
+    assert_eq!(crate::plan::Plan::of(&study).tasks.len(), 6);
+}
+
+#[test]
 fn the_plateau_ends_at_the_lower_cutoff_and_the_seed_is_the_studys() {
     let found = surfaces(&surface("nodes = 64\nk_lower = 2\nk_upper = 32\n"));
     assert_eq!(found[0].1.spectrum.k_rolloff, 2);
