@@ -52,7 +52,7 @@ pub struct AdaptiveStage {
     /// How many surfaces a point has.
     pub surfaces: u32,
     /// Until when there will be more.
-    pub growth: Arc<Growth>,
+    pub(crate) growth: Arc<Growth>,
     /// Whether there will.
     pub condition: Condition,
     position: usize,

@@ -29,7 +29,7 @@ mod steps;
 mod surfaces;
 
 pub use evidence::Evidence;
-pub use setting::{LeftOut, Setting};
+pub use setting::Setting;
 
 use intervals::Bound;
 

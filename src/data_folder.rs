@@ -2,10 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::results;
 use crate::store::{Store, StoreError};
 
 /// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, and in
 /// `plans/` what studies were when they last ran. It need not exist.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use asperity::session::DataFolder;
+///
+/// let table = DataFolder::new("data").table("quickstart", "curves");
+/// assert_eq!(table, Path::new("data/results/quickstart/curves.parquet"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DataFolder(PathBuf);
 
@@ -33,6 +43,11 @@ impl DataFolder {
     /// Tables of one study's stages.
     pub fn results_of(&self, study: &str) -> PathBuf {
         self.results().join(study)
+    }
+
+    /// The table of one stage of a study, whether it is there or not.
+    pub fn table(&self, study: &str, stage: &str) -> PathBuf {
+        results::path(&self.results(), study, stage)
     }
 
     /// What studies were when they last ran.

@@ -1,92 +1,96 @@
-//! Statistical studies of rough contact.
+//! Statistical studies of rough contact: surfaces are drawn or read, pressed from first touch to full
+//! contact with an FFT boundary-element solver, measured, corrected, fitted and aggregated. A study
+//! is one TOML manifest; each of its stages becomes a table, and nothing is computed twice.
 //!
-//! A researcher writes a **manifest**: surfaces to generate, loads to press them with, what to
-//! measure, correct, fit and aggregate. This crate computes what it asks for, keeps every
-//! intermediate table, and computes nothing twice. The story, in the order in which data flows:
+//! What a program meets first:
 //!
-//! 1. [`manifest`] – what the user wrote, key by key, list by list; [`written`] reads one table.
-//! 2. [`study`] – the same with every value checked: past it nobody checks again.
-//! 3. [`plan`] – the tasks, each named by a key that holds everything that decides its table.
-//! 4. [`runner`] – computes what the [`store`] lacks, one surface to a core.
-//! 5. [`results`] – one tidy Parquet table per stage, for polars, pandas or DuckDB; whoever only
-//!    looks is [`results::reading`] them and writes nothing.
-//! 6. [`claims`] – what the 2015 paper says, put to those tables.
-//! 7. [`report`] – a page to look at, and the figures for a paper.
+//! | for | there is |
+//! |---|---|
+//! | a manifest and its data: check, plan, run, read, ask in SQL, report | [`session::Session`] |
+//! | a manifest's text and its tasks, before anything is computed | [`study::Study`], [`plan::Plan`] |
+//! | tables, their columns and files | [`store::table::Table`], [`store::parquet`] |
+//! | where nodes lie | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
+//! | heights: drawn, of a simple shape, from a file, any | [`RandomSurface`](contact::topography::random::RandomSurface), [`Shape`](contact::topography::shapes::Shape), [`read_npy`](contact::topography::measured::read_npy), [`Surface`](contact::topography::surface::Surface) |
+//! | what heights are like | [`Descriptors`](contact::topography::descriptors::Descriptors), [`Moments`](contact::topography::moments::Moments) |
+//! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`](contact::elasticity::PeriodicHalfSpace) |
+//! | what contact looks like | [`ContactMap`](contact::morphology::map::ContactMap), [`ContactArea`](contact::morphology::area::ContactArea), [`Clusters`](contact::morphology::clusters::Clusters) |
+//! | what it should be | [`persson`](contact::theory::persson), [`Asperities`](contact::theory::models::asperities::Asperities), [`ContactEvolution`](contact::theory::law::ContactEvolution) |
+//! | laws fitted to curves of many surfaces | [`fitting`] |
 //!
-//! A program that works with studies asks a [`session`], as the command line does.
+//! A surface under a few loads, in units of E* × its rms slope, which is one here:
 //!
-//! [`verify`] looks whether all that is on disk is as it was written, [`prune`] finds what nobody
-//! needs any more.
+//! ```
+//! use asperity::contact::elasticity::PeriodicHalfSpace;
+//! use asperity::contact::grid::Grid;
+//! use asperity::contact::morphology::{area::ContactArea, map::ContactMap};
+//! use asperity::contact::solver::{Settings, Solver, Stop};
+//! use asperity::contact::topography::random::{Amplitude, RandomSurface};
+//! use asperity::contact::topography::spectrum::Spectrum;
 //!
-//! [`adaptive_sampling`] finds out how many surfaces a mean needs, [`reasons`] why tasks would run,
-//! [`caveats`] beside which surfaces theories do not belong.
+//! let grid = Grid::square(64, 1.0)?;
+//! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16 };
+//! let amplitude = Amplitude::Gaussian;
+//! let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
+//! let mut solver = Solver::new(PeriodicHalfSpace::new(grid), surface.draw(grid).heights());
+//! let mut lighter = 0.0;
+//! for load in [0.01, 0.05, 0.1] {
+//!     let outcome = solver.press(load, &Settings::default(), &|| false);
+//!     assert_eq!(outcome.stop, Stop::Converged);
+//!     let map = ContactMap::of_pressures(grid.nodes(), solver.pressure());
+//!     let contact = ContactArea::of(&map);
+//!     println!("{load}: {} {}", contact.fraction(), contact.manhattan_perimeter(grid));
+//!     assert!(contact.fraction() > lighter);
+//!     lighter = contact.fraction();
+//! }
+//! # Ok::<(), asperity::contact::grid::GridError>(())
+//! ```
 //!
-//! What a task does is said in [`stages`], the physics in [`contact`], the statistics in
-//! [`fitting`]. `contact` and `fitting` know no files, `store` knows no physics; `stages`
-//! introduces them to each other.
+//! Modules that are not here are the crate's own: `docs/architecture.md` has all of them, and which
+//! uses which.
 //!
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
 
 // What is to be told goes to an observer or into a result: others than terminals call this.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
+// What something public returns has a public name, too.
+#![warn(unnameable_types)]
 
-pub mod names;
-
-pub mod manifest;
-
-pub mod written;
-
+#[allow(
+    unnameable_types,
+    reason = "sealed: the numbers that transforms are for"
+)]
+pub mod contact;
+pub mod fitting;
+pub mod plan;
+pub mod session;
+pub mod store;
 pub mod study;
 
-pub mod ensemble;
-
-pub mod plan;
-
-pub mod worklist;
-
-pub mod adaptive_sampling;
-
-pub mod reasons;
-
-pub mod runner;
-
-pub mod results;
-
-pub mod failures;
-
-pub mod caveats;
-
-pub mod claims;
-
-pub mod report;
-
-pub mod session;
-
-pub mod data_folder;
-
-pub mod verify;
-
-pub mod prune;
-
-pub mod figures;
-
-pub mod stages;
-
-pub mod contact;
-
-pub mod fitting;
-
-pub mod store;
-
-pub mod surface_files;
-
-pub mod diagnostics;
-
-pub mod decimal;
-
-pub mod cost;
-
-pub mod memory;
-
+/// The command: what it prints is for people, and no function of it for programs.
+#[doc(hidden)]
 pub mod cli;
+
+mod adaptive_sampling;
+mod caveats;
+mod claims;
+mod cost;
+mod data_folder;
+mod decimal;
+mod diagnostics;
+mod ensemble;
+mod failures;
+mod figures;
+mod manifest;
+mod memory;
+mod names;
+mod prune;
+mod reasons;
+mod report;
+mod results;
+mod runner;
+mod stages;
+mod surface_files;
+mod verify;
+mod worklist;
+mod written;

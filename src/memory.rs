@@ -14,7 +14,7 @@ use crate::store::parquet::Columns;
 
 mod allowance;
 
-pub use allowance::{Allowance, TooLarge, of_machine};
+pub use allowance::{Allowance, TooLarge};
 
 /// What the program takes before it holds a surface.
 pub const PROGRAM: ByteSize = ByteSize::mib(64);

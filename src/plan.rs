@@ -9,13 +9,41 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::ensemble::Point;
 use crate::names;
-use crate::stages::{Kind, Reach, Recipe, Work};
+use crate::stages::{Reach, Recipe, Work};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::provenance::Provenance;
 use crate::store::table::{Table, TableError};
 use crate::study::{Stage, Study};
 
+pub use crate::stages::Kind;
+
 /// The tasks of a study, inputs before the tasks that read them.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use asperity::plan::Plan;
+/// use asperity::study::Study;
+///
+/// let manifest = |upper: &str| format!(r#"
+///     [study]
+///     name = "small"
+///     [stage.surfaces]
+///     kind = "generate"
+///     nodes = 32
+///     hurst = 0.8
+///     k_lower = 1
+///     k_upper = {upper}
+/// "#);
+/// let plan = |upper: &str| {
+///     Study::parse(&manifest(upper), "small.toml", Path::new("")).map(|study| Plan::of(&study))
+/// };
+/// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
+/// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);
+/// // What was planned before keeps its key, and so the table that is finished.
+/// assert!(more.task_of(few.tasks[0].key).is_some());
+/// # Ok::<(), asperity::study::ManifestErrors>(())
+/// ```
 #[derive(Debug)]
 pub struct Plan {
     /// The study's name.
@@ -32,14 +60,14 @@ pub struct Task {
     /// Its name in the store.
     pub key: TaskKey,
     /// How to compute it.
-    pub recipe: Recipe,
+    pub(crate) recipe: Recipe,
     /// The tasks whose tables it reads, in order.
     pub inputs: Vec<usize>,
     /// What later keys are built on: the key of the recipe's identity.
     identity: TaskKey,
     /// Nodes per side of the surface at hand.
     pub nodes: usize,
-    /// Rows about it, see [`Stage::rows`](crate::stages::Stage::rows).
+    /// Rows about one surface in its table, or in those that it pools.
     pub rows: usize,
 }
 
@@ -56,7 +84,7 @@ pub struct PlannedStage {
 
 impl PlannedStage {
     /// Those of its tasks of which this is true.
-    pub fn among(&self, is_so: &[bool]) -> Vec<usize> {
+    pub(crate) fn among(&self, is_so: &[bool]) -> Vec<usize> {
         let tasks = self.tasks.iter().zip(is_so);
         let tasks = tasks.filter(|(_, is_so)| **is_so);
         tasks.map(|(&task, _)| task).collect()
@@ -101,13 +129,13 @@ impl Plan {
     }
 
     /// The keys of a stage's tasks, in its order.
-    pub fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
+    pub(crate) fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
         let keys = stage.tasks.iter().map(|&task| self.tasks[task].key);
         keys.collect()
     }
 
     /// Whether this is the study of that name, and has a table of that name.
-    pub fn has_table(&self, study: &str, table: &str) -> bool {
+    pub(crate) fn has_table(&self, study: &str, table: &str) -> bool {
         let mut names = self.stages.iter().map(|stage| stage.name.as_str());
         self.study == study && (table == names::FAILURES || names.any(|name| name == table))
     }
@@ -143,7 +171,7 @@ impl Plan {
     }
 
     /// For every task, the tasks that read its table.
-    pub fn dependents(&self) -> Vec<Vec<usize>> {
+    pub(crate) fn dependents(&self) -> Vec<Vec<usize>> {
         let mut dependents = vec![Vec::new(); self.tasks.len()];
         for (task, reads) in self.tasks.iter().enumerate() {
             for &input in &reads.inputs {

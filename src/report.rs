@@ -182,13 +182,6 @@ pub fn write(
     })
 }
 
-/// Whether there is a figure of this name.
-pub fn has_figure(name: &str) -> bool {
-    figures::ALL
-        .iter()
-        .any(|definition| definition.name == name)
-}
-
 /// Draws one figure.
 fn draw(
     definition: &Definition,

@@ -23,6 +23,8 @@ use crate::surface_files::SurfaceFiles;
 
 mod outcome;
 mod room;
+#[cfg(test)]
+mod tests;
 
 pub use outcome::{Damage, RunOutcome, TaskError};
 use room::Room;

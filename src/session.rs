@@ -65,24 +65,23 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use crate::adaptive_sampling::SampledStudy;
-use crate::data_folder::DataFolder;
 use crate::prune;
 use crate::reasons::record::Record;
-use crate::report::Report;
-use crate::results::reading::{self, Reading};
+use crate::results::reading;
 use crate::store::Store;
 use crate::store::table::Table;
 use crate::store::writer::Moment;
 use crate::study::Study;
 
+pub use crate::data_folder::DataFolder;
+pub use crate::results::reading::{Reading, StageRows};
 pub use claims::StudyClaims;
 pub use columns::DescribedColumns;
 pub use error::{SessionError, UnknownName};
 pub use events::{Event, Notice, Observer};
 pub use options::{RunOptions, Selection};
-pub use report::ReportOptions;
-pub use run::{PreparedRun, RunReport};
+pub use report::{Bars, Report, ReportOptions};
+pub use run::{PreparedRun, RunReport, SampledStudy};
 pub use status::Status;
 pub use tables::Tables;
 
@@ -212,7 +211,7 @@ impl Session<'_> {
         self.tables()?.table(name)
     }
 
-    /// What the last runs could not compute, a row each ([`crate::failures`]).
+    /// What the last runs could not compute, a row each: its task, why, and what computes it alone.
     ///
     /// # Errors
     /// When the table is damaged.

@@ -6,7 +6,6 @@
 //! thread number.
 
 pub mod aggregate;
-#[expect(missing_docs, reason = "each column says what it means")]
 pub mod columns;
 pub mod correct;
 pub mod error;
@@ -67,7 +66,7 @@ impl Kind {
     ];
 
     /// What is known of a kind without its parameters.
-    pub fn definition(self) -> &'static Definition {
+    pub(crate) fn definition(self) -> &'static Definition {
         match self {
             Kind::Generate => &generate::STAGE,
             Kind::Solve => &solve::STAGE,

@@ -6,15 +6,17 @@
 //! written, or not at all: its file holds a digest of its bytes and the recipe that its key
 //! follows from.
 
-pub mod cells;
+pub(crate) mod cells;
 pub mod column;
-pub mod files;
+pub(crate) mod files;
 pub mod key;
-pub mod listing;
-pub mod lock;
+pub(crate) mod listing;
+pub(crate) mod lock;
 pub mod parquet;
 pub mod provenance;
 pub mod table;
+/// For tests, which leave files as an ended process would.
+#[doc(hidden)]
 pub mod writer;
 
 use std::collections::BTreeMap;
@@ -96,7 +98,7 @@ pub enum StoreError {
 
 impl StoreError {
     /// Whether no other table could be stored either.
-    pub fn concerns_all(&self) -> bool {
+    pub(crate) fn concerns_all(&self) -> bool {
         use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
         let everywhere = [
             PermissionDenied,
@@ -108,7 +110,7 @@ impl StoreError {
     }
 
     /// Whether computing the table again would help: it is damaged, or not there at all.
-    pub fn is_mendable(&self) -> bool {
+    pub(crate) fn is_mendable(&self) -> bool {
         match self {
             StoreError::Damaged { .. } => true,
             StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
@@ -179,7 +181,7 @@ impl Store {
     }
 
     /// Whether a damaged file of the task is in quarantine.
-    pub fn has_damaged(&self, key: TaskKey) -> bool {
+    pub(crate) fn has_damaged(&self, key: TaskKey) -> bool {
         let mut name = self.path(key).into_os_string();
         name.push(files::DAMAGED);
         Path::new(&name).is_file()
@@ -225,7 +227,7 @@ impl Store {
     ///
     /// # Errors
     /// When the disk is full, or the folder cannot be written.
-    pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
+    pub(crate) fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
         let path = self.path(provenance.key());
         let bytes = parquet::encode(table, &provenance.metadata());
         write_whole(&path, &bytes, Existing::Keep, &self.workshop())
@@ -242,7 +244,7 @@ impl Store {
     ///
     /// # Errors
     /// When the folder cannot be written.
-    pub fn quarantine(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
+    pub(crate) fn quarantine(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
         let path = self.path(key);
         let Some(quarantined) = files::quarantine(&path)? else {
             return Ok(None);

@@ -13,13 +13,14 @@ mod warnings;
 
 use std::path::Path;
 
-use crate::diagnostics::{ManifestErrors, Problem, Problems};
+use crate::diagnostics::Problems;
 use crate::manifest::Manifest;
 use crate::names;
 use crate::surface_files::{Recollection, SurfaceFiles, read_regular};
 
-pub use crate::stages::Work;
-pub use crate::stages::generate::growth::{Growth, Limit, PlannedSurfaces, Until};
+pub use crate::diagnostics::{ManifestErrors, Problem};
+pub(crate) use crate::stages::Work;
+pub(crate) use crate::stages::generate::growth::{Growth, Limit, Until};
 pub use warnings::Warning;
 
 /// Bytes of a manifest: far more than anybody writes.
@@ -33,7 +34,7 @@ pub struct Study {
     /// The stages, each after those that it reads, otherwise in the order of the manifest.
     pub stages: Vec<Stage>,
     /// The files of measured surfaces.
-    pub sources: SurfaceFiles,
+    pub(crate) sources: SurfaceFiles,
 }
 
 /// A stage of a study.
@@ -44,7 +45,7 @@ pub struct Stage {
     /// The stages that it reads: positions in [`Study::stages`], before its own.
     pub inputs: Vec<usize>,
     /// What it does.
-    pub work: Work,
+    pub(crate) work: Work,
 }
 
 impl Study {
@@ -61,7 +62,7 @@ impl Study {
     ///
     /// # Errors
     /// As [`Study::read`], if nothing is known of a file either.
-    pub fn read_recalling(
+    pub(crate) fn read_recalling(
         path: &Path,
         recall: impl FnOnce(&str) -> Recollection,
     ) -> Result<Study, ManifestErrors> {
@@ -78,6 +79,16 @@ impl Study {
                 SurfaceFiles::recalling(folder(path), recall(name)),
             )
         })
+    }
+
+    /// How many surfaces its stages draw or read; at first, where their number is yet to be found.
+    pub fn surfaces(&self) -> u64 {
+        let ensembles = self.stages.iter().flat_map(|stage| match &stage.work {
+            Work::Generate(ensembles) => ensembles.as_slice(),
+            Work::Evaluate(_) => &[],
+        });
+        let surfaces = ensembles.map(|ensemble| u64::from(ensemble.realizations));
+        surfaces.sum()
     }
 
     /// Whether numbers of surfaces are yet to be found.

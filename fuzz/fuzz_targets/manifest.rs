@@ -4,8 +4,8 @@
 use std::path::{Component, Path};
 
 use asperity::plan::Plan;
-use asperity::results;
-use asperity::study::{Study, Work};
+use asperity::session::DataFolder;
+use asperity::study::Study;
 use libfuzzer_sys::fuzz_target;
 
 /// Tasks of a study that is planned here: larger ones are sound, but slow.
@@ -17,20 +17,12 @@ fuzz_target!(|text: &str| {
     match Study::parse(text, "fuzz.toml", folder) {
         Err(errors) => assert!(!errors.render(false).is_empty()),
         Ok(study) => {
-            if surfaces(&study) <= MOST_SURFACES {
+            if study.surfaces() <= MOST_SURFACES {
                 check(&Plan::of(&study));
             }
         }
     }
 });
-
-fn surfaces(study: &Study) -> u64 {
-    let ensembles = study.stages.iter().flat_map(|stage| match &stage.work {
-        Work::Generate(ensembles) => ensembles.as_slice(),
-        _ => &[],
-    });
-    ensembles.map(|ensemble| u64::from(ensemble.realizations)).sum()
-}
 
 /// Inputs come before the tasks that read them, keys follow from what decides them, and no table
 /// leaves the folder of results.
@@ -40,7 +32,7 @@ fn check(plan: &Plan) {
         assert_eq!(plan.provenance(number).key(), task.key);
     }
     for stage in &plan.stages {
-        let path = results::path(Path::new("results"), &plan.study, &stage.name);
+        let path = DataFolder::new("").table(&plan.study, &stage.name);
         let parts: Vec<_> = path.components().collect();
         assert_eq!(parts.len(), 3);
         assert!(parts.iter().all(|part| matches!(part, Component::Normal(_))));

@@ -23,7 +23,7 @@ mod flags;
 mod history;
 mod lanes;
 mod line_search;
-pub mod pace;
+pub(crate) mod pace;
 mod passes;
 mod start;
 mod steps;
@@ -113,6 +113,32 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// pressure, the previous pressure, gap and previous gap, and what nodes carry from iteration to
 /// iteration in single; a half spectrum of each precision, and three kernels of half the mesh. For
 /// tolerances below 1e-5, 4 more.
+///
+/// ```
+/// use asperity::contact::elasticity::PeriodicHalfSpace;
+/// use asperity::contact::grid::Grid;
+/// use asperity::contact::solver::{Settings, Solver, Stop};
+/// use asperity::contact::topography::moments::Moments;
+/// use asperity::contact::topography::shapes::Shape;
+///
+/// // Westergaard's wave: full contact at π E* Δ/λ, which is E* × rms slope / √2; a strip of
+/// // a = (2/π) arcsin √(p/p*) under less.
+/// let grid = Grid::square(64, 1.0)?;
+/// let wave = Shape::Wave { amplitude: 1.0, waves: 1 }.draw(grid);
+/// let slope = Moments::of(&wave).rms_slope();
+/// let heights: Vec<f64> = wave.heights().iter().map(|height| height / slope).collect();
+/// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
+/// let full = solver.full_contact_load();
+/// assert!((full - 0.5_f64.sqrt()).abs() < 1e-12);
+///
+/// let outcome = solver.press(full / 2.0, &Settings::default(), &|| false);
+/// assert_eq!(outcome.stop, Stop::Converged);
+/// // Half of the 64 rows, but for one at each edge of the strip.
+/// assert!(outcome.contact_nodes.abs_diff(32 * 64) <= 2 * 64);
+/// let mean = solver.pressure().iter().sum::<f64>() / grid.count() as f64;
+/// assert!((mean - full / 2.0).abs() < 1e-12);
+/// # Ok::<(), asperity::contact::grid::GridError>(())
+/// ```
 pub struct Solver {
     body: Box<dyn ElasticOperator>,
     nodes: [usize; 2],

@@ -2,7 +2,7 @@
 //! anything is pressed.
 //!
 //! - [`spectrum`] has the power spectral density of a self-affine surface and the modes that it
-//!   occupies; [`draw`] the random numbers of each mode, the same on every mesh; [`random`] the
+//!   occupies; `draw` the random numbers of each mode, the same on every mesh; [`random`] the
 //!   surface that follows from both, and [`surface`] its heights on a mesh.
 //! - [`measured`] reads a height map from a file, and [`periodic`] makes it periodic; [`shapes`] are
 //!   punches and waves whose contact has a closed form.
@@ -15,7 +15,7 @@
 
 pub mod assumptions;
 pub mod descriptors;
-pub mod draw;
+pub(crate) mod draw;
 pub mod histogram;
 pub mod measured;
 pub mod moments;

@@ -45,8 +45,6 @@ pub enum Panel {
         /// The map.
         raster: Raster,
     },
-    /// Nothing, where a grid has a hole.
-    Empty,
 }
 
 impl Figure {
@@ -102,7 +100,7 @@ impl Figure {
         panels
             .filter_map(|panel| match panel {
                 Panel::Chart(chart) => Some(chart),
-                Panel::Map { .. } | Panel::Empty => None,
+                Panel::Map { .. } => None,
             })
             .flat_map(|chart| &chart.series)
     }
@@ -111,7 +109,6 @@ impl Figure {
         match panel {
             Panel::Chart(chart) => place(scene, chart.draw(self.panel, WORDS), [x, y]),
             Panel::Map { title, raster } => self.draw_map(title, raster, [x, y], scene, maps),
-            Panel::Empty => {}
         }
     }
 

@@ -27,7 +27,7 @@ pub struct Line {
 
 /// The pattern of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "its name says it")]
+#[expect(clippy::enum_variant_names, reason = "a dash-dot line is called so")]
 pub enum Dash {
     Solid,
     Dashed,
@@ -37,7 +37,6 @@ pub enum Dash {
 
 /// What stands at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "its name says it")]
 pub enum Marker {
     Circle,
     Square,

@@ -67,6 +67,22 @@ pub struct EvolutionFit {
 }
 
 /// Data of one parameter point, ready to be fitted.
+///
+/// ```
+/// use asperity::contact::theory::law::{ContactEvolution, KAPPA_BGT};
+/// use asperity::fitting::evolution::{EvolutionProblem, Kappa, Quantity};
+/// use asperity::fitting::{Curves, FitError, Window};
+///
+/// // One surface that obeys a law, whose parameters are found again.
+/// let law = ContactEvolution { kappa: KAPPA_BGT, beta: 1.2, mu: 0.6 };
+/// let loads: Vec<f64> = (1..=20).map(|step| 0.01 * f64::from(step)).collect();
+/// let areas = loads.iter().map(|load| law.area(*load)).collect();
+/// let curves = Curves::new(loads, vec![areas])?;
+/// let problem = EvolutionProblem::new(&curves, Quantity::Area, Window::ALL)?;
+/// let found = problem.fit(Kappa::Given(KAPPA_BGT))?.law;
+/// assert!((found.beta - 1.2).abs() < 1e-6 && (found.mu - 0.6).abs() < 1e-6);
+/// # Ok::<(), FitError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct EvolutionProblem {
     pub(super) quantity: Quantity,

@@ -18,8 +18,6 @@ pub struct FinishedStage {
     pub kind: Kind,
     /// Its rows.
     pub table: Table,
-    /// What decides them.
-    pub digest: String,
     /// Its file, if that holds just these rows.
     pub path: Option<PathBuf>,
 }
@@ -45,7 +43,6 @@ impl<'a> FinishedStages<'a> {
                 name: stage.name.clone(),
                 kind: stage.kind,
                 table: rows.table.clone()?,
-                digest: rows.digest.clone(),
                 path: rows.is_published.then(|| rows.path.clone()),
             })
         });

@@ -23,7 +23,7 @@ pub struct Reading {
     /// Its tasks.
     pub plan: Plan,
     /// Their tables.
-    pub archive: Archive,
+    pub(crate) archive: Archive,
     /// The folder of results.
     folder: PathBuf,
 }

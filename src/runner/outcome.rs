@@ -25,7 +25,7 @@ pub struct RunOutcome {
 
 impl RunOutcome {
     /// Adds what became of the same plan later.
-    pub fn append(&mut self, later: RunOutcome) {
+    pub(crate) fn append(&mut self, later: RunOutcome) {
         self.computed.extend(later.computed);
         self.computed.sort_unstable();
         self.failed.extend(later.failed);
@@ -35,7 +35,7 @@ impl RunOutcome {
     }
 
     /// The same, told of the tasks of a plan that has grown.
-    pub fn moved(mut self, from: &Plan, to: &Plan) -> RunOutcome {
+    pub(crate) fn moved(mut self, from: &Plan, to: &Plan) -> RunOutcome {
         let places = to.tasks.iter().enumerate();
         let places: HashMap<TaskKey, usize> =
             places.map(|(place, task)| (task.key, place)).collect();
@@ -69,7 +69,7 @@ impl Damage {
     ///
     /// # Errors
     /// When the store cannot be written.
-    pub fn quarantine(
+    pub(crate) fn quarantine(
         plan: &Plan,
         task: usize,
         store: &Store,

@@ -5,18 +5,21 @@ use std::path::PathBuf;
 use super::Session;
 use super::error::{SessionError, UnknownName};
 use crate::claims::evidence::KindTable;
-use crate::claims::{self, Claim, Evidence, Judgement};
+use crate::claims::{self, Evidence};
 use crate::cost::CostModel;
 use crate::ensemble::Point;
 use crate::plan::Plan;
 use crate::results::FIGURES;
 use crate::stages::{Kind, Recipe, Stage as _};
 
+pub use crate::claims::intervals::Bound;
+pub use crate::claims::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement, Verdict};
+
 /// All claims, judged by what a study has found.
 #[derive(Debug)]
 pub struct StudyClaims {
     /// What they rest on.
-    pub evidence: Evidence,
+    pub(crate) evidence: Evidence,
     /// The claims.
     pub claims: Vec<Claim>,
     /// How many tasks of the study have not run.

@@ -3,16 +3,20 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::adaptive_sampling::SamplingError;
 use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
-use crate::memory::TooLarge;
-use crate::report::ReportError;
-use crate::results::ResultsError;
-use crate::results::owner::Taken;
-use crate::stages::StageError;
 use crate::store::StoreError;
 use crate::store::key::{NoKey, TaskKey};
 use crate::store::table::TableError;
+
+pub use crate::adaptive_sampling::SamplingError;
+pub use crate::figures::pixels::PixelsError;
+pub use crate::memory::TooLarge;
+pub use crate::report::ReportError;
+pub use crate::results::ResultsError;
+pub use crate::results::owner::Taken;
+pub use crate::stages::StageError;
+pub use crate::stages::aggregate::sql::QueryError;
+pub use crate::surface_files::{ContentHash, SurfaceFileError};
 
 /// A session cannot do what it was asked.
 #[derive(Debug, thiserror::Error)]

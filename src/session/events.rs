@@ -6,12 +6,13 @@ use std::path::Path;
 use bytesize::ByteSize;
 
 use crate::diagnostics::{chain, counted};
-use crate::memory::Allowance;
 use crate::plan::Plan;
-use crate::runner::Damage;
 use crate::store::StoreError;
 use crate::store::table::Table;
 use crate::study::Warning;
+
+pub use crate::memory::Allowance;
+pub use crate::runner::Damage;
 
 /// Hears what happens while a session works, some of it from the threads that compute. Every
 /// `Fn(Event)` that threads may share is one.
@@ -41,7 +42,7 @@ pub enum Event<'a> {
     Finished(usize),
     /// All that was begun has ended, one way or the other.
     Ended,
-    /// Tasks could not be computed: rows of the table of failures ([`crate::failures`]).
+    /// Tasks could not be computed: rows of the table of failures.
     Failed(&'a Table),
 }
 

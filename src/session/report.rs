@@ -5,10 +5,12 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::SessionError;
-use crate::report::bars::Bars;
-use crate::report::{self, Report, Subject};
+use crate::report::{self, Subject};
 use crate::results::owner;
 use crate::store::files::Existing;
+
+pub use crate::report::Report;
+pub use crate::report::bars::Bars;
 
 /// What page shall be written, and where.
 #[derive(Debug, Clone, Default)]

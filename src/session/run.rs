@@ -7,14 +7,17 @@ use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
 use super::options::{RunOptions, Selection};
 use super::{Session, failures};
-use crate::adaptive_sampling::SampledStudy;
 use crate::memory::{self, Allowance};
 use crate::plan::Plan;
 use crate::reasons::record::Record;
 use crate::results::archive::Archive;
-use crate::results::{self, PublishedTable, ResultsError, owner};
-use crate::runner::{self, Damage, Resources, RunOutcome};
+use crate::results::{self, ResultsError, owner};
+use crate::runner::{self, Damage, Resources};
 use crate::store::Store;
+
+pub use crate::adaptive_sampling::SampledStudy;
+pub use crate::results::PublishedTable;
+pub use crate::runner::{RunOutcome, TaskError};
 
 /// A run that may begin: what it would compute fits into memory and takes nobody's tables away.
 #[derive(Debug)]

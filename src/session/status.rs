@@ -1,15 +1,20 @@
 //! What a study has, what it would compute, why, and at what cost.
 
-use crate::adaptive_sampling::{AdaptiveStage, SampledStudy};
+use bytesize::ByteSize;
+
+use crate::adaptive_sampling::SampledStudy;
 use crate::cost::CostModel;
 use crate::plan::{Plan, PlannedStage};
-use crate::reasons::cause::Cause;
+use crate::reasons::Reasons;
 use crate::reasons::record::Record;
-use crate::reasons::{Group, Reasons};
 use crate::store::Store;
 use crate::store::table::{Table, TableError};
 use crate::study::Warning;
-use crate::{runner, worklist};
+use crate::{memory, runner, worklist};
+
+pub use crate::adaptive_sampling::{AdaptiveStage, Condition};
+pub use crate::reasons::Group;
+pub use crate::reasons::cause::{Cause, Change, Field, Shown, Why};
 
 /// A plan beside the store and the last run.
 #[derive(Debug)]
@@ -106,6 +111,11 @@ impl Status {
     /// counts once.
     pub fn total_seconds(&self) -> f64 {
         self.cost.seconds_of(&self.plan, &self.missing)
+    }
+
+    /// The least memory that computing everything missing takes: the program, and the largest task.
+    pub fn least_memory(&self) -> ByteSize {
+        memory::PROGRAM + memory::of_largest(&self.plan, &self.missing)
     }
 
     /// A cause in a phrase, as one of this stage reads it.

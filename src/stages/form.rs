@@ -16,7 +16,6 @@ use crate::written::{Layout, Section, Table, reader};
 
 /// Which keys a stage has: those of its kind and, where that comes in several, of its method or law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "`word` and `kind` say it")]
 pub enum Form {
     Generate(Method),
     Solve,
@@ -28,7 +27,6 @@ pub enum Form {
 
 /// The points of a stage's grid, by what they say.
 #[derive(Debug)]
-#[expect(missing_docs, reason = "the table of each says it")]
 pub enum Points {
     Generate(SurfacePoints),
     Solve(Section<SolveTable>),

@@ -121,7 +121,7 @@ impl Column {
 }
 
 /// What a column is for, its unit and its meaning, as files carry them.
-pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
+pub(crate) fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new()
         .with("role", role.name())
         .with("unit", unit)
@@ -209,7 +209,7 @@ pub enum Value {
 
 impl Value {
     /// A column that holds it in each of so many rows.
-    pub fn repeated(&self, rows: usize) -> ArrayRef {
+    pub(crate) fn repeated(&self, rows: usize) -> ArrayRef {
         match self {
             Value::Real(value) => reals(std::iter::repeat_n(*value, rows)),
             Value::Integer(value) => integers(std::iter::repeat_n(*value, rows)),
@@ -309,42 +309,42 @@ impl ColumnKind {
 }
 
 /// A column of real numbers.
-pub fn reals(values: impl IntoIterator<Item = f64>) -> ArrayRef {
+pub(crate) fn reals(values: impl IntoIterator<Item = f64>) -> ArrayRef {
     Arc::new(Float64Array::from_iter_values(values))
 }
 
 /// A column of real numbers, some of them not known.
-pub fn optional_reals(values: impl IntoIterator<Item = Option<f64>>) -> ArrayRef {
+pub(crate) fn optional_reals(values: impl IntoIterator<Item = Option<f64>>) -> ArrayRef {
     Arc::new(Float64Array::from_iter(values))
 }
 
 /// A column of integers.
-pub fn integers(values: impl IntoIterator<Item = i64>) -> ArrayRef {
+pub(crate) fn integers(values: impl IntoIterator<Item = i64>) -> ArrayRef {
     Arc::new(Int64Array::from_iter_values(values))
 }
 
 /// A column of truth values.
-pub fn flags(values: impl IntoIterator<Item = bool>) -> ArrayRef {
+pub(crate) fn flags(values: impl IntoIterator<Item = bool>) -> ArrayRef {
     Arc::new(BooleanArray::from_iter(values.into_iter().map(Some)))
 }
 
 /// A column of truth values, some of them not known.
-pub fn optional_flags(values: impl IntoIterator<Item = Option<bool>>) -> ArrayRef {
+pub(crate) fn optional_flags(values: impl IntoIterator<Item = Option<bool>>) -> ArrayRef {
     Arc::new(BooleanArray::from_iter(values))
 }
 
 /// A column of text.
-pub fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
+pub(crate) fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(StringArray::from_iter_values(values))
 }
 
 /// A column of bytes.
-pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
+pub(crate) fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(LargeBinaryArray::from_iter_values(values))
 }
 
 /// A column of lists: all values end to end, and how many belong to each row.
-pub fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
+pub(crate) fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
     let offsets = OffsetBuffer::from_lengths(lengths);
     Arc::new(LargeListArray::new(
         element(),

@@ -45,7 +45,7 @@ impl Table {
     ///
     /// # Panics
     /// When lengths or types contradict the columns: a stage has a bug.
-    pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
+    pub(crate) fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
         let (fields, arrays): (Vec<_>, Vec<_>) = columns
             .into_iter()
             .map(|(column, array)| (column.field(), array))
@@ -54,7 +54,7 @@ impl Table {
     }
 
     /// One row.
-    pub fn row(cells: &[(Column, Value)]) -> Table {
+    pub(crate) fn row(cells: &[(Column, Value)]) -> Table {
         let cells = cells.iter();
         Table::new(
             1,
@@ -65,7 +65,7 @@ impl Table {
     }
 
     /// No rows under these columns.
-    pub fn empty(columns: &[Column]) -> Table {
+    pub(crate) fn empty(columns: &[Column]) -> Table {
         let none = |column: &Column| new_null_array(&column.kind.data_type(), 0);
         Table::new(0, columns.iter().map(|c| (*c, none(c))).collect())
     }
@@ -74,7 +74,7 @@ impl Table {
     ///
     /// # Panics
     /// As [`Table::new`].
-    pub fn of(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
+    pub(crate) fn of(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
         let options = RecordBatchOptions::new().with_row_count(Some(rows));
         let batch = RecordBatch::try_new_with_options(Arc::new(schema), arrays, &options)
             .expect("columns have the type and length that their stage declares");
@@ -172,17 +172,17 @@ impl Table {
     }
 
     /// The columns of one role.
-    pub fn in_role(&self, wanted: Role) -> Table {
+    pub(crate) fn in_role(&self, wanted: Role) -> Table {
         self.keep(|_, role| role == Some(wanted))
     }
 
     /// All columns but those of one role.
-    pub fn not_in_role(&self, unwanted: Role) -> Table {
+    pub(crate) fn not_in_role(&self, unwanted: Role) -> Table {
         self.keep(|_, role| role != Some(unwanted))
     }
 
     /// All columns but those that fill disks.
-    pub fn light(&self) -> Table {
+    pub(crate) fn light(&self) -> Table {
         self.not_in_role(Role::Heavy)
     }
 
@@ -223,7 +223,7 @@ impl Table {
     }
 
     /// The columns that hold the same in every row, as one row.
-    pub fn common(&self) -> Table {
+    pub(crate) fn common(&self) -> Table {
         let is_common = |name: &str| {
             let values = self.0.column_by_name(name).map(|array| array.to_data());
             values.is_some_and(|values| {
@@ -234,7 +234,7 @@ impl Table {
     }
 
     /// This table with more columns on its right.
-    pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
+    pub(crate) fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
         let schema = self.0.schema_ref();
         let mut fields: Vec<Field> = schema.fields().iter().map(|f| f.as_ref().clone()).collect();
         let mut arrays = self.0.columns().to_vec();
@@ -246,7 +246,7 @@ impl Table {
     }
 
     /// This table with other values in one of its columns.
-    pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
+    pub(crate) fn replacing(&self, name: &str, values: ArrayRef) -> Table {
         let schema = self.0.schema_ref();
         let arrays = schema.fields().iter().zip(self.0.columns());
         let arrays = arrays.map(|(field, array)| match field.name() == name {
@@ -257,7 +257,7 @@ impl Table {
     }
 
     /// This table with the columns of another of as many rows on its right.
-    pub fn beside(&self, other: &Table) -> Table {
+    pub(crate) fn beside(&self, other: &Table) -> Table {
         let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
         let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
         let arrays = [self.0.columns(), other.0.columns()].concat();
@@ -268,7 +268,7 @@ impl Table {
     ///
     /// # Errors
     /// When two tables have a column of one name and different types.
-    pub fn stack(tables: &[Table]) -> Result<Table, TableError> {
+    pub(crate) fn stack(tables: &[Table]) -> Result<Table, TableError> {
         let mut fields: Vec<Arc<Field>> = Vec::new();
         for field in tables.iter().flat_map(|t| t.0.schema_ref().fields()) {
             if !fields.iter().any(|known| known.name() == field.name()) {

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::contact::topography::random::RandomSurface;
 use crate::decimal;
+use crate::stages::generate::growth::PlannedSurfaces;
 use crate::stages::{Recipe, generate, solve};
 
 fn folder() -> PathBuf {
@@ -214,6 +215,14 @@ fn surfaces(text: &str) -> Vec<(u32, RandomSurface)> {
         _ => panic!("not random"),
     };
     ensembles.iter().map(form).collect()
+}
+
+#[test]
+fn a_study_has_the_surfaces_of_all_its_points() {
+    let text = surface("nodes = 64\nk_lower = [1, 2]\nk_upper = 16\nrealizations = 3\n");
+    let study = study(&text);
+    assert_eq!(study.surfaces(), 6);
+    assert_eq!(crate::plan::Plan::of(&study).tasks.len(), 6);
 }
 
 #[test]

@@ -1,37 +1,34 @@
 //! What columns say of themselves: in tables, in the metadata of files, and in `columns`.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::path::Path;
 
-use asperity::results;
-use asperity::stages::{Kind, columns_of};
-use asperity::store::column::Description;
+use asperity::plan::Kind;
+use asperity::session::{DescribedColumns, Session};
 use asperity::store::parquet;
-use asperity::study::Study;
 use serde_json::{Value, json};
 
 use crate::bench::{Bench, STUDY, text};
 use crate::shipped;
 
 /// The columns that a manifest promises, stage by stage.
-fn promised(manifest: &Path) -> Vec<(String, Vec<Description>)> {
-    let study = Study::read(manifest).unwrap();
-    let tables = study.empty_tables().unwrap();
-    let stages = study.stages.iter().zip(tables);
-    stages
-        .map(|(stage, table)| {
-            let table = results::with_own_columns(table);
-            (stage.name.clone(), table.descriptions())
-        })
-        .collect()
+fn promised(manifest: &Path) -> Vec<DescribedColumns> {
+    let session = Session::new(manifest, manifest.with_file_name("nothing-computed"));
+    session.columns(None).unwrap()
+}
+
+fn name(described: &DescribedColumns) -> &str {
+    described.stage.as_deref().expect("a stage of a study")
 }
 
 /// The tables of a study that was run have the columns that its manifest promises, no more and no
 /// less, in the same order and with the same words.
 pub fn assert_kept(bench: &Bench, study: &str, manifest: &Path) {
-    for (stage, columns) in promised(manifest) {
-        let written = bench.table(study, &stage).descriptions();
-        assert_eq!(written, columns, "{stage} of {study}");
+    for described in promised(manifest) {
+        let stage = name(&described);
+        let written = bench.table(study, stage).descriptions();
+        assert_eq!(written, described.columns, "{stage} of {study}");
     }
 }
 
@@ -40,10 +37,10 @@ fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit(
     let manifests = shipped::all();
     assert!(manifests.len() >= 10, "the manifests are gone");
     for manifest in manifests {
-        for (stage, columns) in promised(&manifest) {
-            let place = format!("{} · {stage}", manifest.display());
-            assert!(columns.len() > 1, "{place}");
-            for column in columns {
+        for described in promised(&manifest) {
+            let place = format!("{} · {}", manifest.display(), name(&described));
+            assert!(described.columns.len() > 1, "{place}");
+            for column in described.columns {
                 let silent =
                     column.meaning.is_empty() || column.meaning == "as the query computes it";
                 assert!(!silent, "{place}: {column:?}");
@@ -151,20 +148,22 @@ fn columns_are_listed_for_a_stage_a_study_and_any_study() {
 
 #[test]
 fn what_any_study_may_have_holds_all_that_the_shipped_ones_have() {
-    let known: Vec<&str> = Kind::ALL
+    // A stage's table has two columns more: the task of a row, and the file of its surface.
+    let known: HashSet<String> = DescribedColumns::of_kinds()
         .into_iter()
-        .flat_map(columns_of)
+        .flat_map(|kind| kind.columns)
         .map(|column| column.name)
+        .chain(["task", "path"].map(str::to_owned))
         .collect();
     for manifest in shipped::all() {
-        let study = Study::read(&manifest).unwrap();
-        let stages = study.stages.iter().zip(study.empty_tables().unwrap());
         // Statistics are called after the columns that they reduce, and queries call theirs as
         // they like.
-        let stages = stages.filter(|(stage, _)| stage.work.kind() != Kind::Aggregate);
-        for (stage, table) in stages {
-            for name in table.names() {
-                assert!(known.contains(&name), "{name} of {}", stage.name);
+        let mut stages = promised(&manifest);
+        stages.retain(|described| described.kind != Kind::Aggregate);
+        for described in stages {
+            for column in &described.columns {
+                let stage = name(&described);
+                assert!(known.contains(&column.name), "{} of {stage}", column.name);
             }
         }
     }

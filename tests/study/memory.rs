@@ -3,14 +3,9 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use asperity::memory::{PROGRAM, of_largest};
-use asperity::plan::Plan;
-use asperity::runner::{self, Resources, TaskError, TaskObserver};
-use asperity::store::Store;
-use asperity::study::Study;
+use asperity::session::Session;
 use bytesize::ByteSize;
 
 use crate::bench::{Bench, STUDY, text};
@@ -31,11 +26,10 @@ fn peak(mut process: Child) -> u64 {
     peak << 10
 }
 
-/// What the largest task of a manifest takes.
-fn largest(manifest: &Path) -> ByteSize {
-    let plan = Plan::of(&Study::read(manifest).unwrap());
-    let tasks: Vec<usize> = (0..plan.tasks.len()).collect();
-    of_largest(&plan, &tasks)
+/// The least memory that a run of a manifest is said to take.
+fn least(bench: &Bench, manifest: &Path) -> ByteSize {
+    let status = Session::new(manifest, bench.data()).status().unwrap();
+    status.least_memory()
 }
 
 #[cfg(target_os = "linux")]
@@ -50,7 +44,7 @@ fn a_worker_takes_no_more_memory_than_is_reckoned_with() {
         "loads = [0.3, 0.6]\npressures = \"all\"\ntolerance = 0.1",
     );
     let path = bench.write(&manifest);
-    let reckoned = PROGRAM + largest(&path);
+    let reckoned = least(&bench, &path);
     let mut run = bench.asperity(&["run", path.to_str().unwrap(), "--jobs", "1"]);
     let taken = peak(
         run.stdout(Stdio::null())
@@ -79,7 +73,7 @@ fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    let one = PROGRAM + largest(&scarce.write(STUDY));
+    let one = least(&scarce, &scarce.write(STUDY));
     let told = run(&scarce, &one.0.to_string());
     assert!(told.contains("1 at once, not 2, in the"), "{told}");
     let told = run(&ample, "1GiB");
@@ -169,45 +163,4 @@ fn few_addresses_refuse_a_task_and_break_none() {
         "{ends:?}"
     );
     assert_eq!([ends[0], ends[9]], [2, 0], "{ends:?}");
-}
-
-/// Hears nothing.
-struct Silence;
-
-impl TaskObserver for Silence {
-    fn started(&self, _: usize) {}
-    fn advanced(&self, _: usize, _: f64) {}
-    fn finished(&self, _: usize) {}
-}
-
-#[test]
-fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
-    let bench = Bench::new();
-    let study = Study::read(&bench.write(STUDY)).unwrap();
-    let mut plan = Plan::of(&study);
-    // Petabytes.
-    plan.tasks[0].nodes = 1 << 24;
-    let store = Store::open(&bench.data().join("store")).unwrap();
-    let means = Resources {
-        threads: 2,
-        room: ByteSize(u64::MAX),
-    };
-    let missing = runner::missing(&plan, &store);
-    let stopped = AtomicBool::new(false);
-    let sources = &study.sources;
-    let outcome = runner::run(&plan, &missing, &store, sources, means, &Silence, &stopped);
-    let outcome = outcome.unwrap();
-    let (first, error) = &outcome.failed[0];
-    assert_eq!(*first, 0);
-    assert!(matches!(error, TaskError::Memory { .. }), "{error}");
-    assert!(error.to_string().contains("the system does not give"));
-    let others = &outcome.failed[1..];
-    assert!(
-        others
-            .iter()
-            .all(|(_, error)| matches!(error, TaskError::Upstream(_)))
-    );
-    let all = outcome.computed.len() + outcome.failed.len();
-    assert_eq!(all, plan.tasks.len());
-    assert!(outcome.computed.len() > others.len());
 }

@@ -13,6 +13,19 @@ use crate::contact::grid::Grid;
 /// Full contact under a mean pressure p₀ has the pressure p₀ + F⁻¹(|q| ĥ)/2, in units of E* when
 /// heights are in units of the cell's longer side. By Parseval's theorem its variance is a quarter of
 /// the mean square slope of the heights.
+///
+/// ```
+/// use std::f64::consts::PI;
+///
+/// use asperity::contact::elasticity::{ElasticOperator, PeriodicHalfSpace};
+/// use asperity::contact::grid::Grid;
+///
+/// let body = PeriodicHalfSpace::new(Grid::square(64, 1.0)?);
+/// // Three waves of pressure p displace by 2p/|q|, |q| = 2π · 3; the mean displaces nothing.
+/// assert!((body.displacement([3, 0]) - 1.0 / (3.0 * PI)).abs() < 1e-15);
+/// assert_eq!(body.displacement([0, 0]), 0.0);
+/// # Ok::<(), asperity::contact::grid::GridError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicHalfSpace {
     grid: Grid,

@@ -7,6 +7,22 @@ use super::map::ContactMap;
 use crate::contact::grid::Grid;
 
 /// What can be counted on a contact map; the mesh is periodic, so that each edge has a neighbour.
+///
+/// ```
+/// use asperity::contact::grid::Grid;
+/// use asperity::contact::morphology::area::ContactArea;
+/// use asperity::contact::morphology::map::ContactMap;
+///
+/// // A square of 4 × 4 nodes in a cell of side 1: its perimeter is four times 4/16.
+/// let grid = Grid::square(16, 1.0)?;
+/// let in_square = |node: usize| (6..10).contains(&(node / 16)) && (2..6).contains(&(node % 16));
+/// let pressures: Vec<f64> = (0..256).map(|node| f64::from(u8::from(in_square(node)))).collect();
+/// let area = ContactArea::of(&ContactMap::of_pressures(grid.nodes(), &pressures));
+/// assert_eq!(area.fraction(), 1.0 / 16.0);
+/// assert_eq!(area.manhattan_perimeter(grid), 1.0);
+/// assert_eq!([area.edge_nodes_4, area.interior_nodes], [12, 4]);
+/// # Ok::<(), asperity::contact::grid::GridError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ContactArea {
     /// Nodes along x and y.

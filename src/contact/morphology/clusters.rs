@@ -9,6 +9,23 @@ use std::ops::Range;
 use super::map::{ContactMap, mask_tail};
 
 /// Clusters of one kind on a periodic map.
+///
+/// ```
+/// use asperity::contact::morphology::clusters::Clusters;
+/// use asperity::contact::morphology::map::ContactMap;
+///
+/// // A row of contact along y: nothing leaks across it, along x.
+/// let map = ContactMap::of_pressures([3, 3], &[
+///     1.0, 1.0, 1.0, //
+///     0.0, 0.0, 0.0, //
+///     0.0, 0.0, 0.0,
+/// ]);
+/// let contact = Clusters::of_contact(&map);
+/// assert_eq!([contact.count, contact.largest], [1, 3]);
+/// assert!(contact.around_y && !contact.around_x);
+/// let gap = Clusters::of_gap(&map);
+/// assert!(gap.around_y && !gap.around_x);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clusters {
     /// Number of clusters.

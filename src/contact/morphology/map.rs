@@ -7,6 +7,18 @@ const WORD: usize = u64::BITS as usize;
 /// A periodic map of contact, N_x × N_y nodes.
 ///
 /// Node (i, j) is bit `i * N_y + j`, least significant first; bits past the last node are zero.
+///
+/// ```
+/// use asperity::contact::morphology::map::{ContactMap, MapError};
+///
+/// let map = ContactMap::of_pressures([2, 3], &[0.0, 0.7, 0.0, 0.2, 0.0, 0.0]);
+/// assert!(map.get(0, 1) && map.get(1, 0));
+/// assert_eq!(map.count(), 2);
+/// // What tables hold: `numpy.unpackbits(bytes, bitorder="little")`.
+/// assert_eq!(map.to_bytes(), [0b001010]);
+/// assert_eq!(ContactMap::from_bytes([2, 3], &[0b001010])?, map);
+/// # Ok::<(), MapError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ContactMap {
     nodes: [usize; 2],

@@ -25,6 +25,18 @@ pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 /// Loads are in units of E* × rms slope, areas are fractions of the apparent area, mean pressures
 /// are in units of E* × rms slope. All three parameters are positive. With β < 1 the area exceeds
 /// one at heavy load, so a law is trusted only where it was fitted.
+///
+/// ```
+/// use asperity::contact::theory::law::{ContactEvolution, KAPPA_BGT};
+///
+/// // With β = μ = 1, a = κy/(1 + κy).
+/// let law = ContactEvolution { kappa: KAPPA_BGT, beta: 1.0, mu: 1.0 };
+/// let (load, proportional) = (0.3, 0.3 * KAPPA_BGT);
+/// let area = law.area(load);
+/// assert!((area - proportional / (1.0 + proportional)).abs() < 1e-15);
+/// assert_eq!(law.slope(0.0), KAPPA_BGT);
+/// assert!((law.load(area).unwrap() - load).abs() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvolution {
     /// Slope of the area at zero load.

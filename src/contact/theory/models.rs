@@ -9,7 +9,7 @@ pub mod asperities;
 mod chebyshev;
 mod ellipticity;
 pub mod full_contact;
-pub mod gaussian_heights;
+pub(crate) mod gaussian_heights;
 pub mod hertz;
 mod quadrature;
 pub mod summits;

@@ -4,7 +4,7 @@
 //! the area fraction. Loads and pressures are in units of E* × rms slope throughout; in them the
 //! variance of the pressure at full contact is 1/4.
 
-pub mod error_function;
+pub(crate) mod error_function;
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -12,6 +12,15 @@ use self::error_function::{erf_inverse, erfc_inverse, erfcx};
 use crate::contact::theory::law::KAPPA_PERSSON;
 
 /// Area fraction under a load ≥ 0.
+///
+/// ```
+/// use asperity::contact::theory::persson;
+///
+/// // Half of the surface touches where √2 y is the median of the error function.
+/// assert!((persson::area(0.4769362762044699 / 2_f64.sqrt()) - 0.5).abs() < 1e-15);
+/// // Light loads: a = √(8/π) y.
+/// assert!((persson::area(1e-6) / 1e-6 - 1.5957691216057308).abs() < 1e-9);
+/// ```
 pub fn area(load: f64) -> f64 {
     libm::erf(SQRT_2 * load)
 }

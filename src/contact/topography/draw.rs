@@ -43,6 +43,7 @@ impl Draws {
     }
 
     /// The draw of mode (k_x, k_y).
+    #[cfg(test)]
     pub fn mode(&self, k_x: i32, k_y: u32) -> ModeDraw {
         ModeDraw::next(&mut self.generator(k_x, k_y))
     }

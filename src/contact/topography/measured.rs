@@ -43,6 +43,24 @@ pub enum MeasuredError {
 ///
 /// # Errors
 /// When the bytes are not such a file, or hold other numbers than heights.
+///
+/// ```
+/// use asperity::contact::grid::Cell;
+/// use asperity::contact::topography::measured::{MeasuredError, read_npy};
+///
+/// // As `numpy.save` writes `[[0, 1, 2], [3, 4, 5]]`.
+/// let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }\n";
+/// let mut file = b"\x93NUMPY\x01\x00".to_vec();
+/// file.extend((header.len() as u16).to_le_bytes());
+/// file.extend(header.bytes());
+/// file.extend((0..6).flat_map(|height| f64::from(height).to_le_bytes()));
+///
+/// let surface = read_npy(&file, Cell::new([20e-6, 30e-6]).unwrap())?;
+/// assert_eq!(surface.grid().nodes(), [2, 3]);
+/// assert_eq!(surface.heights(), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+/// assert_eq!(read_npy(b"GIF89a", surface.grid().cell()), Err(MeasuredError::Magic));
+/// # Ok::<(), MeasuredError>(())
+/// ```
 pub fn read_npy(bytes: &[u8], cell: Cell) -> Result<Surface, MeasuredError> {
     let (header, data) = split(bytes)?;
     let element = Element::of(header)?;

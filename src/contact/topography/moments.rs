@@ -14,6 +14,22 @@ use crate::contact::grid::{Cell, Grid};
 /// Derivatives are those of the trigonometric interpolant: m20 + m02 is the mean square gradient
 /// without the bias of finite differences. All moments here are even, so that the ambiguous sign
 /// of the Nyquist wavenumber does not matter.
+///
+/// ```
+/// use std::f64::consts::PI;
+///
+/// use asperity::contact::grid::Grid;
+/// use asperity::contact::topography::moments::Moments;
+/// use asperity::contact::topography::shapes::Shape;
+///
+/// // One wave of amplitude Δ: ⟨h²⟩ = Δ²/2, rms slope √2 π Δ/λ, α = 2.
+/// let wave = Shape::Wave { amplitude: 0.1, waves: 1 };
+/// let moments = Moments::of(&wave.draw(Grid::square(16, 1.0)?));
+/// assert!((moments.m00 - 0.005).abs() < 1e-15);
+/// assert!((moments.rms_slope() - 0.1 * PI * 2_f64.sqrt()).abs() < 1e-14);
+/// assert!((moments.nayak().unwrap() - 2.0).abs() < 1e-12);
+/// # Ok::<(), asperity::contact::grid::GridError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Moments {
     /// Mean square height ⟨h²⟩ about the mean.

@@ -23,6 +23,25 @@ pub enum Amplitude {
 }
 
 /// A random surface, drawn mode by mode: the mesh samples it and does not change it.
+///
+/// ```
+/// use asperity::contact::grid::Grid;
+/// use asperity::contact::topography::random::{Amplitude, RandomSurface};
+/// use asperity::contact::topography::spectrum::Spectrum;
+///
+/// let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 8 };
+/// let amplitude = Amplitude::Gaussian;
+/// let surface = RandomSurface { spectrum, amplitude, rms_slope: 0.1, seed: 7, realization: 0 };
+/// let coarse = surface.draw(Grid::square(32, 1.0)?);
+/// assert!((surface.moments(coarse.grid().cell()).rms_slope() - 0.1).abs() < 1e-12);
+/// // Every second node of a finer mesh has the same height.
+/// let fine = surface.draw(Grid::square(64, 1.0)?);
+/// let place = |node: usize| 2 * (node / 32) * 64 + 2 * (node % 32);
+/// for (node, height) in coarse.heights().iter().enumerate() {
+///     assert!((height - fine.heights()[place(node)]).abs() < 1e-12);
+/// }
+/// # Ok::<(), asperity::contact::grid::GridError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RandomSurface {
     /// The modes and their mean power, up to a factor.

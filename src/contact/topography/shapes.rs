@@ -12,6 +12,19 @@ const X: usize = 0;
 const Y: usize = 1;
 
 /// A periodic surface of simple shape, peaks up; lengths in the unit of the sides of the cell.
+///
+/// ```
+/// use asperity::contact::grid::Grid;
+/// use asperity::contact::topography::shapes::Shape;
+///
+/// let wave = Shape::Wave { amplitude: 0.1, waves: 2 };
+/// let surface = wave.draw(Grid::square(16, 1.0)?);
+/// // Crests at x = 0 and 1/2, a trough at 1/4, all the same along y.
+/// let along_x = |i: usize| surface.heights()[i * 16];
+/// assert_eq!([along_x(0), along_x(4), along_x(8)], [0.1, -0.1, 0.1]);
+/// assert_eq!(surface.heights()[0], surface.heights()[15]);
+/// # Ok::<(), asperity::contact::grid::GridError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "the formula of each names them")]

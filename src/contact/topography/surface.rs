@@ -7,6 +7,19 @@ use crate::contact::grid::{Grid, GridError};
 /// Heights of a surface on the nodes of a grid, peaks up.
 ///
 /// Holding one means: as many finite heights as nodes.
+///
+/// ```
+/// use asperity::contact::grid::{Cell, Grid};
+/// use asperity::contact::topography::surface::{Surface, SurfaceError};
+///
+/// let grid = Grid::new([2, 3], Cell::new([0.2, 0.3])?)?;
+/// let surface = Surface::new(grid, vec![0.0, 0.1, 0.2, 1.0, 1.1, 1.2])?;
+/// // Node (1, 2) is the last one of the second row, at x = 0.1, y = 0.2.
+/// assert_eq!(surface.heights()[5], 1.2);
+/// let missing = Surface::new(grid, vec![0.0; 5]);
+/// assert_eq!(missing, Err(SurfaceError::Count { found: 5, nodes: [2, 3] }));
+/// # Ok::<(), SurfaceError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     grid: Grid,

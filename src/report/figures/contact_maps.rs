@@ -73,7 +73,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     );
     let titles = rows.iter().flatten().filter_map(|panel| match panel {
         Panel::Map { title, .. } => Some(title.as_str()),
-        Panel::Chart(_) | Panel::Empty => None,
+        Panel::Chart(_) => None,
     });
     let panel = panel_of_map(titles, 265.0);
     Ok(Drawn::figure(Figure { rows, panel }, caption))

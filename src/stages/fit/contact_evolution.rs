@@ -75,9 +75,9 @@ pub enum Kappa {
     MinimalConvex,
 }
 
-impl From<Datum> for Quantity {
-    fn from(datum: Datum) -> Quantity {
-        match datum {
+impl Datum {
+    fn quantity(self) -> Quantity {
+        match self {
             Datum::Slope => Quantity::Slope,
             Datum::Area => Quantity::Area,
         }
@@ -114,7 +114,7 @@ impl EvolutionChoices {
         kappa: evolution::Kappa,
         params: &Params,
     ) -> Result<Row, FitError> {
-        let problem = EvolutionProblem::new(curves, self.to.into(), params.window())?;
+        let problem = EvolutionProblem::new(curves, self.to.quantity(), params.window())?;
         let fit = problem.fit(kappa)?;
         let mut intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
         if matches!(kappa, evolution::Kappa::Given(_)) {
@@ -157,7 +157,7 @@ fn with_common_kappa(points: &[Point], to: Datum, params: &Params) -> Vec<Row> {
 fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params) -> Vec<Row> {
     let problem = |&member: &usize| {
         let curves = points[member].curves.as_ref().map_err(Clone::clone)?;
-        EvolutionProblem::new(curves, to.into(), params.window())
+        EvolutionProblem::new(curves, to.quantity(), params.window())
     };
     let all_failed = |error: FitError| members.iter().map(|_| Row::failed(&error)).collect();
     let problems = match members.iter().map(problem).collect::<Result<Vec<_>, _>>() {

@@ -32,7 +32,6 @@ pub enum Method {
 
 /// The points of a stage's grid, by what they say.
 #[derive(Debug)]
-#[expect(missing_docs, reason = "the table of each says it")]
 pub enum SurfacePoints {
     Random(Amplitude, Section<RandomTable>),
     File(Section<FileTable>),

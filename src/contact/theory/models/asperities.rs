@@ -24,6 +24,24 @@ const SETTLED: f64 = 1e-9;
 static PANEL: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
 
 /// A model of the contact of one roughness.
+///
+/// ```
+/// use std::f64::consts::TAU;
+///
+/// use asperity::contact::theory::models::AsperityModel;
+/// use asperity::contact::theory::models::asperities::{Asperities, NotIsotropic};
+///
+/// let model = Asperities::new(AsperityModel::BushGibsonThomas, 5.0)?;
+/// // κ = a/y is √(2π) at vanishing load, less the more summits touch.
+/// let [far, near] = [30.0, 2.0].map(|separation| model.at_separation(separation).secant());
+/// assert!((far / TAU.sqrt() - 1.0).abs() < 2e-3);
+/// assert!(near < far);
+/// let light = model.at_load(0.01).unwrap();
+/// assert!((light.load / 0.01 - 1.0).abs() < 1e-9);
+/// // No isotropic surface has a Nayak parameter below 3/2.
+/// assert!(Asperities::new(AsperityModel::BushGibsonThomas, 1.4).is_err());
+/// # Ok::<(), NotIsotropic>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Asperities {
     model: AsperityModel,

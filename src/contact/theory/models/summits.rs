@@ -69,7 +69,7 @@ impl Summits {
     }
 
     /// Heights of the points, and of the summits, of one mean curvature H.
-    pub fn heights(&self, mean_curvature: f64) -> GaussianHeights {
+    pub(crate) fn heights(&self, mean_curvature: f64) -> GaussianHeights {
         let share = self.m2 / self.curvature_variance();
         GaussianHeights {
             mean: share * mean_curvature,

@@ -34,7 +34,7 @@ impl QueryError {
     }
 
     /// What polars says, told of the tables that the query names.
-    pub fn of_polars(
+    pub(super) fn of_polars(
         error: &PolarsError,
         statement: &Statement,
         tables: &[(&str, Table)],
