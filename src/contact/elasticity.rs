@@ -2,16 +2,19 @@
 //! is in return.
 //!
 //! - [`ElasticOperator`]: all that a solver asks of a body;
-//! - [`half_space`]: the isotropic half-space under a pressure that repeats for ever.
+//! - [`half_space`]: the isotropic half-space under a pressure that repeats for ever;
+//! - [`free`]: the same under a pressure that is zero outside the map.
 //!
 //! Lengths are in units of the cell's longer side L and pressures in units of E*, so that a
 //! wavenumber of the mesh is |q| = 2πk.
 
-use crate::contact::fft::{Kernel, Real};
+use crate::contact::fft::{Kernel, Real, Transform};
 use crate::contact::grid::{Grid, magnitude};
 
+pub mod free;
 pub mod half_space;
 
+pub use free::FreeHalfSpace;
 pub use half_space::PeriodicHalfSpace;
 
 /// An elastic body under the pressures on a grid: all that a solver asks of it.
@@ -22,11 +25,17 @@ pub trait ElasticOperator {
     /// Where pressures act.
     fn grid(&self) -> Grid;
 
-    /// Displacement per pressure of a wave with so many periods along x and y of the mesh.
+    /// Nodes of the mesh on which pressures are convolved: those of the grid, if pressures repeat, or
+    /// more, which hold zeros.
+    fn convolved_nodes(&self) -> [usize; 2] {
+        self.grid().nodes()
+    }
+
+    /// Displacement per pressure of a wave with so many periods along x and y of that mesh.
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
-    /// Pressure per displacement of such a wave: what a solver preconditions with. Zero for the
-    /// mean, so that nothing asks for another load.
+    /// Pressure per displacement of such a wave, or nearly so: what a solver preconditions with. Zero
+    /// for the mean, so that nothing asks for another load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
     /// Whether the stiffness is the inverse of the displacement, on maps of zero mean. Then one
@@ -40,28 +49,33 @@ pub trait ElasticOperator {
     /// The displacement of one node, in units of cell sides, under a unit pressure on this node
     /// alone, in units of E*.
     fn nodal_compliance(&self) -> f64 {
-        mean_over_waves(self.grid().nodes(), |waves| self.displacement(waves))
+        mean_over_waves(self.convolved_nodes(), |waves| self.displacement(waves))
     }
 
     /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
     /// alone asks for.
     fn nodal_stiffness(&self) -> f64 {
-        mean_over_waves(self.grid().nodes(), |waves| self.stiffness(waves))
+        mean_over_waves(self.convolved_nodes(), |waves| self.stiffness(waves))
     }
 }
 
 /// The convolution from pressure to displacement.
 pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
-    Kernel::new(operator.grid().nodes(), |k_x, k_y| {
+    Kernel::new(operator.convolved_nodes(), |k_x, k_y| {
         operator.displacement([k_x, k_y])
     })
 }
 
 /// The convolution from displacement to pressure.
 pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
-    Kernel::new(operator.grid().nodes(), |k_x, k_y| {
+    Kernel::new(operator.convolved_nodes(), |k_x, k_y| {
         operator.stiffness([k_x, k_y])
     })
+}
+
+/// The transform that such convolutions are made with.
+pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
+    Transform::padded(operator.grid().nodes(), operator.convolved_nodes())
 }
 
 /// A node's own share of a convolution: the mean of its factors.

@@ -24,12 +24,14 @@ use crate::contact::instructions::Instructions;
 mod aligned;
 mod half_spectrum;
 mod packed;
+mod padded;
 mod registers;
 mod row;
 
 use aligned::Aligned;
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
+use padded::Padded;
 use registers::Vectorize;
 
 pub use row::Row;
@@ -63,6 +65,8 @@ pub trait Rows<T> {
 
 /// Planned transforms of one mesh in one precision; cheap to share, since buffers are the caller's.
 pub struct Transform<T> {
+    /// Nodes of the maps that are convolved: all, or a corner of them.
+    map: [usize; 2],
     nodes: [usize; 2],
     half_spectrum: HalfSpectrum<T>,
     packed: Option<Packed<T>>,
@@ -104,8 +108,15 @@ fn plan_packed<T: Real>(nodes: [usize; 2]) -> Option<Packed<T>> {
 impl<T: Real> Transform<T> {
     /// Plans the transforms of a mesh of N_x × N_y nodes: any numbers from 1, primes included.
     pub fn new(nodes: [usize; 2]) -> Self {
-        assert!(nodes[0] * nodes[1] > 0, "a mesh has at least one node");
+        Self::padded(nodes, nodes)
+    }
+
+    /// Plans convolutions of maps of the first size, continued by zeros on a mesh of the second.
+    pub fn padded(map: [usize; 2], nodes: [usize; 2]) -> Self {
+        assert!(map[0] * map[1] > 0, "a mesh has at least one node");
+        assert!(map[0] <= nodes[0] && map[1] <= nodes[1], "padding adds");
         Self {
+            map,
             nodes,
             half_spectrum: HalfSpectrum::new(nodes),
             packed: plan_packed(nodes),
@@ -163,7 +174,8 @@ impl<T: Real> Transform<T> {
         out: &mut [T],
         scratch: &mut Scratch<T>,
     ) {
-        assert_eq!((field.len(), out.len()), (self.count(), self.count()));
+        let count = self.map[0] * self.map[1];
+        assert_eq!((field.len(), out.len()), (count, count));
         self.begin(&mut Source(field), scratch);
         self.multiply(kernel, scratch);
         self.finish(&mut Sink(out), scratch);
@@ -171,10 +183,23 @@ impl<T: Real> Transform<T> {
 
     /// Begins a convolution of the map whose rows are written.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.padding(rows) {
+            None => self.begin_rows(rows, scratch),
+            Some(mut padded) => self.begin_rows(&mut padded, scratch),
+        }
+    }
+
+    fn begin_rows(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         match self.way(scratch) {
             Way::Packed(packed, scratch) => packed.begin(rows, scratch),
             Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.begin(rows, scratch),
         }
+    }
+
+    /// The rows on the whole mesh, if that is larger than maps are.
+    fn padding<'a, P>(&self, rows: &'a mut P) -> Option<Padded<'a, P>> {
+        let nodes = self.map;
+        (nodes != self.nodes).then_some(Padded { nodes, rows })
     }
 
     /// Goes on with a convolution: forward, multiply, inverse, a few columns at a time. Returns the
@@ -192,6 +217,13 @@ impl<T: Real> Transform<T> {
     /// Ends a convolution, whose rows are read, and begins that of the map by which they are
     /// replaced.
     pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.padding(rows) {
+            None => self.turn_rows(rows, scratch),
+            Some(mut padded) => self.turn_rows(&mut padded, scratch),
+        }
+    }
+
+    fn turn_rows(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         match self.way(scratch) {
             Way::Packed(packed, scratch) => packed.turn(rows, scratch),
             Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.turn(rows, scratch),
@@ -200,6 +232,13 @@ impl<T: Real> Transform<T> {
 
     /// Ends a convolution, whose rows are read.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.padding(rows) {
+            None => self.finish_rows(rows, scratch),
+            Some(mut padded) => self.finish_rows(&mut padded, scratch),
+        }
+    }
+
+    fn finish_rows(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         match self.way(scratch) {
             Way::Packed(packed, scratch) => packed.finish(rows, scratch),
             Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.finish(rows, scratch),
@@ -208,6 +247,13 @@ impl<T: Real> Transform<T> {
 
     /// Reads rows 2 `pair` and, if there is one, 2 `pair` + 1 of a convolution about to end.
     pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        match self.padding(rows) {
+            None => self.peek_rows(pair, rows, scratch),
+            Some(mut padded) => self.peek_rows(pair, &mut padded, scratch),
+        }
+    }
+
+    fn peek_rows(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         match self.way(scratch) {
             Way::Packed(packed, scratch) => packed.peek(pair, rows, scratch),
             Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.peek(pair, rows, scratch),

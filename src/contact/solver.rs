@@ -94,7 +94,7 @@ pub struct Outcome {
     pub residual: f64,
     /// Nodes with pressure.
     pub contact_nodes: usize,
-    /// Mean gap over the cell, in units of rms slope × its longer side.
+    /// Mean gap over the map, in units of rms slope × its longer side.
     pub mean_gap: f64,
     /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side.
     pub energy: f64,
@@ -147,7 +147,7 @@ pub struct Solver {
     heights: Vec<f64>,
     /// The largest of them.
     highest: f64,
-    full_contact_load: f64,
+    full_contact_load: Option<f64>,
 
     pressure: Vec<f64>,
     load: f64,
@@ -202,12 +202,14 @@ impl Solver {
         assert_eq!(heights.len(), cells, "heights fill the mesh");
         let mean = heights.iter().sum::<f64>() / cells as f64;
         let heights: Vec<f64> = heights.iter().map(|height| height - mean).collect();
-        let (double, single) = (Transform::new(nodes), Transform::new(nodes));
+        let (double, single) = (elasticity::transform(&*body), elasticity::transform(&*body));
         let mut double_scratch = double.scratch();
         let mut pressure = vec![0.0; cells];
-        let flatten = elasticity::stiffness(&*body);
-        double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
-        let full_contact_load = -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p));
+        let full_contact_load = body.stiffness_is_exact().then(|| {
+            let flatten = elasticity::stiffness(&*body);
+            double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
+            -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p))
+        });
         Self {
             nodes,
             steps_per_side: body.grid().smaller_steps(),
@@ -246,8 +248,9 @@ impl Solver {
         }
     }
 
-    /// The least load, in units of E* × rms slope, that brings every node into contact.
-    pub fn full_contact_load(&self) -> f64 {
+    /// The least load, in units of E* × rms slope, that brings every node into contact, if it is known
+    /// from a formula.
+    pub fn full_contact_load(&self) -> Option<f64> {
         self.full_contact_load
     }
 
@@ -270,7 +273,7 @@ impl Solver {
         assert!(load.is_finite() && load > 0.0, "a load presses");
         self.pairs = 0;
         self.base.prepare(settings.tolerance);
-        if load >= self.full_contact_load {
+        if self.full_contact_load.is_some_and(|full| load >= full) {
             self.flatten(load);
             let evaluation = self.evaluate();
             return Outcome {

@@ -12,7 +12,7 @@ use super::{Settings, Solver};
 pub struct Evaluation {
     pub standing: Standing,
     pub contact_nodes: f64,
-    /// Mean of the gap over the cell, zero where there is contact.
+    /// Mean of the gap over the map, zero where there is contact.
     pub mean_gap: f64,
     /// Half the mean of pressure × displacement.
     pub energy: f64,
@@ -89,7 +89,7 @@ impl Solver {
             landing: Landing {
                 scale: line.scale as f32,
                 reference_rise: rise as f32,
-                survey: Survey::NOTHING,
+                survey: Survey::new(!self.body.keeps_mean()),
                 curvature: 0.0,
             },
             base: &self.base,
@@ -140,7 +140,7 @@ impl Solver {
             reference: self.reference,
             gap: &mut self.gap,
             carry: &self.carry,
-            survey: Survey::NOTHING,
+            survey: Survey::new(!self.body.keeps_mean()),
         };
         self.double
             .finish(&mut Wide(&mut pass), &mut self.double_scratch);
@@ -155,8 +155,11 @@ impl Solver {
         Evaluation {
             standing,
             contact_nodes: survey.contact_nodes,
-            // Displacements and heights have no mean.
-            mean_gap: -(self.reference + standing.offset),
+            mean_gap: match survey.gap_sum {
+                Some(sum) => sum / self.pressure.len() as f64 - standing.offset,
+                // Displacements and heights have no mean.
+                None => -(self.reference + standing.offset),
+            },
             energy: 0.5 * work / self.pressure.len() as f64,
         }
     }

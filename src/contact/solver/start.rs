@@ -142,11 +142,18 @@ impl Solver {
         self.earlier_load = self.load;
     }
 
-    /// The part of the full-contact pressure above a plane that leaves the mean `load`.
+    /// The part of the full-contact pressure, or of what the stiffness has for it, above a plane that
+    /// leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
         let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
-        self.raise_to(load, (-peak, self.full_contact_load));
+        // With less than the load everywhere there would be none at the lowest.
+        let lowest = self
+            .pressure
+            .iter()
+            .fold(0.0, |lowest: f64, p| lowest.min(*p));
+        let most = self.full_contact_load.unwrap_or(load - lowest);
+        self.raise_to(load, (-peak, most));
     }
 
     /// What the highest nodes would bear if none displaced another: exact if one bears all.
@@ -190,7 +197,8 @@ impl Solver {
         }
     }
 
-    /// Fills the pressure with the one of zero mean that flattens the heights: one pair.
+    /// Fills the pressure with the one of zero mean that flattens the heights, as far as the stiffness
+    /// is exact: one pair.
     fn fill_with_full_contact(&mut self) {
         self.double.convolve(
             &elasticity::stiffness(&*self.body),

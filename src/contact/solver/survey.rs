@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::flags::PRESSED;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, total};
 
 /// Where a search stands.
 #[derive(Debug, Clone, Copy)]
@@ -53,17 +53,31 @@ pub struct Survey {
     pub contact_nodes: f64,
     /// Σ gap over the contact, left to whoever knows it in double precision.
     pub contact_sum: f64,
+    /// Σ gap over the map, likewise, where it tells what no mean displacement is.
+    pub gap_sum: Option<f64>,
     extremes: Extremes,
 }
 
 impl Survey {
-    pub const NOTHING: Self = Self {
-        contact_nodes: 0.0,
-        contact_sum: 0.0,
-        extremes: Extremes::NONE,
-    };
+    /// Nothing so far, of gaps that are to be summed or not.
+    pub fn new(sums_gaps: bool) -> Self {
+        Self {
+            contact_nodes: 0.0,
+            contact_sum: 0.0,
+            gap_sum: sums_gaps.then_some(0.0),
+            extremes: Extremes::NONE,
+        }
+    }
 
-    /// Adds a row of gaps but to their sum, and of numbers that are marked where there is pressure.
+    /// Adds the gaps of a row, in double precision.
+    #[inline(always)]
+    pub fn add_gaps(&mut self, gap: &[f64]) {
+        if let Some(sum) = &mut self.gap_sum {
+            *sum += total(gap);
+        }
+    }
+
+    /// Adds a row of gaps but to their sums, and of numbers that are marked where there is pressure.
     #[inline(always)]
     pub fn add<S: Simd, const R: usize>(
         &mut self,

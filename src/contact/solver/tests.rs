@@ -5,9 +5,11 @@ use crate::contact::elasticity::PeriodicHalfSpace;
 use crate::contact::grid::samples::square;
 
 mod closed_forms;
+mod free;
 mod invariants;
 mod light;
 mod rectangles;
+mod reference;
 
 /// Where double precision ends on the meshes used here.
 const TIGHT: Settings = Settings {
@@ -72,7 +74,7 @@ fn rough(nodes: usize, seed: u64) -> Vec<f64> {
 
 /// Gap by its definition, from kernels alone, less its mean in contact.
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
-    let transform = Transform::<f64>::new(solver.nodes);
+    let transform = elasticity::transform::<f64>(&*solver.body);
     let mut gap = vec![0.0; heights.len()];
     let kernel = elasticity::displacement(&*solver.body);
     transform.convolve(

@@ -101,6 +101,7 @@ impl Pass<f64> for Arrive<'_> {
         above(values, row.of(self.heights), self.reference, gap);
         let carry = row.of(self.carry);
         self.survey.contact_sum += contact_sum(values, carry);
+        self.survey.add_gaps(values);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split::<S, R>(carry);
         self.survey.add(simd, gap, carry);
@@ -161,6 +162,7 @@ impl Pass<f64> for Land<'_> {
             let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
             let carry = row.of_mut(self.carry);
             self.landing.survey.contact_sum += contact_sum(values, carry);
+            self.landing.survey.add_gaps(values);
             let (carry, last_carry) = split_mut::<S, R>(carry);
             let (base, last_base) = split::<S, R>(self.base.row(row));
             let (rise, last_rise) = split::<S, R>(row.of(self.rise));

@@ -41,7 +41,7 @@ fn golden_surface_is_the_one_described() {
     assert!((heights[0] - -0.009119742340787058).abs() < 1e-15);
     for (nodes, load) in [(64, 1.3257859146181756), (128, 1.3326186670460385)] {
         let solver = super::solver(nodes, &golden(nodes));
-        assert!((solver.full_contact_load() - load).abs() < 1e-13);
+        assert!((solver.full_contact_load().unwrap() - load).abs() < 1e-13);
     }
 }
 
@@ -150,7 +150,7 @@ fn a_wave_touches_along_strips_of_the_width_of_westergaard() {
     let heights = map(nodes, |x, _| amplitude * (TAU * x).cos());
     let mut solver = super::solver(nodes, &heights);
     let full = PI * amplitude;
-    assert!((solver.full_contact_load() / full - 1.0).abs() < 1e-12);
+    assert!((solver.full_contact_load().unwrap() / full - 1.0).abs() < 1e-12);
     for part in [0.05, 0.3, 0.6, 0.9] {
         let outcome = solved(&mut solver, part * full);
         let half_width = f64::sqrt(part).asin() / PI;
@@ -182,7 +182,7 @@ fn crossed_waves_touch_in_discs_at_first_and_part_in_discs_at_last() {
     let heights = map(nodes, |x, y| amplitude * (TAU * x).cos() * (TAU * y).cos());
     let mut solver = super::solver(nodes, &heights);
     let full = 2_f64.sqrt() * PI * amplitude;
-    assert!((solver.full_contact_load() / full - 1.0).abs() < 1e-12);
+    assert!((solver.full_contact_load().unwrap() / full - 1.0).abs() < 1e-12);
     let mut area = |part: f64| {
         let nodes_in_contact = solved(&mut solver, part * full).contact_nodes;
         nodes_in_contact as f64 / (nodes * nodes) as f64

@@ -1,0 +1,180 @@
+//! The isotropic half-space with nothing outside the map: what a pressure on rectangular cells does to
+//! their centres.
+//!
+//! A unit pressure on a cell of Δx × Δy lowers the centre of another one by Love's integral (*Phil.
+//! Trans. R. Soc. A* 228, 1929, 377). A convolution with it on a mesh of twice the nodes along both
+//! axes, pressures continued by zeros, is exact on the map: nothing comes around (Hockney 1970; Liu,
+//! Wang & Liu, *Wear* 243, 2000, 101).
+
+use std::f64::consts::PI;
+
+use rustfft::num_complex::Complex;
+
+use super::ElasticOperator;
+use crate::contact::fft::Transform;
+use crate::contact::grid::{Grid, magnitude};
+
+/// An isotropic half-space under a pressure that is zero outside the map.
+///
+/// Displacements are absolute: far away there is none. There is no pressure that flattens any heights,
+/// for what does has infinite pressure at the edges of the map, of either sign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeHalfSpace {
+    grid: Grid,
+    /// Displacement per pressure of the waves of the doubled mesh, k_x up to N_x and k_y up to N_y,
+    /// row by row.
+    factors: Vec<f64>,
+}
+
+impl FreeHalfSpace {
+    /// A half-space below the nodes of a grid, each in the middle of its cell; of the grid's lengths
+    /// only their ratio counts.
+    pub fn new(grid: Grid) -> Self {
+        let doubled = grid.nodes().map(|nodes| 2 * nodes);
+        let [step_x, step_y] = grid.spacing().map(|step| step / grid.cell().longer_side());
+        let of_node = |node: usize| {
+            let i = magnitude(node / doubled[1], doubled[0]) as f64;
+            let j = magnitude(node % doubled[1], doubled[1]) as f64;
+            displacement_beside_cell([i * step_x, j * step_y], [step_x, step_y])
+        };
+        let displacements: Vec<f64> = (0..doubled[0] * doubled[1]).map(of_node).collect();
+        let transform = Transform::new(doubled);
+        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+        transform.forward(&displacements, &mut spectrum, &mut transform.scratch());
+        // Even, and so real, but for rounding; rows beyond N_x repeat those before.
+        spectrum.truncate((grid.nodes()[0] + 1) * transform.spectrum_columns());
+        Self {
+            grid,
+            factors: spectrum.into_iter().map(|value| value.re).collect(),
+        }
+    }
+}
+
+/// Displacement at a distance (x, y) from the centre of a cell under unit pressure, E* = 1.
+fn displacement_beside_cell([x, y]: [f64; 2], [step_x, step_y]: [f64; 2]) -> f64 {
+    let [a, b] = [x - step_x / 2.0, x + step_x / 2.0];
+    let [c, d] = [y - step_y / 2.0, y + step_y / 2.0];
+    (corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)) / PI
+}
+
+/// s asinh(t/|s|) + t asinh(s/|t|): the digits that logarithms lose far away are kept.
+fn corner(s: f64, t: f64) -> f64 {
+    let term = |s: f64, t: f64| {
+        if s == 0.0 {
+            0.0
+        } else {
+            s * libm::asinh(t / s.abs())
+        }
+    };
+    term(s, t) + term(t, s)
+}
+
+impl ElasticOperator for FreeHalfSpace {
+    fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    fn convolved_nodes(&self) -> [usize; 2] {
+        self.grid.nodes().map(|nodes| 2 * nodes)
+    }
+
+    fn displacement(&self, [k_x, k_y]: [usize; 2]) -> f64 {
+        self.factors[k_x * (self.grid.nodes()[1] + 1) + k_y]
+    }
+
+    /// |q|/2 of the doubled cell, as if pressures repeated there.
+    fn stiffness(&self, waves: [usize; 2]) -> f64 {
+        let waves = waves.map(|waves| waves as f64 / 2.0);
+        PI * self.grid.cell().wavenumber(waves)
+    }
+
+    fn stiffness_is_exact(&self) -> bool {
+        false
+    }
+
+    fn keeps_mean(&self) -> bool {
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::elasticity::{displacement, transform};
+    use crate::contact::grid::samples::{rectangle, square};
+
+    fn sunk(grid: Grid, pressure: &[f64]) -> Vec<f64> {
+        let body = FreeHalfSpace::new(grid);
+        let transform = transform(&body);
+        let mut out = vec![0.0; pressure.len()];
+        let kernel = displacement::<f64>(&body);
+        transform.convolve(&kernel, pressure, &mut out, &mut transform.scratch());
+        out
+    }
+
+    #[test]
+    fn a_cell_sinks_below_its_own_pressure_as_love_has_it() {
+        // (4/π) ln(1 + √2) times the side of a square, here a fifth of the longer side.
+        let side = 0.2;
+        let expected = 4.0 / PI * (1.0 + 2_f64.sqrt()).ln() * side;
+        let body = FreeHalfSpace::new(rectangle([3, 5], [0.6, 1.0]));
+        assert!((body.nodal_compliance() - expected).abs() < 1e-14);
+        assert!((displacement_beside_cell([0.0; 2], [side; 2]) - expected).abs() < 1e-15);
+        // A corner belongs to four quarters of the double square: half as deep as its centre.
+        let corner = displacement_beside_cell([side / 2.0; 2], [side; 2]);
+        assert!((corner / expected - 0.5).abs() < 1e-14);
+    }
+
+    #[test]
+    fn far_away_a_cell_is_a_point() {
+        let far = displacement_beside_cell([3.0, 4.0], [0.01, 0.02]);
+        let point = 0.01 * 0.02 / (PI * 5.0);
+        // Off by (Δ/r)²/24 or so.
+        assert!((far / point - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn displacements_are_sums_over_cells_and_nothing_comes_around() {
+        for grid in [
+            square(1, 1.0),
+            square(8, 1.0),
+            rectangle([5, 12], [1.0, 3.0]),
+        ] {
+            let pressure: Vec<f64> = (0..grid.count())
+                .map(|node| libm::sin(7.0 + (node * node) as f64).abs())
+                .collect();
+            let steps = grid.spacing().map(|step| step / grid.cell().longer_side());
+            for (node, found) in sunk(grid, &pressure).into_iter().enumerate() {
+                let [i, j] = grid.place(node);
+                let of_cell = |(other, pressure): (usize, &f64)| {
+                    let [k, l] = grid.place(other);
+                    let distance = [i.abs_diff(k), j.abs_diff(l)];
+                    let [x, y] = [0, 1].map(|axis| distance[axis] as f64 * steps[axis]);
+                    pressure * displacement_beside_cell([x, y], steps)
+                };
+                let sum: f64 = pressure.iter().enumerate().map(of_cell).sum();
+                assert!((found / sum - 1.0).abs() < 1e-13, "{grid:?}, node {node}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_disc_sinks_more_in_the_middle_than_at_its_edge_by_half_pi() {
+        // u = 2a in the centre and 4a/π at the edge of a disc of radius a under unit pressure.
+        let (nodes, radius) = (256, 0.25);
+        let from_centre = |index: usize| (index as f64 + 0.5) / nodes as f64 - 0.5;
+        let grid = square(nodes, 1.0);
+        let pressure: Vec<f64> = (0..grid.count())
+            .map(|node| {
+                let [x, y] = grid.place(node).map(from_centre);
+                f64::from(u8::from(x.hypot(y) < radius))
+            })
+            .collect();
+        let sunk = sunk(grid, &pressure);
+        let centre = sunk[128 * 256 + 128];
+        assert!((centre / (2.0 * radius) - 1.0).abs() < 2e-3);
+        // Half a cell off the edge, where the slope is logarithmic.
+        let edge = 0.5 * (sunk[128 * 256 + 191] + sunk[128 * 256 + 192]);
+        assert!((edge / (4.0 * radius / PI) - 1.0).abs() < 1e-2);
+    }
+}
