@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use crate::contact::solver::pace;
+use crate::contact::solver::cost;
 use crate::plan::{Plan, Task};
 use crate::stages::{Effort, Extent};
 
@@ -40,7 +40,7 @@ impl CostModel {
         let mut known = self.seconds_per_pair.borrow_mut();
         *known
             .entry(nodes)
-            .or_insert_with(|| pace::seconds_per_pair(nodes))
+            .or_insert_with(|| cost::seconds_per_pair(nodes))
     }
 }
 

@@ -18,12 +18,12 @@ use crate::contact::elasticity::{self, ElasticOperator};
 
 mod active_set;
 mod conjugate_gradients;
+pub(crate) mod cost;
 mod evaluation;
 mod flags;
 mod history;
 mod lanes;
 mod line_search;
-pub(crate) mod pace;
 mod passes;
 mod start;
 mod steps;

@@ -16,7 +16,7 @@ use super::{
     StageError, beside_coordinates,
 };
 use crate::contact::elasticity::PeriodicHalfSpace;
-use crate::contact::solver::{Settings, Solver, Stop, bytes_per_node, pace};
+use crate::contact::solver::{Settings, Solver, Stop, bytes_per_node, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
@@ -120,7 +120,7 @@ impl Stage for Params {
         let mut solver = Solver::new(body, &scales.reduced(surface));
         let mut rows = Solved::default();
         let nodes = scales.nodes[0];
-        let expected = |loads: &[f64]| pace::expected_pairs(nodes, loads, self.tolerance);
+        let expected = |loads: &[f64]| cost::expected_pairs(nodes, loads, self.tolerance);
         for (index, &given) in self.loads.iter().enumerate() {
             let load = scales.load(given, self.load_unit);
             let outcome = solver.press(load, &self.settings(), context.interrupted);
@@ -175,7 +175,7 @@ impl Stage for Params {
     }
 
     fn effort(&self, extent: Extent) -> Effort {
-        Effort::pairs(pace::expected_pairs(
+        Effort::pairs(cost::expected_pairs(
             extent.nodes,
             &self.loads,
             self.tolerance,
