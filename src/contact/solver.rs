@@ -128,7 +128,7 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// let slope = Moments::of(&wave).rms_slope();
 /// let heights: Vec<f64> = wave.heights().iter().map(|height| height / slope).collect();
 /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
-/// let full = solver.full_contact_load();
+/// let full = solver.full_contact_load().expect("a periodic body has one");
 /// assert!((full - 0.5_f64.sqrt()).abs() < 1e-12);
 ///
 /// let outcome = solver.press(full / 2.0, &Settings::default(), &|| false);
