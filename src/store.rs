@@ -14,7 +14,9 @@ pub(crate) mod listing;
 pub(crate) mod lock;
 pub mod parquet;
 pub mod provenance;
+pub mod source;
 pub mod table;
+mod unflushed;
 /// For tests, which leave files as an ended process would.
 #[doc(hidden)]
 pub mod writer;
@@ -24,10 +26,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::store::files::{Existing, make_folder, read_whole, write_whole};
+use crate::store::files::{Existing, make_folder, read_whole, write_file};
+use crate::store::unflushed::Unflushed;
 use crate::store::key::TaskKey;
 use crate::store::lock::Lock;
-use crate::store::parquet::{Columns, ParquetError};
+use crate::store::parquet::{Columns, Metadata, ParquetError};
 use crate::store::provenance::Provenance;
 use crate::store::table::Table;
 
@@ -38,6 +41,7 @@ const WORKSHOP: &str = "unfinished";
 #[derive(Debug, Clone)]
 pub struct Store {
     root: PathBuf,
+    unflushed: Arc<Unflushed>,
     _lock: Arc<Lock>,
 }
 
@@ -139,6 +143,7 @@ impl Store {
     pub fn look(root: &Path) -> Result<Store, StoreError> {
         Ok(Store {
             root: root.to_owned(),
+            unflushed: Arc::default(),
             _lock: Arc::new(Lock::share(root)?),
         })
     }
@@ -223,6 +228,16 @@ impl Store {
         read_as(&self.path(key), key, columns)
     }
 
+    /// Whether a task's file is as it was written, and the one that its name says; its rows are not
+    /// looked at, whose digest holds.
+    ///
+    /// # Errors
+    /// As [`Store::read`].
+    pub(crate) fn verify(&self, key: TaskKey) -> Result<(), StoreError> {
+        let path = self.path(key);
+        owned(&path, key, files::verify_whole(&path)?).map(drop)
+    }
+
     /// Stores a finished task's table for good, under the key that follows from its provenance.
     ///
     /// # Errors
@@ -230,7 +245,17 @@ impl Store {
     pub(crate) fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
         let path = self.path(provenance.key());
         let bytes = parquet::encode(table, &provenance.metadata());
-        write_whole(&path, &bytes, Existing::Keep, &self.workshop())
+        write_file(&path, &bytes, Existing::Keep, &self.workshop())?;
+        self.unflushed.add(&path)
+    }
+
+    /// Sees to it that every table that has been published is found after a power cut, too. Whole it
+    /// is in any case.
+    ///
+    /// # Errors
+    /// When a folder cannot be flushed.
+    pub(crate) fn flush(&self) -> Result<(), StoreError> {
+        self.unflushed.flush()
     }
 
     /// Where tables lie while they are written: in the store, for they cannot change their names
@@ -281,16 +306,19 @@ fn path(root: &Path, key: TaskKey) -> PathBuf {
 /// The table in a file, if it is that of the task, and how it came about.
 fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
+    Ok((table, owned(path, key, metadata)?))
+}
+
+/// How the table in a file came about, if it is that of the task.
+fn owned(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, StoreError> {
     let told = Provenance::of(&metadata).filter(|told| told.key() == key);
-    if let Some(provenance) = told.filter(|_| metadata.key == Some(key)) {
-        return Ok((table, provenance));
-    }
-    Err(StoreError::Damaged {
-        path: path.to_owned(),
-        source: ParquetError::Foreign {
-            owner: format!("task {key}"),
-        },
-    })
+    told.filter(|_| metadata.key == Some(key))
+        .ok_or_else(|| StoreError::Damaged {
+            path: path.to_owned(),
+            source: ParquetError::Foreign {
+                owner: format!("task {key}"),
+            },
+        })
 }
 
 #[cfg(test)]

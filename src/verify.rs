@@ -12,9 +12,9 @@ use crate::names;
 use crate::plan::Plan;
 use crate::report::seal;
 use crate::results;
-use crate::store::files::{quarantine, read_whole};
+use crate::store::files::{quarantine, verify_whole};
 use crate::store::listing::{self, Found, What};
-use crate::store::parquet::{Columns, ParquetError};
+use crate::store::parquet::ParquetError;
 use crate::store::{Store, StoreError};
 
 /// A file that is damaged, or cannot be read.
@@ -93,9 +93,9 @@ fn check_one(table: &Found, store: &Store) -> Option<Finding> {
 fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
     let path = &table.path;
     match &table.what {
-        What::Task(key) => store.read(*key, Columns::All).map(drop),
+        What::Task(key) => store.verify(*key),
         What::Stage { study, stage } => {
-            let (_, metadata) = read_whole(path, Columns::All)?;
+            let metadata = verify_whole(path)?;
             // The table of failures is of no stage.
             let of_stage = (stage != names::FAILURES).then_some(stage.as_str());
             match metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {

@@ -338,6 +338,11 @@ pub(crate) fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> Array
     Arc::new(StringArray::from_iter_values(values))
 }
 
+/// A column of text, some of it not known.
+pub(crate) fn optional_texts(values: impl IntoIterator<Item = Option<String>>) -> ArrayRef {
+    Arc::new(StringArray::from_iter(values))
+}
+
 /// A column of bytes.
 pub(crate) fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(LargeBinaryArray::from_iter_values(values))

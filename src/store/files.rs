@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
 use super::StoreError;
-use super::parquet::{self, Columns, Metadata, ParquetError};
+use super::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use super::table::Table;
 use super::writer::Writer;
 
@@ -35,8 +35,22 @@ pub fn write_whole(
     existing: Existing,
     workshop: &Path,
 ) -> Result<(), StoreError> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    make_folder(folder)?;
+    write_file(path, bytes, existing, workshop)?;
+    flush_folder(path.parent().unwrap_or(Path::new(".")))
+}
+
+/// Like [`write_whole`], but for its name, which may be lost if the power is cut before its folder
+/// is flushed.
+///
+/// # Errors
+/// As [`write_whole`].
+pub fn write_file(
+    path: &Path,
+    bytes: &[u8],
+    existing: Existing,
+    workshop: &Path,
+) -> Result<(), StoreError> {
+    make_folder(path.parent().unwrap_or(Path::new(".")))?;
     make_folder(workshop)?;
     let result = (|| {
         let mut file = tempfile::Builder::new()
@@ -54,10 +68,22 @@ pub fn write_whole(
                 other => drop(other?),
             },
         }
-        File::open(folder)?.sync_all()
+        Ok(())
     })();
     result.map_err(|source| StoreError::Write {
         path: path.to_owned(),
+        source,
+    })
+}
+
+/// Sees to it that the disk knows the names of a folder's files.
+///
+/// # Errors
+/// When the folder cannot be flushed.
+pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
+    let flushed = File::open(folder).and_then(|folder| folder.sync_all());
+    flushed.map_err(|source| StoreError::Write {
+        path: folder.to_owned(),
         source,
     })
 }
@@ -129,12 +155,35 @@ fn readable() -> fs::Permissions {
 /// # Errors
 /// When the file is missing, unreadable, damaged, or no table of this program.
 pub fn read_whole(path: &Path, columns: Columns) -> Result<(Table, Metadata), StoreError> {
+    read(path, |file| parquet::decode(file, columns))
+}
+
+/// What a file says of itself, all of whose bytes and columns are as they should be.
+///
+/// # Errors
+/// As [`read_whole`].
+pub fn verify_whole(path: &Path) -> Result<Metadata, StoreError> {
+    read(path, parquet::verify)
+}
+
+/// A table of which parts are read.
+///
+/// # Errors
+/// As [`read_whole`], but for the parts that are not read yet.
+pub fn open_table(path: &Path) -> Result<TableFile, StoreError> {
+    read(path, TableFile::open)
+}
+
+fn read<T>(
+    path: &Path,
+    read: impl FnOnce(File) -> Result<T, ParquetError>,
+) -> Result<T, StoreError> {
     let unreadable = |source| StoreError::Read {
         path: path.to_owned(),
         source,
     };
     let file = File::open(path).map_err(unreadable)?;
-    parquet::decode(file, columns).map_err(|error| match error {
+    read(file).map_err(|error| match error {
         // The disk failed, which says nothing of what is on it.
         ParquetError::Read(source) => unreadable(source),
         source => StoreError::Damaged {

@@ -1,0 +1,125 @@
+//! A table that is read as far as it is needed: out of a file, or out of memory.
+
+use std::path::{Path, PathBuf};
+
+use arrow::array::Array;
+use arrow::datatypes::SchemaRef;
+
+use super::StoreError;
+use super::files::open_table;
+use super::parquet::{Metadata, ParquetError, TableFile};
+use super::table::Table;
+
+/// Rows under named columns, wherever they are.
+#[derive(Debug)]
+pub struct TableSource(Place);
+
+#[derive(Debug)]
+enum Place {
+    Memory(Table),
+    File(PathBuf, TableFile),
+}
+
+impl From<Table> for TableSource {
+    fn from(table: Table) -> TableSource {
+        TableSource(Place::Memory(table))
+    }
+}
+
+impl TableSource {
+    /// The table in a file, and what the file says of itself.
+    ///
+    /// # Errors
+    /// When the file is missing, unreadable or no table of this program.
+    pub(crate) fn open(path: &Path) -> Result<(TableSource, Metadata), StoreError> {
+        let file = open_table(path)?;
+        let metadata = file.metadata().clone();
+        let place = Place::File(path.to_owned(), file);
+        Ok((TableSource(place), metadata))
+    }
+
+    /// Its columns.
+    pub fn schema(&self) -> SchemaRef {
+        match &self.0 {
+            Place::Memory(table) => table.batch().schema(),
+            Place::File(_, file) => file.schema().clone(),
+        }
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        let schema = self.schema();
+        let fields = schema.fields().iter();
+        fields.map(|field| field.name().clone()).collect()
+    }
+
+    /// The number of its rows.
+    pub fn rows(&self) -> usize {
+        match &self.0 {
+            Place::Memory(table) => table.rows(),
+            Place::File(_, file) => file.rows(),
+        }
+    }
+
+    /// All of it.
+    ///
+    /// # Errors
+    /// When it is damaged.
+    pub fn table(&self) -> Result<Table, StoreError> {
+        let all: Vec<usize> = (0..self.schema().fields().len()).collect();
+        self.first(&all, self.rows())
+    }
+
+    /// Some columns, by their places and in that order, in the first rows.
+    ///
+    /// # Errors
+    /// When what is read of it is damaged.
+    pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, StoreError> {
+        match &self.0 {
+            Place::Memory(table) => {
+                let rows = rows.min(table.rows());
+                Ok(table.project(columns).slice(0..rows))
+            }
+            Place::File(path, file) => file.first(columns, rows).map_err(|e| damaged(path, e)),
+        }
+    }
+
+    /// Some columns, part after part from the first row to the last, each of which fits into memory.
+    pub fn parts<'a>(
+        &'a self,
+        columns: &'a [usize],
+    ) -> impl Iterator<Item = Result<Table, StoreError>> + 'a {
+        let parts = match &self.0 {
+            Place::Memory(_) => 1,
+            Place::File(_, file) => file.groups(),
+        };
+        (0..parts).map(move |part| match &self.0 {
+            Place::Memory(table) => Ok(table.project(columns)),
+            Place::File(path, file) => file.group(columns, part).map_err(|e| damaged(path, e)),
+        })
+    }
+
+    /// Whether all rows hold the same in a column.
+    ///
+    /// # Errors
+    /// When the column is damaged.
+    pub fn is_constant(&self, column: usize) -> Result<bool, StoreError> {
+        if let Place::File(_, file) = &self.0
+            && file.is_known_to_vary(column)
+        {
+            return Ok(false);
+        }
+        let table = self.first(&[column], self.rows())?;
+        let values = table.batch().column(0);
+        let first = values.slice(0, 1.min(values.len())).to_data();
+        Ok((1..values.len()).all(|row| values.slice(row, 1).to_data() == first))
+    }
+}
+
+fn damaged(path: &Path, error: ParquetError) -> StoreError {
+    let path = path.to_owned();
+    match error {
+        ParquetError::Read(source) => StoreError::Read { path, source },
+        source => StoreError::Damaged { path, source },
+    }
+}
