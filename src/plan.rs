@@ -150,6 +150,17 @@ impl Plan {
         self.stages.iter().find(|stage| stage.tasks.contains(&task))
     }
 
+    /// For every task, the name of the first stage that has it.
+    pub(crate) fn stage_names(&self) -> Vec<&str> {
+        let mut names = vec![""; self.tasks.len()];
+        for stage in self.stages.iter().rev() {
+            for &task in &stage.tasks {
+                names[task] = &stage.name;
+            }
+        }
+        names
+    }
+
     /// What places a task in its study, as one row: of several surfaces, what they have in common.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ use rayon::Scope;
 use crate::diagnostics::words_of_panic;
 use crate::memory;
 use crate::plan::{Plan, Task};
+use crate::results::archive::Archive;
 use crate::stages::{Context, Input, StageError};
 use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
@@ -77,7 +78,7 @@ pub struct Resources {
 pub fn run(
     plan: &Plan,
     missing: &[usize],
-    store: &Store,
+    archive: &Archive,
     sources: &SurfaceFiles,
     resources: Resources,
     observer: &dyn TaskObserver,
@@ -86,7 +87,7 @@ pub fn run(
     let run = Run::new(
         plan,
         missing,
-        store,
+        archive,
         sources,
         resources,
         observer,
@@ -108,9 +109,14 @@ pub fn run(
     Ok(run.outcome())
 }
 
+/// Inputs from which on the table of their stage is read in place of their own.
+const MANY: usize = 8;
+
 struct Run<'a> {
     plan: &'a Plan,
-    store: &'a Store,
+    /// The stage of each task.
+    stages: Vec<&'a str>,
+    archive: &'a Archive,
     sources: &'a SurfaceFiles,
     observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
@@ -129,7 +135,7 @@ impl<'a> Run<'a> {
     fn new(
         plan: &'a Plan,
         missing: &[usize],
-        store: &'a Store,
+        archive: &'a Archive,
         sources: &'a SurfaceFiles,
         Resources { threads, room }: Resources,
         observer: &'a dyn TaskObserver,
@@ -150,7 +156,8 @@ impl<'a> Run<'a> {
         let sizes = (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads).0);
         Run {
             plan,
-            store,
+            stages: plan.stage_names(),
+            archive,
             sources,
             observer,
             interrupted,
@@ -209,9 +216,16 @@ impl<'a> Run<'a> {
             let takes = size.display().si().to_string();
             return Err(TaskError::Memory { takes });
         }
+        let columns = recipe.columns_read();
+        let many = inputs.len() >= MANY && columns == Columns::Light;
         let inputs = inputs
             .iter()
-            .map(|&input| self.read(input, recipe.columns_read()))
+            .map(
+                |&input| match many.then(|| self.published(input)).flatten() {
+                    Some(table) => Ok(table),
+                    None => self.read(input, columns),
+                },
+            )
             .collect::<Result<Vec<_>, _>>()?;
         let context = Context {
             sources: self.sources,
@@ -219,15 +233,26 @@ impl<'a> Run<'a> {
             advance: &|share| self.observer.advanced(task, share),
         };
         let table = recipe.run(&inputs, &context)?;
-        Ok(self.store.publish(&self.plan.provenance(task), &table)?)
+        Ok(self
+            .archive
+            .store()
+            .publish(&self.plan.provenance(task), &table)?)
+    }
+
+    /// A table that an earlier run has published, out of that of its stage.
+    fn published(&self, task: usize) -> Option<Input<'_>> {
+        let Task { key, recipe, .. } = &self.plan.tasks[task];
+        let table = self.archive.published_in(self.stages[task], *key)?;
+        Some(Input { recipe, table })
     }
 
     fn read(&self, task: usize, columns: Columns) -> Result<Input<'_>, TaskError> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
-        let table = match self.store.read(*key, columns) {
+        let store = self.archive.store();
+        let table = match store.read(*key, columns) {
             Err(cause) if cause.is_mendable() => {
                 self.mend(task, cause)?;
-                self.store.read(*key, columns)?
+                store.read(*key, columns)?
             }
             read => read?,
         };
@@ -237,7 +262,7 @@ impl<'a> Run<'a> {
     /// Computes a table again that was there when the run began. Two tasks that need it may both
     /// do so: their tables are equal.
     fn mend(&self, task: usize, cause: StoreError) -> Result<(), TaskError> {
-        if let Some(damage) = Damage::quarantine(self.plan, task, self.store, cause)? {
+        if let Some(damage) = Damage::quarantine(self.plan, task, self.archive.store(), cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
         match self.compute(task) {

@@ -1,20 +1,19 @@
 //! The tables of finished tasks, from wherever they are.
 //!
-//! The store has them with their maps. Where it has lost them, as when results are shared alone,
-//! the published tables of stages have their rows: a row says which task computed it, and a key
-//! says all that decides it, so that it does not matter which of the two is read.
+//! The store has them with their maps, a file each. The published tables of stages have their rows,
+//! too: a row says which task computed it, and a key says all that decides it, so that it does not
+//! matter which of the two is read. Where many are needed, one file is read in place of thousands;
+//! where the store has lost them, as when results are shared alone, there is no other.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use super::{PATH, TASK, files_of};
+use super::published::Published;
+use super::{PATH, files_of};
 use crate::stages::Kind;
 use crate::stages::columns::{CONTENT, NODES};
-use crate::store::files::read_whole;
 use crate::store::key::TaskKey;
 use crate::store::listing::What;
-use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
 use crate::store::{Store, StoreError, TaskTables};
 use crate::surface_files::{ContentHash, Recollection};
@@ -24,17 +23,25 @@ use crate::surface_files::{ContentHash, Recollection};
 pub struct Archive {
     store: Store,
     folder: PathBuf,
-    published: OnceLock<Vec<Published>>,
+    stages: OnceLock<Vec<StageFile>>,
 }
 
-/// A stage's table that has been published.
+/// A stage's table that may have been published, read when it is first asked for.
 #[derive(Debug)]
-struct Published {
+struct StageFile {
     stage: String,
-    kind: String,
-    table: Table,
-    /// The rows of each task that has any.
-    rows: HashMap<TaskKey, Vec<usize>>,
+    path: PathBuf,
+    published: OnceLock<Option<Published>>,
+}
+
+impl StageFile {
+    /// A table that cannot be read has no rows: who asks for it by its name hears of it.
+    fn published(&self) -> Option<&Published> {
+        let published = self
+            .published
+            .get_or_init(|| Published::read(&self.path).ok().flatten());
+        published.as_ref()
+    }
 }
 
 impl Archive {
@@ -43,7 +50,7 @@ impl Archive {
         Archive {
             store,
             folder: folder.to_owned(),
-            published: OnceLock::new(),
+            stages: OnceLock::new(),
         }
     }
 
@@ -60,61 +67,52 @@ impl Archive {
     /// What has been published of a task: its rows, without maps and without what published tables
     /// add.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
-        let mut published = self.published().iter();
-        published.find_map(|published| {
-            let rows = published.table.pick(published.rows.get(&key)?);
-            Some(rows.without(&[TASK.name, PATH.name]))
-        })
+        let mut published = self.published();
+        published.find_map(|(_, published)| published.rows_of(key))
+    }
+
+    /// A task's table without its maps, out of what has been published of a stage: one file, where
+    /// the store has one for each task. Nothing if it is not there.
+    pub fn published_in(&self, stage: &str, key: TaskKey) -> Option<Table> {
+        let mut stages = self.stages().iter();
+        let file = stages.find(|file| file.stage == stage)?;
+        file.published()?.table_of(key)
     }
 
     /// The stages whose tables have been published, and their tasks.
     pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
-        let published = self.published().iter();
-        published
-            .map(|table| (table.stage.as_str(), table.rows.keys().copied().collect()))
+        self.published()
+            .map(|(stage, published)| (stage, published.tasks().collect()))
             .collect()
     }
 
     /// What the files of measured surfaces held when their tables were published.
     pub fn recollection(&self) -> Recollection {
-        let generated = self.published().iter();
-        let generated = generated.filter(|published| published.kind == Kind::Generate.name());
-        let told = generated.filter_map(|published| files(&published.table).ok());
+        let generated = self
+            .published()
+            .filter(|(_, published)| published.kind == Kind::Generate.name());
+        let told = generated.filter_map(|(_, published)| files(&published.table).ok());
         told.flatten().collect()
     }
 
-    /// Tables that cannot be read have no rows: who asks for one of them by its name hears of it.
-    fn published(&self) -> &[Published] {
-        self.published.get_or_init(|| {
+    fn published(&self) -> impl Iterator<Item = (&str, &Published)> {
+        let stages = self.stages().iter();
+        stages.filter_map(|file| Some((file.stage.as_str(), file.published()?)))
+    }
+
+    fn stages(&self) -> &[StageFile] {
+        self.stages.get_or_init(|| {
             let files = files_of(&self.folder).unwrap_or_default().into_iter();
-            let tables = files.filter_map(|file| match file.what {
-                What::Stage { stage, .. } => Published::read(stage, &file.path).ok()?,
+            let stages = files.filter_map(|file| match file.what {
+                What::Stage { stage, .. } => Some(StageFile {
+                    stage,
+                    path: file.path,
+                    published: OnceLock::new(),
+                }),
                 _ => None,
             });
-            tables.collect()
+            stages.collect()
         })
-    }
-}
-
-impl Published {
-    /// Nothing if it is a table whose rows are of no task.
-    fn read(stage: String, path: &Path) -> Result<Option<Published>, StoreError> {
-        let (table, metadata) = read_whole(path, Columns::Light)?;
-        let (Ok(tasks), Some(kind)) = (table.texts(TASK.name), metadata.get("kind")) else {
-            return Ok(None);
-        };
-        let mut rows: HashMap<TaskKey, Vec<usize>> = HashMap::new();
-        for (row, task) in tasks.iter().enumerate() {
-            if let Some(key) = task.and_then(|task| task.parse().ok()) {
-                rows.entry(key).or_default().push(row);
-            }
-        }
-        Ok(Some(Published {
-            stage,
-            kind: kind.to_owned(),
-            rows,
-            table,
-        }))
     }
 }
 
@@ -122,10 +120,7 @@ impl TaskTables for Archive {
     fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
         let mut have = self.store.have(keys);
         for (key, have) in keys.iter().zip(&mut have).filter(|(_, have)| !**have) {
-            *have = self
-                .published()
-                .iter()
-                .any(|table| table.rows.contains_key(key));
+            *have = self.published().any(|(_, published)| published.has(*key));
         }
         have
     }

@@ -1,10 +1,11 @@
 //! A stage's table, put together from those of its tasks.
 
+use super::published::Lacking;
 use super::{PATH, ResultsError, TASK};
 use crate::plan::{Plan, PlannedStage};
 use crate::stages::columns::CONTENT;
 use crate::store::StoreError;
-use crate::store::column::texts;
+use crate::store::column::{optional_texts, texts};
 use crate::store::table::Table;
 use crate::surface_files::SurfaceFiles;
 
@@ -44,25 +45,35 @@ impl Pieces {
         plan: &Plan,
         stage: &PlannedStage,
         sources: &SurfaceFiles,
-    ) -> Result<(Vec<usize>, Option<Table>), ResultsError> {
+    ) -> Result<(Vec<usize>, Option<Stacked>), ResultsError> {
         if !self.damaged.is_empty() {
             let tables = self.damaged;
             return Err(ResultsError::Damaged { tables });
         }
-        let tables = self.tables.iter().map(|(task, table)| {
-            let key = plan.tasks[*task].key.to_string();
-            let keys = std::iter::repeat_n(key, table.rows());
-            with_paths(table.clone(), sources).with(vec![(TASK, texts(keys))])
-        });
-        let tables: Vec<Table> = tables.collect();
-        let stacked = (!tables.is_empty()).then(|| Table::stack(&tables));
-        let stacked = stacked.transpose().map_err(|source| ResultsError::Table {
+        let (tasks, pieces): (Vec<usize>, Vec<Table>) = self.tables.into_iter().unzip();
+        if tasks.is_empty() {
+            return Ok((tasks, None));
+        }
+        let stacked = Table::stack(&pieces).map_err(|source| ResultsError::Table {
             stage: stage.name.clone(),
             source,
         })?;
-        let tasks = self.tables.into_iter().map(|(task, _)| task);
-        Ok((tasks.collect(), stacked))
+        let lacking = Lacking::of(&pieces, &stacked);
+        let keys = tasks.iter().zip(&pieces).flat_map(|(&task, piece)| {
+            let key = plan.tasks[task].key.to_string();
+            std::iter::repeat_n(key, piece.rows())
+        });
+        let table = with_paths(stacked, sources).with(vec![(TASK, texts(keys))]);
+        Ok((tasks, Some(Stacked { table, lacking })))
     }
+}
+
+/// The rows of several tasks.
+pub struct Stacked {
+    /// One under the other.
+    pub table: Table,
+    /// Which columns the tables of some have not got.
+    pub lacking: Lacking,
 }
 
 /// Names the file of measured surfaces, which no key knows.
@@ -70,13 +81,10 @@ fn with_paths(table: Table, sources: &SurfaceFiles) -> Table {
     let Ok(contents) = table.texts(CONTENT.name) else {
         return table;
     };
-    let paths = contents
-        .iter()
-        .map(|content| content.and_then(|hash| sources.path_of_hex(hash)))
-        .map(|path| {
-            path.map(|path| path.display().to_string())
-                .unwrap_or_default()
-        });
-    let paths = texts(paths.collect::<Vec<_>>());
+    let path = |content: Option<&str>| {
+        let path = sources.path_of_hex(content?);
+        Some(path.map_or_else(String::new, |path| path.display().to_string()))
+    };
+    let paths = optional_texts(contents.iter().map(path));
     table.with(vec![(PATH, paths)])
 }

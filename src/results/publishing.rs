@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::archive::Archive;
 use super::owner::Owner;
-use super::pieces::Pieces;
+use super::pieces::{Pieces, Stacked};
+use super::published::{KIND, LACKING};
 use super::{ResultsError, digest, file};
 use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
@@ -131,7 +132,7 @@ impl Desk<'_> {
         let mut published = table(tasks.len());
         if let Some(rows) = rows.filter(|_| !is_there(&digest)) {
             let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
-            let bytes = parquet::encode(&rows, &metadata);
+            let bytes = parquet::encode(&rows.table, &metadata);
             self.own()?;
             let _alone = self.alone();
             // Somebody may have edited it; but it may also be another run's since it was looked at.
@@ -145,7 +146,7 @@ impl Desk<'_> {
     }
 
     /// The tables of a stage's tasks that the store has, and the rows that are left of others; of
-    /// which others.
+    /// which others. What has been published is not read once more from the store.
     fn pieces(
         &self,
         stage: &PlannedStage,
@@ -155,7 +156,9 @@ impl Desk<'_> {
         for (&task, is_stored) in stage.tasks.iter().zip(have) {
             let key = self.sampled.plan.tasks[task].key;
             if *is_stored {
-                pieces.add(task, self.archive.store().light(key))?;
+                let published = self.archive.published_in(&stage.name, key);
+                let light = || self.archive.store().light(key);
+                pieces.add(task, published.map_or_else(light, Ok))?;
             } else if let Some(rows) = self.archive.rows_of(key) {
                 pieces.add(task, Ok(rows))?;
                 kept.push(key);
@@ -170,21 +173,24 @@ impl Desk<'_> {
 fn metadata(
     plan: &Plan,
     stage: &PlannedStage,
-    table: &Table,
+    rows: &Stacked,
     finished: usize,
     digest: String,
 ) -> Metadata {
     let entry = |name: &str, value: String| (name.to_owned(), value);
-    let columns = serde_json::to_string(&table.descriptions()).expect("plain text");
+    let json = "names, words and numbers are plain data";
+    let columns = serde_json::to_string(&rows.table.descriptions()).expect(json);
+    let lacking = serde_json::to_string(&rows.lacking).expect(json);
     Metadata {
         key: None,
         entries: vec![
             entry("study", plan.study.clone()),
             entry("stage", stage.name.clone()),
-            entry("kind", stage.kind.name().to_owned()),
+            entry(KIND, stage.kind.name().to_owned()),
             entry("tasks", stage.tasks.len().to_string()),
             entry("finished", finished.to_string()),
             entry("columns", columns),
+            entry(LACKING, lacking),
             entry("digest", digest),
             entry("version", env!("CARGO_PKG_VERSION").to_owned()),
         ],

@@ -9,8 +9,8 @@ use super::{ResultsError, digest, path};
 use crate::adaptive_sampling::{SampledStudy, SamplingError};
 use crate::diagnostics::ManifestErrors;
 use crate::plan::{Plan, PlannedStage};
-use crate::store::files::read_whole;
-use crate::store::parquet::Columns;
+use crate::store::parquet::Metadata;
+use crate::store::source::TableSource;
 use crate::store::table::Table;
 use crate::store::{Store, StoreError, TaskTables};
 use crate::study::Study;
@@ -30,7 +30,7 @@ pub struct Reading {
 
 /// The rows of a stage's finished tasks.
 #[derive(Debug)]
-pub struct StageRows {
+pub struct StageRows<T = Table> {
     /// The stage's name.
     pub stage: String,
     /// Where its table is, or would be.
@@ -38,7 +38,7 @@ pub struct StageRows {
     /// The tasks, in the order of the plan.
     pub tasks: Vec<usize>,
     /// Their rows; none as long as no task is finished.
-    pub table: Option<Table>,
+    pub table: Option<T>,
     /// What decides them.
     pub digest: String,
     /// Whether the table on disk holds just these.
@@ -80,16 +80,33 @@ impl Reading {
         stages.map(|stage| self.rows(stage)).collect()
     }
 
-    /// A stage's rows: the published table if it is of just the finished tasks, or of all; or else
-    /// what there is of each task.
+    /// A stage's rows in memory, see [`Reading::open`].
+    ///
+    /// # Errors
+    /// As [`Reading::open`], and when the table on disk is damaged.
+    pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
+        let rows = self.open(stage)?;
+        let table = rows.table.map(|source| source.table()).transpose()?;
+        Ok(StageRows {
+            table,
+            stage: rows.stage,
+            path: rows.path,
+            tasks: rows.tasks,
+            digest: rows.digest,
+            is_published: rows.is_published,
+        })
+    }
+
+    /// A stage's rows: the published table, not yet read, if it is of just the finished tasks, or of
+    /// all; or else what there is of each task.
     ///
     /// # Errors
     /// When a table is damaged that nothing else stands in for.
-    pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
+    pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
         let Reading { plan, archive, .. } = self;
         let sources = &self.study.sources;
         let path = path(&self.folder, &plan.study, &stage.name);
-        let published = read_whole(&path, Columns::Light);
+        let mut published = TableSource::open(&path);
         let stored = stage.among(&archive.store().have(&plan.keys_of(stage)));
         let rows = |tasks, table, digest, is_published| StageRows {
             stage: stage.name.clone(),
@@ -99,17 +116,21 @@ impl Reading {
             digest,
             is_published,
         };
-        if let Ok((table, metadata)) = &published {
-            for tasks in [stored, stage.tasks.clone()] {
-                let digest = digest(plan, &tasks, sources);
-                if !tasks.is_empty() && metadata.get("digest") == Some(&digest) {
-                    return Ok(rows(tasks, Some(table.clone()), digest, true));
+        for tasks in [stored, stage.tasks.clone()] {
+            let digest = digest(plan, &tasks, sources);
+            let is_it = |metadata: &Metadata| metadata.get("digest") == Some(&digest);
+            published = match published {
+                Ok((table, metadata)) if !tasks.is_empty() && is_it(&metadata) => {
+                    return Ok(rows(tasks, Some(table), digest, true));
                 }
-            }
+                other => other,
+            };
         }
         let mut pieces = Pieces::default();
         for &task in &stage.tasks {
-            match archive.light(plan.tasks[task].key) {
+            let key = plan.tasks[task].key;
+            let published = archive.published_in(&stage.name, key);
+            match published.map_or_else(|| archive.light(key), Ok) {
                 Err(StoreError::Read { source, .. })
                     if source.kind() == std::io::ErrorKind::NotFound => {}
                 read => pieces.add(task, read)?,
@@ -119,8 +140,9 @@ impl Reading {
             // What is damaged may have been all there was.
             Err(error @ StoreError::Damaged { .. }) if pieces.is_empty() => Err(error.into()),
             _ => {
-                let (tasks, table) = pieces.stacked(plan, stage, sources)?;
+                let (tasks, stacked) = pieces.stacked(plan, stage, sources)?;
                 let digest = digest(plan, &tasks, sources);
+                let table = stacked.map(|stacked| stacked.table.into());
                 Ok(rows(tasks, table, digest, false))
             }
         }

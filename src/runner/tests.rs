@@ -46,7 +46,10 @@ fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     let missing = missing(&plan, &store);
     let stopped = AtomicBool::new(false);
     let sources = &study.sources;
-    let outcome = run(&plan, &missing, &store, sources, means, &Silence, &stopped);
+    let archive = Archive::of(store, &folder.path().join("results"));
+    let outcome = run(
+        &plan, &missing, &archive, sources, means, &Silence, &stopped,
+    );
     let outcome = outcome.unwrap();
     let (first, error) = &outcome.failed[0];
     assert_eq!(*first, 0);

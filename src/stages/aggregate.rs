@@ -92,7 +92,7 @@ impl Stage for Params {
     }
 
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
-        let tables: Vec<Table> = inputs.iter().map(|input| input.table.light()).collect();
+        let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
         match self {
             Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
             Params::Sql(sql) => sql::query(&tables, sql),
