@@ -1,16 +1,17 @@
 //! A table as people read it: numbers in line, what is the same in all rows said once, and no
 //! wider than the terminal.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use arrow::array::Array;
 use arrow::datatypes::DataType;
 use comfy_table::{CellAlignment, Table as Grid, presets};
 
-use super::counted;
+use super::{Failure, counted};
 use crate::diagnostics::wrapped;
+use crate::store::StoreError;
 use crate::store::cells::cells;
-use crate::store::table::Table;
+use crate::store::source::TableSource;
 
 /// Columns of text where the output is no terminal.
 const WIDTH: usize = 120;
@@ -28,22 +29,24 @@ pub enum ColumnLayout {
     Everything,
 }
 
-/// Prints the first rows, and says what was left out; 0 for all rows.
+/// Prints the first rows of some columns, by their places, and says what was left out; 0 for all
+/// rows.
 ///
 /// # Errors
-/// When the output is closed.
+/// When the table is damaged, or the output is closed.
 pub fn write(
     out: &mut impl Write,
-    table: &Table,
+    table: &TableSource,
+    columns: &[usize],
     rows: usize,
     layout: ColumnLayout,
-) -> io::Result<()> {
+) -> Result<(), Failure> {
     let width = Grid::new().width().map_or(WIDTH, usize::from);
     let shown = match rows {
         0 => table.rows(),
         rows => rows.min(table.rows()),
     };
-    let (columns, constant) = columns(table, shown, layout);
+    let (columns, constant) = printed(table, columns, shown, layout)?;
     let fitting = match layout {
         ColumnLayout::Everything => columns.len(),
         ColumnLayout::Summary | ColumnLayout::Fitting => fitting(&columns, width),
@@ -84,10 +87,18 @@ impl Printed {
 }
 
 /// The columns to print, and what those hold that are said once.
-fn columns(table: &Table, shown: usize, layout: ColumnLayout) -> (Vec<Printed>, Vec<String>) {
+fn printed(
+    table: &TableSource,
+    places: &[usize],
+    shown: usize,
+    layout: ColumnLayout,
+) -> Result<(Vec<Printed>, Vec<String>), StoreError> {
     let (mut printed, mut constant) = (Vec::new(), Vec::new());
-    for (name, array) in table.names().into_iter().zip(table.batch().columns()) {
-        if layout == ColumnLayout::Summary && array.len() > 1 && is_constant(array.as_ref()) {
+    let first = table.first(places, shown)?;
+    let columns = first.names().into_iter().zip(first.batch().columns());
+    for ((name, array), &place) in columns.zip(places) {
+        let is_summary = layout == ColumnLayout::Summary && table.rows() > 1;
+        if is_summary && table.is_constant(place)? {
             if array.is_valid(0) {
                 constant.push(format!("{name} {}", cells(array.as_ref(), 1).remove(0)));
             }
@@ -102,12 +113,7 @@ fn columns(table: &Table, shown: usize, layout: ColumnLayout) -> (Vec<Printed>, 
             },
         });
     }
-    (printed, constant)
-}
-
-fn is_constant(array: &dyn Array) -> bool {
-    let first = array.slice(0, 1).to_data();
-    (1..array.len()).all(|row| array.slice(row, 1).to_data() == first)
+    Ok((printed, constant))
 }
 
 /// How many columns fit side by side; one is printed however wide it is.
@@ -137,6 +143,7 @@ fn grid(columns: &[Printed], rows: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::table::Table;
     use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
@@ -145,7 +152,9 @@ mod tests {
 
     fn printed(table: &Table, rows: usize) -> String {
         let mut out = Vec::new();
-        write(&mut out, table, rows, ColumnLayout::Summary).unwrap();
+        let columns: Vec<usize> = (0..table.names().len()).collect();
+        let table = table.clone().into();
+        write(&mut out, &table, &columns, rows, ColumnLayout::Summary).unwrap();
         String::from_utf8(out).unwrap()
     }
 

@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use arrow::csv;
+use arrow::error::ArrowError;
 use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
+use rayon::prelude::*;
 
 use super::grid::{self, ColumnLayout};
 use super::{Failure, unknown};
 use crate::data_folder::DataFolder;
-use crate::store::table::Table;
+use crate::store::source::TableSource;
 
 /// Rows that are turned into text at once.
 const CHUNK: usize = 1024;
@@ -50,42 +52,44 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = super::session(&arguments.manifest, data);
-    let table = match (&arguments.sql, &arguments.stage) {
-        (Some(query), _) => session.sql(query)?,
-        (None, stage) => session.table(stage.as_deref().unwrap_or_default())?,
+    let table: TableSource = match (&arguments.sql, &arguments.stage) {
+        (Some(query), _) => session.sql(query)?.into(),
+        (None, stage) => session.tables()?.open(stage.as_deref().unwrap_or_default())?,
     };
-    let table = chosen(&table, &arguments.columns)?;
+    let columns = chosen(&table, &arguments.columns)?;
     let mut out = stdout().lock();
     if arguments.csv {
-        write_csv(&mut out, table.batch())?;
+        write_csv(&mut out, &table, &columns)?;
     } else if arguments.json {
-        write_json(&mut out, table.batch())?;
+        for part in table.parts(&columns) {
+            write_json(&mut out, part?.batch())?;
+        }
     } else {
         let layout = match (&arguments.sql, arguments.columns.is_empty()) {
             (_, false) => ColumnLayout::Everything,
             (Some(_), true) => ColumnLayout::Fitting,
             (None, true) => ColumnLayout::Summary,
         };
-        grid::write(&mut out, &table, arguments.rows, layout)?;
+        grid::write(&mut out, &table, &columns, arguments.rows, layout)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// These columns in this order; all if none is named.
-fn chosen(table: &Table, names: &[String]) -> Result<Table, Failure> {
-    if names.is_empty() {
-        return Ok(table.clone());
-    }
+/// The places of these columns, in this order; all if none is named.
+fn chosen(table: &TableSource, names: &[String]) -> Result<Vec<usize>, Failure> {
     let known = table.names();
-    let index = |name: &String| {
+    if names.is_empty() {
+        return Ok((0..known.len()).collect());
+    }
+    let place = |name: &String| {
         let found = known.iter().position(|known| known == name);
         found.ok_or_else(|| {
             let message = format!("the table has no column `{name}`");
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
             unknown(message, name, &known)
         })
     };
-    let indices = names.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-    Ok(Table::from(table.batch().project(&indices)?))
+    names.iter().map(place).collect()
 }
 
 /// The rows in chunks: text for the whole table would fill memory many times over.
@@ -94,16 +98,26 @@ fn chunks(batch: &RecordBatch) -> impl Iterator<Item = RecordBatch> {
     starts.map(|start| batch.slice(start, CHUNK.min(batch.num_rows() - start)))
 }
 
-/// Each chunk goes through memory, because the writer would hide that its reader has left.
-fn write_csv(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
-    let header = batch.slice(0, 0);
-    for (index, chunk) in std::iter::once(header).chain(chunks(batch)).enumerate() {
-        let mut text = Vec::new();
-        let builder = csv::WriterBuilder::new().with_header(index == 0);
-        builder.build(&mut text).write(&chunk)?;
-        out.write_all(&text)?;
+/// Chunks become text on all cores and are written in their order. Each goes through memory, because
+/// the writer would hide that its reader has left.
+fn write_csv(out: &mut impl Write, table: &TableSource, columns: &[usize]) -> Result<(), Failure> {
+    let header = table.first(columns, 0)?;
+    out.write_all(&csv_text(header.batch(), true)?)?;
+    for part in table.parts(columns) {
+        let chunks: Vec<RecordBatch> = chunks(part?.batch()).collect();
+        let texts: Vec<_> = chunks.par_iter().map(|chunk| csv_text(chunk, false)).collect();
+        for text in texts {
+            out.write_all(&text?)?;
+        }
     }
     Ok(())
+}
+
+fn csv_text(batch: &RecordBatch, with_header: bool) -> Result<Vec<u8>, ArrowError> {
+    let mut text = Vec::new();
+    let builder = csv::WriterBuilder::new().with_header(with_header);
+    builder.build(&mut text).write(batch)?;
+    Ok(text)
 }
 
 /// One object a line.

@@ -11,8 +11,8 @@ use crate::names;
 use crate::plan::PlannedStage;
 use crate::results::reading::Reading;
 use crate::stages::StageError;
-use crate::stages::aggregate::Sql;
 use crate::stages::aggregate::sql::{self, QueryError};
+use crate::store::source::TableSource;
 use crate::store::table::Table;
 
 /// What there is of a study's tables, as it was when it was looked at.
@@ -35,9 +35,17 @@ impl<'a> Tables<'a> {
     /// # Errors
     /// When there is no such stage, nothing of it is computed, or a table is damaged.
     pub fn table(&self, name: &str) -> Result<Table, SessionError> {
+        Ok(self.open(name)?.table()?)
+    }
+
+    /// The same table, to be read as far as it is needed.
+    ///
+    /// # Errors
+    /// When there is no such stage, nothing of it is computed, or a table is known to be damaged.
+    pub fn open(&self, name: &str) -> Result<TableSource, SessionError> {
         let plan = &self.reading.plan;
         if name == names::FAILURES {
-            return Ok(failures::read(&self.session.data().results(), &plan.study)?);
+            return Ok(failures::read(&self.session.data().results(), &plan.study)?.into());
         }
         let names = self.names();
         let place = names.iter().position(|stage| *stage == name);
@@ -49,29 +57,22 @@ impl<'a> Tables<'a> {
             })
     }
 
-    /// The answer to a query in which every stage is a table, and so are the failures. Only tables
-    /// that it names are read.
+    /// The answer to a query in which every stage is a table, and so are the failures. Only columns
+    /// that it names are read, of tables that it names.
     ///
     /// # Errors
     /// When it is no query, names what is not there, or a table cannot be had.
     pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
         let named = sql::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
-        let mut known = Vec::new();
-        for name in self.names().into_iter().chain([names::FAILURES]) {
-            let is_read = named.contains(name);
-            known.push((name.to_owned(), usize::from(is_read)));
-            if is_read {
-                tables.push(self.table(name)?);
-            }
+        let names = self.names().into_iter().chain([names::FAILURES]);
+        let known: Vec<String> = names.map(str::to_owned).collect();
+        for name in known.iter().filter(|name| named.contains(*name)) {
+            tables.push((name.clone(), self.open(name)?));
         }
-        let sql = Sql {
-            query: query.to_owned(),
-            tables: known,
-            columns: BTreeMap::new(),
-        };
-        sql::query(&tables, &sql).map_err(|error| match error {
+        sql::ask(query, tables, &known, &BTreeMap::new()).map_err(|error| match error {
             StageError::Query(error) => refused(error),
+            StageError::Store(error) => SessionError::Store(error),
             other => SessionError::Query(chain(&other)),
         })
     }
@@ -83,8 +84,8 @@ impl<'a> Tables<'a> {
     }
 
     /// A stage's table; `None` if nothing of it is computed.
-    fn read(&self, stage: &PlannedStage) -> Result<Option<Table>, SessionError> {
-        let rows = self.reading.rows(stage)?;
+    fn read(&self, stage: &PlannedStage) -> Result<Option<TableSource>, SessionError> {
+        let rows = self.reading.open(stage)?;
         let (finished, tasks) = (rows.tasks.len(), stage.tasks.len());
         if (1..tasks).contains(&finished) {
             self.session.tell(Event::Notice(Notice::Incomplete {

@@ -4,6 +4,7 @@ use super::aggregate::sql::QueryError;
 use crate::contact::morphology::map::MapError;
 use crate::contact::topography::measured::MeasuredError;
 use crate::contact::topography::surface::SurfaceError;
+use crate::store::StoreError;
 use crate::store::table::TableError;
 use crate::surface_files::SurfaceFileError;
 
@@ -33,6 +34,9 @@ pub enum StageError {
         /// What is wrong with it.
         source: MeasuredError,
     },
+    /// A table that a query reads is damaged.
+    #[error(transparent)]
+    Store(StoreError),
     /// A query has no answer.
     #[error("cannot answer the query")]
     Query(#[from] QueryError),

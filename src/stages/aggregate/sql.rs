@@ -1,39 +1,69 @@
 //! Any query over the tables of a study.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::ArrayRef;
-use arrow::datatypes::{Field, Metadata, Schema};
-use polars::prelude::{DataFrame, IntoLazy};
+use arrow::datatypes::{Field, Metadata, Schema, SchemaRef};
+use polars::prelude::DataFrame;
 use polars::sql::SQLContext;
 
 use super::super::StageError;
 use super::{Meaning, Sql, frame};
 use crate::store::column::{Role, described};
+use crate::store::source::TableSource;
 use crate::store::table::Table;
 
 mod engine;
 mod refusal;
+mod scan;
 mod statement;
 
 pub use engine::THREAD;
 pub use refusal::QueryError;
+use scan::Damage;
 use statement::Statement;
 
 /// The answer to a query; `tables` are those of the input stages, one stage after the other.
 ///
-/// Groups come in the order of their first rows, joined rows in that of the left table, and rows
-/// that sort alike as they were; the last digits do not depend on how many cores there are.
+/// # Errors
+/// As [`ask`].
+pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
+    let named = tables_of(&sql.query)?;
+    let mut read = Vec::new();
+    let mut rest = tables;
+    for (name, count) in &sql.tables {
+        let (own, others) = rest.split_at(*count);
+        rest = others;
+        if named.contains(name) {
+            read.push((name.clone(), Table::stack(own)?.into()));
+        }
+    }
+    let names: Vec<String> = sql.tables.iter().map(|(name, _)| name.clone()).collect();
+    ask(&sql.query, read, &names, &sql.columns)
+}
+
+/// The answer to a query of these tables; `names` are those of all that there are, and `meanings`
+/// what columns of the answer mean that no table has.
+///
+/// Of the tables, the columns are read that the query needs. Groups come in the order of their first
+/// rows, joined rows in that of the left table, and rows that sort alike as they were; the last
+/// digits do not depend on how many cores there are.
 ///
 /// # Errors
 /// When the query does not parse, names what does not exist, or answers with other than numbers,
-/// truth values and text.
-pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
-    let answer = engine::apart(|| answer(tables, sql))?;
+/// truth values and text; when a table is damaged.
+pub fn ask(
+    query: &str,
+    tables: Vec<(String, TableSource)>,
+    names: &[String],
+    meanings: &BTreeMap<String, Meaning>,
+) -> Result<Table, StageError> {
+    let schemas: Vec<SchemaRef> = tables.iter().map(|(_, table)| table.schema()).collect();
+    let answer = engine::apart(|| answer(query, tables, names))?;
     let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
-        let metadata = meaning(&field, sql, tables);
+        let metadata = meaning(&field, meanings, &schemas);
         field.with_metadata(metadata)
     };
     let fields: Vec<Field> = columns.iter().map(field).collect();
@@ -49,31 +79,34 @@ pub fn tables_of(query: &str) -> Result<BTreeSet<String>, QueryError> {
     engine::apart(|| Ok(Statement::read(query)?.tables))
 }
 
-fn answer(tables: &[Table], sql: &Sql) -> Result<DataFrame, StageError> {
-    let statement = Statement::read(&sql.query)?;
-    check_names(&statement, sql)?;
-    let mut read = Vec::new();
-    let mut rest = tables;
-    for (name, count) in &sql.tables {
-        let (own, others) = rest.split_at(*count);
-        rest = others;
-        if statement.tables.contains(name) {
-            read.push((name.as_str(), Table::stack(own)?));
-        }
-    }
+fn answer(
+    query: &str,
+    tables: Vec<(String, TableSource)>,
+    names: &[String],
+) -> Result<DataFrame, StageError> {
+    let statement = Statement::read(query)?;
+    check_names(&statement, names)?;
+    let columns: Vec<(String, Vec<String>)> = tables
+        .iter()
+        .map(|(name, table)| (name.clone(), table.names()))
+        .collect();
+    let damage = Damage::default();
     let mut context = SQLContext::new();
-    for (name, table) in &read {
-        context.register(name, frame::of(table)?.lazy());
+    for (name, table) in tables {
+        context.register(&name, scan::lazy(table, &damage)?);
     }
     let answer = context.execute(&statement.text);
     let answer = answer.and_then(engine::collected);
-    Ok(answer.map_err(|error| QueryError::of_polars(&error, &statement, &read))?)
+    answer.map_err(|error| match damage.take() {
+        Some(error) => StageError::Store(error),
+        None => QueryError::of_polars(&error, &statement, &columns).into(),
+    })
 }
 
 /// Every table is there, and means what it says: polars would pass over one that `with` makes
 /// under the name of another.
-fn check_names(statement: &Statement, sql: &Sql) -> Result<(), QueryError> {
-    let known = || sql.tables.iter().map(|(name, _)| name.as_str());
+fn check_names(statement: &Statement, names: &[String]) -> Result<(), QueryError> {
+    let known = || names.iter().map(String::as_str);
     let is_known = |name: &&String| known().any(|known| known == *name);
     if let Some(hidden) = statement.makes.iter().find(is_known) {
         return Err(QueryError::Refused(format!(
@@ -88,12 +121,15 @@ fn check_names(statement: &Statement, sql: &Sql) -> Result<(), QueryError> {
 
 /// What a column of an answer means: what the manifest says of it, or else what it means in the
 /// tables that the query reads.
-fn meaning(field: &Field, sql: &Sql, tables: &[Table]) -> Metadata {
-    if let Some(Meaning { unit, meaning }) = sql.columns.get(field.name()) {
+fn meaning(
+    field: &Field,
+    meanings: &BTreeMap<String, Meaning>,
+    tables: &[SchemaRef],
+) -> Metadata {
+    if let Some(Meaning { unit, meaning }) = meanings.get(field.name()) {
         return described(Role::Result, unit, meaning);
     }
-    let read = tables.iter().find_map(|table| {
-        let schema = table.batch().schema_ref();
+    let read = tables.iter().find_map(|schema| {
         let read = schema.field_with_name(field.name()).ok()?;
         (read.data_type() == field.data_type()).then(|| read.metadata().clone())
     });

@@ -3,7 +3,6 @@
 use polars::prelude::PolarsError;
 
 use super::statement::Statement;
-use crate::store::table::Table;
 
 /// Why a query has no answer.
 #[derive(Debug, thiserror::Error)]
@@ -37,7 +36,7 @@ impl QueryError {
     pub(super) fn of_polars(
         error: &PolarsError,
         statement: &Statement,
-        tables: &[(&str, Table)],
+        tables: &[(String, Vec<String>)],
     ) -> QueryError {
         let text = error.to_string();
         let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
@@ -61,18 +60,18 @@ fn shortened(reason: &str) -> String {
 fn unknown_of_a_table(
     reason: &str,
     statement: &Statement,
-    tables: &[(&str, Table)],
+    tables: &[(String, Vec<String>)],
 ) -> Option<QueryError> {
     let (name, rest) = quoted_after("no column named ", reason)?;
     let (alias, _) = quoted_after("found in table ", rest)?;
     let alias = alias.trim_matches('"');
     let table = statement.aliases.get(alias).map_or(alias, String::as_str);
-    let table = tables.iter().find(|(known, _)| *known == table);
-    let known = table.map_or_else(Vec::new, |(_, table)| table.names());
+    let table = tables.iter().find(|(known, _)| known == table);
+    let known = table.map_or_else(Vec::new, |(_, columns)| columns.clone());
     Some(QueryError::Unknown {
         message: format!("`{alias}` has no column `{name}`"),
         name: name.to_owned(),
-        known: known.into_iter().map(str::to_owned).collect(),
+        known,
     })
 }
 
