@@ -44,10 +44,16 @@ impl RunOptions {
 }
 
 impl Selection {
-    /// The tasks that are meant, of those that the plan has by now.
-    pub(super) fn tasks(&self, plan: &Plan, store: &Store) -> Result<Vec<usize>, TaskNameError> {
+    /// The tasks that are meant, of those that the plan has by now and of which the store lacks
+    /// some.
+    pub(super) fn tasks(
+        &self,
+        plan: &Plan,
+        missing: &[usize],
+        store: &Store,
+    ) -> Result<Vec<usize>, TaskNameError> {
         Ok(match self {
-            Selection::Missing => runner::missing(plan, store),
+            Selection::Missing => missing.to_vec(),
             Selection::Task(key) => runner::alone(plan, planned(key, plan)?, store),
         })
     }

@@ -25,6 +25,8 @@ pub struct PreparedRun<'a> {
     session: &'a Session<'a>,
     selection: Selection,
     sampled: SampledStudy,
+    /// The tasks that the store lacks.
+    missing: Vec<usize>,
     store: Store,
     jobs: usize,
     memory: Allowance,
@@ -64,7 +66,8 @@ impl<'a> PreparedRun<'a> {
             let archive = Archive::of(store.clone(), &folder);
             owner::check(session.manifest(), &sampled.study, &sampled.plan, &archive)?;
         }
-        let wanted = options.selection.tasks(&sampled.plan, &store)?;
+        let missing = runner::missing(&sampled.plan, &store);
+        let wanted = options.selection.tasks(&sampled.plan, &missing, &store)?;
         let jobs = options.threads();
         let memory = Allowance::of(options.memory, jobs);
         memory.fits(&sampled.plan, &wanted)?;
@@ -72,6 +75,7 @@ impl<'a> PreparedRun<'a> {
             session,
             selection: options.selection.clone(),
             sampled,
+            missing,
             store,
             jobs,
             memory,
@@ -95,8 +99,8 @@ impl<'a> PreparedRun<'a> {
             Selection::Missing => self.settle_surfaces(stop)?,
             Selection::Task(_) => RunOutcome::default(),
         };
-        let missing = self.missing();
-        let wanted = self.selection.tasks(self.plan(), &self.store)?;
+        let missing = self.missing.clone();
+        let wanted = self.selection.tasks(self.plan(), &missing, &self.store)?;
         let mut outcome = self.compute(&wanted, stop)?;
         // What was drawn on the way was missing and wanted, too.
         let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &settled.computed));
@@ -125,7 +129,8 @@ impl<'a> PreparedRun<'a> {
         for path in results::orphans(self.plan(), &self.session.data().results())? {
             self.notice(Notice::Orphan(&path));
         }
-        if !outcome.halted {
+        if !outcome.halted && !(outcome.computed.is_empty() && outcome.damaged.is_empty()) {
+            self.look();
             self.remember();
         }
         Ok(RunReport {
@@ -142,8 +147,9 @@ impl<'a> PreparedRun<'a> {
         &self.sampled.plan
     }
 
-    fn missing(&self) -> Vec<usize> {
-        runner::missing(self.plan(), &self.store)
+    /// Finds out anew what the store lacks.
+    fn look(&mut self) {
+        self.missing = runner::missing(&self.sampled.plan, &self.store);
     }
 
     fn notice(&self, notice: Notice) {
@@ -170,6 +176,7 @@ impl<'a> PreparedRun<'a> {
             let sampled = SampledStudy::of(self.sampled.study.clone(), &self.store)?;
             outcome = outcome.moved(self.plan(), &sampled.plan);
             self.sampled = sampled;
+            self.look();
         }
     }
 
@@ -178,7 +185,9 @@ impl<'a> PreparedRun<'a> {
             return Ok(RunOutcome::default());
         }
         let resources = self.resources(wanted);
-        let without = joined(self.missing(), wanted).len();
+        let folder = self.session.data().results_of(&self.plan().study);
+        let archive = Archive::of(self.store.clone(), &folder);
+        let without = joined(self.missing.clone(), wanted).len();
         self.session.tell(Event::Begun(Batch {
             plan: self.plan(),
             tasks: wanted,
@@ -187,13 +196,14 @@ impl<'a> PreparedRun<'a> {
         let outcome = runner::run(
             self.plan(),
             wanted,
-            &self.store,
+            &archive,
             &self.sampled.study.sources,
             resources,
             &Relay(self.session.observer),
             stop,
         );
         self.session.tell(Event::Ended);
+        self.store.flush()?;
         Ok(outcome?)
     }
 
@@ -258,7 +268,7 @@ impl<'a> PreparedRun<'a> {
     /// changed. No result depends on it, so that no run fails for it.
     fn remember(&self) {
         let study = &self.sampled.study;
-        let record = Record::of(study, self.plan(), &self.missing());
+        let record = Record::of(study, self.plan(), &self.missing);
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
             self.notice(Notice::NotRemembered(&error));
         }
