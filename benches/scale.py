@@ -2,8 +2,11 @@
 """What a task costs besides its work, beside what else runs studies.
 
 One study of trivial tasks, 450 chains of three, is given to asperity, Snakemake, doit and row in
-one run: from nothing, again with nothing to do, and with nine more chains. asperity alone then
-plans 135,000 tasks. The peers go into `target/scale`, once, in the versions below.
+one run: from nothing, again with nothing to do, and with nine more chains. Then asperity alone has
+13,200 surfaces of 66 spectra and a table of their means: one more surface of each spectrum, beside
+the same work in an empty store; one more statistic; a table that somebody has deleted; `verify`.
+With `--large` 45,000 chains: from nothing, nothing to do, 450 more, and a report. The peers go into
+`target/scale`, once, in the versions below.
 
     cargo build --release
     python3 benches/scale.py
@@ -29,6 +32,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 CHAINS = 450
 MORE = 459
 LARGE = 45_000
+SURFACES = 200
 
 
 @dataclass
@@ -83,13 +87,58 @@ def cases(tool, chains: int, more: int) -> list[dict]:
     return rows
 
 
-def large(tool, chains: int) -> list[dict]:
+def plan(tool, chains: int) -> list[dict]:
     """Planning a study of which nothing is there."""
     with TemporaryDirectory(prefix="scale-") as name:
         folder = Path(name)
         tool.write(folder, chains)
-        cost = measured(tool.plan(), folder, tool.environment)
+        cost = measured(tool.command("plan"), folder, tool.environment)
     return [line(tool, f"plan {3 * chains} tasks", 0, cost)]
+
+
+def extended(tool, surfaces: int) -> list[dict]:
+    """What is new in a study that is there, beside the same in an empty store."""
+    rows = []
+    with TemporaryDirectory(prefix="scale-") as name:
+        folder = Path(name)
+
+        def case(label: str, tasks: int, *command: str, **study) -> None:
+            tool.write_spectra(folder, **study)
+            cost = measured(tool.command(*command), folder, tool.environment)
+            rows.append(line(tool, label, tasks, cost))
+
+        spectra = tool.SPECTRA
+        many, more = {"surfaces": surfaces}, {"surfaces": surfaces + 1}
+        case(f"{spectra * surfaces + 1} tasks", spectra * surfaces + 1, "run", **many)
+        case("nothing to do", 0, "run", **many)
+        case(f"{spectra + 1} more tasks", spectra + 1, "run", **more)
+        case("one more statistic", 1, "run", **more, statistics=["mean", "sd", "max"])
+        tool.results(folder).unlink()
+        case("one deleted table", 0, "run", **more, statistics=["mean", "sd", "max"])
+        case("verify", 0, "verify", **more)
+    with TemporaryDirectory(prefix="scale-") as name:
+        folder = Path(name)
+        case(f"{spectra + 1} tasks alone", spectra + 1, "run", surfaces=1)
+    return rows
+
+
+def large(tool, chains: int) -> list[dict]:
+    """A study of as many tasks as a store may have files."""
+    rows = []
+    with TemporaryDirectory(prefix="scale-") as name:
+        folder = Path(name)
+
+        def case(label: str, chains: int, tasks: int, *command: str) -> None:
+            tool.write(folder, chains)
+            cost = measured(tool.command(*command), folder, tool.environment)
+            rows.append(line(tool, label, tasks, cost))
+
+        more = chains + chains // 100
+        case(f"{3 * chains} tasks", chains, 3 * chains, "run")
+        case("nothing to do", chains, 0, "run")
+        case(f"{3 * (more - chains)} more tasks", more, 3 * (more - chains), "run")
+        case("report", more, 0, "report")
+    return rows
 
 
 def line(tool, label: str, tasks: int, cost: Cost) -> dict:
@@ -135,13 +184,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--asperity", type=Path, default=TARGET / "release" / "asperity")
     parser.add_argument("--chains", type=int, default=CHAINS)
+    parser.add_argument("--surfaces", type=int, default=SURFACES, help="of each of 66 spectra")
+    parser.add_argument("--large", action="store_true", help="135,000 tasks computed")
+    parser.add_argument("--alone", action="store_true", help="asperity without the others")
     arguments = parser.parse_args()
     if not arguments.asperity.exists():
         sys.exit(f"error: no program at {arguments.asperity}; run `cargo build --release` first")
-    programs = prepare(TARGET / "scale")
+    programs = {} if arguments.alone else prepare(TARGET / "scale")
     tools = [asperity.Tool(arguments.asperity.resolve())]
     for module, name in [(snakemake, "snakemake"), (doit, "doit"), (row, "row")]:
-        if programs[name]:
+        if programs.get(name):
             tools.append(module.Tool(programs[name]))
 
     cores = os.cpu_count()
@@ -150,7 +202,10 @@ def main() -> None:
     rows = []
     for tool in tools:
         rows += cases(tool, arguments.chains, arguments.chains + MORE - CHAINS)
-    rows += large(tools[0], LARGE)
+    rows += plan(tools[0], LARGE)
+    rows += extended(tools[0], arguments.surfaces)
+    if arguments.large:
+        rows += large(tools[0], LARGE)
     results = ROOT / "benches" / "results"
     results.mkdir(exist_ok=True)
     with (results / "scale.csv").open("w", newline="") as file:

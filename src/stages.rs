@@ -1,4 +1,5 @@
-//! The closed set of stages: every `match` on it is in this file and in [`form`].
+//! The closed set of stages: the matches that a new kind must be added to are in this file and in
+//! [`form`].
 //!
 //! All about a kind of stage is in its own file and folder: what it is ([`Definition`]), which keys it
 //! has and how they are checked, what it computes ([`Stage`]). A table is a function of the stage's

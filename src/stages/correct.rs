@@ -17,7 +17,7 @@ use crate::diagnostics::counted;
 use crate::store::column::{optional_reals, reals, texts};
 use crate::store::table::Table;
 
-/// Raise it when the numbers change.
+/// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 2;
 
 /// Corrects the contact area for the mesh.

@@ -32,7 +32,7 @@ pub mod keys;
 pub mod method;
 pub mod origin;
 
-/// Raise it when the numbers change.
+/// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
 
 /// Draws surfaces or reads measured ones.

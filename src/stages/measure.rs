@@ -28,7 +28,7 @@ use crate::store::column::{Column, Role, flags, integers, optional_reals, reals}
 use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
-/// Raise it when the numbers change.
+/// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 2;
 
 /// Counts contacts, or heights.

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+"""What a question to a table of a million rows takes, beside polars and DuckDB.
+
+A study of 11,112 surfaces under 90 loads is run once, into `target/queries`: its table of areas has
+a million rows. The same questions go to asperity, which starts, reads the manifest, plans the study
+and finds out what is there each time, and to polars and DuckDB in a Python that is already running.
+Answers are compared, the best of several rounds counts.
+
+    cargo build --profile dist
+    python3 benches/queries.py --asperity target/dist/asperity
+
+It needs `pip install polars duckdb`.
+"""
+
+import argparse
+import csv
+import io
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+from time import perf_counter
+
+import duckdb
+import polars
+
+ROOT = Path(__file__).resolve().parent.parent
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+
+MANIFEST = """\
+[study]
+name = "queries"
+seed = 1
+
+[stage.surfaces]
+kind = "generate"
+nodes = 8
+heights = "redraw"
+hurst = [0.3, 0.5, 0.8]
+k_lower = 1
+k_upper = [2, 3, 4]
+realizations = 1235
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+loads = { to = 0.9, steps = 90 }
+
+[stage.area]
+kind = "measure"
+from = "contact"
+"""
+
+QUESTIONS = {
+    "group by": """select k_upper, hurst, load, avg(area_fraction) as mean, count(*) as n
+        from area group by k_upper, hurst, load order by k_upper, hurst, load""",
+    "join": """select s.k_upper, avg(a.area_fraction * s.nayak) as mean
+        from area a join surfaces s using (surface) group by s.k_upper order by s.k_upper""",
+    "filter": """select surface, load, area_fraction from area
+        where load < 0.03 and hurst = 0.8 order by load, surface""",
+    "median": """select hurst, median(area_fraction) as middle from area
+        group by hurst order by hurst""",
+    "sort, limit": """select surface, load, perimeter from area
+        order by perimeter desc, surface, load limit 10""",
+    "count": "select count(*) as n from area",
+}
+
+
+def best(work, rounds: int):
+    """The shortest time of several, and what came of the last."""
+    times = []
+    for _ in range(rounds):
+        begun = perf_counter()
+        answer = work()
+        times.append(perf_counter() - begun)
+    return min(times), answer
+
+
+class Asperity:
+    def __init__(self, program: Path, folder: Path):
+        self.command = [str(program), "--data", str(folder / "data")]
+        self.manifest = str(folder / "study.toml")
+
+    def run(self, *arguments: str, **options) -> bytes:
+        done = subprocess.run([*self.command, *arguments], capture_output=True, **options)
+        if done.returncode != 0:
+            sys.exit(f"error: {' '.join(arguments)}: {done.stderr.decode()}")
+        return done.stdout
+
+    def ask(self, question: str) -> list[tuple]:
+        text = self.run("table", self.manifest, "--csv", "--sql", question).decode()
+        return [tuple(row.values()) for row in csv.DictReader(io.StringIO(text))]
+
+
+def rows_agree(ours: list[tuple], theirs: list[tuple]) -> bool:
+    def equal(own: str, other) -> bool:
+        if isinstance(other, float):
+            return abs(float(own) - other) <= 1e-12 * max(1.0, abs(other))
+        return own == str(other)
+
+    return len(ours) == len(theirs) and all(
+        all(map(equal, own, other)) for own, other in zip(ours, theirs)
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--asperity", type=Path, default=TARGET / "release" / "asperity")
+    parser.add_argument("--rounds", type=int, default=5)
+    arguments = parser.parse_args()
+    folder = TARGET / "queries"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "study.toml").write_text(MANIFEST)
+    ours = Asperity(arguments.asperity.resolve(), folder)
+    ours.run("run", ours.manifest)
+    results = folder / "data" / "results" / "queries"
+    tables = {name: str(results / f"{name}.parquet") for name in ["area", "surfaces"]}
+    frame = polars.scan_parquet(tables["area"])
+    columns = len(frame.collect_schema())
+    count = frame.select(polars.len()).collect().item()
+    size = os.path.getsize(tables["area"]) / 1e6
+    print(f"{count} rows, {columns} columns, {size:.0f} MB; {platform.machine()}, "
+          f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    database = duckdb.connect()
+    for name, path in tables.items():
+        database.execute(f"create view {name} as select * from read_parquet('{path}')")
+
+    def in_polars(question: str) -> list[tuple]:
+        scans = {name: polars.scan_parquet(path) for name, path in tables.items()}
+        return polars.SQLContext(scans, eager=True).execute(question).rows()
+
+    rounds = arguments.rounds
+    print(f"{'question':14}{'asperity s':>12}{'polars s':>10}{'DuckDB s':>10}{'over polars':>13}")
+    out = []
+    for name, question in QUESTIONS.items():
+        own, answer = best(lambda: ours.ask(question), rounds)
+        by_polars, expected = best(lambda: in_polars(question), rounds)
+        by_duckdb, _ = best(lambda: database.execute(question).fetchall(), rounds)
+        agree = "" if rows_agree(answer, expected) else "  ANSWERS DIFFER"
+        print(f"{name:14}{own:12.3f}{by_polars:10.3f}{by_duckdb:10.3f}{own / by_polars:13.2f}{agree}")
+        out.append([name, own, by_polars, by_duckdb])
+    few, _ = best(lambda: ours.run("table", ours.manifest, "area", "--rows", "5"), rounds)
+    print(f"{'--rows 5':14}{few:12.3f}")
+    target = folder / "copy.csv"
+    copy = f"copy area to '{target}' (header, delimiter ',')"
+    by_duckdb, _ = best(lambda: database.execute(copy), 2)
+
+    def our_copy() -> None:
+        with target.open("wb") as file:
+            command = [*ours.command, "table", ours.manifest, "area", "--csv"]
+            subprocess.run(command, stdout=file, check=True)
+
+    own, _ = best(our_copy, 2)
+    target.unlink()
+    print(f"{'--csv':14}{own:12.3f}{'':10}{by_duckdb:10.3f}{own / by_duckdb:13.2f} over DuckDB")
+    out += [["--rows 5", few, None, None], ["--csv", own, None, by_duckdb]]
+    written = ROOT / "benches" / "results"
+    written.mkdir(exist_ok=True)
+    with (written / "queries.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["question", "asperity_s", "polars_s", "duckdb_s"])
+        writer.writerows(out)
+
+
+if __name__ == "__main__":
+    main()
