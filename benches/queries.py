@@ -55,8 +55,8 @@ from = "contact"
 QUESTIONS = {
     "group by": """select k_upper, hurst, load, avg(area_fraction) as mean, count(*) as n
         from area group by k_upper, hurst, load order by k_upper, hurst, load""",
-    "join": """select s.k_upper, avg(a.area_fraction * s.nayak) as mean
-        from area a join surfaces s using (surface) group by s.k_upper order by s.k_upper""",
+    "join": """select s.k_upper as cutoff, avg(a.area_fraction * s.nayak) as mean
+        from area a join surfaces s using (surface) group by s.k_upper order by cutoff""",
     "filter": """select surface, load, area_fraction from area
         where load < 0.03 and hurst = 0.8 order by load, surface""",
     "median": """select hurst, median(area_fraction) as middle from area

@@ -27,12 +27,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::store::files::{Existing, make_folder, read_whole, write_file};
-use crate::store::unflushed::Unflushed;
 use crate::store::key::TaskKey;
 use crate::store::lock::Lock;
 use crate::store::parquet::{Columns, Metadata, ParquetError};
 use crate::store::provenance::Provenance;
 use crate::store::table::Table;
+use crate::store::unflushed::Unflushed;
 
 /// The folder in a store where tables are written before they get their places.
 const WORKSHOP: &str = "unfinished";

@@ -143,8 +143,8 @@ fn grid(columns: &[Printed], rows: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::table::Table;
     use crate::store::column::{Column, ColumnKind, integers, reals, texts};
+    use crate::store::table::Table;
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
     const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");

@@ -54,7 +54,9 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let session = super::session(&arguments.manifest, data);
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
         (Some(query), _) => session.sql(query)?.into(),
-        (None, stage) => session.tables()?.open(stage.as_deref().unwrap_or_default())?,
+        (None, stage) => session
+            .tables()?
+            .open(stage.as_deref().unwrap_or_default())?,
     };
     let columns = chosen(&table, &arguments.columns)?;
     let mut out = stdout().lock();
@@ -105,7 +107,10 @@ fn write_csv(out: &mut impl Write, table: &TableSource, columns: &[usize]) -> Re
     out.write_all(&csv_text(header.batch(), true)?)?;
     for part in table.parts(columns) {
         let chunks: Vec<RecordBatch> = chunks(part?.batch()).collect();
-        let texts: Vec<_> = chunks.par_iter().map(|chunk| csv_text(chunk, false)).collect();
+        let texts: Vec<_> = chunks
+            .par_iter()
+            .map(|chunk| csv_text(chunk, false))
+            .collect();
         for text in texts {
             out.write_all(&text?)?;
         }

@@ -121,11 +121,7 @@ fn check_names(statement: &Statement, names: &[String]) -> Result<(), QueryError
 
 /// What a column of an answer means: what the manifest says of it, or else what it means in the
 /// tables that the query reads.
-fn meaning(
-    field: &Field,
-    meanings: &BTreeMap<String, Meaning>,
-    tables: &[SchemaRef],
-) -> Metadata {
+fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[SchemaRef]) -> Metadata {
     if let Some(Meaning { unit, meaning }) = meanings.get(field.name()) {
         return described(Role::Result, unit, meaning);
     }

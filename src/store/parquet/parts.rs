@@ -125,22 +125,24 @@ impl TableFile {
         usize::try_from(rows).unwrap_or(0)
     }
 
-    /// Whether the smallest and the largest value of a column differ, as far as the file says it.
-    pub fn is_known_to_vary(&self, column: usize) -> bool {
-        let Some(leaf) = self.leaf(column) else {
-            return false;
-        };
+    /// Whether all rows hold the same in a column, as far as the file says it: the smallest and the
+    /// largest value of each row group. Real numbers may hide one that is none behind them.
+    pub fn is_constant(&self, column: usize) -> Option<bool> {
+        let leaf = self.leaf(column)?;
         let groups = self.footer().row_groups().iter();
-        let mut ends = groups.flat_map(|group| {
-            let statistics = group.column(leaf).statistics();
-            let ends = |statistics: &Statistics| {
-                let ends = [statistics.min_bytes_opt()?, statistics.max_bytes_opt()?];
-                Some(ends.map(<[u8]>::to_vec))
-            };
-            statistics.and_then(ends).into_iter().flatten()
-        });
-        let first = ends.next();
-        ends.any(|end| first.as_ref() != Some(&end))
+        let statistics = groups.map(|group| group.column(leaf).statistics());
+        let statistics: Vec<&Statistics> = statistics.collect::<Option<_>>()?;
+        let ends = statistics
+            .iter()
+            .flat_map(|group| [group.min_bytes_opt(), group.max_bytes_opt()]);
+        let ends: Vec<&[u8]> = ends.collect::<Option<_>>()?;
+        let is_exact = |group: &&Statistics| {
+            matches!(group, Statistics::Int64(_)) && group.null_count_opt() == Some(0)
+        };
+        match ends.iter().all(|end| *end == ends[0]) {
+            false => Some(false),
+            true => statistics.iter().all(is_exact).then_some(true),
+        }
     }
 
     /// Some columns of some row groups, which have so many rows together, or more.
