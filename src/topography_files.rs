@@ -13,14 +13,14 @@
 //! ```
 //! use asperity::topography_files::{Quantity, Size, Statistics, read};
 //!
-//! let file = "# Width: 3 µm\n# Height: 2 µm\n# Value units: nm\n1 2 4\n3 nan 6\n";
+//! let file = "# Width: 3 µm\n# Height: 2 µm\n# Value units: µm\n1 2 4\n3 nan 6\n";
 //! let file = read(file.as_bytes())?;
 //! assert_eq!(file.format().name(), "text");
 //! let channel = &file.channels()[0];
 //! assert_eq!(channel.nodes(), [3, 2]);
 //! assert_eq!(channel.quantity(), &Quantity::Height);
 //! let map = channel.map();
-//! assert_eq!(map.get(0, 1), Some(3e-9));
+//! assert_eq!(map.get(0, 1), Some(3e-6));
 //! assert_eq!(map.get(1, 1), None);
 //! assert_eq!(Statistics::of(&map).missing, 1);
 //! # Ok::<(), asperity::topography_files::TopographyFileError>(())

@@ -54,8 +54,8 @@ impl Size {
     /// # Errors
     /// When a side is not positive and finite.
     pub(super) fn of(sides: [f64; 2], unit: &Unit) -> Result<Size, FormatError> {
-        let metres = unit.metres().unwrap_or(1.0);
-        let scaled = sides.map(|side| side * metres);
+        let per_metre = unit.per_metre().unwrap_or(1.0);
+        let scaled = sides.map(|side| side / per_metre);
         let is_length = |side: f64| side > 0.0 && side.is_finite();
         let wrong = sides.iter().zip(scaled).find(|(_, side)| !is_length(*side));
         if let Some((side, _)) = wrong {
@@ -96,7 +96,7 @@ impl<'a> Channel<'a> {
     ) -> Channel<'a> {
         let (quantity, raster) = match unit {
             Unit::None => (Quantity::Unitless, raster),
-            Unit::Length(metres) => (Quantity::Height, raster.in_metres(metres)),
+            Unit::Length(per_metre) => (Quantity::Height, raster.in_metres(per_metre)),
             Unit::Other(unit) => (Quantity::Other(unit), raster),
         };
         Channel {

@@ -4,7 +4,8 @@
 //! Sides are those of the scan. Lines run along x, and the first has the largest y. A height is
 //! number × hard scale / 256^(bytes of a number) × soft scale: the first is in `@2:Z scale` of the
 //! image, the second in the entry of the scanner that it names, `@Sens. Zsens` for instance. Of a
-//! channel whose soft scale is of no length the unit is that of the scale.
+//! channel whose soft scale is of no length the unit is that of the scale, where SurfaceTopography
+//! leaves the numbers of the file as they are.
 
 mod sections;
 

@@ -55,6 +55,7 @@ pub struct Raster<'a> {
     mirrored: bool,
     scale: f64,
     offset: f64,
+    per_metre: f64,
     missing: Missing,
     mask: Option<Box<Raster<'a>>>,
 }
@@ -184,6 +185,7 @@ impl<'a> Raster<'a> {
             mirrored: false,
             scale: 1.0,
             offset: 0.0,
+            per_metre: 1.0,
             missing: Missing::None,
             mask: None,
         }
@@ -198,10 +200,10 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Numbers that were in a unit of so many metres.
-    pub fn in_metres(self, metres: f64) -> Raster<'a> {
-        let (scale, offset) = (self.scale * metres, self.offset * metres);
-        self.scaled(scale, offset)
+    /// Numbers in a unit of which so many are a metre become metres. They are divided: ten
+    /// micrometres are then 1e-5 and not 9.999999999999999e-6.
+    pub fn in_metres(self, per_metre: f64) -> Raster<'a> {
+        Raster { per_metre, ..self }
     }
 
     /// What is stored first has the largest y.
@@ -312,7 +314,7 @@ impl<'a> Raster<'a> {
             Missing::Around(marker) => (stored - marker).abs() <= 1.5e-7 * marker.abs(),
             Missing::From(marker) => stored >= marker,
         };
-        let value = self.scale * stored + self.offset;
+        let value = (self.scale * stored + self.offset) / self.per_metre;
         match is_missing || !value.is_finite() {
             true => f64::NAN,
             false => value,

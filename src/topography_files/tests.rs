@@ -194,7 +194,7 @@ fn heights_and_sides_in_different_units_have_no_slope() {
     let file = read(file).unwrap();
     let channel: &Channel<'_> = &file.channels()[0];
     assert_eq!(channel.unit(), None);
-    assert_eq!(channel.size(), Size::Metres([3.0 * 1e-6, 2.0 * 1e-6]));
+    assert_eq!(channel.size(), Size::Metres([3e-6, 2e-6]));
     assert_eq!(
         Statistics::of(&channel.map()).heights.unwrap().rms_slope,
         None

@@ -1,17 +1,18 @@
 //! Units as files write them.
 
-/// The prefixes of the SI that lengths, voltages and their like are written with.
+/// The prefixes of the SI that lengths, voltages and their like are written with, and how many of
+/// such units are one without prefix: powers of ten that are whole numbers are exact.
 const PREFIXES: [(&str, f64); 11] = [
-    ("G", 1e9),
-    ("M", 1e6),
-    ("k", 1e3),
-    ("c", 1e-2),
-    ("m", 1e-3),
-    ("µ", 1e-6),
-    ("u", 1e-6),
-    ("n", 1e-9),
-    ("p", 1e-12),
-    ("f", 1e-15),
+    ("G", 1e-9),
+    ("M", 1e-6),
+    ("k", 1e-3),
+    ("c", 1e2),
+    ("m", 1e3),
+    ("µ", 1e6),
+    ("u", 1e6),
+    ("n", 1e9),
+    ("p", 1e12),
+    ("f", 1e15),
     ("", 1.0),
 ];
 
@@ -20,7 +21,7 @@ const PREFIXES: [(&str, f64); 11] = [
 pub enum Unit {
     /// None is given.
     None,
-    /// A length, by its metres.
+    /// A length, by how many of it are a metre.
     Length(f64),
     /// Anything else, as the file writes it.
     Other(String),
@@ -34,15 +35,15 @@ impl Unit {
             return Unit::None;
         }
         match length(&text) {
-            Some(metres) => Unit::Length(metres),
+            Some(per_metre) => Unit::Length(per_metre),
             None => Unit::Other(text),
         }
     }
 
-    /// The metres of a length.
-    pub fn metres(&self) -> Option<f64> {
+    /// How many of a length are a metre.
+    pub fn per_metre(&self) -> Option<f64> {
         match self {
-            Unit::Length(metres) => Some(*metres),
+            Unit::Length(per_metre) => Some(*per_metre),
             Unit::None | Unit::Other(_) => None,
         }
     }
@@ -55,15 +56,15 @@ pub fn ratio(from: &str, to: &str) -> Option<f64> {
         return Some(1.0);
     }
     if let (Some(from), Some(to)) = (length(&from), length(&to)) {
-        return Some(from / to);
+        return Some(to / from);
     }
     // Two prefixes of one unit, such as mV and V.
-    PREFIXES.iter().find_map(|(prefix, factor)| {
+    PREFIXES.iter().find_map(|(prefix, count)| {
         let base = from.strip_prefix(prefix).filter(|base| !base.is_empty())?;
         let other = PREFIXES
             .iter()
             .find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;
-        Some(factor / other.1)
+        Some(other.1 / count)
     })
 }
 
@@ -81,17 +82,17 @@ fn normal(text: &str) -> String {
 fn length(text: &str) -> Option<f64> {
     let named = match text.to_lowercase().as_str() {
         "meter" | "metre" | "meters" | "metres" => Some(1.0),
-        "millimeter" | "millimetre" | "millimeters" | "millimetres" => Some(1e-3),
+        "millimeter" | "millimetre" | "millimeters" | "millimetres" => Some(1e3),
         "micron" | "microns" | "micrometer" | "micrometre" | "micrometers" | "micrometres"
-        | "µ" => Some(1e-6),
-        "nanometer" | "nanometre" | "nanometers" | "nanometres" => Some(1e-9),
-        "å" | "ångström" | "angstrom" | "ångstrom" => Some(1e-10),
+        | "µ" => Some(1e6),
+        "nanometer" | "nanometre" | "nanometers" | "nanometres" => Some(1e9),
+        "å" | "ångström" | "angstrom" | "ångstrom" => Some(1e10),
         _ => None,
     };
     let of_prefix = || {
         let prefix = text.strip_suffix('m')?;
         let of = PREFIXES.iter().find(|(known, _)| *known == prefix);
-        of.map(|(_, factor)| *factor)
+        of.map(|(_, count)| *count)
     };
     named.or_else(of_prefix)
 }
@@ -103,7 +104,7 @@ mod tests {
     #[test]
     fn a_micrometre_has_many_spellings() {
         for text in ["µm", "μm", "um", "~m", "æm", " [µm] ", "microns"] {
-            assert_eq!(Unit::of(text), Unit::Length(1e-6), "{text}");
+            assert_eq!(Unit::of(text), Unit::Length(1e6), "{text}");
         }
     }
 
@@ -113,14 +114,14 @@ mod tests {
         assert_eq!(Unit::of("A"), Unit::Other("A".to_owned()));
         assert_eq!(Unit::of(" "), Unit::None);
         assert_eq!(Unit::of("m"), Unit::Length(1.0));
-        assert_eq!(Unit::of("Å"), Unit::Length(1e-10));
+        assert_eq!(Unit::of("Å"), Unit::Length(1e10));
     }
 
     #[test]
     fn prefixes_of_one_unit_have_a_ratio() {
         assert_eq!(ratio("mV", "V"), Some(1e-3));
         assert_eq!(ratio("V", "V"), Some(1.0));
-        assert_eq!(ratio("nm", "pm"), Some(1e-9 / 1e-12));
+        assert_eq!(ratio("nm", "pm"), Some(1e3));
         assert_eq!(ratio("V", "nm"), None);
     }
 }
