@@ -21,6 +21,7 @@ mod schema;
 mod show;
 mod signals;
 mod summary;
+mod surface;
 mod table;
 mod verify;
 mod view;
@@ -84,6 +85,8 @@ enum Command {
     Show(show::Arguments),
     /// Draw the surface, the contact map or the pressures of one task.
     View(view::Arguments),
+    /// Say what a file of surface topography holds, and draw it.
+    Surface(surface::Arguments),
     /// Look whether every table, page and figure is as it was written; set damaged tables aside.
     Verify(verify::Arguments),
     /// Delete what no named manifest needs.
@@ -116,6 +119,7 @@ pub fn main() -> ExitCode {
         Command::Columns(arguments) => columns::run(&arguments, &data),
         Command::Show(arguments) => show::run(&arguments, &data),
         Command::View(arguments) => view::run(&arguments, &data),
+        Command::Surface(arguments) => surface::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments, &data),
         Command::Prune(arguments) => prune::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),

@@ -11,6 +11,7 @@
 //! | tables, their columns and files | [`store::table::Table`], [`store::parquet`] |
 //! | where nodes lie | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
 //! | heights: drawn, of a simple shape, from a file, any | [`RandomSurface`](contact::topography::random::RandomSurface), [`Shape`](contact::topography::shapes::Shape), [`read_npy`](contact::topography::measured::read_npy), [`Surface`](contact::topography::surface::Surface) |
+//! | maps of heights in the files of instruments | [`read`](topography_files::read), [`TopographyFile`](topography_files::TopographyFile) |
 //! | what heights are like | [`Descriptors`](contact::topography::descriptors::Descriptors), [`Moments`](contact::topography::moments::Moments) |
 //! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`](contact::elasticity::PeriodicHalfSpace) |
 //! | what contact looks like | [`ContactMap`](contact::morphology::map::ContactMap), [`ContactArea`](contact::morphology::area::ContactArea), [`Clusters`](contact::morphology::clusters::Clusters) |
@@ -66,6 +67,7 @@ pub mod plan;
 pub mod session;
 pub mod store;
 pub mod study;
+pub mod topography_files;
 
 /// The command: what it prints is for people, and no function of it for programs.
 #[doc(hidden)]

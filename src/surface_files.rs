@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use thiserror::Error;
 
 /// The largest file that is read: a map of 16384 × 16384 numbers and some header.
-const LARGEST: u64 = (8 << 28) + (1 << 20);
+pub const LARGEST: u64 = (8 << 28) + (1 << 20);
 
 /// A BLAKE3 hash of a file's bytes; written in hexadecimal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

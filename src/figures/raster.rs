@@ -14,6 +14,8 @@ pub type Pixel = [u8; 3];
 
 /// Where there is no contact.
 pub const GAP: Pixel = [255, 255, 255];
+/// Where a height is missing; of no scale.
+pub const HOLE: Pixel = [213, 46, 35];
 /// Where there is.
 pub const CONTACT: Pixel = [38, 38, 38];
 
@@ -87,10 +89,13 @@ pub fn colour_of_load(load: usize, count: usize) -> Pixel {
 }
 
 impl Raster {
-    /// Heights of the nodes, row-major.
+    /// Heights of the nodes, row-major; NaN where one is missing.
     pub fn of_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
         let scale = Scale::of_heights(heights);
-        Raster::of_nodes(nodes, |node| scale.colour(heights[node]))
+        Raster::of_nodes(nodes, |node| match heights[node].is_nan() {
+            true => HOLE,
+            false => scale.colour(heights[node]),
+        })
     }
 
     /// Pressures of the nodes, row-major, zero where there is no contact.
@@ -234,6 +239,16 @@ mod tests {
         let picture = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
         let ends = [0.0, 1.0].map(|share| CIVIDIS.eval_continuous(share).into_array());
         assert_eq!([picture.pixels[2], picture.pixels[1]], ends);
+    }
+
+    #[test]
+    fn missing_heights_are_holes_and_change_no_other_colour() {
+        let whole = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
+        let holed = Raster::of_heights([2, 2], &[-1.0, f64::NAN, 0.5, 3.0]);
+        let differ = |node: &usize| whole.pixels[*node] != holed.pixels[*node];
+        let holes: Vec<usize> = (0..4).filter(differ).collect();
+        assert_eq!(holes, [0], "the upper left corner");
+        assert_eq!(holed.pixels[0], HOLE);
     }
 
     #[test]

@@ -28,6 +28,7 @@ mod session;
 mod shipped;
 mod signals;
 mod tables;
+mod topography;
 mod units;
 mod views;
 mod warnings;

@@ -62,6 +62,16 @@ pub enum MeasuredError {
 /// # Ok::<(), MeasuredError>(())
 /// ```
 pub fn read_npy(bytes: &[u8], cell: Cell) -> Result<Surface, MeasuredError> {
+    let (nodes, heights) = npy_array(bytes)?;
+    let grid = Grid::new(nodes, cell).map_err(SurfaceError::from)?;
+    Ok(Surface::new(grid, heights)?)
+}
+
+/// Rows, columns and numbers of a `.npy` file, row by row; the numbers need not be finite.
+///
+/// # Errors
+/// When the bytes are not such a file, or hold other numbers than heights.
+pub(crate) fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), MeasuredError> {
     let (header, data) = split(bytes)?;
     let element = Element::of(header)?;
     let columns_first = fortran_order(header)?;
@@ -82,12 +92,11 @@ pub fn read_npy(bytes: &[u8], cell: Cell) -> Result<Surface, MeasuredError> {
         });
     }
     let nodes = [rows as usize, columns as usize];
-    let mut heights = element.decode(data);
-    if columns_first {
-        heights = transposed(&heights, nodes);
+    let heights = element.decode(data);
+    match columns_first {
+        true => Ok((nodes, transposed(&heights, nodes))),
+        false => Ok((nodes, heights)),
     }
-    let grid = Grid::new(nodes, cell).map_err(SurfaceError::from)?;
-    Ok(Surface::new(grid, heights)?)
 }
 
 #[derive(Debug, Clone, Copy)]

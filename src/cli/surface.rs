@@ -1,0 +1,170 @@
+//! `asperity surface`: what a file of surface topography holds, and a picture of it.
+
+mod words;
+
+use std::fs;
+use std::io::{Write, stdout};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use serde_json::{Value, json};
+
+use self::words::write_summary;
+use super::{Failure, Misused, unknown};
+use crate::figures::raster::Raster;
+use crate::store::StoreError;
+use crate::surface_files::{LARGEST, SurfaceFileError, read_regular};
+use crate::topography_files::{
+    Channel, HeightMap, Size, Statistics, TopographyFile, TopographyFileError, read,
+};
+
+/// Pixels along the longer side of a picture.
+const PICTURE: usize = 1024;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A file of surface topography; its content says which format it has.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+
+    /// Only this channel, by its name, or by its number from 1 on; when left out, all are listed.
+    #[arg(long)]
+    channel: Option<String>,
+
+    /// Draw the channel, or the first that holds heights; missing points are red.
+    #[arg(long, short, value_name = "FILE.png")]
+    output: Option<PathBuf>,
+
+    /// Print JSON: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing",
+    /// "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`, sizes as `[x, y]`, and lengths
+    /// in metres where the file has a unit.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A file that is there is none that can be read.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot read surface file `{}`", path.display())]
+struct Unreadable {
+    path: PathBuf,
+    source: TopographyFileError,
+}
+
+/// A channel and what its map is like.
+struct Described<'a> {
+    /// From 1 on, in the order of the file.
+    number: usize,
+    channel: &'a Channel<'a>,
+    statistics: Statistics,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let path = &arguments.file;
+    let bytes = read_regular(path, LARGEST).map_err(|source| SurfaceFileError::Read {
+        path: path.clone(),
+        source,
+    })?;
+    let file = read(&bytes).map_err(|source| Unreadable {
+        path: path.clone(),
+        source,
+    })?;
+    let chosen = chosen(&file, arguments.channel.as_deref())?;
+    let listed: Vec<usize> = match arguments.channel {
+        Some(_) => vec![chosen],
+        None => (0..file.channels().len()).collect(),
+    };
+    let mut described = Vec::new();
+    for index in listed {
+        let channel = &file.channels()[index];
+        // One map at a time: files may have many.
+        let map = channel.map();
+        if let Some(output) = arguments.output.as_ref().filter(|_| index == chosen) {
+            draw(&map, output)?;
+        }
+        described.push(Described {
+            number: index + 1,
+            channel,
+            statistics: Statistics::of(&map),
+        });
+    }
+    let mut out = stdout().lock();
+    match arguments.json {
+        true => writeln!(out, "{:#}", as_json(&file, &described))?,
+        false => {
+            write_summary(&mut out, &file, path, &described, chosen)?;
+            if let Some(output) = &arguments.output {
+                writeln!(out, "picture  {}", output.display())?;
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The channel that is asked for, or the first that holds heights.
+fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Failure> {
+    let channels = file.channels();
+    let Some(wanted) = wanted else {
+        return Ok(file.first_heights().unwrap_or_default());
+    };
+    let named = || {
+        let numbered = channels.iter().enumerate();
+        numbered.filter(|(_, channel)| channel.name() == wanted)
+    };
+    let number = wanted.parse::<usize>().ok();
+    let by_number = number.filter(|number| (1..=channels.len()).contains(number));
+    match (named().count(), by_number) {
+        (1, _) => Ok(named().map(|(index, _)| index).sum()),
+        (0, Some(number)) => Ok(number - 1),
+        (0, None) => {
+            let names: Vec<_> = channels.iter().map(Channel::name).collect();
+            let message = format!("the file has no channel `{wanted}`");
+            Err(unknown(message, wanted, &names))
+        }
+        _ => {
+            let numbers: Vec<_> = named().map(|(index, _)| (index + 1).to_string()).collect();
+            let numbers = numbers.join(", ");
+            let message = format!(
+                "the channels {numbers} of the file are all called `{wanted}`: choose by number"
+            );
+            Err(Misused(message).into())
+        }
+    }
+}
+
+fn draw(map: &HeightMap, path: &Path) -> Result<(), StoreError> {
+    let picture = Raster::of_heights(map.nodes(), map.heights()).at_most(PICTURE);
+    fs::write(path, picture.to_png()).map_err(|source| StoreError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn as_json(file: &TopographyFile<'_>, described: &[Described<'_>]) -> Value {
+    let channels = described.iter().map(|one| {
+        let channel = one.channel;
+        let heights = one.statistics.heights.as_ref();
+        let corners = &one.statistics.corners;
+        json!({
+            "name": channel.name(),
+            "nodes": channel.nodes(),
+            "size": channel.size().sides(),
+            "size_unit": matches!(channel.size(), Size::Metres(_)).then_some("m"),
+            "unit": channel.unit(),
+            "missing": one.statistics.missing,
+            "rms_height": heights.map(|heights| heights.rms_height),
+            "rms_slope": heights.and_then(|heights| heights.rms_slope),
+            "lowest": heights.map(|heights| heights.lowest),
+            "highest": heights.map(|heights| heights.highest),
+            "corners": {
+                "first": corners.first,
+                "x_end": corners.x_end,
+                "y_end": corners.y_end,
+                "last": corners.last,
+            },
+        })
+    });
+    json!({
+        "format": file.format().name(),
+        "channels": channels.collect::<Value>(),
+    })
+}

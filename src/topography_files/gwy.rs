@@ -1,0 +1,215 @@
+//! Gwyddion's own files: a tree of named and typed values, in which `/N/data` are the maps,
+//! `/N/data/title` their names, and `/N/mask` their masks.
+//!
+//! Sides are those of the whole map. Lines run along x and the first, the upper one of the picture,
+//! has y = 0. What the mask of a map marks is missing here.
+
+use super::channel::{Channel, Size};
+use super::cursor::Cursor;
+use super::error::FormatError;
+use super::format::Format;
+use super::raster::{ByteOrder, Element, Raster, checked_nodes};
+use super::unit::Unit;
+
+pub const FORMAT: Format = Format {
+    name: "gwy",
+    title: "Gwyddion",
+    has_signature: true,
+    read,
+};
+
+/// How deep objects may lie in each other.
+const DEEPEST: usize = 16;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if bytes.starts_with(b"GWYO") {
+        let what = "a file of Gwyddion 1; Gwyddion 2 reads it and writes a newer one";
+        return Err(FormatError::unsupported(what));
+    }
+    if !bytes.starts_with(b"GWYP") {
+        return Err(FormatError::Signature);
+    }
+    let container = Object::read(&mut Cursor::at(bytes, 4), 0)?;
+    let mut numbers: Vec<u32> = container
+        .components
+        .iter()
+        .filter_map(|(name, _)| name.strip_prefix('/')?.strip_suffix("/data")?.parse().ok())
+        .collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let channels = numbers.into_iter().map(|number| {
+        let path = |rest: &str| format!("/{number}/{rest}");
+        let field = container.object(&path("data"))?;
+        let title = container.find(&path("data/title")).and_then(Value::text);
+        let mask = container.object(&path("mask")).ok();
+        channel(title.unwrap_or("heights"), field, mask)
+    });
+    let channels: Vec<Channel<'_>> = channels.collect::<Result<_, _>>()?;
+    match channels.is_empty() {
+        true => Err(FormatError::missing("/0/data")),
+        false => Ok(channels),
+    }
+}
+
+fn channel<'a>(
+    title: &str,
+    field: &Object<'a>,
+    mask: Option<&Object<'a>>,
+) -> Result<Channel<'a>, FormatError> {
+    let mut raster = raster(field)?;
+    if let Some(mask) = mask {
+        let mask = self::raster(mask)?;
+        if mask.nodes() != raster.nodes() {
+            let [x, y] = mask.nodes();
+            let allowed = "that of its map";
+            let found = format!("{x} × {y}");
+            return Err(FormatError::value("size of a mask", found, allowed));
+        }
+        raster = raster.masked(mask);
+    }
+    let unit = |name| {
+        let unit = field.object(name).ok();
+        let text = unit.and_then(|unit| unit.find("unitstr")?.text());
+        Unit::of(text.unwrap_or_default())
+    };
+    // Gwyddion takes a negative side for its magnitude.
+    let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
+    let size = match sides.contains(&0.0) {
+        true => Size::Unknown,
+        false => Size::of(sides, &unit("si_unit_xy"))?,
+    };
+    Ok(Channel::new(title, unit("si_unit_z"), size, raster))
+}
+
+fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {
+    let nodes = checked_nodes([field.whole("xres")?, field.whole("yres")?])?;
+    match field.find("data") {
+        Some(Value::Doubles(bytes)) => Raster::rows(nodes, Element::F64, ByteOrder::Little, *bytes),
+        _ => Err(FormatError::missing("data")),
+    }
+}
+
+/// Named values, in the order of the file.
+struct Object<'a> {
+    components: Vec<(&'a str, Value<'a>)>,
+}
+
+enum Value<'a> {
+    Whole(i64),
+    Real(f64),
+    Text(&'a str),
+    Doubles(&'a [u8]),
+    Object(Object<'a>),
+    /// What no map needs.
+    Other,
+}
+
+impl<'a> Value<'a> {
+    fn text(&self) -> Option<&'a str> {
+        match self {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+impl<'a> Object<'a> {
+    /// Its name, its length, its components.
+    fn read(cursor: &mut Cursor<'a>, depth: usize) -> Result<Object<'a>, FormatError> {
+        if depth > DEEPEST {
+            let what = format!("objects lie more than {DEEPEST} deep in each other");
+            return Err(FormatError::unsupported(what));
+        }
+        text(cursor)?;
+        let length = u32::from_le_bytes(cursor.array()?) as usize;
+        let mut inside = Cursor::new(cursor.take(length)?);
+        let mut components = Vec::new();
+        while !inside.rest().is_empty() {
+            let name = text(&mut inside)?;
+            let [kind] = inside.array()?;
+            components.push((name, value(&mut inside, kind, depth)?));
+        }
+        Ok(Object { components })
+    }
+
+    fn find(&self, name: &str) -> Option<&Value<'a>> {
+        let mut components = self.components.iter();
+        components
+            .find(|(known, _)| *known == name)
+            .map(|(_, value)| value)
+    }
+
+    fn object(&self, name: &str) -> Result<&Object<'a>, FormatError> {
+        match self.find(name) {
+            Some(Value::Object(object)) => Ok(object),
+            _ => Err(FormatError::missing(name)),
+        }
+    }
+
+    fn whole(&self, name: &str) -> Result<i64, FormatError> {
+        match self.find(name) {
+            Some(Value::Whole(number)) => Ok(*number),
+            _ => Err(FormatError::missing(name)),
+        }
+    }
+
+    fn real(&self, name: &str) -> Result<f64, FormatError> {
+        match self.find(name) {
+            Some(Value::Real(number)) => Ok(*number),
+            _ => Err(FormatError::missing(name)),
+        }
+    }
+}
+
+fn value<'a>(cursor: &mut Cursor<'a>, kind: u8, depth: usize) -> Result<Value<'a>, FormatError> {
+    Ok(match kind {
+        b'b' | b'c' => {
+            cursor.skip(1)?;
+            Value::Other
+        }
+        b'i' => Value::Whole(i32::from_le_bytes(cursor.array()?).into()),
+        b'q' => Value::Whole(i64::from_le_bytes(cursor.array()?)),
+        b'd' => Value::Real(f64::from_le_bytes(cursor.array()?)),
+        b's' => Value::Text(text(cursor)?),
+        b'o' => Value::Object(Object::read(cursor, depth + 1)?),
+        b'D' => Value::Doubles(array(cursor, 8)?),
+        b'C' => skip_array(cursor, 1)?,
+        b'I' => skip_array(cursor, 4)?,
+        b'Q' => skip_array(cursor, 8)?,
+        b'S' => {
+            for _ in 0..u32::from_le_bytes(cursor.array()?) {
+                text(cursor)?;
+            }
+            Value::Other
+        }
+        b'O' => {
+            for _ in 0..u32::from_le_bytes(cursor.array()?) {
+                Object::read(cursor, depth + 1)?;
+            }
+            Value::Other
+        }
+        _ => {
+            let found = char::from(kind).escape_default();
+            let allowed = "one of bciqdsoCIQDSO";
+            return Err(FormatError::value("type of a value", found, allowed));
+        }
+    })
+}
+
+fn array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<&'a [u8], FormatError> {
+    let count = u32::from_le_bytes(cursor.array()?) as usize;
+    cursor.take(count.saturating_mul(size))
+}
+
+fn skip_array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<Value<'a>, FormatError> {
+    array(cursor, size).map(|_| Value::Other)
+}
+
+/// Text up to the next zero.
+fn text<'a>(cursor: &mut Cursor<'a>) -> Result<&'a str, FormatError> {
+    let rest = cursor.rest();
+    let length = rest.iter().position(|&byte| byte == 0);
+    let bytes = cursor.take(length.unwrap_or(rest.len()))?;
+    cursor.skip(1)?;
+    str::from_utf8(bytes).map_err(|error| FormatError::damaged("a text", error))
+}

@@ -1,0 +1,198 @@
+//! Nanoscope files of Digital Instruments, Veeco and Bruker: a text header of sections, and maps of
+//! whole numbers.
+//!
+//! Sides are those of the scan. Lines run along x, and the first has the largest y. A height is
+//! number × hard scale / 256^(bytes of a number) × soft scale: the first is in `@2:Z scale` of the
+//! image, the second in the entry of the scanner that it names, `@Sens. Zsens` for instance. Of a
+//! channel whose soft scale is of no length the unit is that of the scale, where SurfaceTopography
+//! leaves the numbers of the file as they are.
+
+mod sections;
+
+use self::sections::{Section, parse};
+use super::channel::{Channel, Size};
+use super::cursor::Cursor;
+use super::error::{FormatError, factor};
+use super::format::Format;
+use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
+use super::unit::{Unit, ratio};
+
+pub const FORMAT: Format = Format {
+    name: "nanoscope",
+    title: "Nanoscope of Digital Instruments, Veeco and Bruker",
+    has_signature: true,
+    read,
+};
+
+/// From this version on all numbers have four bytes, whatever the header says.
+const FOUR_BYTES: i64 = 0x0920_0000;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let starts = [&b"\\*File list"[..], b"\\*EC File list", b"?*File list"];
+    if !starts.iter().any(|start| bytes.starts_with(start)) {
+        return Err(FormatError::Signature);
+    }
+    if bytes.starts_with(b"?") {
+        let what = "a Nanoscope file of numbers as text; those of binary numbers are read";
+        return Err(FormatError::unsupported(what));
+    }
+    let sections = parse(bytes);
+    let file = File::of(&sections)?;
+    let images = sections.iter().filter(|section| section.is_image());
+    let channels = images.map(|image| file.channel(bytes, image));
+    let channels: Vec<Channel<'_>> = channels.collect::<Result<_, _>>()?;
+    match channels.is_empty() {
+        true => Err(FormatError::missing("*Ciao image list")),
+        false => Ok(channels),
+    }
+}
+
+/// What all images of a file share.
+struct File<'a> {
+    version: i64,
+    scanner: Vec<&'a Section>,
+    /// Nodes of the whole scan.
+    scan: Option<[i64; 2]>,
+    /// The side along y, where it is given on its own: that of the image can then be wrong.
+    slow_side: Option<(f64, String)>,
+}
+
+impl<'a> File<'a> {
+    fn of(sections: &'a [Section]) -> Result<File<'a>, FormatError> {
+        let named = |names: &'static [&'static str]| {
+            let of_name = move |section: &&Section| names.contains(&section.name());
+            sections.iter().filter(of_name)
+        };
+        let entry = |names, key| named(names).find_map(|section| section.get(key));
+        let any = |key| sections.iter().rev().find_map(|section| section.get(key));
+        if any("operating mode") == Some("Force") || any("start context") == Some("FOL") {
+            return Err(FormatError::unsupported("force curves and no map"));
+        }
+        let version = entry(&["file list", "ec file list"], "version").unwrap_or("0");
+        let version = i64::from_str_radix(version.trim_start_matches("0x"), 16);
+        let scan_list: &[&str] = &["ciao scan list", "afm list", "stm list", "nc afm list"];
+        let nodes = |key| entry(scan_list, key)?.parse().ok();
+        let scanner = named(&["scanner list", "microscope list"]);
+        Ok(File {
+            version: version.unwrap_or(0),
+            scanner: scanner.chain(named(scan_list)).collect(),
+            scan: nodes("samps/line").zip(nodes("lines")).map(|(x, y)| [x, y]),
+            slow_side: entry(scan_list, "slow axis size")
+                .map(|size| sections::quantity("slow axis size", size))
+                .transpose()?,
+        })
+    }
+
+    fn channel<'b>(&self, bytes: &'b [u8], image: &Section) -> Result<Channel<'b>, FormatError> {
+        let bytes_per_pixel = match image.get("bytes/pixel") {
+            None => 2,
+            Some(_) => image.whole("bytes/pixel")?,
+        };
+        let length = image.whole("data length")?;
+        let own = checked_nodes([image.whole("samps/line")?, image.whole("number of lines")?])?;
+        let element = match bytes_per_pixel {
+            2 if self.version >= FOUR_BYTES && length as usize >= 4 * own[0] * own[1] => {
+                Element::I32
+            }
+            2 => Element::I16,
+            4 => Element::I32,
+            _ => return Err(FormatError::value("Bytes/pixel", bytes_per_pixel, "2 or 4")),
+        };
+        let nodes = self.nodes(own, element, length)?;
+        let offset = image.whole("data offset")?;
+        let offset = usize::try_from(offset);
+        let offset = offset.map_err(|_| FormatError::value("Data offset", -1, "positive"))?;
+        let stored = Cursor::at(bytes, offset).take(bytes_of(nodes, element))?;
+        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
+        let (scale, unit) = self.scale(image, bytes_per_pixel)?;
+        let unit = match Unit::of(&unit) {
+            // Heights always have a unit: what has none is something else.
+            Unit::None => Unit::Other("1".to_owned()),
+            unit => unit,
+        };
+        let size = self.size(image, own, nodes)?;
+        let raster = raster.scaled(scale, 0.0);
+        Ok(Channel::new(image.image_name(), unit, size, raster))
+    }
+
+    /// Some files give wrong numbers of nodes for an image; those of the scan then fit its length.
+    fn nodes(
+        &self,
+        own: [usize; 2],
+        element: Element,
+        length: i64,
+    ) -> Result<[usize; 2], FormatError> {
+        let length = usize::try_from(length).unwrap_or(0);
+        let needed = bytes_of(own, element);
+        let Some(scan) = self.scan.filter(|_| length != needed) else {
+            return Ok(own);
+        };
+        let scan = checked_nodes(scan)?;
+        let of_scan = bytes_of(scan, element);
+        match length == of_scan || (needed > length && length >= of_scan) {
+            true => Ok(scan),
+            false => Ok(own),
+        }
+    }
+
+    /// Sides of the map: the image gives those of as many nodes as it claims.
+    fn size(
+        &self,
+        image: &Section,
+        own: [usize; 2],
+        nodes: [usize; 2],
+    ) -> Result<Size, FormatError> {
+        let (x, y, unit) = image.scan_size()?;
+        if let Some((slow, slow_unit)) = &self.slow_side {
+            let ratio = ratio(slow_unit, &unit).ok_or_else(|| {
+                FormatError::value("unit of Slow Axis Size", slow_unit, "a length")
+            })?;
+            // A scan that was stopped has fewer lines than its size is of.
+            let full = self.scan.map_or(nodes[1] as f64, |scan| scan[1] as f64);
+            let share = match image.is_square() {
+                true => 1.0,
+                false => (nodes[1] as f64 / full).min(1.0),
+            };
+            return Size::of([x, slow * ratio * share], &Unit::of(&unit));
+        }
+        let grown = [0, 1].map(|axis| nodes[axis] as f64 / own[axis] as f64);
+        Size::of([x * grown[0], y * grown[1]], &Unit::of(&unit))
+    }
+
+    /// What a number is to be multiplied with, and the unit that it then has.
+    fn scale(&self, image: &Section, bytes_per_pixel: i64) -> Result<(f64, String), FormatError> {
+        let scale = image.get("@4:z scale").or_else(|| image.get("@2:z scale"));
+        let scale = scale.ok_or_else(|| {
+            FormatError::unsupported("a file of Nanoscope 4.2 or older, without `@2:Z scale`")
+        })?;
+        let scale = sections::Scale::parse("@2:Z scale", scale)?;
+        let steps = if bytes_per_pixel == 4 {
+            4294967296.0
+        } else {
+            65536.0
+        };
+        let (hard, hard_unit) = sections::quantity("@2:Z scale", &scale.value)?;
+        let hard = factor("@2:Z scale", hard)? / steps;
+        let soft = scale.soft.as_ref().and_then(|name| {
+            let key = format!("@{}", name.to_lowercase());
+            self.scanner.iter().find_map(|section| section.get(&key))
+        });
+        let Some(soft) = soft else {
+            return Ok((hard, hard_unit));
+        };
+        let soft = sections::Scale::parse("soft scale", soft)?;
+        let (soft, soft_unit) = sections::quantity("soft scale", &soft.value)?;
+        let soft = factor("soft scale", soft)?;
+        match soft_unit.split_once('/') {
+            None if soft_unit.is_empty() => Ok((hard * soft, hard_unit)),
+            None => Ok((hard * soft, soft_unit)),
+            Some((unit, per)) => {
+                let ratio = ratio(&hard_unit, per).ok_or_else(|| {
+                    let allowed = format!("in the unit of the soft scale, `{per}`");
+                    FormatError::value("unit of @2:Z scale", &hard_unit, &allowed)
+                })?;
+                Ok((hard * ratio * soft, unit.to_owned()))
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Files of every format: those of others, small ones that are written here, damaged ones.
+
+mod damage;
+mod truth;
+
+use super::samples::{Archive, EXPECTED, Sample, igor, samples, x3p};
+use super::{Channel, HeightMap, Quantity, Size, Statistics, TopographyFileError, formats, read};
+
+#[track_caller]
+fn first_map(bytes: &[u8]) -> HeightMap {
+    read(bytes).unwrap().channels()[0].map()
+}
+
+#[test]
+fn every_format_has_a_small_file() {
+    let samples = samples();
+    for format in formats() {
+        let has_sample = samples.iter().any(|sample| sample.format == format.name());
+        assert!(has_sample, "{}", format.name());
+    }
+}
+
+#[test]
+fn small_files_of_all_formats_show_one_map() {
+    for sample in samples() {
+        shows_the_map(&sample);
+    }
+}
+
+fn shows_the_map(sample: &Sample) {
+    let Sample { format, bytes, .. } = sample;
+    let file = read(bytes).unwrap_or_else(|error| panic!("{format}: {error:?}"));
+    assert_eq!(file.format().name(), *format);
+    assert_eq!(file.first_heights(), Some(0), "{format}");
+    let channel = &file.channels()[0];
+    let (quantity, unit) = match sample.sides.is_some() {
+        true => (Quantity::Height, 1e-9),
+        false => (Quantity::Unitless, 1.0),
+    };
+    assert_eq!(channel.quantity(), &quantity, "{format}");
+    let map = channel.map();
+    assert_eq!(map.nodes(), [3, 2], "{format}");
+    match (sample.sides, map.size()) {
+        (Some(expected), Size::Metres(sides)) => {
+            let agree = |axis: usize| (sides[axis] / expected[axis] - 1.0).abs() < 1e-6;
+            assert!(agree(0) && agree(1), "{format}: {sides:?}");
+        }
+        (expected, size) => assert!(expected.is_none() && size == Size::Unknown, "{format}"),
+    }
+    for (node, expected) in EXPECTED.iter().enumerate() {
+        let height = map.heights()[node];
+        assert_eq!(map.missing()[node], height.is_nan(), "{format}");
+        match sample.is_holed && node == 5 {
+            true => assert!(height.is_nan(), "{format}: the last point is {height}"),
+            // Single precision holds seven digits.
+            false => assert!(
+                (height / unit - expected).abs() < 1e-5,
+                "{format}: {height}"
+            ),
+        }
+    }
+}
+
+#[test]
+fn channels_that_are_no_heights_are_listed_with_their_unit() {
+    let wave = igor();
+    let file = read(&wave).unwrap();
+    let listed: Vec<_> = file
+        .channels()
+        .iter()
+        .map(|c| (c.name(), c.unit()))
+        .collect();
+    assert_eq!(
+        listed,
+        [("HeightTrace", Some("m")), ("PhaseTrace", Some("deg"))]
+    );
+    assert!(!file.channels()[1].may_be_heights());
+    assert_eq!(file.channels()[1].map().steps(), None);
+}
+
+#[test]
+fn the_folder_that_an_archive_is_packed_in_does_not_matter() {
+    let archive = Archive {
+        folder: "scan 1/",
+        ..Archive::default()
+    };
+    let bytes = x3p(&archive);
+    assert_eq!(first_map(&bytes).get(1, 1), Some(5e-9));
+}
+
+#[test]
+fn an_archive_without_prefix_and_without_marks_is_read() {
+    let mut archive = Archive {
+        valid: None,
+        ..Archive::default()
+    };
+    let link = "<ValidPointsLink>bindata/valid.bin</ValidPointsLink>";
+    let description = archive.description.replace("p:", "").replace(link, "");
+    archive.description = description.replace("xmlns:p=", "xmlns=");
+    let bytes = x3p(&archive);
+    assert_eq!(Statistics::of(&first_map(&bytes)).missing, 0);
+}
+
+#[test]
+fn errors_say_which_entry_is_wrong_and_what_would_do() {
+    let described = |from: &str, to: &str| {
+        let archive = Archive::default();
+        let description = archive.description.replace(from, to);
+        let archive = Archive {
+            description,
+            ..archive
+        };
+        match read(&x3p(&archive)).unwrap_err() {
+            TopographyFileError::Damaged { source, .. } => source.to_string(),
+            other => panic!("{other}"),
+        }
+    };
+    assert_eq!(
+        described("SUR", "PRF"),
+        "`FeatureType` is PRF, it must be SUR, a surface"
+    );
+    assert_eq!(
+        described("<SizeX>3", "<SizeX>-3"),
+        "`number of nodes` is -3, it must be positive"
+    );
+    assert_eq!(
+        described("<SizeX>3", "<SizeX>33"),
+        "`bindata/data.bin` in the archive is damaged: it holds 12 bytes, 132 are needed"
+    );
+    let huge = described("<SizeX>3", "<SizeX>100000000");
+    assert!(
+        huge.ends_with(" bytes cannot hold the 400000000 that are needed"),
+        "{huge}"
+    );
+    assert_eq!(
+        described("<DataType>I", "<DataType>X"),
+        "`DataType of CZ` is X, it must be D, F, I or L"
+    );
+}
+
+#[test]
+fn what_no_reader_knows_is_told_with_what_each_met() {
+    let error = read(b"GIF89a\x01\x00").unwrap_err().to_string();
+    assert!(
+        error.starts_with("no reader knows this file, which starts with `GIF89a`: "),
+        "{error}"
+    );
+    assert!(
+        error.contains("text: not text: it has the letter \\u{1}"),
+        "{error}"
+    );
+    assert!(error.contains("those of x3p, sur, gwy, "), "{error}");
+    assert_eq!(read(b"").unwrap_err(), TopographyFileError::Empty);
+}
+
+#[test]
+fn slopes_are_of_neighbours_that_are_both_there() {
+    let text = |corner: &str| {
+        format!("# Width: 3 m\n# Height: 2 m\n# Value units: m\n0 1 2\n4 5 {corner}\n")
+    };
+    let slope = |corner| {
+        let text = text(corner);
+        Statistics::of(&first_map(text.as_bytes()))
+            .heights
+            .unwrap()
+            .rms_slope
+            .unwrap()
+    };
+    // All steps along x are 1, all along y are 4.
+    assert!((slope("6") - 17_f64.sqrt()).abs() < 1e-14);
+    assert!((slope("nan") - 17_f64.sqrt()).abs() < 1e-14);
+    // One of four along x is 3, one of three along y is 6.
+    let expected: f64 = (1.0 + 1.0 + 1.0 + 9.0) / 4.0 + (16.0 + 16.0 + 36.0) / 3.0;
+    assert!((slope("8") - expected.sqrt()).abs() < 1e-14);
+}
+
+#[test]
+fn sides_in_no_unit_of_length_are_none() {
+    let file = b"# Width: 3 px\n# Height: 2 px\n# Value units: m\n1 2 4\n3 5 6\n";
+    assert_eq!(read(file).unwrap().channels()[0].size(), Size::Unknown);
+}
+
+#[test]
+fn a_map_of_missing_points_has_no_heights() {
+    let map = first_map(b"nan nan nan nan\nnan nan nan nan\n");
+    let statistics = Statistics::of(&map);
+    assert_eq!((statistics.missing, statistics.heights), (8, None));
+    assert_eq!(statistics.corners.last, None);
+}
+
+#[test]
+fn heights_and_sides_in_different_units_have_no_slope() {
+    let file = b"# Width: 3 um\n# Height: 2 um\n1 2 4\n3 5 6\n";
+    let file = read(file).unwrap();
+    let channel: &Channel<'_> = &file.channels()[0];
+    assert_eq!(channel.unit(), None);
+    assert_eq!(channel.size(), Size::Metres([3e-6, 2e-6]));
+    assert_eq!(
+        Statistics::of(&channel.map()).heights.unwrap().rms_slope,
+        None
+    );
+}

@@ -1,0 +1,196 @@
+//! X3P, the container of ISO 25178-72 (once ISO 5436-2): a zip archive with `main.xml`, which
+//! describes the axes, and a binary matrix.
+//!
+//! Lengths are metres, size is nodes × increment. Lines run along x and the first has y = 0. A
+//! height is number × increment + offset of the z axis; whole numbers are signed, as in the openGPS
+//! library. Points that were not measured are those that `ValidPointsLink` does not mark as valid,
+//! one bit each from the lowest on, and what is no number.
+
+use std::io::{Cursor, Read};
+
+use roxmltree::{Document, Node, ParsingOptions};
+use zip::ZipArchive;
+
+use super::channel::{Channel, Size};
+use super::error::{FormatError, factor, finite};
+use super::format::Format;
+use super::inflate::inflate;
+use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
+use super::unit::Unit;
+
+pub const FORMAT: Format = Format {
+    name: "x3p",
+    title: "X3P, ISO 25178-72",
+    has_signature: true,
+    read,
+};
+
+/// The largest description that is read, in bytes, and in elements.
+const MOST_XML: usize = 16 << 20;
+const MOST_ELEMENTS: u32 = 1 << 20;
+
+type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(b"PK\x03\x04") {
+        return Err(FormatError::Signature);
+    }
+    let archive = ZipArchive::new(Cursor::new(bytes));
+    let mut archive = archive.map_err(|error| FormatError::damaged("the zip archive", error))?;
+    let index = index(&archive)?;
+    let folder = index.strip_suffix("main.xml").unwrap_or_default();
+    let text = entry(&mut archive, &index, None)?;
+    let text = String::from_utf8(text);
+    let text = text.map_err(|error| FormatError::damaged("main.xml", error))?;
+    let options = ParsingOptions {
+        nodes_limit: MOST_ELEMENTS,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
+    let document = document.map_err(|error| FormatError::damaged("main.xml", error))?;
+    let description = Description::of(document.root_element())?;
+    Ok(vec![description.channel(&mut archive, folder)?])
+}
+
+/// Where `main.xml` lies: some programs put it all into a folder.
+fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
+    // Names that are no text are none of X3P's.
+    let names = || archive.file_names().filter_map(Result::ok);
+    let found = names().filter(|name| *name == "main.xml" || name.ends_with("/main.xml"));
+    let highest = found.min_by_key(|name| (name.matches('/').count(), name.to_string()));
+    highest.map(String::from).ok_or_else(|| {
+        let names: Vec<_> = names().take(4).collect();
+        let names = names.join(", ");
+        FormatError::unsupported(format!(
+            "a zip archive without `main.xml`, but with {names}"
+        ))
+    })
+}
+
+/// The bytes of a file in the archive: as many as expected, or all that are there.
+fn entry(
+    archive: &mut Archive<'_>,
+    name: &str,
+    expected: Option<usize>,
+) -> Result<Vec<u8>, FormatError> {
+    let part = format!("`{name}` in the archive");
+    let file = archive.by_name(name);
+    let mut file = file.map_err(|error| FormatError::damaged(&part, error))?;
+    let compressed = usize::try_from(file.compressed_size()).unwrap_or(usize::MAX);
+    if let Some(expected) = expected {
+        return inflate(&part, file, compressed, expected);
+    }
+    let mut bytes = Vec::new();
+    let read = file.by_ref().take(MOST_XML as u64).read_to_end(&mut bytes);
+    read.map_err(|error| FormatError::damaged(&part, error))?;
+    Ok(bytes)
+}
+
+/// What `main.xml` says of the matrix.
+struct Description {
+    nodes: [usize; 2],
+    steps: [f64; 2],
+    element: Element,
+    scale: f64,
+    offset: f64,
+    points: String,
+    valid: Option<String>,
+}
+
+impl Description {
+    fn of(root: Node<'_, '_>) -> Result<Description, FormatError> {
+        let feature = text(root, &["Record1", "FeatureType"])?;
+        if feature != "SUR" {
+            let allowed = "SUR, a surface";
+            return Err(FormatError::value("FeatureType", feature, allowed));
+        }
+        for axis in ["CX", "CY"] {
+            let kind = text(root, &["Record1", "Axes", axis, "AxisType"])?;
+            if kind != "I" {
+                let entry = format!("AxisType of {axis}");
+                return Err(FormatError::value(&entry, kind, "I, evenly spaced"));
+            }
+        }
+        let size = |name| whole(root, &["Record3", "MatrixDimension", name]);
+        let layers = size("SizeZ")?;
+        if layers != 1 {
+            return Err(FormatError::value("SizeZ", layers, "1, a single layer"));
+        }
+        let axis =
+            |name, entry, otherwise| number(root, &["Record1", "Axes", name, entry], otherwise);
+        Ok(Description {
+            nodes: checked_nodes([size("SizeX")?, size("SizeY")?])?,
+            steps: [axis("CX", "Increment", 1.0)?, axis("CY", "Increment", 1.0)?],
+            element: element(&text(root, &["Record1", "Axes", "CZ", "DataType"])?)?,
+            scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
+            offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,
+            points: text(root, &["Record3", "DataLink", "PointDataLink"])?,
+            valid: text(root, &["Record3", "DataLink", "ValidPointsLink"]).ok(),
+        })
+    }
+
+    fn channel<'a>(
+        &self,
+        archive: &mut Archive<'a>,
+        folder: &str,
+    ) -> Result<Channel<'a>, FormatError> {
+        let nodes = self.nodes;
+        let path = |link: &str| {
+            let link = link.replace('\\', "/");
+            format!("{folder}{}", link.trim_start_matches("./"))
+        };
+        let expected = bytes_of(nodes, self.element);
+        let stored = entry(archive, &path(&self.points), Some(expected))?;
+        let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
+        let mut raster = raster.scaled(self.scale, self.offset);
+        if let Some(link) = &self.valid {
+            let count = nodes[0] * nodes[1];
+            let bits = entry(archive, &path(link), Some(count.div_ceil(8)))?;
+            let is_missing = |point: usize| 1 - (bits[point / 8] >> (point % 8) & 1);
+            let marks: Vec<u8> = (0..count).map(is_missing).collect();
+            raster = raster.masked(Raster::rows(nodes, Element::U8, ByteOrder::Little, marks)?);
+        }
+        let sides = [0, 1].map(|axis| nodes[axis] as f64 * self.steps[axis]);
+        let size = Size::metres(sides)?;
+        Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
+    }
+}
+
+fn element(code: &str) -> Result<Element, FormatError> {
+    match code {
+        "I" => Ok(Element::I16),
+        "L" => Ok(Element::I32),
+        "F" => Ok(Element::F32),
+        "D" => Ok(Element::F64),
+        _ => Err(FormatError::value("DataType of CZ", code, "D, F, I or L")),
+    }
+}
+
+/// The text of the element at a path of names, whatever their namespaces are.
+fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
+    let mut node = root;
+    for name in path {
+        let mut children = node.children();
+        let child = children.find(|child| child.is_element() && child.tag_name().name() == *name);
+        node = child.ok_or_else(|| FormatError::missing(path.join("/")))?;
+    }
+    let text = node.text().unwrap_or_default().trim();
+    match text.is_empty() {
+        true => Err(FormatError::missing(path.join("/"))),
+        false => Ok(text.to_owned()),
+    }
+}
+
+fn number(root: Node<'_, '_>, path: &[&str], otherwise: f64) -> Result<f64, FormatError> {
+    let Ok(text) = text(root, path) else {
+        return Ok(otherwise);
+    };
+    let number = text.parse();
+    number.map_err(|_| FormatError::value(&path.join("/"), text, "a number"))
+}
+
+fn whole(root: Node<'_, '_>, path: &[&str]) -> Result<i64, FormatError> {
+    let text = text(root, path)?;
+    let number = text.parse();
+    number.map_err(|_| FormatError::value(&path.join("/"), text, "a whole number"))
+}

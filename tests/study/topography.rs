@@ -1,0 +1,105 @@
+//! Files of surface topography, through the command.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, text};
+
+fn example(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/topography");
+    folder.join(name).to_str().unwrap().to_owned()
+}
+
+fn told(bench: &Bench, arguments: &[&str]) -> String {
+    let output = bench.output(&[&["surface"], arguments].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn refused(bench: &Bench, arguments: &[&str], code: i32) -> String {
+    let output = bench.output(&[&["surface"], arguments].concat());
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+    text(&output.stderr)
+}
+
+fn channels(bench: &Bench, arguments: &[&str]) -> Vec<Value> {
+    let told = told(bench, &[arguments, &["--json"]].concat());
+    let told: Value = serde_json::from_str(&told).unwrap();
+    told["channels"].as_array().unwrap().clone()
+}
+
+#[test]
+fn a_file_is_described_in_metres() {
+    let bench = Bench::new();
+    let sdf = channels(&bench, &[&example("sdf-1.sdf")]);
+    let lowest = sdf[0]["lowest"].as_f64().unwrap();
+    assert!((lowest - 0.94907e-6).abs() < 1e-18);
+    assert_eq!(sdf[0]["nodes"], json!([7, 4]));
+    assert_eq!(sdf[0]["unit"], "m");
+    let gwy = channels(&bench, &[&example("test.gwy")]);
+    assert_eq!(gwy[0]["unit"], Value::Null);
+    assert_eq!(gwy[0]["size"], json!([128.0, 128.0]));
+    let frt = channels(&bench, &[&example("frt-2.frt")]);
+    assert_eq!(frt[0]["missing"], 12314);
+    assert_eq!(frt[0]["corners"]["first"], Value::Null);
+}
+
+#[test]
+fn channels_are_chosen_by_name_or_number() {
+    let bench = Bench::new();
+    let file = example("di-3.di");
+    assert_eq!(channels(&bench, &[&file]).len(), 4);
+    let named = channels(&bench, &[&file, "--channel", "Height"]);
+    assert_eq!(named, channels(&bench, &[&file, "--channel", "4"]));
+    let all = told(&bench, &[&file]);
+    assert!(
+        all.contains("channel 1, `ZSensor`, the first that holds heights"),
+        "{all}"
+    );
+    let message = refused(&bench, &[&file, "--channel", "Heigth"], 2);
+    assert!(message.contains("did you mean `Height`?"), "{message}");
+    assert!(refused(&bench, &[&file, "--channel", "5"], 2).contains("no channel `5`"));
+}
+
+#[test]
+fn missing_points_are_told_and_drawn() {
+    let bench = Bench::new();
+    let path = bench.path("frt.png");
+    let told = told(
+        &bench,
+        &[&example("frt-2.frt"), "--output", path.to_str().unwrap()],
+    );
+    assert!(
+        told.contains("12314 points of channel 1, 27.364 %"),
+        "{told}"
+    );
+    let mut decoder = png::Decoder::new(Cursor::new(fs::read(path).unwrap()));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!((frame.width, frame.height), (150, 300));
+    let (pixels, _) = bytes.as_chunks::<3>();
+    let holes = pixels
+        .iter()
+        .filter(|[red, _, blue]| red > blue && *red > 200);
+    // Highest heights are yellow: hardly any of them.
+    assert!(holes.count().abs_diff(12314) < 20);
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_named_with_the_reason() {
+    let bench = Bench::new();
+    let path = bench.path("broken.x3p");
+    fs::write(&path, b"PK\x03\x04").unwrap();
+    let message = refused(&bench, &[path.to_str().unwrap()], 1);
+    let start = format!(
+        "error: cannot read surface file `{}`: not a sound file of X3P, ISO 25178-72 (x3p): ",
+        path.display()
+    );
+    assert!(message.starts_with(&start), "{message}");
+    assert!(refused(&bench, &["nothing.x3p"], 1).contains("`nothing.x3p`"));
+}
