@@ -124,3 +124,25 @@ fn damaged(path: &Path, error: ParquetError) -> StoreError {
         source => StoreError::Damaged { path, source },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::column::{Column, ColumnKind, reals};
+
+    fn is_constant(values: &[f64]) -> bool {
+        let area = Column::result("area", ColumnKind::Real, "1", "area");
+        let values = reals(values.iter().copied());
+        let source = TableSource::from(Table::new(values.len(), vec![(area, values)]));
+        source.is_constant(0).unwrap()
+    }
+
+    #[test]
+    fn a_column_is_constant_if_each_value_is_that_of_the_next_row() {
+        assert!(is_constant(&[]));
+        assert!(is_constant(&[2.0]));
+        assert!(is_constant(&[2.0, 2.0, 2.0]));
+        assert!(!is_constant(&[2.0, 2.0, 3.0]));
+        assert!(!is_constant(&[2.0, f64::NAN]));
+    }
+}

@@ -2,7 +2,7 @@
 
 use asperity::store::table::Table;
 
-use crate::bench::{Bench, STUDY, assert_same_files, is_idle};
+use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 
 /// The rows of a table that belong to the tasks of another, older one.
 fn rows_of_old_tasks(new: &Table, old: &Table) -> Table {
@@ -283,4 +283,57 @@ fn jobs_change_no_byte() {
     one.run_with(STUDY, &["--jobs", "1"]);
     two.run_with(STUDY, &["--jobs", "2"]);
     assert_same_files(&one.files(), &two.files());
+}
+
+/// A task whose file is gone is computed again; one whose file says nothing is never looked at.
+#[test]
+fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {
+    let many = |realizations: usize| {
+        format!(
+            r#"
+            [study]
+            name = "small"
+            seed = 7
+            [stage.surfaces]
+            kind = "generate"
+            nodes = 16
+            heights = "redraw"
+            hurst = [0.3, 0.8]
+            k_lower = 1
+            k_upper = 4
+            realizations = {realizations}
+            [stage.nayak]
+            kind = "aggregate"
+            from = "surfaces"
+            over = ["nayak"]
+            statistics = ["mean", "sd"]
+            "#
+        )
+    };
+    let bench = Bench::new();
+    bench.run(&many(8));
+    let store = bench.data().join("store");
+    let tasks = bench.table("small", "surfaces");
+    for task in tasks.texts("task").unwrap().iter().flatten() {
+        let path = store.join(&task[..2]).join(format!("{task}.parquet"));
+        std::fs::write(path, "nothing").unwrap();
+    }
+    let counts = bench.run(&many(9));
+    assert_eq!(
+        [counts["surfaces"].computed, counts["nayak"].computed],
+        [2, 1]
+    );
+    let anew = Bench::new();
+    anew.run(&many(9));
+    for stage in ["surfaces", "nayak"] {
+        let path = format!("results/small/{stage}.parquet");
+        let bytes = [&bench, &anew].map(|bench| std::fs::read(bench.data().join(&path)).unwrap());
+        assert!(bytes[0] == bytes[1], "{stage}");
+    }
+    let checked = bench.output(&["verify"]);
+    assert!(
+        text(&checked.stdout).contains("16 damaged"),
+        "{}",
+        text(&checked.stdout)
+    );
 }

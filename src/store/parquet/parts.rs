@@ -315,3 +315,6 @@ impl ChunkReader for Part {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
