@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::super::flags::{FREE, has};
+use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::lanes::{Pass, sum_by, total, weight};
 use crate::contact::fft::Row;
 
@@ -132,6 +132,45 @@ impl Pass<f32> for Peek<'_> {
             self.sums.sampled_correction += correction;
             self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
         }
+    }
+}
+
+/// The gap in elastic contact after a move, in rows of the displacement under it.
+pub struct PeekGap<'a> {
+    /// Before the move.
+    pub gap: &'a [f32],
+    /// Marked by pressure after it, and where nodes were free.
+    pub carry: &'a [f32],
+    /// How much of the move is kept.
+    pub part: f32,
+    pub elastic_nodes: f64,
+    /// Σ gap.
+    pub sum: f64,
+}
+
+impl PeekGap<'_> {
+    /// Whether too little was seen to go by.
+    pub fn saw_too_little(&self) -> bool {
+        self.elastic_nodes < FEWEST_NODES
+    }
+}
+
+impl Pass<f32> for PeekGap<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        // What is taken back in part leaves pressure wherever there was some.
+        let (mask, elastic) = if self.part < 1.0 {
+            (FREE, FREE)
+        } else {
+            (PRESSED | SATURATED, PRESSED)
+        };
+        let is_elastic = |carry: f32| weight::<f32>(carry.to_bits() & mask == elastic);
+        let (gap, carry) = (row.of(self.gap), row.of(self.carry));
+        for (value, gap) in values.iter_mut().zip(gap) {
+            *value = gap + self.part * *value;
+        }
+        self.elastic_nodes += sum_by(carry, carry, |carry, _| is_elastic(carry));
+        self.sum += sum_by(values, carry, |gap, carry| is_elastic(carry) * gap);
     }
 }
 
