@@ -24,6 +24,7 @@ use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::{self, ElasticOperator};
 
 mod active_set;
+mod balance;
 mod conjugate_gradients;
 pub(crate) mod cost;
 mod evaluation;
@@ -44,6 +45,7 @@ pub use half_space::{Boundary, HalfSpace};
 pub use hardness::{Hardness, HardnessError};
 pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
 
+use balance::Nodes;
 use evaluation::Evaluation;
 use history::History;
 use passes::{Base, Sample};
@@ -135,6 +137,9 @@ pub struct Solver {
     carry: Vec<f32>,
     sample: Sample,
     free_nodes: f64,
+    /// Nodes that ask for a change, and their last moves, where the material yields.
+    asking: Nodes,
+    last_moves: Vec<f32>,
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
@@ -221,6 +226,8 @@ impl Solver {
             rise: vec![0.0; cells],
             sample: Sample::new(nodes),
             free_nodes: 0.0,
+            asking: Nodes::default(),
+            last_moves: Vec::new(),
             double,
             double_scratch,
             displacement: elasticity::displacement(&*body),
@@ -316,7 +323,7 @@ impl Solver {
             } else if interrupted() {
                 Stop::Interrupted
             } else {
-                let start = self.ask(evaluation.standing.offset);
+                let start = self.ask(&evaluation);
                 evaluation = self.approach(&mut history, start, settings, interrupted);
                 continue;
             };

@@ -44,7 +44,7 @@ use super::history::{History, LastMove};
 use super::lanes::Wide;
 use super::line_search::LineSearch;
 use super::passes::{
-    Ceiling, Direction, GapUpdate, Means, Peek, PeekGap, PendingUpdate, Seen, Sums, UpdateGap,
+    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PeekGap, PendingUpdate, Seen, Sums, UpdateGap,
     UpdatePressure,
 };
 use super::start::Start;
@@ -119,7 +119,7 @@ impl Solver {
                     _ => self.evaluate_move(history, &line, standing.offset),
                 };
             }
-            let (next, free_offset, made) = self.follow(history, &line, standing.offset);
+            let (next, free_offset, made) = self.follow(history, &line, standing);
             standing = next;
             if let Some(balance) = &mut balance {
                 let moved = base_sum + sums.rise - balance.sum;
@@ -140,8 +140,9 @@ impl Solver {
         &mut self,
         history: &mut History,
         line: &LineSearch,
-        offset: f64,
+        standing: Standing,
     ) -> (Standing, f64, LastMove) {
+        let offset = standing.offset;
         let own_work = self
             .single
             .multiply(&self.single_displacement, &mut self.single_scratch);
@@ -160,8 +161,7 @@ impl Solver {
                 self.update_gap::<false>(pending, next_offset, next_offset - offset)
             }
             Some(_) => {
-                let next_offset = self.peek_offset(part, history.sees_all_rows);
-                let next_offset = next_offset.unwrap_or(offset);
+                let next_offset = self.peek_offset(part, standing, history.sees_all_rows);
                 self.update_gap::<true>(pending, next_offset, next_offset - offset)
             }
         };
@@ -175,16 +175,22 @@ impl Solver {
         (standing, free_offset, made)
     }
 
-    /// Looks at the displacement under the last move in a sample of rows, or in all if it shows too
-    /// few elastic nodes, for the mean that their gap is going to have.
-    fn peek_offset(&mut self, part: f64, sees_all_rows: bool) -> Option<f64> {
-        let mut peek = PeekGap {
-            gap: &self.gap,
-            carry: &self.carry,
-            part: part as f32,
-            elastic_nodes: 0.0,
-            sum: 0.0,
-        };
+    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes. Where
+    /// the material yields, free nodes are gathered on the way; returns also in how many rows.
+    fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
+        let asking = self.bound.map(|_| {
+            self.asking.clear();
+            self.last_moves.clear();
+            Asking {
+                base: &self.base,
+                rise: &self.rise,
+                of_move: of_move as f32,
+                nodes: &mut self.asking,
+                last_moves: &mut self.last_moves,
+                rows: 0,
+            }
+        });
+        let mut peek = Peek::new(&self.carry, &self.sample, asking);
         for pair in self.sample.pairs() {
             self.single
                 .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
@@ -195,28 +201,11 @@ impl Solver {
                     .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
             }
         }
-        (peek.elastic_nodes > 0.0).then(|| peek.sum / peek.elastic_nodes)
+        (peek.means(), peek.rows())
     }
 
-    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.
-    fn peek(&mut self, sees_all_rows: bool) -> Means {
-        let mut peek = Peek::new(&self.carry, &self.sample);
-        for pair in self.sample.pairs() {
-            self.single
-                .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
-        }
-        if sees_all_rows || peek.saw_too_little() {
-            for pair in self.sample.other_pairs() {
-                self.single
-                    .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
-            }
-        }
-        peek.means()
-    }
-
-    /// Chooses a direction, conjugate to the last move.
-    ///
-    /// It brings what pressures have lacked since the last move, if anything.
+    /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
+    /// what pressures have lacked since then.
     fn direction(
         &mut self,
         last: Option<&LastMove>,
@@ -224,10 +213,11 @@ impl Solver {
         lacked: f64,
         sees_all_rows: bool,
     ) -> Direction {
-        let means = self.peek(sees_all_rows);
-        let lacked = lacked / (step * self.free_nodes.max(1.0));
+        let of_move = last.map_or(0.0, |last| last.pending.part - 1.0);
+        let (means, rows) = self.peek(of_move, sees_all_rows);
         let Some(last) = last else {
-            return Direction::first(step, -means.correction - lacked);
+            let mean = self.balanced_mean([step, 0.0], lacked, rows);
+            return Direction::first(step, mean.unwrap_or(-means.correction));
         };
         // Gaps count from the offset, and the offset has moved too.
         let along = means.correction_on_image - last.rise * means.sampled_correction;
@@ -236,13 +226,61 @@ impl Solver {
         let PendingUpdate { scale, part } = last.pending;
         let cells = self.pressure.len() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
-        let mean = share * part * (means.last_move + scaling) - means.correction - lacked;
+        let mean = share * part * (means.last_move + scaling) - means.correction;
+        let mean = self
+            .balanced_mean([step, share * part], lacked, rows)
+            .unwrap_or(mean);
         let compliance = if last.extends {
             COMPLIANCE / self.nodal_stiffness
         } else {
             0.0
         };
         Direction::next(last.pending, share, step, mean, compliance)
+    }
+
+    /// What is to be subtracted from a direction so that it brings what pressures lack when they are
+    /// clipped, as far as the free nodes that were gathered in so many rows show it.
+    fn balanced_mean(&mut self, [step, share]: [f64; 2], lacked: f64, rows: usize) -> Option<f64> {
+        let hardness = self.bound?;
+        self.asking
+            .follow(step as f32, share as f32, &self.last_moves);
+        let part = rows as f64 / self.nodes[0] as f64;
+        let shift = self
+            .asking
+            .shift(part * lacked, hardness.pressure() as f32)?;
+        Some(-shift / step)
+    }
+
+    /// The offset after a move from which gaps ask that pressures, kept within their bounds, change
+    /// by nothing in sum, were each node alone: what a sample of rows shows of it, or all if it
+    /// shows too little. Close to a solution, it is the mean gap of elastic nodes.
+    fn peek_offset(&mut self, part: f64, standing: Standing, sees_all_rows: bool) -> f64 {
+        let hardness = self.ceiling();
+        let Standing { offset, error } = standing;
+        self.asking.clear();
+        let mut peek = PeekGap {
+            gap: &self.gap,
+            base: &self.base,
+            rise: &self.rise,
+            carry: &self.carry,
+            part: part as f32,
+            stiffness: self.nodal_stiffness as f32,
+            range: [(offset + error) as f32, (offset - error) as f32],
+            nodes: &mut self.asking,
+            level: offset as f32,
+        };
+        for pair in self.sample.pairs() {
+            self.single
+                .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+        }
+        if sees_all_rows || peek.saw_too_little() {
+            for pair in self.sample.other_pairs() {
+                self.single
+                    .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+            }
+        }
+        let shift = self.asking.shift(0.0, hardness as f32).unwrap_or(0.0);
+        offset + shift / self.nodal_stiffness
     }
 
     /// Moves the pressures along a new direction.

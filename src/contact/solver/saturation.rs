@@ -1,16 +1,20 @@
 //! Pressures within their bounds: not above the hardness, and of the mean that is asked for.
 
+use std::ops::RangeInclusive;
+
 use pulp::Simd;
 
 use super::evaluation::Evaluation;
+use super::flags::{FREE, has};
 use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
 use super::passes::{Depart, JoinYielding, PendingUpdate};
+use super::survey::Standing;
 use super::{Hardness, Solver};
 use crate::contact::fft::Row;
 
-/// Elastic pressures are not scaled to less than this part of theirs to make room for saturated
-/// ones: rather all are.
-const LEAST_SCALE: f64 = 0.5;
+/// What elastic pressures are scaled by after a search, and at least in any case: if they were to make
+/// still more room for saturated ones, rather all are scaled.
+const SCALES: RangeInclusive<f64> = 0.5..=2.0;
 
 /// In so many rounds, scaling saturates the last node that it is going to, or there is hardly
 /// anything to scale.
@@ -53,7 +57,32 @@ impl Solver {
         if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
         }
+        if !SCALES.contains(&self.scale_of_elastic(hardness)) {
+            self.shift_free_nodes(hardness);
+        }
         self.share_out(hardness)
+    }
+
+    /// Shifts the pressure of nodes that were free, within its bounds, so that it comes to what it
+    /// should: there may be so few elastic nodes that these cannot make up for what others lack.
+    fn shift_free_nodes(&mut self, hardness: Hardness) {
+        let hardness = hardness.pressure();
+        let sum: f64 = self.pressure.iter().sum();
+        let lacked = self.load * self.pressure.len() as f64 - sum;
+        self.asking.clear();
+        for (p, carry) in self.pressure.iter().zip(&self.carry) {
+            if has(*carry, FREE) {
+                self.asking.push(*p as f32, 0.0);
+            }
+        }
+        let Some(shift) = self.asking.shift(lacked, hardness as f32) else {
+            return;
+        };
+        for (p, carry) in self.pressure.iter_mut().zip(&self.carry) {
+            if has(*carry, FREE) {
+                *p = (*p + shift).clamp(0.0, hardness);
+            }
+        }
     }
 
     /// Begins an evaluation of the present pressure; moves are kept.
@@ -68,43 +97,72 @@ impl Solver {
         self.double.begin(rows, &mut self.double_scratch);
     }
 
+    /// The offset from which gaps ask that pressures, kept within their bounds, change by nothing in
+    /// sum, were each node alone. The mean gap of elastic nodes, from which errors are measured, may
+    /// be that of one or two.
+    pub(super) fn balanced_offset(&mut self, hardness: Hardness, standing: Standing) -> f64 {
+        let (hardness, stiffness) = (hardness.pressure(), self.nodal_stiffness);
+        let Standing { offset, error } = standing;
+        self.asking.clear();
+        for (p, gap) in self.pressure.iter().zip(&self.gap) {
+            let above = f64::from(*gap) - offset;
+            let may_change = match *p {
+                0.0 => above < error,
+                p if p >= hardness => above > -error,
+                _ => true,
+            };
+            if may_change {
+                let change = -stiffness * above;
+                self.asking.push(*p as f32, change as f32);
+            }
+        }
+        let shift = self.asking.shift(0.0, hardness as f32).unwrap_or(0.0);
+        offset + shift / stiffness
+    }
+
     /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;
     /// what passes the hardness on the way is saturated.
     pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
-        let (full, hardness) = (self.load * self.pressure.len() as f64, hardness.pressure());
         let mut scaled = 1.0;
         for _ in 0..ROUNDS {
-            let mut tally = Tally {
-                hardness,
-                elastic: 0.0,
-                saturated_nodes: 0.0,
-            };
-            over_rows(&mut self.pressure, self.nodes[1], &mut tally);
-            let scale = (full - tally.saturated_nodes * hardness) / tally.elastic;
+            let scale = self.scale_of_elastic(hardness);
             if scale == 1.0 {
                 return scaled;
             }
-            if !(scale >= LEAST_SCALE && scale.is_finite()) {
+            if !(scale >= *SCALES.start() && scale.is_finite()) {
                 break;
             }
             let mut scaling = ScaleElastic {
                 scale,
-                hardness,
+                hardness: hardness.pressure(),
                 highest: [0.0; LANES],
             };
             over_rows(&mut self.pressure, self.nodes[1], &mut scaling);
             scaled *= scale;
-            if scaling.highest.into_iter().all(|p| p < hardness) {
+            if scaling.highest.into_iter().all(|p| p < hardness.pressure()) {
                 return scaled;
             }
         }
-        self.share_out_anew(full);
+        self.share_out_anew();
         1.0
+    }
+
+    /// By what elastic pressures are to be scaled; those above the hardness are brought down to it.
+    fn scale_of_elastic(&mut self, hardness: Hardness) -> f64 {
+        let mut tally = Tally {
+            hardness: hardness.pressure(),
+            elastic: 0.0,
+            saturated_nodes: 0.0,
+        };
+        over_rows(&mut self.pressure, self.nodes[1], &mut tally);
+        let full = self.load * self.pressure.len() as f64;
+        (full - tally.saturated_nodes * tally.hardness) / tally.elastic
     }
 
     /// The same where there are too many saturated nodes, or nearly no others: with none saturated,
     /// or from the heights alone.
-    fn share_out_anew(&mut self, full: f64) {
+    fn share_out_anew(&mut self) {
+        let full = self.load * self.pressure.len() as f64;
         let sum: f64 = self.pressure.iter().sum();
         if sum >= full {
             self.pressure.iter_mut().for_each(|p| *p *= full / sum);

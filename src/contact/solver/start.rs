@@ -8,6 +8,7 @@
 use std::ops::RangeInclusive;
 
 use super::Solver;
+use super::evaluation::Evaluation;
 use super::lanes::Wide;
 use super::passes::{Ask, GapUpdate, Onwards, Seen};
 use super::survey::Standing;
@@ -120,7 +121,12 @@ impl Solver {
     }
 
     /// Begins a search where pressure and gap are.
-    pub(super) fn ask(&mut self, offset: f64) -> Start {
+    pub(super) fn ask(&mut self, evaluation: &Evaluation) -> Start {
+        let standing = evaluation.standing;
+        let offset = match self.bound {
+            None => standing.offset,
+            Some(hardness) => self.balanced_offset(hardness, standing),
+        };
         self.begin(offset, None)
     }
 
