@@ -44,8 +44,8 @@ use super::history::{History, LastMove};
 use super::lanes::Wide;
 use super::line_search::LineSearch;
 use super::passes::{
-    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PeekGap, PendingUpdate, Seen, Sums, UpdateGap,
-    UpdatePressure,
+    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PeekGap, PendingUpdate, Seen, Sums,
+    UpdateGap, UpdatePressure,
 };
 use super::start::Start;
 use super::survey::Standing;

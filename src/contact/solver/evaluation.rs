@@ -97,7 +97,13 @@ impl Solver {
         let rise = line.expected_offset();
         self.depart(line.scale, rise);
         let (evaluation, curvature) = self.land::<false>(line.scale, rise);
-        self.keep_move(history, line.best(curvature), curvature, evaluation, rise - offset)
+        self.keep_move(
+            history,
+            line.best(curvature),
+            curvature,
+            evaluation,
+            rise - offset,
+        )
     }
 
     /// The same where the material yields: `balance` is of the pressures before the move.

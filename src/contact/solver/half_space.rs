@@ -61,13 +61,18 @@ impl HalfSpace {
 
     /// Bytes that such a solver holds for each node, with solutions of this tolerance.
     pub fn bytes_per_node(&self, tolerance: f64) -> f64 {
-        bytes_per_node(tolerance)
-            + match self.boundary {
-                Boundary::Periodic => 0.0,
-                Boundary::Free => FREE_BYTES,
-            }
+        let around = match self.boundary {
+            Boundary::Periodic => 0.0,
+            Boundary::Free => FREE_BYTES,
+        };
+        let yielding = self.hardness.map_or(0.0, |_| YIELDING_BYTES);
+        bytes_per_node(tolerance) + around + yielding
     }
 }
 
-/// Bytes a node by which a free half-space needs more.
-const FREE_BYTES: f64 = 0.0;
+/// What a free half-space needs more: spectra of twice as many numbers, three kernels of four times
+/// as many, and the factors that these are made of.
+const FREE_BYTES: f64 = 12.0 + 24.0 + 8.0;
+
+/// What is gathered of nodes that may change, where many do at once.
+const YIELDING_BYTES: f64 = 8.0;

@@ -7,7 +7,7 @@ use pulp::Simd;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
 use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
-use super::passes::{Depart, JoinYielding, PendingUpdate};
+use super::passes::{Depart, FEWEST_NODES, JoinYielding, PendingUpdate};
 use super::survey::Standing;
 use super::{Hardness, Solver};
 use crate::contact::fft::Row;
@@ -15,6 +15,9 @@ use crate::contact::fft::Row;
 /// What elastic pressures are scaled by after a search, and at least in any case: if they were to make
 /// still more room for saturated ones, rather all are scaled.
 const SCALES: RangeInclusive<f64> = 0.5..=2.0;
+
+/// What is left of a load by saturated nodes that bear it all.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// In so many rounds, scaling saturates the last node that it is going to, or there is hardly
 /// anything to scale.
@@ -101,23 +104,42 @@ impl Solver {
     /// sum, were each node alone. The mean gap of elastic nodes, from which errors are measured, may
     /// be that of one or two.
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, standing: Standing) -> f64 {
-        let (hardness, stiffness) = (hardness.pressure(), self.nodal_stiffness);
-        let Standing { offset, error } = standing;
         self.asking.clear();
-        for (p, gap) in self.pressure.iter().zip(&self.gap) {
-            let above = f64::from(*gap) - offset;
-            let may_change = match *p {
-                0.0 => above < error,
-                p if p >= hardness => above > -error,
-                _ => true,
-            };
-            if may_change {
-                let change = -stiffness * above;
-                self.asking.push(*p as f32, change as f32);
+        self.gather(self.sample.pairs(), hardness, standing);
+        if (self.asking.len() as f64) < FEWEST_NODES {
+            self.gather(self.sample.other_pairs(), hardness, standing);
+        }
+        let shift = self.asking.shift(0.0, hardness.pressure() as f32);
+        standing.offset + shift.unwrap_or(0.0) / self.nodal_stiffness
+    }
+
+    /// Gathers nodes of pairs of rows whose gap may ask for another pressure.
+    fn gather(
+        &mut self,
+        pairs: impl Iterator<Item = usize>,
+        hardness: Hardness,
+        standing: Standing,
+    ) {
+        let Standing { offset, error } = standing;
+        for pair in pairs {
+            let first = 2 * pair * self.nodes[1];
+            let last = self.pressure.len().min(first + 2 * self.nodes[1]);
+            for (p, gap) in self.pressure[first..last]
+                .iter()
+                .zip(&self.gap[first..last])
+            {
+                let above = f64::from(*gap) - offset;
+                let may_change = match *p {
+                    0.0 => above < error,
+                    p if p >= hardness.pressure() => above > -error,
+                    _ => true,
+                };
+                if may_change {
+                    let change = -self.nodal_stiffness * above;
+                    self.asking.push(*p as f32, change as f32);
+                }
             }
         }
-        let shift = self.asking.shift(0.0, hardness as f32).unwrap_or(0.0);
-        offset + shift / stiffness
     }
 
     /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;
@@ -127,6 +149,12 @@ impl Solver {
         for _ in 0..ROUNDS {
             let scale = self.scale_of_elastic(hardness);
             if scale == 1.0 {
+                return scaled;
+            }
+            if scale == 0.0 {
+                // Saturated nodes bear it all.
+                let nothing = |p: &mut f64| *p *= weight::<f64>(*p >= hardness.pressure());
+                self.pressure.iter_mut().for_each(nothing);
                 return scaled;
             }
             if !(scale >= *SCALES.start() && scale.is_finite()) {
@@ -156,7 +184,11 @@ impl Solver {
         };
         over_rows(&mut self.pressure, self.nodes[1], &mut tally);
         let full = self.load * self.pressure.len() as f64;
-        (full - tally.saturated_nodes * tally.hardness) / tally.elastic
+        let rest = full - tally.saturated_nodes * tally.hardness;
+        if rest.abs() <= ROUNDING * full {
+            return if tally.elastic == 0.0 { 1.0 } else { 0.0 };
+        }
+        rest / tally.elastic
     }
 
     /// The same where there are too many saturated nodes, or nearly no others: with none saturated,

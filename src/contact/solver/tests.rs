@@ -107,6 +107,9 @@ fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: 
             p if p == hardness => gap,
             _ => gap.abs(),
         };
-        assert!(violation <= tolerance * step, "gap {gap} under pressure {p}");
+        assert!(
+            violation <= tolerance * step,
+            "gap {gap} under pressure {p}"
+        );
     }
 }

@@ -2,9 +2,7 @@
 
 use pulp::Simd;
 
-use super::super::flags::{
-    FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure,
-};
+use super::super::flags::{FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure};
 use super::super::lanes::{Lanes, Pass, REST, greater, split, split_mut, weight};
 use super::super::survey::Survey;
 use super::base::Base;

@@ -15,7 +15,7 @@ const FEWEST: usize = 32;
 const SPARSEST: usize = 8;
 
 /// Free nodes of which a sample must show so many, or else all rows are looked at.
-const FEWEST_NODES: f64 = 64.0;
+pub const FEWEST_NODES: f64 = 64.0;
 
 /// Rows of a map, evenly spread over it in pairs.
 pub struct Sample {
