@@ -33,9 +33,7 @@
 //! Where the material yields, the pressure is clipped at the hardness too, and free are besides
 //! elastic nodes those that penetrate without pressure and those whose gap is open under the
 //! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
-//! what is driven to zero, and the offset is their mean gap, which the sample tells before the pass.
-//! To scale pressures would take them from their bound. So they are clipped only, and what they lack
-//! then to their mean, the next direction brings to free nodes in equal parts.
+//! what is driven to zero. `balance` says how moves keep the mean.
 
 use super::Solver;
 use super::evaluation::Evaluation;
@@ -44,8 +42,8 @@ use super::history::{History, LastMove};
 use super::lanes::Wide;
 use super::line_search::LineSearch;
 use super::passes::{
-    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PeekGap, PendingUpdate, Seen, Sums,
-    UpdateGap, UpdatePressure,
+    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PendingUpdate, Seen, Sums, UpdateGap,
+    UpdatePressure,
 };
 use super::start::Start;
 use super::survey::Standing;
@@ -236,51 +234,6 @@ impl Solver {
             0.0
         };
         Direction::next(last.pending, share, step, mean, compliance)
-    }
-
-    /// What is to be subtracted from a direction so that it brings what pressures lack when they are
-    /// clipped, as far as the free nodes that were gathered in so many rows show it.
-    fn balanced_mean(&mut self, [step, share]: [f64; 2], lacked: f64, rows: usize) -> Option<f64> {
-        let hardness = self.bound?;
-        self.asking
-            .follow(step as f32, share as f32, &self.last_moves);
-        let part = rows as f64 / self.nodes[0] as f64;
-        let shift = self
-            .asking
-            .shift(part * lacked, hardness.pressure() as f32)?;
-        Some(-shift / step)
-    }
-
-    /// The offset after a move from which gaps ask that pressures, kept within their bounds, change
-    /// by nothing in sum, were each node alone: what a sample of rows shows of it, or all if it
-    /// shows too little. Close to a solution, it is the mean gap of elastic nodes.
-    fn peek_offset(&mut self, part: f64, standing: Standing, sees_all_rows: bool) -> f64 {
-        let hardness = self.ceiling();
-        let Standing { offset, error } = standing;
-        self.asking.clear();
-        let mut peek = PeekGap {
-            gap: &self.gap,
-            base: &self.base,
-            rise: &self.rise,
-            carry: &self.carry,
-            part: part as f32,
-            stiffness: self.nodal_stiffness as f32,
-            range: [(offset + error) as f32, (offset - error) as f32],
-            nodes: &mut self.asking,
-            level: offset as f32,
-        };
-        for pair in self.sample.pairs() {
-            self.single
-                .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
-        }
-        if sees_all_rows || peek.saw_too_little() {
-            for pair in self.sample.other_pairs() {
-                self.single
-                    .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
-            }
-        }
-        let shift = self.asking.shift(0.0, hardness as f32).unwrap_or(0.0);
-        offset + shift / self.nodal_stiffness
     }
 
     /// Moves the pressures along a new direction.

@@ -1,10 +1,10 @@
 //! From single precision to double: what a search found is evaluated.
 
+use super::balance::Balance;
 use super::history::{History, LastMove};
 use super::lanes::{Wide, over_rows};
 use super::line_search::LineSearch;
 use super::passes::{Arrive, Depart, Join, Land, Landing, PendingUpdate, Settle, Withdraw};
-use super::start::Balance;
 use super::survey::{Standing, Survey};
 use super::{Hardness, Settings, Solver};
 

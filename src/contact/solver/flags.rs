@@ -46,13 +46,6 @@ pub fn has(carry: f32, mark: u32) -> bool {
     carry.to_bits() & mark != 0
 }
 
-/// The number with these marks and no others.
-#[inline(always)]
-pub fn marked(carry: f32, free: bool, pressed: bool) -> f32 {
-    let marks = (FREE * u32::from(free)) | (PRESSED * u32::from(pressed));
-    f32::from_bits((carry.to_bits() & !MARKS) | marks)
-}
-
 /// The number with the marks of such a pressure; whether it is free stays as it was.
 #[inline(always)]
 pub fn marked_by_pressure(carry: f32, pressure: f64, hardness: f64) -> f32 {
@@ -64,6 +57,11 @@ pub fn marked_by_pressure(carry: f32, pressure: f64, hardness: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn marked(carry: f32, free: bool, pressed: bool) -> f32 {
+        let marks = (FREE * u32::from(free)) | (PRESSED * u32::from(pressed));
+        f32::from_bits((carry.to_bits() & !ALL_MARKS) | marks)
+    }
 
     #[test]
     fn marks_hardly_change_the_number_that_bears_them() {

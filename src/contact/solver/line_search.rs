@@ -202,6 +202,30 @@ mod tests {
     }
 
     #[test]
+    fn where_the_material_yields_a_move_is_weighed_as_it_is() {
+        let ([pressure, gap, moved], _) = example();
+        let after: f64 = pressure.iter().zip(&moved).map(|(p, m)| p + m).sum();
+        let (before, full, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
+        let sums = Sums {
+            rise: after - 1.0,
+            move_on_gap: dot(&moved, &gap),
+            ..Sums::default()
+        };
+        let line = LineSearch::yielding(&sums, 1.0, [before, full], offset);
+        let curvature = line.curvature(dot(&moved, &sunk(&moved)));
+        // Gaps count from the offset.
+        let slope = moved
+            .iter()
+            .zip(&gap)
+            .map(|(m, g)| m * (g - offset))
+            .sum::<f64>();
+        assert!(close(line.best(curvature) * curvature, (-slope).max(0.0)));
+        assert!(close(line.best(-curvature) * curvature, slope.max(0.0)));
+        assert_eq!(line.scale, 1.0);
+        assert!(!line.sheds_load());
+    }
+
+    #[test]
     fn a_move_that_takes_all_pressure_away_sheds_the_load() {
         let nothing_left = Sums {
             rise: -1.0,

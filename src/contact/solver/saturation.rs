@@ -7,8 +7,7 @@ use pulp::Simd;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
 use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
-use super::passes::{Depart, FEWEST_NODES, JoinYielding, PendingUpdate};
-use super::survey::Standing;
+use super::passes::{Depart, JoinYielding, PendingUpdate};
 use super::{Hardness, Solver};
 use crate::contact::fft::Row;
 
@@ -98,48 +97,6 @@ impl Solver {
         };
         let rows = &mut Wide(&mut pass);
         self.double.begin(rows, &mut self.double_scratch);
-    }
-
-    /// The offset from which gaps ask that pressures, kept within their bounds, change by nothing in
-    /// sum, were each node alone. The mean gap of elastic nodes, from which errors are measured, may
-    /// be that of one or two.
-    pub(super) fn balanced_offset(&mut self, hardness: Hardness, standing: Standing) -> f64 {
-        self.asking.clear();
-        self.gather(self.sample.pairs(), hardness, standing);
-        if (self.asking.len() as f64) < FEWEST_NODES {
-            self.gather(self.sample.other_pairs(), hardness, standing);
-        }
-        let shift = self.asking.shift(0.0, hardness.pressure() as f32);
-        standing.offset + shift.unwrap_or(0.0) / self.nodal_stiffness
-    }
-
-    /// Gathers nodes of pairs of rows whose gap may ask for another pressure.
-    fn gather(
-        &mut self,
-        pairs: impl Iterator<Item = usize>,
-        hardness: Hardness,
-        standing: Standing,
-    ) {
-        let Standing { offset, error } = standing;
-        for pair in pairs {
-            let first = 2 * pair * self.nodes[1];
-            let last = self.pressure.len().min(first + 2 * self.nodes[1]);
-            for (p, gap) in self.pressure[first..last]
-                .iter()
-                .zip(&self.gap[first..last])
-            {
-                let above = f64::from(*gap) - offset;
-                let may_change = match *p {
-                    0.0 => above < error,
-                    p if p >= hardness.pressure() => above > -error,
-                    _ => true,
-                };
-                if may_change {
-                    let change = -self.nodal_stiffness * above;
-                    self.asking.push(*p as f32, change as f32);
-                }
-            }
-        }
     }
 
     /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;

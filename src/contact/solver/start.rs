@@ -8,7 +8,7 @@
 use std::ops::RangeInclusive;
 
 use super::Solver;
-use super::evaluation::Evaluation;
+use super::balance::Balance;
 use super::lanes::Wide;
 use super::passes::{Ask, GapUpdate, Onwards, Seen};
 use super::survey::Standing;
@@ -33,24 +33,6 @@ pub struct Start {
     pub base_sum: f64,
     /// If the material may yield, what pressures lack.
     pub balance: Option<Balance>,
-}
-
-/// What a search under a hardness knows of its pressures besides the gap.
-#[derive(Debug, Clone, Copy)]
-pub struct Balance {
-    /// Σ pressure.
-    pub sum: f64,
-    /// Mean gap of free nodes.
-    pub free_offset: f64,
-}
-
-impl Balance {
-    pub fn seen(seen: &Seen, sum: f64, offset: f64) -> Self {
-        Self {
-            sum,
-            free_offset: offset + seen.free_sum / seen.free_nodes.max(1.0),
-        }
-    }
 }
 
 impl Solver {
@@ -121,8 +103,7 @@ impl Solver {
     }
 
     /// Begins a search where pressure and gap are.
-    pub(super) fn ask(&mut self, evaluation: &Evaluation) -> Start {
-        let standing = evaluation.standing;
+    pub(super) fn ask(&mut self, standing: Standing) -> Start {
         let offset = match self.bound {
             None => standing.offset,
             Some(hardness) => self.balanced_offset(hardness, standing),

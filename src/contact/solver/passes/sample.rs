@@ -2,9 +2,9 @@
 
 use pulp::Simd;
 
-use super::super::balance::Nodes;
 use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::lanes::{Pass, sum_by, total, weight};
+use super::super::shift::Nodes;
 use super::base::Base;
 use crate::contact::fft::Row;
 
