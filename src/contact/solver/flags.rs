@@ -60,7 +60,7 @@ mod tests {
 
     fn marked(carry: f32, free: bool, pressed: bool) -> f32 {
         let marks = (FREE * u32::from(free)) | (PRESSED * u32::from(pressed));
-        f32::from_bits((carry.to_bits() & !ALL_MARKS) | marks)
+        f32::from_bits((carry.to_bits() & !MARKS) | marks)
     }
 
     #[test]

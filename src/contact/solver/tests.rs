@@ -87,13 +87,21 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     gap.iter_mut()
         .zip(heights)
         .for_each(|(gap, height)| *gap -= height);
-    let contact: Vec<f64> = gap
-        .iter()
-        .zip(solver.pressure())
-        .filter(|(_, p)| **p > 0.0 && **p < solver.ceiling())
-        .map(|(gap, _)| *gap)
-        .collect();
-    let offset = mean(&contact);
+    let of = |chosen: &dyn Fn(f64) -> bool| -> Vec<f64> {
+        let nodes = gap.iter().zip(solver.pressure());
+        nodes
+            .filter(|(_, p)| chosen(**p))
+            .map(|(gap, _)| *gap)
+            .collect()
+    };
+    let elastic = of(&|p| p > 0.0 && p < solver.ceiling());
+    // Without elastic nodes, the highest of saturated ones must be below all others.
+    let saturated = of(&|p| p >= solver.ceiling());
+    let offset = if elastic.is_empty() {
+        saturated.into_iter().fold(f64::MIN, f64::max)
+    } else {
+        mean(&elastic)
+    };
     gap.iter().map(|gap| gap - offset).collect()
 }
 
