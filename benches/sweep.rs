@@ -1,11 +1,12 @@
-//! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs.
+//! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs; and what
+//! ten loads cost on other bodies.
 
 use std::time::Instant;
 
 use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity::contact::fft::Transform;
 use asperity::contact::grid::Grid;
-use asperity::contact::solver::{Settings, Solver};
+use asperity::contact::solver::{Boundary, HalfSpace, Hardness, Settings, Solver};
 use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
 
@@ -36,6 +37,43 @@ fn main() {
             pair / bare
         );
     }
+    println!(
+        "\nten loads to 0.1 E* × rms slope, spectrum 4 to {}",
+        nodes / 16
+    );
+    println!("   pairs  seconds  ratio");
+    let mut elastic = None;
+    for (name, body) in bodies() {
+        let (pairs, seconds) = ten_loads(nodes, body);
+        let ratio = seconds / *elastic.get_or_insert(seconds);
+        println!("{pairs:8} {seconds:8.2} {ratio:6.2}  {name}");
+    }
+}
+
+fn bodies() -> [(&'static str, HalfSpace); 5] {
+    let body = |boundary, hardness: Option<f64>| HalfSpace {
+        boundary,
+        hardness: hardness.map(|pressure| Hardness::new(pressure).expect("a pressure")),
+    };
+    [
+        ("periodic", body(Boundary::Periodic, None)),
+        ("hardness 1", body(Boundary::Periodic, Some(1.0))),
+        ("hardness 0.3", body(Boundary::Periodic, Some(0.3))),
+        ("free", body(Boundary::Free, None)),
+        ("free, hardness 0.3", body(Boundary::Free, Some(0.3))),
+    ]
+}
+
+/// Pairs of transforms and seconds.
+fn ten_loads(nodes: usize, body: HalfSpace) -> (u32, f64) {
+    let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
+    let heights = heights(grid, 4, nodes as u32 / 16);
+    let mut solver = body.solver(grid, &heights);
+    let begun = Instant::now();
+    let loads = (1..=10).map(|i| 0.01 * f64::from(i));
+    let outcomes = loads.map(|load| solver.press(load, &Settings::default(), &|| false));
+    let pairs = outcomes.map(|outcome| outcome.pairs).sum();
+    (pairs, begun.elapsed().as_secs_f64())
 }
 
 /// The loads of the 2015 campaign: fifty linear, forty geometric.

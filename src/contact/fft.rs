@@ -13,6 +13,8 @@
 //! convolutions, so these have a second way, `packed`, which takes half the time on meshes of
 //! 2^a·3^b·5^c nodes a side with enough twos, and rounds alike whatever the processor's `registers`.
 //!
+//! Maps may be a corner of a larger mesh, `padded` by zeros.
+//!
 //! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
 //! result of one makes the map of the next, row by row, both happen in one turn, and memory is
 //! passed over once.
@@ -93,7 +95,7 @@ impl<T: Real> Kernel<T> {
         // What two unnormalised transforms leave.
         let normalisation = 1.0 / (nodes[0] as f64 * nodes[1] as f64);
         let factor = |k_x, k_y| normalisation * factor(k_x, k_y);
-        let factors = match plan_packed(nodes) {
+        let factors = match plan_packed(nodes[0], nodes) {
             Some(packed) => packed.kernel(factor),
             None => half_spectrum::kernel(nodes, factor),
         };
@@ -101,8 +103,8 @@ impl<T: Real> Kernel<T> {
     }
 }
 
-fn plan_packed<T: Real>(nodes: [usize; 2]) -> Option<Packed<T>> {
-    Packed::new(nodes, Instructions::in_use())
+fn plan_packed<T: Real>(rows: usize, nodes: [usize; 2]) -> Option<Packed<T>> {
+    Packed::new(rows, nodes, Instructions::in_use())
 }
 
 impl<T: Real> Transform<T> {
@@ -111,15 +113,16 @@ impl<T: Real> Transform<T> {
         Self::padded(nodes, nodes)
     }
 
-    /// Plans convolutions of maps of the first size, continued by zeros on a mesh of the second.
+    /// Plans convolutions of maps of the first size, continued by zeros on a mesh of the second: of
+    /// four times the nodes, say, at three times the cost, since no row beyond a map's is transformed.
     pub fn padded(map: [usize; 2], nodes: [usize; 2]) -> Self {
         assert!(map[0] * map[1] > 0, "a mesh has at least one node");
         assert!(map[0] <= nodes[0] && map[1] <= nodes[1], "padding adds");
         Self {
             map,
             nodes,
-            half_spectrum: HalfSpectrum::new(nodes),
-            packed: plan_packed(nodes),
+            half_spectrum: HalfSpectrum::new(map[0], nodes),
+            packed: plan_packed(map[0], nodes),
         }
     }
 

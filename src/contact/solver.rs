@@ -7,7 +7,14 @@
 //! adhesion are absent, so the solution is unique and owes nothing to the loads before it: they
 //! serve as a guess.
 //!
-//! `start` guesses, `conjugate_gradients` holds the iteration, in the line of Polonsky & Keer
+//! Materials yield. With a [`Hardness`] H the pressure is bounded, 0 ≤ p ≤ H, and where p = H the
+//! gap may be negative, by the depth that the material has yielded: a node is out of contact, in
+//! elastic contact, or saturated. This is a model of loading from the undeformed surfaces: unloading,
+//! hardening and the material that piles up around a contact are not in it (Almqvist, Sahlin,
+//! Larsson & Glavatskih, *Tribol. Int.* 40, 2007, 574).
+//!
+//! `start` guesses, `saturation` keeps pressures within their bounds, `conjugate_gradients` holds the
+//! iteration, in the line of Polonsky & Keer
 //! (*Wear* 231, 1999, 206) with a preconditioner, `evaluation` evaluates where it led, and
 //! `active_set` lets go what is in contact by an oversight. The search runs in single precision on
 //! increments; what it finds is evaluated in double precision, and the residual found there is
@@ -17,90 +24,32 @@ use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::{self, ElasticOperator};
 
 mod active_set;
+mod balance;
 mod conjugate_gradients;
 pub(crate) mod cost;
 mod evaluation;
 mod flags;
+mod half_space;
+mod hardness;
 mod history;
 mod lanes;
 mod line_search;
+mod outcome;
 mod passes;
+mod press;
+mod saturation;
+mod shift;
 mod start;
 mod steps;
 mod survey;
 
-use evaluation::Evaluation;
-use history::History;
+pub use half_space::{Boundary, HalfSpace};
+pub use hardness::{Hardness, HardnessError};
+pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
+
 use passes::{Base, Sample};
-use start::Start;
+use shift::Nodes;
 use steps::Steps;
-
-/// How far an evaluation in single precision is trusted to have reduced the residual of the last
-/// one in double precision: far from its rounding, 1e-7.
-const SINGLE_REDUCTION: f64 = 1e-4;
-
-/// The largest residual over the displacement of one node under the mean pressure in contact. Beyond
-/// it, contact would be whatever a guess took for it.
-const SHARE_OF_DISPLACEMENT: f64 = 0.1;
-
-/// At this tolerance contact counts are within 4 nodes of a million, 0.4 on average.
-pub const DEFAULT_TOLERANCE: f64 = 6e-5;
-/// Far more than any load of a rough surface takes.
-pub const DEFAULT_PAIR_LIMIT: u32 = 2000;
-
-/// When a load counts as solved, and when to give up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Largest [`Outcome::residual`] of a solution. It is held to a tenth, too, of what the mean
-    /// pressure in contact displaces one node by: less than the default only where that pressure is
-    /// below 5e-4 E* × rms slope.
-    pub tolerance: f64,
-    /// Transform pairs, forward and inverse, after which a load is given up; asked once an
-    /// iteration, so that a few more may be spent.
-    pub pair_limit: u32,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            tolerance: DEFAULT_TOLERANCE,
-            pair_limit: DEFAULT_PAIR_LIMIT,
-        }
-    }
-}
-
-/// How a load ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// Within the tolerance.
-    Converged,
-    /// Every node is in contact, and the pressure follows from a formula.
-    FullContact,
-    /// Out of transform pairs; the pressure is the best known.
-    PairLimit,
-    /// Told to stop.
-    Interrupted,
-}
-
-/// What is known of a load besides its pressure.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
-    /// How it ended.
-    pub stop: Stop,
-    /// Transform pairs spent, in both precisions.
-    pub pairs: u32,
-    /// The largest of |g| in contact and of the penetration −g elsewhere, in double precision, in
-    /// units of rms slope × the smaller mesh step. The gap is measured from its mean in contact.
-    pub residual: f64,
-    /// Nodes with pressure.
-    pub contact_nodes: usize,
-    /// Mean gap over the map, in units of rms slope × its longer side.
-    pub mean_gap: f64,
-    /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side.
-    pub energy: f64,
-    /// In units of E* × rms slope.
-    pub peak_pressure: f64,
-}
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
@@ -147,7 +96,12 @@ pub struct Solver {
     heights: Vec<f64>,
     /// The largest of them.
     highest: f64,
-    full_contact_load: Option<f64>,
+    full_contact: Option<FullContact>,
+    hardness: Option<Hardness>,
+    /// The least load under which the material was seen to yield.
+    yields_from: f64,
+    /// The hardness, for as long as pressures are kept below it.
+    bound: Option<Hardness>,
 
     pressure: Vec<f64>,
     load: f64,
@@ -174,6 +128,9 @@ pub struct Solver {
     carry: Vec<f32>,
     sample: Sample,
     free_nodes: f64,
+    /// Nodes that ask for a change, and their last moves, where the material yields.
+    asking: Nodes,
+    last_moves: Vec<f32>,
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
@@ -189,15 +146,35 @@ pub struct Solver {
     pairs: u32,
 }
 
+/// What the pressure that flattens a surface is like, of zero mean.
+#[derive(Debug, Clone, Copy)]
+struct FullContact {
+    /// How far it is below zero, and so the least load that brings every node into contact.
+    load: f64,
+    peak: f64,
+}
+
 impl Solver {
     /// Prepares a surface of one height for each node of the body's grid, peaks towards the body, in
     /// units of rms slope × the longer side of the cell: of unit rms slope where that is one. Their
     /// mean is of no consequence.
     pub fn new(body: impl ElasticOperator + 'static, heights: &[f64]) -> Self {
-        Self::of(Box::new(body), heights)
+        Self::yielding(body, None, heights)
     }
 
-    fn of(body: Box<dyn ElasticOperator>, heights: &[f64]) -> Self {
+    /// The same on a material that yields under the hardness, if there is one.
+    ///
+    /// Loads whose elastic pressure nowhere passes it are solved as by [`Solver::new`], to the same
+    /// bytes; from the first one on that does, in ascending order, all are solved for both bounds.
+    pub fn yielding(
+        body: impl ElasticOperator + 'static,
+        hardness: Option<Hardness>,
+        heights: &[f64],
+    ) -> Self {
+        Self::of(Box::new(body), hardness, heights)
+    }
+
+    fn of(body: Box<dyn ElasticOperator>, hardness: Option<Hardness>, heights: &[f64]) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         assert_eq!(heights.len(), cells, "heights fill the mesh");
         let mean = heights.iter().sum::<f64>() / cells as f64;
@@ -205,10 +182,13 @@ impl Solver {
         let (double, single) = (elasticity::transform(&*body), elasticity::transform(&*body));
         let mut double_scratch = double.scratch();
         let mut pressure = vec![0.0; cells];
-        let full_contact_load = body.stiffness_is_exact().then(|| {
+        let full_contact = body.stiffness_is_exact().then(|| {
             let flatten = elasticity::stiffness(&*body);
             double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
-            -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p))
+            FullContact {
+                load: -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p)),
+                peak: pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p)),
+            }
         });
         Self {
             nodes,
@@ -217,7 +197,10 @@ impl Solver {
             height_reference: 0.0,
             highest: heights.iter().fold(f64::MIN, |highest, h| highest.max(*h)),
             heights,
-            full_contact_load,
+            full_contact,
+            hardness,
+            yields_from: f64::INFINITY,
+            bound: None,
             pressure,
             load: 0.0,
             earlier_pressure: vec![0.0; cells],
@@ -234,6 +217,8 @@ impl Solver {
             rise: vec![0.0; cells],
             sample: Sample::new(nodes),
             free_nodes: 0.0,
+            asking: Nodes::default(),
+            last_moves: Vec::new(),
             double,
             double_scratch,
             displacement: elasticity::displacement(&*body),
@@ -249,105 +234,17 @@ impl Solver {
     }
 
     /// The least load, in units of E* × rms slope, that brings every node into contact, if it is known
-    /// from a formula.
+    /// from a formula: not where the material yields before.
     pub fn full_contact_load(&self) -> Option<f64> {
-        self.full_contact_load
+        let full = self.full_contact?;
+        let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
+        (full.load + full.peak <= ceiling).then_some(full.load)
     }
 
     /// The pressure under the last load, in units of E* × rms slope: exactly zero outside the
-    /// contact, and of the load's mean to rounding.
+    /// contact, exactly the hardness at saturated nodes, and of the load's mean to rounding.
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
-    }
-
-    /// Finds the contact under a mean pressure `load` > 0, in units of E* × rms slope.
-    ///
-    /// Loads may come in any order; those in ascending order are found fastest. However light the
-    /// load, and however it ends, some node bears it.
-    pub fn press(
-        &mut self,
-        load: f64,
-        settings: &Settings,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Outcome {
-        assert!(load.is_finite() && load > 0.0, "a load presses");
-        self.pairs = 0;
-        self.base.prepare(settings.tolerance);
-        if self.full_contact_load.is_some_and(|full| load >= full) {
-            self.flatten(load);
-            let evaluation = self.evaluate();
-            return Outcome {
-                mean_gap: 0.0,
-                ..self.outcome(Stop::FullContact, evaluation)
-            };
-        }
-        let mut history = History::default();
-        let mut evaluation = match self.guess(load) {
-            Some(start) => self.approach(&mut history, start, settings, interrupted),
-            None => self.evaluate_guess(settings),
-        };
-        loop {
-            let stop = if self.is_solved(settings, &evaluation) {
-                self.release(evaluation.standing.offset);
-                Stop::Converged
-            } else if self.pairs >= settings.pair_limit {
-                Stop::PairLimit
-            } else if interrupted() {
-                Stop::Interrupted
-            } else {
-                let start = self.ask(evaluation.standing.offset);
-                evaluation = self.approach(&mut history, start, settings, interrupted);
-                continue;
-            };
-            return self.outcome(stop, evaluation);
-        }
-    }
-
-    /// Iterates to where the tolerance is met, or as far as single precision reaches.
-    fn approach(
-        &mut self,
-        history: &mut History,
-        start: Start,
-        settings: &Settings,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Evaluation {
-        let begun = self.residual(start.standing.error);
-        let tolerance = self.tolerance(settings, self.free_nodes);
-        let goal = tolerance.max(SINGLE_REDUCTION * begun);
-        let stop = |pairs| pairs >= settings.pair_limit || interrupted();
-        self.refine(history, start, goal, &stop)
-    }
-
-    fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
-        let tolerance = self.tolerance(settings, evaluation.contact_nodes);
-        self.residual(evaluation.standing.error) <= tolerance
-    }
-
-    /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less
-    /// and heights are known so well.
-    fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
-        let mean_pressure = self.load * self.pressure.len() as f64 / contact_nodes;
-        let share = SHARE_OF_DISPLACEMENT * self.nodal_compliance * mean_pressure;
-        let rounding = f64::EPSILON * self.highest;
-        settings.tolerance.min(self.residual(share.max(rounding)))
-    }
-
-    /// An error of the gap in mesh steps of a surface of unit rms slope.
-    fn residual(&self, error: f64) -> f64 {
-        self.steps_per_side * error
-    }
-
-    fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {
-        let (contact_nodes, peak_pressure) = self.conclude();
-        Outcome {
-            stop,
-            pairs: self.pairs,
-            residual: self.residual(evaluation.standing.error),
-            contact_nodes,
-            mean_gap: evaluation.mean_gap,
-            energy: evaluation.energy,
-            peak_pressure,
-        }
     }
 }
 

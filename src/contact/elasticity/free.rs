@@ -43,10 +43,10 @@ impl FreeHalfSpace {
         transform.forward(&displacements, &mut spectrum, &mut transform.scratch());
         // Even, and so real, but for rounding; rows beyond N_x repeat those before.
         spectrum.truncate((grid.nodes()[0] + 1) * transform.spectrum_columns());
-        Self {
-            grid,
-            factors: spectrum.into_iter().map(|value| value.re).collect(),
-        }
+        let mut factors: Vec<f64> = spectrum.into_iter().map(|value| value.re).collect();
+        // They may have been collected where the spectrum was, four times as large.
+        factors.shrink_to_fit();
+        Self { grid, factors }
     }
 }
 

@@ -15,6 +15,9 @@ const TILE_COLUMNS: usize = 8;
 /// Plans of one mesh.
 pub struct HalfSpectrum<T> {
     nodes: [usize; 2],
+    /// Rows of the maps that are convolved: beyond these there are zeros, which no row transform is
+    /// spent on.
+    filled_rows: usize,
     row_forward: Arc<dyn RealToComplex<T>>,
     row_inverse: Arc<dyn ComplexToReal<T>>,
     column_forward: Arc<dyn Fft<T>>,
@@ -39,12 +42,14 @@ pub fn kernel<T: Real>(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64) 
 }
 
 impl<T: Real> HalfSpectrum<T> {
-    pub fn new(nodes: [usize; 2]) -> Self {
+    /// For maps of so many rows, on a mesh of no fewer.
+    pub fn new(filled_rows: usize, nodes: [usize; 2]) -> Self {
         let [column_length, row_length] = nodes;
         let mut real = RealFftPlanner::new();
         let mut complex = FftPlanner::new();
         Self {
             nodes,
+            filled_rows,
             row_forward: real.plan_fft_forward(row_length),
             row_inverse: real.plan_fft_inverse(row_length),
             column_forward: complex.plan_fft_forward(column_length),
@@ -60,6 +65,13 @@ impl<T: Real> HalfSpectrum<T> {
     /// Entries of a half spectrum.
     pub fn len(&self) -> usize {
         self.nodes[0] * self.columns()
+    }
+
+    /// A half spectrum's filled rows, and the others.
+    fn split<'a>(&self, spectrum: &'a mut [Complex<T>]) -> [&'a mut [Complex<T>]; 2] {
+        spectrum
+            .split_at_mut(self.filled_rows * self.columns())
+            .into()
     }
 
     fn row(&self, index: usize) -> Row {
@@ -103,7 +115,9 @@ impl<T: Real> HalfSpectrum<T> {
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
         spectrum.resize(self.len(), Complex::default());
-        self.forward_rows(&mut spectrum, scratch, |i, row| rows.row(self.row(i), row));
+        let [filled, zeros] = self.split(&mut spectrum);
+        self.forward_rows(filled, scratch, |i, row| rows.row(self.row(i), row));
+        zeros.fill(Complex::default());
         scratch.spectrum = spectrum;
     }
 
@@ -128,7 +142,9 @@ impl<T: Real> HalfSpectrum<T> {
 
     pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
-        for (i, row) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
+        let [filled, zeros] = self.split(&mut spectrum);
+        zeros.fill(Complex::default());
+        for (i, row) in filled.chunks_exact_mut(self.columns()).enumerate() {
             self.inverse_row(row, &mut scratch.row, &mut scratch.butterflies);
             rows.row(self.row(i), &mut scratch.row);
             self.forward_row(&mut scratch.row, row, &mut scratch.butterflies);
@@ -138,7 +154,8 @@ impl<T: Real> HalfSpectrum<T> {
 
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         let mut spectrum = std::mem::take(&mut scratch.spectrum);
-        self.inverse_rows(&mut spectrum, scratch, |i, row| rows.row(self.row(i), row));
+        let [filled, _] = self.split(&mut spectrum);
+        self.inverse_rows(filled, scratch, |i, row| rows.row(self.row(i), row));
         scratch.spectrum = spectrum;
     }
 

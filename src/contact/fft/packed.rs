@@ -19,6 +19,10 @@
 //!    along both sides, transposed in between. The blocks of k and −k meet, are multiplied, and go
 //!    the same way back.
 //! 3. *Rows* again, backwards.
+//!
+//! A map on a corner of the mesh fills its first rows only. The others are neither transformed nor
+//! kept: a tile holds what it has of the first ones, and is completed by zeros where its columns are
+//! transformed.
 
 #![expect(
     clippy::needless_range_loop,
@@ -50,6 +54,8 @@ const PADDING: usize = 2;
 /// Plans of one mesh.
 pub struct Packed<T> {
     nodes: [usize; 2],
+    /// Rows, whole batches of them, beyond which there are zeros.
+    filled_rows: usize,
     instructions: Instructions,
     rows: Stages<T, true>,
     columns: Columns<T>,
@@ -63,9 +69,9 @@ pub struct Scratch<T> {
 }
 
 impl<T: Real> Packed<T> {
-    /// None if either side is no multiple of the lanes, that across the rows of twice the lanes, by
-    /// factors of 2, 3 and 5.
-    pub fn new(nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
+    /// For maps of so many rows, on a mesh of no fewer. None if either side is no multiple of the
+    /// lanes, that across the rows of twice the lanes, by factors of 2, 3 and 5.
+    pub fn new(rows: usize, nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
         let lanes = T::LANES;
         let [nodes_x, nodes_y] = nodes;
         if !nodes_x.is_multiple_of(2 * lanes) || !nodes_y.is_multiple_of(lanes) {
@@ -73,6 +79,7 @@ impl<T: Real> Packed<T> {
         }
         Some(Self {
             nodes,
+            filled_rows: rows.next_multiple_of(2 * BATCH),
             instructions,
             rows: Stages::new(nodes_y, lanes)?,
             columns: Columns::new(nodes, lanes)?,
@@ -85,16 +92,18 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn scratch(&self) -> Scratch<T> {
-        let row = self.nodes[1];
+        let [column, row] = self.nodes;
+        // Of a tile that is its own opposite, or of two that are to be completed.
+        let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
         Scratch {
             rows: Aligned::zeros(2 * BATCH * row),
             tiles: Aligned::zeros(row / T::LANES * self.tile_len()),
-            spare: Aligned::zeros(self.tile_len()),
+            spare: Aligned::zeros(whole_tiles * column * T::LANES),
         }
     }
 
     fn tile_len(&self) -> usize {
-        (self.nodes[0] + PADDING) * T::LANES
+        (self.filled_rows + PADDING) * T::LANES
     }
 
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
@@ -108,6 +117,7 @@ impl<T: Real> Packed<T> {
             places: self.rows.places(),
             kernel,
             tiles: &mut scratch.tiles,
+            filled_rows: self.filled_rows,
             tile_len: self.tile_len(),
             spare: &mut scratch.spare,
             sum: &mut sum,
@@ -124,15 +134,16 @@ impl<T: Real> Packed<T> {
         self.pass::<true, false>(rows, scratch);
     }
 
-    /// Goes over all rows, which may come from the tiles and may go there.
+    /// Goes over all rows that are not zero for certain, which may come from the tiles and may go
+    /// there.
     fn pass<const COME: bool, const GO: bool>(
         &self,
         rows: &mut impl Rows<T>,
         scratch: &mut Scratch<T>,
     ) {
-        let [nodes_x, nodes_y] = self.nodes;
+        let nodes_y = self.nodes[1];
         let batch = &mut scratch.rows;
-        for first in (0..nodes_x).step_by(2 * BATCH) {
+        for first in (0..self.filled_rows).step_by(2 * BATCH) {
             if COME {
                 self.inverse::<BATCH>(first / 2, batch, &scratch.tiles);
             }
@@ -157,7 +168,7 @@ impl<T: Real> Packed<T> {
     fn forward(&self, first: usize, batch: &mut [T], tiles: &mut [T]) {
         let work = Forward {
             stages: &self.rows,
-            nodes: self.nodes,
+            nodes: [self.filled_rows, self.nodes[1]],
             tile_len: self.tile_len(),
             first,
             batch,
@@ -169,7 +180,7 @@ impl<T: Real> Packed<T> {
     fn inverse<const ROWS: usize>(&self, first: usize, batch: &mut [T], tiles: &[T]) {
         let work = Inverse::<ROWS, T> {
             stages: &self.rows,
-            nodes: self.nodes,
+            nodes: [self.filled_rows, self.nodes[1]],
             tile_len: self.tile_len(),
             first,
             batch,
@@ -182,7 +193,7 @@ impl<T: Real> Packed<T> {
 /// Takes a batch of complex rows to the tiles.
 struct Forward<'a, T> {
     stages: &'a Stages<T, true>,
-    /// Nodes along x and y.
+    /// Rows that tiles have something of, and nodes in them.
     nodes: [usize; 2],
     /// Numbers in a tile.
     tile_len: usize,

@@ -3,7 +3,8 @@
 
 use super::{Real, Row, Rows};
 
-/// The rows of a map of `nodes`, seen from the larger mesh.
+/// The rows of a map of `nodes`, seen from the larger mesh, whose other rows may be passed over or be
+/// asked for, as they fall into batches.
 pub struct Padded<'a, P> {
     pub nodes: [usize; 2],
     pub rows: &'a mut P,

@@ -151,7 +151,7 @@ fn packed_error<T: Real>(
     instructions: Instructions,
     bits: &mut Vec<u64>,
 ) -> Option<f64> {
-    let packed = Packed::<T>::new(nodes, instructions)?;
+    let packed = Packed::<T>::new(nodes[0], nodes, instructions)?;
     Some(worst_error(nodes, |field, out| {
         let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / field.len() as f64);
         let mut scratch = packed.scratch();
@@ -222,7 +222,7 @@ fn meshes_of_other_factors_are_left_to_rustfft() {
             .chain([[64, 36], [40, 64], [7 * 32, 64]])
         {
             assert!(
-                Packed::<f32>::new(nodes, instructions).is_none(),
+                Packed::<f32>::new(nodes[0], nodes, instructions).is_none(),
                 "{nodes:?}"
             );
         }
@@ -340,5 +340,84 @@ fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
             (told - work).abs() < 1e-13 * work,
             "{nodes:?}: {told}, {work}"
         );
+    }
+}
+
+/// Maps on corners of larger meshes, of either way to convolve; rows may fill batches or not.
+const CORNERS: [([usize; 2], [usize; 2]); 8] = [
+    ([1, 1], [2, 2]),
+    ([5, 7], [10, 14]),
+    ([5, 7], [9, 7]),
+    ([32, 32], [64, 64]),
+    ([48, 80], [96, 160]),
+    ([33, 40], [96, 96]),
+    ([256, 16], [512, 32]),
+    ([64, 32], [64, 64]),
+];
+
+/// The map with zeros around it.
+fn padded(map: &[f64], [rows, row_nodes]: [usize; 2], nodes: [usize; 2]) -> Vec<f64> {
+    let mut whole = vec![0.0; nodes[0] * nodes[1]];
+    for (row, values) in whole.chunks_exact_mut(nodes[1]).enumerate().take(rows) {
+        values[..row_nodes].copy_from_slice(Row::new(row, row_nodes).of(map));
+    }
+    whole
+}
+
+#[test]
+fn a_corner_is_convolved_to_the_bytes_of_the_whole_mesh_with_zeros() {
+    for (corner, nodes) in CORNERS {
+        let field = map(corner);
+        let kernel = Kernel::new(nodes, factor);
+        let mut out = vec![0.0; field.len()];
+        let transform = Transform::padded(corner, nodes);
+        transform.convolve(&kernel, &field, &mut out, &mut transform.scratch());
+
+        let whole = padded(&field, corner, nodes);
+        let mut expected = vec![0.0; whole.len()];
+        let transform = Transform::new(nodes);
+        transform.convolve(&kernel, &whole, &mut expected, &mut transform.scratch());
+        for (row, out) in out.chunks_exact(corner[1]).enumerate() {
+            let expected = &Row::new(row, nodes[1]).of(&expected)[..corner[1]];
+            assert!(out == expected, "{corner:?} of {nodes:?}, row {row}");
+        }
+    }
+}
+
+#[test]
+fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
+    /// Hands rows on, and adds up what it sees.
+    #[derive(Default)]
+    struct Sum(f64, usize);
+    impl Rows<f64> for Sum {
+        fn row(&mut self, row: Row, values: &mut [f64]) {
+            self.0 += (row.index() + 1) as f64 * values.iter().sum::<f64>();
+            self.1 += 1;
+        }
+    }
+    for (corner, nodes) in CORNERS {
+        let (field, kernel) = (map(corner), Kernel::new(nodes, factor));
+        let (once, twice) = (&mut vec![0.0; field.len()], &mut vec![0.0; field.len()]);
+        let transform = Transform::padded(corner, nodes);
+        let mut scratch = transform.scratch();
+        transform.convolve(&kernel, &field, once, &mut scratch);
+        transform.convolve(&kernel, once, twice, &mut scratch);
+
+        transform.begin(&mut Source(&field), &mut scratch);
+        let work = transform.multiply(&kernel, &mut scratch);
+        let expected: f64 = field.iter().zip(&*once).map(|(a, b)| a * b).sum();
+        assert!((work - expected).abs() < 1e-13 * work, "{corner:?}");
+        let [mut peeked, mut turned] = [Sum::default(), Sum::default()];
+        for pair in 0..corner[0].div_ceil(2) {
+            transform.peek(pair, &mut peeked, &mut scratch);
+        }
+        transform.turn(&mut turned, &mut scratch);
+        // A peek may show a row beyond the map, of zeros.
+        assert!(peeked.1 >= corner[0] && turned.1 == corner[0], "{corner:?}");
+        assert_eq!(peeked.0, turned.0);
+        transform.multiply(&kernel, &mut scratch);
+        let mut out = vec![0.0; field.len()];
+        transform.finish(&mut Sink(&mut out), &mut scratch);
+        assert!(out == *twice, "{corner:?} of {nodes:?}");
     }
 }

@@ -27,8 +27,32 @@ impl Solver {
         over_rows(&mut self.pressure, self.nodes[1], &mut pass);
     }
 
-    /// Brings the pressure to its mean, and says how many nodes have some and what is the highest.
-    pub(super) fn conclude(&mut self) -> (usize, f64) {
+    /// Brings the pressure to its mean within its bounds, and says what it is like.
+    pub(super) fn conclude(&mut self) -> Conclusion {
+        let scale = match self.bound {
+            None => self.scale_to_load(),
+            Some(hardness) => {
+                self.share_out(hardness);
+                1.0
+            }
+        };
+        let mut pass = Conclude {
+            scale,
+            hardness: self.ceiling(),
+            contact_nodes: 0.0,
+            saturated_nodes: 0.0,
+            peak: [0.0; LANES],
+        };
+        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
+        Conclusion {
+            contact_nodes: pass.contact_nodes as usize,
+            saturated_nodes: pass.saturated_nodes as usize,
+            peak_pressure: pass.peak.into_iter().fold(0.0, greater),
+        }
+    }
+
+    /// What pressures without a bound are to be scaled by.
+    fn scale_to_load(&mut self) -> f64 {
         let mut sum = Total(0.0);
         over_rows(&mut self.pressure, self.nodes[1], &mut sum);
         if sum.0 <= 0.0 {
@@ -36,15 +60,16 @@ impl Solver {
             self.guess_from_heights(self.load);
             over_rows(&mut self.pressure, self.nodes[1], &mut sum);
         }
-        let mut pass = Conclude {
-            scale: self.load * self.pressure.len() as f64 / sum.0,
-            nodes: 0.0,
-            peak: [0.0; LANES],
-        };
-        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
-        let peak = pass.peak.into_iter().fold(0.0, greater);
-        (pass.nodes as usize, peak)
+        self.load * self.pressure.len() as f64 / sum.0
     }
+}
+
+/// A pressure at a glance.
+#[derive(Debug, Clone, Copy)]
+pub struct Conclusion {
+    pub contact_nodes: usize,
+    pub saturated_nodes: usize,
+    pub peak_pressure: f64,
 }
 
 struct Release<'a> {
@@ -76,7 +101,9 @@ impl Pass<f64> for Total {
 
 struct Conclude {
     scale: f64,
-    nodes: f64,
+    hardness: f64,
+    contact_nodes: f64,
+    saturated_nodes: f64,
     peak: [f64; LANES],
 }
 
@@ -91,6 +118,8 @@ impl Pass<f64> for Conclude {
                 *peak = greater(*peak, *p);
             }
         }
-        self.nodes += pressure.iter().filter(|p| **p > 0.0).count() as f64;
+        let hardness = self.hardness;
+        self.contact_nodes += pressure.iter().filter(|p| **p > 0.0).count() as f64;
+        self.saturated_nodes += pressure.iter().filter(|p| **p >= hardness).count() as f64;
     }
 }

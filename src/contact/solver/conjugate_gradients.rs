@@ -29,6 +29,11 @@
 //! Scaling pressures back to their mean, and taking back what was too far, are left to the next
 //! pass (`PendingUpdate`). And what the corrections are like on the whole is seen in a sample of
 //! rows, before all of them are made.
+//!
+//! Where the material yields, the pressure is clipped at the hardness too, and free are besides
+//! elastic nodes those that penetrate without pressure and those whose gap is open under the
+//! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
+//! what is driven to zero. `balance` says how moves keep the mean.
 
 use super::Solver;
 use super::evaluation::Evaluation;
@@ -37,7 +42,8 @@ use super::history::{History, LastMove};
 use super::lanes::Wide;
 use super::line_search::LineSearch;
 use super::passes::{
-    Direction, GapUpdate, Means, Peek, PendingUpdate, Seen, Sums, UpdateGap, UpdatePressure,
+    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PendingUpdate, Seen, Sums, UpdateGap,
+    UpdatePressure,
 };
 use super::start::Start;
 use super::survey::Standing;
@@ -70,6 +76,7 @@ impl Solver {
         let Start {
             mut standing,
             base_sum,
+            mut balance,
         } = start;
         let mut last = history.last.take();
         if let Some(last) = &mut last {
@@ -81,23 +88,42 @@ impl Solver {
                 .multiply(&self.single_stiffness, &mut self.single_scratch);
             self.pairs += 1;
             let step = history.damping * self.steps.of(history.iteration);
-            let direction = self.direction(last.as_ref(), step, history.sees_all_rows);
+            let lacked = balance.map_or(0.0, |balance| full - balance.sum);
+            let direction = self.direction(last.as_ref(), step, lacked, history.sees_all_rows);
             let sums = self.update_pressure(direction, is_last);
-            let line = LineSearch::new(
-                &sums,
-                base_sum,
-                full,
-                self.reference + self.height_reference,
-            );
+            let line = match &balance {
+                None => {
+                    let reference = self.reference + self.height_reference;
+                    LineSearch::new(&sums, base_sum, full, reference)
+                }
+                Some(balance) => {
+                    let load = [balance.sum, full];
+                    LineSearch::yielding(&sums, base_sum, load, balance.free_offset)
+                }
+            };
             if line.sheds_load() {
                 history.shorten_steps();
                 return self.settle(PendingUpdate::ALL_BACK, standing.offset);
             }
             if is_last {
-                return self.evaluate_move(history, &line, standing.offset);
+                return match (self.bound, &balance) {
+                    (Some(hardness), Some(balance)) => self.evaluate_yielding_move(
+                        history,
+                        &line,
+                        hardness,
+                        balance,
+                        standing.offset,
+                    ),
+                    _ => self.evaluate_move(history, &line, standing.offset),
+                };
             }
-            let (next, made) = self.follow(history, &line, standing.offset);
+            let (next, free_offset, made) = self.follow(history, &line, standing);
             standing = next;
+            if let Some(balance) = &mut balance {
+                let moved = base_sum + sums.rise - balance.sum;
+                balance.sum += made.pending.part * moved;
+                balance.free_offset = free_offset;
+            }
             let stuck = made.pending.part == 0.0;
             if self.residual(standing.error) <= goal || stuck || stop(self.pairs) {
                 return self.settle(made.pending, standing.offset);
@@ -106,13 +132,15 @@ impl Solver {
         }
     }
 
-    /// Follows a move that has been made with the gap.
+    /// Follows a move that has been made with the gap. Says also what the mean gap of free nodes is
+    /// then, where the material yields.
     fn follow(
         &mut self,
         history: &mut History,
         line: &LineSearch,
-        offset: f64,
-    ) -> (Standing, LastMove) {
+        standing: Standing,
+    ) -> (Standing, f64, LastMove) {
+        let offset = standing.offset;
         let own_work = self
             .single
             .multiply(&self.single_displacement, &mut self.single_scratch);
@@ -125,22 +153,42 @@ impl Solver {
             scale: line.scale,
             part,
         };
-        let next_offset = line.offset(part, curvature);
-        let rise = next_offset - offset;
-        let standing = self.update_gap(pending, next_offset, rise);
+        let (standing, free_offset) = match self.bound {
+            None => {
+                let next_offset = line.offset(part, curvature);
+                self.update_gap::<false>(pending, next_offset, next_offset - offset)
+            }
+            Some(_) => {
+                let next_offset = self.peek_offset(part, standing, history.sees_all_rows);
+                self.update_gap::<true>(pending, next_offset, next_offset - offset)
+            }
+        };
         let made = LastMove {
             pending,
             curvature: part * part * curvature,
             missed: if short { 0.0 } else { (best - 1.0).min(1.0) },
-            rise,
+            rise: standing.offset - offset,
             extends: true,
         };
-        (standing, made)
+        (standing, free_offset, made)
     }
 
-    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.
-    fn peek(&mut self, sees_all_rows: bool) -> Means {
-        let mut peek = Peek::new(&self.carry, &self.sample);
+    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes. Where
+    /// the material yields, free nodes are gathered on the way; returns also in how many rows.
+    fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
+        let asking = self.bound.map(|_| {
+            self.asking.clear();
+            self.last_moves.clear();
+            Asking {
+                base: &self.base,
+                rise: &self.rise,
+                of_move: of_move as f32,
+                nodes: &mut self.asking,
+                last_moves: &mut self.last_moves,
+                rows: 0,
+            }
+        });
+        let mut peek = Peek::new(&self.carry, &self.sample, asking);
         for pair in self.sample.pairs() {
             self.single
                 .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
@@ -151,14 +199,23 @@ impl Solver {
                     .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
             }
         }
-        peek.means()
+        (peek.means(), peek.rows())
     }
 
-    /// Chooses a direction, conjugate to the last move.
-    fn direction(&mut self, last: Option<&LastMove>, step: f64, sees_all_rows: bool) -> Direction {
-        let means = self.peek(sees_all_rows);
+    /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
+    /// what pressures have lacked since then.
+    fn direction(
+        &mut self,
+        last: Option<&LastMove>,
+        step: f64,
+        lacked: f64,
+        sees_all_rows: bool,
+    ) -> Direction {
+        let of_move = last.map_or(0.0, |last| last.pending.part - 1.0);
+        let (means, rows) = self.peek(of_move, sees_all_rows);
         let Some(last) = last else {
-            return Direction::first(step, -means.correction);
+            let mean = self.balanced_mean([step, 0.0], lacked, rows);
+            return Direction::first(step, mean.unwrap_or(-means.correction));
         };
         // Gaps count from the offset, and the offset has moved too.
         let along = means.correction_on_image - last.rise * means.sampled_correction;
@@ -168,6 +225,9 @@ impl Solver {
         let cells = self.pressure.len() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
         let mean = share * part * (means.last_move + scaling) - means.correction;
+        let mean = self
+            .balanced_mean([step, share * part], lacked, rows)
+            .unwrap_or(mean);
         let compliance = if last.extends {
             COMPLIANCE / self.nodal_stiffness
         } else {
@@ -178,8 +238,20 @@ impl Solver {
 
     /// Moves the pressures along a new direction.
     fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
-        let mut pass = UpdatePressure {
+        match self.bound {
+            None => self.update_pressure_as::<false>(direction, is_last),
+            Some(_) => self.update_pressure_as::<true>(direction, is_last),
+        }
+    }
+
+    fn update_pressure_as<const YIELDS: bool>(
+        &mut self,
+        direction: Direction,
+        is_last: bool,
+    ) -> Sums {
+        let mut pass = UpdatePressure::<YIELDS> {
             direction,
+            ceiling: Ceiling::at(self.ceiling()),
             base: &self.base,
             rise: &mut self.rise,
             carry: &mut self.carry,
@@ -197,7 +269,12 @@ impl Solver {
     }
 
     /// Moves the gap after the pressures, and goes on with what it asks for.
-    fn update_gap(&mut self, pending: PendingUpdate, offset: f64, rise: f64) -> Standing {
+    fn update_gap<const YIELDS: bool>(
+        &mut self,
+        pending: PendingUpdate,
+        offset: f64,
+        rise: f64,
+    ) -> (Standing, f64) {
         let response = GapUpdate {
             offset: offset as f32,
             rise: rise as f32,
@@ -208,7 +285,7 @@ impl Solver {
             pressed: if pending.part < 1.0 { FREE } else { PRESSED },
             memory: MEMORY,
         };
-        let mut pass = UpdateGap {
+        let mut pass = UpdateGap::<YIELDS> {
             response,
             heights: &self.single_heights,
             gap: &mut self.gap,
@@ -220,6 +297,9 @@ impl Solver {
             .turn(&mut Wide(&mut pass), &mut self.single_scratch);
         let seen = pass.seen;
         self.free_nodes = seen.free_nodes;
-        seen.extremes.seen_from(offset)
+        let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
+        // In elastic bodies the sums are zero, and it is known already.
+        let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);
+        (seen.extremes.seen_from(offset), free_offset)
     }
 }

@@ -1,11 +1,12 @@
 //! From single precision to double: what a search found is evaluated.
 
+use super::balance::Balance;
 use super::history::{History, LastMove};
 use super::lanes::{Wide, over_rows};
 use super::line_search::LineSearch;
 use super::passes::{Arrive, Depart, Join, Land, Landing, PendingUpdate, Settle, Withdraw};
 use super::survey::{Standing, Survey};
-use super::{Settings, Solver};
+use super::{Hardness, Settings, Solver};
 
 /// What only double precision tells.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +15,8 @@ pub struct Evaluation {
     pub contact_nodes: f64,
     /// Mean of the gap over the map, zero where there is contact.
     pub mean_gap: f64,
+    /// Mean over the map of how far the gap of saturated nodes is negative.
+    pub yielded_depth: f64,
     /// Half the mean of pressure × displacement.
     pub energy: f64,
 }
@@ -23,7 +26,9 @@ impl Solver {
     pub(super) fn evaluate(&mut self) -> Evaluation {
         let mut pass = Depart {
             pressure: &self.pressure,
+            hardness: self.ceiling(),
             carry: &mut self.carry,
+            keeps_moves: false,
         };
         self.double
             .begin(&mut Wide(&mut pass), &mut self.double_scratch);
@@ -46,6 +51,11 @@ impl Solver {
     /// The same of the pressure where a search led. Gaps are to be counted from `offset`, near to that
     /// which will be found, so that gaps in contact keep all their digits.
     pub(super) fn settle(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
+        if let Some(hardness) = self.bound {
+            self.join_yielding(hardness, pending);
+            self.reference += offset;
+            return self.evaluate();
+        }
         if pending.part == 1.0 {
             self.depart(pending.scale, offset);
             return self.arrive();
@@ -61,14 +71,20 @@ impl Solver {
 
     /// The same without so much of the last move.
     fn withdraw(&mut self, part: f64, offset: f64) -> Evaluation {
-        let mut pass = Withdraw {
-            part,
-            carry: &self.carry,
-        };
-        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
+        self.take_back(part);
         self.conclude();
         self.reference += offset;
         self.evaluate()
+    }
+
+    /// Takes so much of the last move from the pressures.
+    pub(super) fn take_back(&mut self, part: f64) {
+        let mut pass = Withdraw {
+            part,
+            hardness: self.ceiling(),
+            carry: &self.carry,
+        };
+        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
     }
 
     /// Evaluates a move at once, and once more if only a part of it is kept.
@@ -80,14 +96,43 @@ impl Solver {
     ) -> Evaluation {
         let rise = line.expected_offset();
         self.depart(line.scale, rise);
+        let (evaluation, curvature) = self.land::<false>(line.scale, rise);
+        self.keep_move(
+            history,
+            line.best(curvature),
+            curvature,
+            evaluation,
+            rise - offset,
+        )
+    }
+
+    /// The same where the material yields: `balance` is of the pressures before the move.
+    pub(super) fn evaluate_yielding_move(
+        &mut self,
+        history: &mut History,
+        line: &LineSearch,
+        hardness: Hardness,
+        balance: &Balance,
+        offset: f64,
+    ) -> Evaluation {
+        let scale = self.join_yielding(hardness, PendingUpdate::NOTHING);
+        self.reference += offset;
+        self.depart_yielding(hardness);
+        let (evaluation, curvature) = self.land::<true>(scale, offset);
+        let best = line.then_scaled(scale, balance.free_offset).best(curvature);
+        self.keep_move(history, best, curvature, evaluation, 0.0)
+    }
+
+    /// Multiplies, and sees where pressures of a move led that were scaled, and what it is worth.
+    fn land<const YIELDS: bool>(&mut self, scale: f64, rise: f64) -> (Evaluation, f64) {
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = Land {
+        let mut pass = Land::<YIELDS> {
             heights: &self.heights,
             reference: self.reference,
             landing: Landing {
-                scale: line.scale as f32,
+                scale: scale as f32,
                 reference_rise: rise as f32,
                 survey: Survey::new(!self.body.keeps_mean()),
                 curvature: 0.0,
@@ -104,8 +149,19 @@ impl Solver {
         let Landing {
             survey, curvature, ..
         } = pass.landing;
-        let evaluation = self.evaluation(&survey, work);
-        let best = line.best(curvature);
+        (self.evaluation(&survey, work), curvature)
+    }
+
+    /// Learns from a move that was evaluated, of which `best` would have been right, and keeps it, or
+    /// that part.
+    fn keep_move(
+        &mut self,
+        history: &mut History,
+        best: f64,
+        curvature: f64,
+        evaluation: Evaluation,
+        rise: f64,
+    ) -> Evaluation {
         if history.learn(&mut self.steps, best) {
             return self.withdraw(1.0 - best, evaluation.standing.offset);
         }
@@ -113,7 +169,7 @@ impl Solver {
             pending: PendingUpdate::NOTHING,
             curvature,
             missed: (best - 1.0).min(1.0),
-            rise: rise - offset,
+            rise,
             extends: false,
         });
         evaluation
@@ -132,10 +188,17 @@ impl Solver {
     }
 
     fn arrive(&mut self) -> Evaluation {
+        match self.bound {
+            None => self.arrive_as::<false>(),
+            Some(_) => self.arrive_as::<true>(),
+        }
+    }
+
+    fn arrive_as<const YIELDS: bool>(&mut self) -> Evaluation {
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = Arrive {
+        let mut pass = Arrive::<YIELDS> {
             heights: &self.heights,
             reference: self.reference,
             gap: &mut self.gap,
@@ -152,15 +215,22 @@ impl Solver {
         let standing = survey.standing();
         self.pairs += 1;
         self.offset = standing.offset;
+        let cells = self.pressure.len() as f64;
+        let yielded_depth = match survey.saturated_nodes() {
+            0.0 => 0.0,
+            nodes => (nodes * standing.offset - survey.saturated_sum) / cells,
+        };
+        let mean_gap = match survey.gap_sum {
+            Some(sum) => sum / cells - standing.offset,
+            // Displacements and heights have no mean.
+            None => -(self.reference + standing.offset),
+        };
         Evaluation {
             standing,
             contact_nodes: survey.contact_nodes,
-            mean_gap: match survey.gap_sum {
-                Some(sum) => sum / self.pressure.len() as f64 - standing.offset,
-                // Displacements and heights have no mean.
-                None => -(self.reference + standing.offset),
-            },
-            energy: 0.5 * work / self.pressure.len() as f64,
+            mean_gap: mean_gap + yielded_depth,
+            yielded_depth,
+            energy: 0.5 * work / cells,
         }
     }
 }

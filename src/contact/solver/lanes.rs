@@ -5,7 +5,7 @@
 //! `#[inline(always)]` and free of closures: only so is it compiled with the instructions of the
 //! [`Pass`] that it belongs to.
 
-use std::ops::{Add, BitOr, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Sub};
 
 use pulp::{NullaryFnOnce, Scalar, Scalar512b, Simd};
 
@@ -155,21 +155,17 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         set
     }
 
-    /// The numbers with the bits of `mask` replaced by `bit` where chosen, or by none.
+    /// The numbers with the bits of `mask` replaced by those of `bits` that are chosen.
     #[inline(always)]
-    pub fn with(
-        mut self,
-        mask: u32,
-        [(bit, so), (other, other_so)]: [(u32, Choice<S, R>); 2],
-    ) -> Self {
+    pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Choice<S, R>); B]) -> Self {
         let simd = self.0;
-        let none = simd.splat_u32s(0);
-        let [rest, bit, other] = [!mask, bit, other].map(|bits| simd.splat_u32s(bits));
+        let (none, rest) = (simd.splat_u32s(0), simd.splat_u32s(!mask));
         for i in 0..R {
-            let bits = simd.select_u32s(so.1[i], bit, none);
-            let others = simd.select_u32s(other_so.1[i], other, none);
-            let kept = simd.and_u32s(simd.transmute_u32s_f32s(self.1[i]), rest);
-            let numbers = simd.or_u32s(kept, simd.or_u32s(bits, others));
+            let mut numbers = simd.and_u32s(simd.transmute_u32s_f32s(self.1[i]), rest);
+            for (bit, so) in bits {
+                let bit = simd.select_u32s(so.1[i], simd.splat_u32s(bit), none);
+                numbers = simd.or_u32s(numbers, bit);
+            }
             self.1[i] = simd.transmute_f32s_u32s(numbers);
         }
         self
@@ -219,6 +215,30 @@ impl<S: Simd, const R: usize> Choice<S, R> {
     #[inline(always)]
     pub fn or_zero(self, yes: Lanes<S, R>) -> Lanes<S, R> {
         self.choose(yes, Lanes::all(self.0, 0.0))
+    }
+}
+
+impl<S: Simd, const R: usize> Choice<S, R> {
+    /// This choice, but where `other` chooses.
+    #[inline(always)]
+    pub fn unless(mut self, other: Self) -> Self {
+        for i in 0..R {
+            let both = self.0.and_m32s(self.1[i], other.1[i]);
+            self.1[i] = self.0.xor_m32s(self.1[i], both);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> BitAnd for Choice<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.and_m32s(self.1[i], other.1[i]);
+        }
+        self
     }
 }
 

@@ -4,6 +4,10 @@
 //! their mean: together, from pressure p with gap g and displacement u, these are the move
 //! d = s m + (s − 1) p, with displacement A d = s A m + (s − 1) u. All that a line search asks for
 //! follows from sums over m, p, g and u, and from ⟨m, A m⟩.
+//!
+//! Where the material yields, saturated pressures are not to be scaled, and what scaling the elastic
+//! ones alone would displace is not known. There d = m, and what pressures lack to their mean is
+//! left to the next direction. The energy counts with the work of what they lack on the offset.
 
 use super::passes::Sums;
 
@@ -15,6 +19,8 @@ const WORST_SCALE: f64 = 2.0;
 pub struct LineSearch {
     /// s
     pub scale: f64,
+    /// By which pressures after the move would have to be scaled.
+    needed_scale: f64,
     /// ⟨d, g⟩: for d has no mean, whatever offset gaps are counted from.
     slope: f64,
     /// ⟨p, A d⟩
@@ -41,12 +47,38 @@ impl LineSearch {
         let work = pressure_on_gap + pressure_on_height + reference * full;
         Self {
             scale,
+            needed_scale: scale,
             slope: scale * sums.move_on_gap + (scale - 1.0) * pressure_on_gap,
             along: scale * move_on_displacement + (scale - 1.0) * work,
             pressure_on_gap,
             move_on_displacement,
             work,
             full,
+        }
+    }
+
+    /// The same where the material yields. The move starts from pressures that come to `before`, and
+    /// gaps of free nodes have the mean `offset`.
+    pub fn yielding(sums: &Sums, base: f64, [before, full]: [f64; 2], offset: f64) -> Self {
+        let after = base + sums.rise;
+        Self {
+            scale: 1.0,
+            needed_scale: full / after,
+            slope: sums.move_on_gap - offset * (after - before),
+            along: 0.0,
+            pressure_on_gap: sums.pressure_on_gap,
+            move_on_displacement: 0.0,
+            work: 0.0,
+            full,
+        }
+    }
+
+    /// The same with elastic pressures scaled after the move, so that they come to what they should.
+    pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
+        let lacked = self.full - self.full / self.needed_scale;
+        Self {
+            slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * lacked,
+            ..self
         }
     }
 
@@ -60,7 +92,8 @@ impl LineSearch {
     /// Whether the move sheds so much of the load that it is better not made: all of it, perhaps,
     /// if the direction follows a sample that missed what matters, or leads out of all numbers.
     pub fn sheds_load(&self) -> bool {
-        !(self.scale > 0.0 && self.scale <= WORST_SCALE && self.slope.is_finite())
+        let scale = self.needed_scale;
+        !(scale > 0.0 && scale <= WORST_SCALE && self.slope.is_finite())
     }
 
     /// Which part of the move leads to the lowest energy; zero for a move of no length or against
@@ -166,6 +199,30 @@ mod tests {
             let offset = dot(&p, &g) / p.iter().sum::<f64>();
             assert!(close(line.offset(part, curvature), offset));
         }
+    }
+
+    #[test]
+    fn where_the_material_yields_a_move_is_weighed_as_it_is() {
+        let ([pressure, gap, moved], _) = example();
+        let after: f64 = pressure.iter().zip(&moved).map(|(p, m)| p + m).sum();
+        let (before, full, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
+        let sums = Sums {
+            rise: after - 1.0,
+            move_on_gap: dot(&moved, &gap),
+            ..Sums::default()
+        };
+        let line = LineSearch::yielding(&sums, 1.0, [before, full], offset);
+        let curvature = line.curvature(dot(&moved, &sunk(&moved)));
+        // Gaps count from the offset.
+        let slope = moved
+            .iter()
+            .zip(&gap)
+            .map(|(m, g)| m * (g - offset))
+            .sum::<f64>();
+        assert!(close(line.best(curvature) * curvature, (-slope).max(0.0)));
+        assert!(close(line.best(-curvature) * curvature, slope.max(0.0)));
+        assert_eq!(line.scale, 1.0);
+        assert!(!line.sheds_load());
     }
 
     #[test]

@@ -9,7 +9,7 @@ mod update_pressure;
 
 pub use ask::{Ask, Onwards};
 pub use base::Base;
-pub use evaluate::{Arrive, Depart, Join, Land, Landing, Settle, Withdraw};
-pub use sample::{Means, Peek, Sample};
+pub use evaluate::{Arrive, Depart, Join, JoinYielding, Land, Landing, Settle, Withdraw};
+pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
-pub use update_pressure::{Direction, PendingUpdate, Sums, UpdatePressure};
+pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

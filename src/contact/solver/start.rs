@@ -8,6 +8,7 @@
 use std::ops::RangeInclusive;
 
 use super::Solver;
+use super::balance::Balance;
 use super::lanes::Wide;
 use super::passes::{Ask, GapUpdate, Onwards, Seen};
 use super::survey::Standing;
@@ -30,6 +31,8 @@ pub struct Start {
     pub standing: Standing,
     /// Σ of what pressures are counted from.
     pub base_sum: f64,
+    /// If the material may yield, what pressures lack.
+    pub balance: Option<Balance>,
 }
 
 impl Solver {
@@ -100,35 +103,50 @@ impl Solver {
     }
 
     /// Begins a search where pressure and gap are.
-    pub(super) fn ask(&mut self, offset: f64) -> Start {
+    pub(super) fn ask(&mut self, standing: Standing) -> Start {
+        let offset = match self.bound {
+            None => standing.offset,
+            Some(hardness) => self.balanced_offset(hardness, standing),
+        };
         self.begin(offset, None)
     }
 
     /// Begins a search `reach` beyond pressure and gap, or where they are.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
+        match self.bound {
+            None => self.begin_as::<false>(offset, reach),
+            Some(_) => self.begin_as::<true>(offset, reach),
+        }
+    }
+
+    fn begin_as<const YIELDS: bool>(&mut self, offset: f64, reach: Option<f64>) -> Start {
+        let hardness = self.ceiling();
         let onwards = reach.map(|reach| Onwards {
             reach,
             earlier_pressure: &mut self.earlier_pressure,
             earlier_gap: &mut self.earlier_gap,
         });
-        let mut pass = Ask {
+        let mut pass = Ask::<YIELDS> {
             onwards,
             response: GapUpdate::to_a_start(offset),
             gap: &mut self.gap,
             pressure: &mut self.pressure,
+            hardness,
             carry: &mut self.carry,
             base: &mut self.base,
             rise: &mut self.rise,
             seen: Seen::NOTHING,
             base_sum: 0.0,
+            bounded_sum: 0.0,
         };
         self.single
             .begin(&mut Wide(&mut pass), &mut self.single_scratch);
-        let (seen, base_sum) = (pass.seen, pass.base_sum);
+        let (seen, base_sum, sum) = (pass.seen, pass.base_sum, pass.bounded_sum);
         self.free_nodes = seen.free_nodes;
         Start {
             standing: seen.extremes.seen_from(offset),
             base_sum,
+            balance: YIELDS.then(|| Balance::seen(&seen, sum, offset)),
         }
     }
 
@@ -147,31 +165,45 @@ impl Solver {
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
         let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
+        if let Some(hardness) = self.bound {
+            let lowest = self.pressure.iter().fold(0.0, |low: f64, p| low.min(*p));
+            self.raise_to(load, (-peak, hardness.pressure() - lowest));
+            return;
+        }
         // With less than the load everywhere there would be none at the lowest.
         let lowest = self
             .pressure
             .iter()
             .fold(0.0, |lowest: f64, p| lowest.min(*p));
-        let most = self.full_contact_load.unwrap_or(load - lowest);
+        let most = self.full_contact.map_or(load - lowest, |full| full.load);
         self.raise_to(load, (-peak, most));
     }
 
-    /// What the highest nodes would bear if none displaced another: exact if one bears all.
+    /// What the highest nodes would bear if none displaced another: exact if one bears all, and where
+    /// the material is so soft that it hardly bends.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
             *p = (height - self.highest) / self.nodal_compliance;
         }
-        let highest = self.raise_to(load, (0.0, load * self.pressure.len() as f64));
+        let most = match self.bound {
+            None => load * self.pressure.len() as f64,
+            Some(hardness) => {
+                let lowest = self.pressure.iter().fold(0.0, |low: f64, p| low.min(*p));
+                hardness.pressure() - lowest
+            }
+        };
+        let highest = self.raise_to(load, (0.0, most));
         self.reference = highest * self.nodal_compliance - self.highest;
     }
 
-    /// Raises the pressure so far that what is then above zero has the mean `load`, and says how far:
-    /// within the range.
-    fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
-        let cells = self.pressure.len() as f64;
+    /// Raises the pressure so far that what is then within its bounds has the mean `load`, and says how
+    /// far: within the range.
+    pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
+        let (cells, most) = (self.pressure.len() as f64, self.ceiling());
         for _ in 0..BISECTIONS {
             let shift = 0.5 * (low + high);
-            let sum: f64 = self.pressure.iter().map(|p| (p + shift).max(0.0)).sum();
+            let bounded = self.pressure.iter().map(|p| (p + shift).max(0.0).min(most));
+            let sum: f64 = bounded.sum();
             *(if sum > load * cells {
                 &mut high
             } else {
@@ -180,7 +212,7 @@ impl Solver {
         }
         // The upper end, where the sum is positive for certain.
         for p in &mut self.pressure {
-            *p = (*p + high).max(0.0);
+            *p = (*p + high).max(0.0).min(most);
         }
         high
     }

@@ -6,6 +6,7 @@ use crate::contact::grid::samples::square;
 
 mod closed_forms;
 mod free;
+mod hardness;
 mod invariants;
 mod light;
 mod rectangles;
@@ -72,7 +73,7 @@ fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     heights.iter().map(|height| height * nodes as f64).collect()
 }
 
-/// Gap by its definition, from kernels alone, less its mean in contact.
+/// Gap by its definition, from kernels alone, less its mean in elastic contact.
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = elasticity::transform::<f64>(&*solver.body);
     let mut gap = vec![0.0; heights.len()];
@@ -86,22 +87,37 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     gap.iter_mut()
         .zip(heights)
         .for_each(|(gap, height)| *gap -= height);
-    let contact: Vec<f64> = gap
-        .iter()
-        .zip(solver.pressure())
-        .filter(|(_, p)| **p > 0.0)
-        .map(|(gap, _)| *gap)
-        .collect();
-    let offset = mean(&contact);
+    let of = |chosen: &dyn Fn(f64) -> bool| -> Vec<f64> {
+        let nodes = gap.iter().zip(solver.pressure());
+        nodes
+            .filter(|(_, p)| chosen(**p))
+            .map(|(gap, _)| *gap)
+            .collect()
+    };
+    let elastic = of(&|p| p > 0.0 && p < solver.ceiling());
+    // Without elastic nodes, the highest of saturated ones must be below all others.
+    let saturated = of(&|p| p >= solver.ceiling());
+    let offset = if elastic.is_empty() {
+        saturated.into_iter().fold(f64::MIN, f64::max)
+    } else {
+        mean(&elastic)
+    };
     gap.iter().map(|gap| gap - offset).collect()
 }
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
-    let step = 1.0 / solver.steps_per_side;
+    let (step, hardness) = (1.0 / solver.steps_per_side, solver.ceiling());
     for (p, gap) in solver.pressure().iter().zip(gap(solver, heights)) {
-        assert!(*p >= 0.0);
-        let allowed = if *p > 0.0 { gap.abs() } else { -gap };
-        assert!(allowed <= tolerance * step, "gap {gap} under pressure {p}");
+        assert!((0.0..=hardness).contains(p));
+        let violation = match *p {
+            0.0 => -gap,
+            p if p == hardness => gap,
+            _ => gap.abs(),
+        };
+        assert!(
+            violation <= tolerance * step,
+            "gap {gap} under pressure {p}"
+        );
     }
 }

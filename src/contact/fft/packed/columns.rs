@@ -75,9 +75,11 @@ pub struct Convolve<'a, T> {
     pub places: &'a [usize],
     pub kernel: &'a [T],
     pub tiles: &'a mut [T],
+    /// Rows of the map that tiles have something of: the others are zero.
+    pub filled_rows: usize,
     /// Numbers from a tile to the next.
     pub tile_len: usize,
-    /// Room for a tile.
+    /// Room for a whole tile, or two where rows are missing.
     pub spare: &'a mut [T],
     /// Set to Σ of map × convolved map.
     pub sum: &'a mut f64,
@@ -87,24 +89,29 @@ impl<T: Real> Work<T> for Convolve<'_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
         let stages = &self.columns.stages;
-        let nodes = self.columns.nodes[0];
+        let (nodes, filled) = (self.columns.nodes[0], self.filled_rows);
+        let is_whole = filled == nodes;
         let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
         let spare: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.spare);
         let kernel: &[R::Lanes] = bytemuck::cast_slice(self.kernel);
         let count = self.places.len();
         for (k, kernel) in (0..=count / 2).zip(kernel.chunks_exact(nodes)) {
-            let (here, there) = (self.places[k], self.places[(count - k) % count]);
-            let [here, there] = [here, there].map(|place| {
+            let places = [self.places[k], self.places[(count - k) % count]];
+            let [near, far] = places.map(|place| {
                 let start = place * self.tile_len / R::LANES;
-                start..start + nodes
+                start..start + filled
             });
-            let alone = here == there;
-            let mut pair = if alone {
-                let spare = &mut spare[..nodes];
-                spare.copy_from_slice(&tiles[here.clone()]);
-                [&mut tiles[here], spare]
+            let alone = near == far;
+            let mut pair = if !is_whole {
+                let (first, second) = spare.split_at_mut(nodes);
+                complete(r, &tiles[near.clone()], first);
+                complete(r, &tiles[far.clone()], second);
+                [first, second]
+            } else if alone {
+                spare.copy_from_slice(&tiles[near.clone()]);
+                [&mut tiles[near.clone()], &mut *spare]
             } else {
-                let pair = tiles.get_disjoint_mut([here, there]);
+                let pair = tiles.get_disjoint_mut([near.clone(), far.clone()]);
                 pair.expect("tiles do not overlap")
             };
             for tile in &mut pair {
@@ -118,7 +125,36 @@ impl<T: Real> Work<T> for Convolve<'_, T> {
                 let (re, im) = tile.split_at_mut(nodes / 2);
                 stages.inverse(r, re, im);
             }
+            if !is_whole {
+                let (first, second) = spare.split_at(nodes);
+                shorten(first, &mut tiles[near]);
+                if !alone {
+                    shorten(second, &mut tiles[far]);
+                }
+            }
         }
+    }
+}
+
+/// Copies what there is of a tile, with zeros for the rows that it lacks.
+#[inline(always)]
+fn complete<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
+    let half = tile.len() / 2;
+    let whole_half = whole.len() / 2;
+    let parts = whole.chunks_exact_mut(whole_half);
+    for (tile, whole) in tile.chunks_exact(half).zip(parts) {
+        whole[..half].copy_from_slice(tile);
+        whole[half..].fill(r.splat(R::Number::default()));
+    }
+}
+
+/// Copies the rows back that a tile has.
+#[inline(always)]
+fn shorten<V: Copy>(whole: &[V], tile: &mut [V]) {
+    let half = tile.len() / 2;
+    let parts = whole.chunks_exact(whole.len() / 2);
+    for (tile, whole) in tile.chunks_exact_mut(half).zip(parts) {
+        tile.copy_from_slice(&whole[..half]);
     }
 }
 

@@ -2,20 +2,22 @@
 
 use pulp::Simd;
 
-use super::super::flags::marked;
+use super::super::flags::marked_by_pressure;
 use super::super::lanes::{Lanes, Pass, REST, split_mut, sum_by};
 use super::base::Base;
 use super::update_gap::{GapUpdate, Seen};
 use crate::contact::fft::Row;
 
 /// Starts from the last gap and pressure, or from a guess along the straight line through them.
-pub struct Ask<'a> {
+pub struct Ask<'a, const YIELDS: bool> {
     /// Where to go on to first.
     pub onwards: Option<Onwards<'a>>,
     pub response: GapUpdate,
     pub gap: &'a mut [f32],
     pub pressure: &'a mut [f64],
-    /// Marked where there is pressure; the last move on free nodes, if there is one to go on from.
+    /// The pressure at which nodes are saturated.
+    pub hardness: f64,
+    /// Marked by pressure; the last move on free nodes, if there is one to go on from.
     pub carry: &'a mut [f32],
     pub base: &'a mut Base,
     /// Set to the pressure above the base.
@@ -23,6 +25,8 @@ pub struct Ask<'a> {
     pub seen: Seen,
     /// Σ base.
     pub base_sum: f64,
+    /// Where the material yields, Σ pressure within its bounds.
+    pub bounded_sum: f64,
 }
 
 /// The straight line through the last gap and pressure and the ones before.
@@ -35,7 +39,7 @@ pub struct Onwards<'a> {
     pub earlier_gap: &'a mut [f32],
 }
 
-impl Pass<f32> for Ask<'_> {
+impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let pressure = row.of_mut(self.pressure);
@@ -50,8 +54,12 @@ impl Pass<f32> for Ask<'_> {
             extrapolate_single(simd, onwards.reach, gap, earlier);
             extrapolate_single(REST, onwards.reach, last_gap, last_earlier);
             for (carry, p) in carry.iter_mut().zip(&*pressure) {
-                *carry = marked(0.0, false, *p > 0.0);
+                *carry = marked_by_pressure(0.0, *p, self.hardness);
             }
+        }
+        if YIELDS {
+            let hardness = self.hardness;
+            self.bounded_sum += sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
         }
         self.base.set_row(row, pressure);
         let base = self.base.row(row);
@@ -59,7 +67,7 @@ impl Pass<f32> for Ask<'_> {
         self.base_sum += sum_by(base, base, |base, _| f64::from(base));
         values.fill(0.0);
         self.response
-            .ask_row::<S, R>(simd, values, gap, carry, &mut self.seen);
+            .ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
     }
 }
 

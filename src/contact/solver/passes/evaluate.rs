@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use super::super::flags::{FREE, PRESSED, has, mark, marked};
-use super::super::lanes::{Lanes, Pass, REST, greater, split, split_mut, sum_by, weight};
+use super::super::flags::{FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure};
+use super::super::lanes::{Lanes, Pass, REST, greater, split, split_mut, weight};
 use super::super::survey::Survey;
 use super::base::Base;
 use super::sample::Sample;
@@ -12,8 +12,12 @@ use crate::contact::fft::Row;
 /// Departs from a pressure as it is.
 pub struct Depart<'a> {
     pub pressure: &'a [f64],
-    /// Emptied, and marked where there is pressure.
+    /// The pressure at which nodes are saturated.
+    pub hardness: f64,
+    /// Marked by pressure,
     pub carry: &'a mut [f32],
+    /// and emptied, unless moves are to be kept.
+    pub keeps_moves: bool,
 }
 
 impl Pass<f64> for Depart<'_> {
@@ -21,7 +25,8 @@ impl Pass<f64> for Depart<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         values.copy_from_slice(row.of(self.pressure));
         for (carry, p) in row.of_mut(self.carry).iter_mut().zip(values) {
-            *carry = marked(0.0, false, *p > 0.0);
+            let kept = if self.keeps_moves { *carry } else { 0.0 };
+            *carry = marked_by_pressure(kept, *p, self.hardness);
         }
     }
 }
@@ -65,9 +70,31 @@ impl Pass<f64> for Join<'_> {
     }
 }
 
+/// The same where the material yields: single precision knows the hardness less well.
+pub struct JoinYielding<'a> {
+    pub hardness: f64,
+    pub base: &'a Base,
+    pub rise: &'a [f32],
+    /// Marked where nodes are saturated.
+    pub carry: &'a [f32],
+}
+
+impl Pass<f64> for JoinYielding<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        join(1.0, self.base.row(row), row.of(self.rise), pressure);
+        for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
+            let is_saturated = has(*carry, SATURATED) || *p > self.hardness;
+            *p = if is_saturated { self.hardness } else { *p };
+        }
+    }
+}
+
 /// Takes a part of the last move back from pressures.
 pub struct Withdraw<'a> {
     pub part: f64,
+    /// The highest pressure.
+    pub hardness: f64,
     /// Moves of free nodes, marked.
     pub carry: &'a [f32],
 }
@@ -77,35 +104,34 @@ impl Pass<f64> for Withdraw<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
             let last_move = weight::<f64>(has(*carry, FREE)) * f64::from(*carry);
-            // Rounding must not leave a pressure below zero.
-            *p = greater(*p - self.part * last_move, 0.0);
+            // Rounding must not leave a pressure below zero, or above the hardness.
+            *p = greater(*p - self.part * last_move, 0.0).min(self.hardness);
         }
     }
 }
 
 /// Arrives at a gap.
-pub struct Arrive<'a> {
+pub struct Arrive<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     /// Subtracted from the gap before it is rounded to single precision.
     pub reference: f64,
     pub gap: &'a mut [f32],
-    /// Marked where there is pressure.
+    /// Marked by pressure.
     pub carry: &'a [f32],
     pub survey: Survey,
 }
 
-impl Pass<f64> for Arrive<'_> {
+impl<const YIELDS: bool> Pass<f64> for Arrive<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let gap = row.of_mut(self.gap);
         above(values, row.of(self.heights), self.reference, gap);
         let carry = row.of(self.carry);
-        self.survey.contact_sum += contact_sum(values, carry);
-        self.survey.add_gaps(values);
+        self.survey.add_gaps::<YIELDS>(values, carry);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split::<S, R>(carry);
-        self.survey.add(simd, gap, carry);
-        self.survey.add(REST, last_gap, last_carry);
+        self.survey.add::<_, _, YIELDS>(simd, gap, carry);
+        self.survey.add::<_, _, YIELDS>(REST, last_gap, last_carry);
     }
 }
 
@@ -117,16 +143,8 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     }
 }
 
-/// Σ of gaps where numbers are marked for pressure.
-#[inline(always)]
-fn contact_sum(gap: &[f64], carry: &[f32]) -> f64 {
-    sum_by(gap, carry, |gap, carry| {
-        weight::<f64>(has(carry, PRESSED)) * gap
-    })
-}
-
 /// Arrives at the gap after a move that was followed at once, and sees what the move did.
-pub struct Land<'a> {
+pub struct Land<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
     pub landing: Landing,
@@ -152,7 +170,7 @@ pub struct Landing {
     pub curvature: f64,
 }
 
-impl Pass<f64> for Land<'_> {
+impl<const YIELDS: bool> Pass<f64> for Land<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let heights = row.of(self.heights);
@@ -161,17 +179,20 @@ impl Pass<f64> for Land<'_> {
             let (found, last_found) = split_mut::<S, R>(&mut self.found);
             let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
             let carry = row.of_mut(self.carry);
-            self.landing.survey.contact_sum += contact_sum(values, carry);
-            self.landing.survey.add_gaps(values);
+            self.landing.survey.add_gaps::<YIELDS>(values, carry);
             let (carry, last_carry) = split_mut::<S, R>(carry);
             let (base, last_base) = split::<S, R>(self.base.row(row));
             let (rise, last_rise) = split::<S, R>(row.of(self.rise));
             let landing = &mut self.landing;
-            landing.survey.add(simd, found, carry);
-            landing.survey.add(REST, last_found, last_carry);
-            landing.finish(simd, found, gap, carry, base, rise);
+            landing.survey.add::<_, _, YIELDS>(simd, found, carry);
+            landing
+                .survey
+                .add::<_, _, YIELDS>(REST, last_found, last_carry);
+            landing.finish::<_, _, YIELDS>(simd, found, gap, carry, base, rise);
             if !last_found.is_empty() {
-                landing.finish(REST, last_found, last_gap, last_carry, last_base, last_rise);
+                landing.finish::<_, _, YIELDS>(
+                    REST, last_found, last_gap, last_carry, last_base, last_rise,
+                );
             }
         }
         self.sample.keep(row, &self.found);
@@ -181,7 +202,7 @@ impl Pass<f64> for Land<'_> {
 impl Landing {
     /// Takes the gaps that were `found` over, and turns them into displacements under the move.
     #[inline(always)]
-    fn finish<S: Simd, const R: usize>(
+    fn finish<S: Simd, const R: usize, const YIELDS: bool>(
         &mut self,
         simd: S,
         found: &mut [[S::f32s; R]],
@@ -201,9 +222,20 @@ impl Landing {
             let c = Lanes::of(simd, *carry);
             let free = c.has(FREE);
             let pressure = Lanes::of(simd, *base) + Lanes::of(simd, *rise);
-            let moved = free.or_zero(c.plus(scaling, pressure));
+            let scaled = c.plus(scaling, pressure);
+            let moved = if YIELDS {
+                // What is saturated is not scaled.
+                free.or_zero(c.has(SATURATED).choose(c, scaled))
+            } else {
+                free.or_zero(scaled)
+            };
             curvature = curvature.plus(moved, image);
-            *carry = mark(moved, free, c.has(PRESSED)).numbers();
+            let pressed = c.has(PRESSED);
+            *carry = if YIELDS {
+                mark_yielding(moved, free, pressed, c.has(SATURATED)).numbers()
+            } else {
+                mark(moved, free, pressed).numbers()
+            };
         }
         self.curvature += curvature.total();
     }

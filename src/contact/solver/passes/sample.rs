@@ -2,8 +2,10 @@
 
 use pulp::Simd;
 
-use super::super::flags::{FREE, has};
+use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::lanes::{Pass, sum_by, total, weight};
+use super::super::shift::Nodes;
+use super::base::Base;
 use crate::contact::fft::Row;
 
 /// The fewest pairs of rows in a sample: on smaller meshes, it is the whole mesh.
@@ -13,7 +15,7 @@ const FEWEST: usize = 32;
 const SPARSEST: usize = 8;
 
 /// Free nodes of which a sample must show so many, or else all rows are looked at.
-const FEWEST_NODES: f64 = 64.0;
+pub const FEWEST_NODES: f64 = 64.0;
 
 /// Rows of a map, evenly spread over it in pairs.
 pub struct Sample {
@@ -82,16 +84,47 @@ pub struct Peek<'a> {
     free_nodes: f64,
     sampled_nodes: f64,
     sums: Means,
+    /// Where the material yields, free nodes and what they ask for.
+    asking: Option<Asking<'a>>,
+}
+
+/// Free nodes, gathered for the balance of a direction.
+pub struct Asking<'a> {
+    pub base: &'a Base,
+    pub rise: &'a [f32],
+    /// How much of the last move is still to be added to pressures.
+    pub of_move: f32,
+    /// Set to their pressures and to what corrections take from them,
+    pub nodes: &'a mut Nodes,
+    /// and to their last moves.
+    pub last_moves: &'a mut Vec<f32>,
+    /// Rows that were looked at.
+    pub rows: usize,
+}
+
+impl Asking<'_> {
+    fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32]) {
+        let pressure = self.base.row(row).iter().zip(row.of(self.rise));
+        for ((correction, carry), (base, rise)) in corrections.iter().zip(carry).zip(pressure) {
+            if has(*carry, FREE) {
+                self.nodes
+                    .push(base + (rise + self.of_move * carry), -correction);
+                self.last_moves.push(*carry);
+            }
+        }
+        self.rows += 1;
+    }
 }
 
 impl<'a> Peek<'a> {
-    pub fn new(carry: &'a [f32], sample: &'a Sample) -> Self {
+    pub fn new(carry: &'a [f32], sample: &'a Sample, asking: Option<Asking<'a>>) -> Self {
         Self {
             carry,
             sample,
             free_nodes: 0.0,
             sampled_nodes: 0.0,
             sums: Means::default(),
+            asking,
         }
     }
 
@@ -99,6 +132,11 @@ impl<'a> Peek<'a> {
     /// shed all of it.
     pub fn saw_too_little(&self) -> bool {
         self.free_nodes < FEWEST_NODES
+    }
+
+    /// Rows in which nodes were gathered.
+    pub fn rows(&self) -> usize {
+        self.asking.as_ref().map_or(0, |asking| asking.rows)
     }
 
     pub fn means(&self) -> Means {
@@ -117,6 +155,9 @@ impl Pass<f32> for Peek<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
+        if let Some(asking) = &mut self.asking {
+            asking.gather(row, values, carry);
+        }
         for (value, carry) in values.iter_mut().zip(carry) {
             *value *= weight::<f32>(has(*carry, FREE));
         }
@@ -131,6 +172,61 @@ impl Pass<f32> for Peek<'_> {
             self.sampled_nodes += nodes;
             self.sums.sampled_correction += correction;
             self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
+        }
+    }
+}
+
+/// Nodes that a gap may ask to change, after a move, in rows of the displacement under it, or as
+/// they are.
+pub struct PeekGap<'a> {
+    /// Before the move.
+    pub gap: &'a [f32],
+    pub base: &'a Base,
+    /// After the move.
+    pub rise: &'a [f32],
+    /// Moves of free nodes, and marks by the pressure after them.
+    pub carry: &'a [f32],
+    /// How much of the move is kept.
+    pub part: f32,
+    /// What unit gaps take from pressures.
+    pub stiffness: f32,
+    /// The highest gap of nodes without pressure, and the lowest of saturated ones, that count.
+    pub range: [f32; 2],
+    /// Set to the pressures, and to what gaps less `level` take from them.
+    pub nodes: &'a mut Nodes,
+    pub level: f32,
+}
+
+impl PeekGap<'_> {
+    /// Whether too little was seen to go by.
+    pub fn saw_too_little(&self) -> bool {
+        (self.nodes.len() as f64) < FEWEST_NODES
+    }
+}
+
+impl Pass<f32> for PeekGap<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let (gap, carry) = (row.of(self.gap), row.of(self.carry));
+        let pressure = self.base.row(row).iter().zip(row.of(self.rise));
+        let taken = 1.0 - self.part;
+        let [highest, lowest] = self.range;
+        let gaps = values.iter().zip(gap);
+        for (((value, gap), carry), (base, rise)) in gaps.zip(carry).zip(pressure) {
+            let gap = gap + self.part * *value;
+            let is_free = has(*carry, FREE);
+            let may_change = if is_free && taken > 0.0 {
+                true
+            } else if has(*carry, SATURATED) {
+                gap > lowest
+            } else {
+                has(*carry, PRESSED) || gap < highest
+            };
+            if may_change {
+                let back = if is_free { taken * carry } else { 0.0 };
+                let change = self.stiffness * (self.level - gap);
+                self.nodes.push(base + (rise - back), change);
+            }
         }
     }
 }

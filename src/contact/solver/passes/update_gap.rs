@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::super::flags::{FREE, PRESSED, mark};
+use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
 use super::super::survey::Extremes;
 use super::sample::Sample;
@@ -10,7 +10,10 @@ use crate::contact::fft::Row;
 
 /// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is
 /// to close: the gap of free nodes and its extension over the others.
-pub struct UpdateGap<'a> {
+///
+/// Free are nodes that have pressure or penetrate; where the material yields, saturated ones only
+/// if their gap is open.
+pub struct UpdateGap<'a, const YIELDS: bool> {
     pub response: GapUpdate,
     pub heights: &'a [f32],
     pub gap: &'a mut [f32],
@@ -44,16 +47,25 @@ pub struct GapUpdate {
 pub struct Seen {
     pub free_nodes: f64,
     pub extremes: Extremes,
+    /// Where the material yields, nodes that have pressure and are not saturated,
+    pub elastic_nodes: f64,
+    /// Σ gap less offset over them,
+    pub elastic_sum: f64,
+    /// and over free nodes.
+    pub free_sum: f64,
 }
 
 impl Seen {
     pub const NOTHING: Self = Self {
         free_nodes: 0.0,
         extremes: Extremes::NONE,
+        elastic_nodes: 0.0,
+        elastic_sum: 0.0,
+        free_sum: 0.0,
     };
 }
 
-impl Pass<f32> for UpdateGap<'_> {
+impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let response = self.response;
@@ -66,7 +78,7 @@ impl Pass<f32> for UpdateGap<'_> {
         }
         self.sample.keep(row, values);
         let (gap, carry) = (row.of(self.gap), row.of_mut(self.carry));
-        response.ask_row::<S, R>(simd, values, gap, carry, &mut self.seen);
+        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
     }
 }
 
@@ -82,6 +94,12 @@ impl GapUpdate {
             pressed: PRESSED,
             memory: 0.0,
         }
+    }
+
+    /// Whether a part of the move is to be taken back: then what it saturated is so no more.
+    #[inline(always)]
+    fn takes_back(self) -> bool {
+        self.pressed == FREE
     }
 
     /// Moves gaps, and turns displacements into those under the whole move.
@@ -107,7 +125,7 @@ impl GapUpdate {
 
     /// Turns a row of displacements into what the next correction is to close.
     #[inline(always)]
-    pub fn ask_row<S: Simd, const R: usize>(
+    pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
         values: &mut [f32],
@@ -118,14 +136,14 @@ impl GapUpdate {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split_mut::<S, R>(carry);
-        self.ask(simd, values, gap, carry, seen);
+        self.ask::<_, _, YIELDS>(simd, values, gap, carry, seen);
         if !last_values.is_empty() {
-            self.ask(REST, last_values, last_gap, last_carry, seen);
+            self.ask::<_, _, YIELDS>(REST, last_values, last_gap, last_carry, seen);
         }
     }
 
     #[inline(always)]
-    fn ask<S: Simd, const R: usize>(
+    fn ask<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
         values: &mut [[S::f32s; R]],
@@ -140,22 +158,49 @@ impl GapUpdate {
         let mut free_nodes = zero;
         let mut highest = Lanes::all(simd, -f32::MAX);
         let mut lowest = Lanes::all(simd, f32::MAX);
+        let mut elastic_nodes = zero;
+        let mut elastic_sum = zero;
+        let mut free_sum = zero;
         for ((value, gap), carry) in values.iter_mut().zip(gap).zip(carry) {
             let (g, c) = (Lanes::of(simd, *gap), Lanes::of(simd, *carry));
             let above = g - offset;
             let was_free = c.has(FREE);
-            let pressed = c.has(self.pressed);
-            let free = pressed | above.is_below(zero);
+            let mut pressed = c.has(self.pressed);
+            let mut free = pressed | above.is_below(zero);
+            let mut saturated = zero.is_below(zero);
+            let mut lower = lowest.min(g);
+            if YIELDS {
+                saturated = c.has(SATURATED);
+                if self.takes_back() {
+                    saturated = saturated.unless(was_free);
+                }
+                pressed = pressed | saturated;
+                free = free.unless(saturated) | (saturated & zero.is_below(above));
+                lower = saturated.choose(lowest, lower);
+                let elastic = pressed.unless(saturated);
+                elastic_nodes = elastic_nodes + elastic.or_zero(one);
+                elastic_sum = elastic_sum + elastic.or_zero(above);
+                free_sum = free_sum + free.or_zero(above);
+            }
             highest = pressed.choose(highest.max(g), highest);
-            lowest = lowest.min(g);
+            lowest = lower;
             free_nodes = free_nodes + free.or_zero(one);
             let extended = c + Lanes::of(simd, *value) - rise;
             let extension = memory * was_free.choose(above, extended);
             *value = free.choose(above, extension).numbers();
             let next = free.choose(was_free.or_zero(c), extension);
-            *carry = mark(next, free, pressed).numbers();
+            *carry = if YIELDS {
+                mark_yielding(next, free, pressed, saturated).numbers()
+            } else {
+                mark(next, free, pressed).numbers()
+            };
         }
         seen.free_nodes += free_nodes.total();
         seen.extremes.add(highest, lowest);
+        if YIELDS {
+            seen.elastic_nodes += elastic_nodes.total();
+            seen.elastic_sum += elastic_sum.total();
+            seen.free_sum += free_sum.total();
+        }
     }
 }

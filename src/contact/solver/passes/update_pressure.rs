@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::super::flags::{FREE, mark};
+use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_by};
 use super::base::Base;
 use crate::contact::fft::Row;
@@ -33,10 +33,30 @@ impl PendingUpdate {
     }
 }
 
+/// The pressure at which the material yields, as single precision holds it: two numbers, so that
+/// differences from it lose nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Ceiling {
+    nearest: f32,
+    rest: f32,
+}
+
+impl Ceiling {
+    pub fn at(hardness: f64) -> Self {
+        let nearest = hardness as f32;
+        Self {
+            nearest,
+            rest: (hardness - f64::from(nearest)) as f32,
+        }
+    }
+}
+
 /// Makes of a correction a direction, conjugate to the last move, and moves the pressures along it
-/// as far as they stay positive.
-pub struct UpdatePressure<'a> {
+/// as far as they stay positive and below the ceiling.
+pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub direction: Direction,
+    /// Of no consequence where nothing yields.
+    pub ceiling: Ceiling,
     pub base: &'a Base,
     pub rise: &'a mut [f32],
     /// Moves of free nodes, extension on the others.
@@ -46,7 +66,7 @@ pub struct UpdatePressure<'a> {
     pub sums: Sums,
 }
 
-impl Pass<f32> for UpdatePressure<'_> {
+impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let (values, last_values) = split_mut::<S, R>(values);
@@ -56,8 +76,9 @@ impl Pass<f32> for UpdatePressure<'_> {
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (heights, last_heights) = split::<S, R>(row.of(self.heights));
         let direction = self.direction;
-        direction.follow(
+        direction.follow::<_, _, YIELDS>(
             simd,
+            self.ceiling,
             values,
             base,
             rise,
@@ -67,8 +88,9 @@ impl Pass<f32> for UpdatePressure<'_> {
             &mut self.sums,
         );
         if !last_values.is_empty() {
-            direction.follow(
+            direction.follow::<_, _, YIELDS>(
                 REST,
+                self.ceiling,
                 last_values,
                 last_base,
                 last_rise,
@@ -131,9 +153,10 @@ impl Direction {
 
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "a row of each map")]
-    fn follow<S: Simd, const R: usize>(
+    fn follow<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
+        ceiling: Ceiling,
         values: &mut [[S::f32s; R]],
         base: &[[S::f32s; R]],
         rise: &mut [[S::f32s; R]],
@@ -149,6 +172,8 @@ impl Direction {
         let mean = Lanes::all(simd, self.mean);
         let step = Lanes::all(simd, self.step);
         let compliance = Lanes::all(simd, self.compliance);
+        let nearest = Lanes::all(simd, ceiling.nearest);
+        let rest = Lanes::all(simd, ceiling.rest);
         let zero = Lanes::all(simd, 0.0);
         let mut move_on_gap = zero;
         let mut pressure_on_gap = zero;
@@ -165,16 +190,30 @@ impl Direction {
             let direction = (scaling * (b + r) - correction - mean).plus(share, last_move);
             let due = (of_pressure * (b + r)).plus(of_move, last_move);
             let old = r + due;
-            let new = free.choose(old.plus(step, direction).max(-b), -b);
+            let moved = old.plus(step, direction).max(-b);
+            let new = if YIELDS {
+                let top = (nearest - b) + rest;
+                let fixed = c.has(SATURATED).choose(top, -b);
+                free.choose(moved.min(top), fixed)
+            } else {
+                free.choose(moved, -b)
+            };
             // Of what was stored before, so that rounding is part of the move.
             let m = (new - r) - due;
             let next = free.choose(m, c - compliance * correction);
             *value = m.numbers();
             *rise = new.numbers();
-            *carry = mark(next, free, (-b).is_below(new)).numbers();
-
+            let pressed = (-b).is_below(new);
             let (p, g, h) = (b + new, Lanes::of(simd, *g), Lanes::of(simd, *h));
             move_on_gap = move_on_gap.plus(m, g);
+            if YIELDS {
+                let elastic = pressed & new.is_below((nearest - b) + rest);
+                let saturated = pressed.unless(elastic);
+                *carry = mark_yielding(next, free, pressed, saturated).numbers();
+                pressure_on_gap = pressure_on_gap.plus(elastic.or_zero(p), g);
+                continue;
+            }
+            *carry = mark(next, free, pressed).numbers();
             pressure_on_gap = pressure_on_gap.plus(p, g);
             move_on_height = move_on_height.plus(m, h);
             pressure_on_height = pressure_on_height.plus(p, h);
@@ -186,14 +225,15 @@ impl Direction {
     }
 }
 
-/// Sums over the mesh; the move is the one before the pressures are scaled to their mean.
+/// Sums over the mesh; the move is the one before the pressures are scaled to their mean. Where the
+/// material yields, there are none over heights.
 #[derive(Default, Clone, Copy)]
 pub struct Sums {
     /// Σ pressure after the move − base, in double precision.
     pub rise: f64,
     /// Σ move × gap.
     pub move_on_gap: f64,
-    /// Σ pressure after the move × gap.
+    /// Σ pressure after the move × gap; of elastic nodes alone, where the material yields.
     pub pressure_on_gap: f64,
     /// Σ move × height.
     pub move_on_height: f64,

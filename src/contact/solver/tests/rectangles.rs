@@ -1,6 +1,6 @@
 //! Rectangles, of square cells and others: against independent code, and against squares.
 
-use super::reference::{Solved, heights, maps};
+use super::reference::RECTANGULAR_AND_FREE as REFERENCE;
 use super::*;
 use crate::contact::grid::samples::rectangle;
 use crate::contact::morphology::area::ContactArea;
@@ -11,17 +11,19 @@ use crate::contact::topography::moments::Moments;
 #[test]
 fn rectangles_touch_as_independent_code_has_it() {
     for (name, size) in [("p192x320", [0.6, 1.0]), ("p256x160_cells", [1.0, 1.25])] {
-        let surface = heights(name, size);
+        let surface = REFERENCE.heights(name, size);
         let grid = surface.grid();
         let slope = Moments::of(&surface).rms_slope();
         assert!((slope - 0.02).abs() < 1e-14);
         let unit = slope * grid.cell().longer_side();
         let reduced: Vec<f64> = surface.heights().iter().map(|h| h / unit).collect();
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &reduced);
-        for (row, map) in Solved::all(name).iter().zip(maps(name, grid)) {
-            let outcome = solved(&mut solver, row.load());
+        let maps = REFERENCE.maps(name, "contact", grid);
+        for (row, map) in REFERENCE.solved(name).iter().zip(maps) {
+            let load = row.number(7);
+            let outcome = solved(&mut solver, load);
             let touches: Vec<bool> = solver.pressure().iter().map(|p| *p > 0.0).collect();
-            assert!(touches == map[..grid.count()], "{name} at {}", row.load());
+            assert!(touches == map[..grid.count()], "{name} at {load}");
             assert_eq!(outcome.contact_nodes, row.count(9));
             let contact = ContactMap::of_pressures(grid.nodes(), solver.pressure());
             let area = ContactArea::of(&contact);

@@ -1,0 +1,78 @@
+//! The half-spaces that there are, by name.
+
+use super::{Hardness, Solver, bytes_per_node};
+use crate::contact::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
+use crate::contact::grid::Grid;
+
+/// What is around the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Boundary {
+    /// The same surface again and again.
+    #[default]
+    Periodic,
+    /// A half-space that nothing presses on.
+    Free,
+}
+
+/// The half-space that a surface is pressed into.
+///
+/// ```
+/// use asperity::contact::grid::Grid;
+/// use asperity::contact::solver::{Boundary, HalfSpace, Hardness, Settings};
+///
+/// // A ball of radius 4 on a material that yields at less than half of Hertz' peak pressure.
+/// let grid = Grid::square(64, 1.0)?;
+/// let from_centre = |index: usize| (index as f64 + 0.5) / 64.0 - 0.5;
+/// let height = |[i, j]: [usize; 2]| -(from_centre(i).powi(2) + from_centre(j).powi(2)) / 8.0;
+/// let heights: Vec<f64> = (0..grid.count()).map(|node| height(grid.place(node))).collect();
+/// let hardness = Hardness::new(0.012)?;
+/// let body = HalfSpace { boundary: Boundary::Free, hardness: Some(hardness) };
+/// let mut solver = body.solver(grid, &heights);
+///
+/// let load = 8e-4;
+/// hardness.bear(load)?;
+/// let outcome = solver.press(load, &Settings::default(), &|| false);
+/// assert_eq!(outcome.peak_pressure, hardness.pressure());
+/// assert!(outcome.saturated_nodes > 0 && outcome.yielded_depth > 0.0);
+/// // Whoever yields needs a larger area.
+/// let elastic = HalfSpace { hardness: None, ..body };
+/// let without = elastic.solver(grid, &heights).press(load, &Settings::default(), &|| false);
+/// assert!(outcome.contact_nodes > without.contact_nodes);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HalfSpace {
+    /// Around the map.
+    pub boundary: Boundary,
+    /// The highest pressure that it bears; without one it is elastic under any.
+    pub hardness: Option<Hardness>,
+}
+
+impl HalfSpace {
+    /// Prepares a surface, as [`Solver::new`] does.
+    pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
+        match self.boundary {
+            Boundary::Periodic => {
+                Solver::yielding(PeriodicHalfSpace::new(grid), self.hardness, heights)
+            }
+            Boundary::Free => Solver::yielding(FreeHalfSpace::new(grid), self.hardness, heights),
+        }
+    }
+
+    /// Bytes that such a solver holds for each node, with solutions of this tolerance.
+    pub fn bytes_per_node(&self, tolerance: f64) -> f64 {
+        let around = match self.boundary {
+            Boundary::Periodic => 0.0,
+            Boundary::Free => FREE_BYTES,
+        };
+        let yielding = self.hardness.map_or(0.0, |_| YIELDING_BYTES);
+        bytes_per_node(tolerance) + around + yielding
+    }
+}
+
+/// What a free half-space needs more: spectra of twice as many numbers, three kernels of four times
+/// as many, and the factors that these are made of.
+const FREE_BYTES: f64 = 12.0 + 24.0 + 8.0;
+
+/// What is gathered of nodes that may change, where many do at once.
+const YIELDING_BYTES: f64 = 8.0;

@@ -1,0 +1,140 @@
+//! One load, from a guess to a solution.
+
+use super::evaluation::Evaluation;
+use super::history::History;
+use super::start::Start;
+use super::{Hardness, Outcome, Settings, Solver, Stop};
+
+/// How far an evaluation in single precision is trusted to have reduced the residual of the last
+/// one in double precision: far from its rounding, 1e-7.
+const SINGLE_REDUCTION: f64 = 1e-4;
+
+/// The largest residual over the displacement of one node under the mean pressure in contact. Beyond
+/// it, contact would be whatever a guess took for it.
+const SHARE_OF_DISPLACEMENT: f64 = 0.1;
+
+impl Solver {
+    /// Finds the contact under a mean pressure `load` > 0, in units of E* × rms slope: one that the
+    /// hardness bears, if there is one ([`Hardness::bear`]).
+    ///
+    /// Loads may come in any order; those in ascending order are found fastest. However light the
+    /// load, and however it ends, some node bears it.
+    pub fn press(
+        &mut self,
+        load: f64,
+        settings: &Settings,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Outcome {
+        assert!(load.is_finite() && load > 0.0, "a load presses");
+        if let Some(hardness) = self.hardness {
+            hardness.bear(load).expect("the caller has asked");
+        }
+        self.pairs = 0;
+        self.base.prepare(settings.tolerance);
+        if self.is_flattened_by(load) {
+            self.bound = None;
+            self.flatten(load);
+            let evaluation = self.evaluate();
+            return Outcome {
+                mean_gap: 0.0,
+                ..self.outcome(Stop::FullContact, evaluation)
+            };
+        }
+        self.bound = self.hardness.filter(|_| load >= self.yields_from);
+        let mut history = History::default();
+        let evaluation = match self.guess(load) {
+            Some(start) => self.approach(&mut history, start, settings, interrupted),
+            None => self.evaluate_guess(settings),
+        };
+        let elastic = self.solve(history, evaluation, settings, interrupted);
+        match self.hardness {
+            Some(hardness) if elastic.peak_pressure > hardness.pressure() => {
+                self.yields_from = self.yields_from.min(load);
+                let evaluation = self.guess_yielding(hardness);
+                self.solve(History::default(), evaluation, settings, interrupted)
+            }
+            _ => elastic,
+        }
+    }
+
+    /// Whether the load presses all nodes into contact and makes none of them yield.
+    fn is_flattened_by(&self, load: f64) -> bool {
+        let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
+        self.full_contact
+            .is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
+    }
+
+    /// Goes on from an evaluation until it is a solution.
+    fn solve(
+        &mut self,
+        mut history: History,
+        mut evaluation: Evaluation,
+        settings: &Settings,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Outcome {
+        loop {
+            let stop = if self.is_solved(settings, &evaluation) {
+                self.release(evaluation.standing.offset);
+                Stop::Converged
+            } else if self.pairs >= settings.pair_limit {
+                Stop::PairLimit
+            } else if interrupted() {
+                Stop::Interrupted
+            } else {
+                let start = self.ask(evaluation.standing);
+                evaluation = self.approach(&mut history, start, settings, interrupted);
+                continue;
+            };
+            return self.outcome(stop, evaluation);
+        }
+    }
+
+    /// Iterates to where the tolerance is met, or as far as single precision reaches.
+    fn approach(
+        &mut self,
+        history: &mut History,
+        start: Start,
+        settings: &Settings,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Evaluation {
+        let begun = self.residual(start.standing.error);
+        let tolerance = self.tolerance(settings, self.free_nodes);
+        let goal = tolerance.max(SINGLE_REDUCTION * begun);
+        let stop = |pairs| pairs >= settings.pair_limit || interrupted();
+        self.refine(history, start, goal, &stop)
+    }
+
+    pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
+        let tolerance = self.tolerance(settings, evaluation.contact_nodes);
+        self.residual(evaluation.standing.error) <= tolerance
+    }
+
+    /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less
+    /// and heights are known so well.
+    fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
+        let mean_pressure = self.load * self.pressure.len() as f64 / contact_nodes;
+        let share = SHARE_OF_DISPLACEMENT * self.nodal_compliance * mean_pressure;
+        let rounding = f64::EPSILON * self.highest;
+        settings.tolerance.min(self.residual(share.max(rounding)))
+    }
+
+    /// An error of the gap in mesh steps of a surface of unit rms slope.
+    pub(super) fn residual(&self, error: f64) -> f64 {
+        self.steps_per_side * error
+    }
+
+    fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {
+        let conclusion = self.conclude();
+        Outcome {
+            stop,
+            pairs: self.pairs,
+            residual: self.residual(evaluation.standing.error),
+            contact_nodes: conclusion.contact_nodes,
+            saturated_nodes: conclusion.saturated_nodes,
+            mean_gap: evaluation.mean_gap,
+            yielded_depth: evaluation.yielded_depth,
+            energy: evaluation.energy,
+            peak_pressure: conclusion.peak_pressure,
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Pressures within their bounds: not above the hardness, and of the mean that is asked for.
+
+use std::ops::RangeInclusive;
+
+use pulp::Simd;
+
+use super::evaluation::Evaluation;
+use super::flags::{FREE, has};
+use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
+use super::passes::{Depart, JoinYielding, PendingUpdate};
+use super::{Hardness, Solver};
+use crate::contact::fft::Row;
+
+/// What elastic pressures are scaled by after a search, and at least in any case: if they were to make
+/// still more room for saturated ones, rather all are scaled.
+const SCALES: RangeInclusive<f64> = 0.5..=2.0;
+
+/// What is left of a load by saturated nodes that bear it all.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// In so many rounds, scaling saturates the last node that it is going to, or there is hardly
+/// anything to scale.
+const ROUNDS: usize = 50;
+
+impl Solver {
+    /// The highest pressure that the present search may use.
+    pub(super) fn ceiling(&self) -> f64 {
+        self.bound.map_or(f64::INFINITY, Hardness::pressure)
+    }
+
+    /// Makes of the present pressure and gap, a solution that knew no hardness, a guess for the same
+    /// load that does, and evaluates it.
+    ///
+    /// Pressures rise all over by what a lowered surface asks each node for, until those within
+    /// their bounds bear the load: the nodes that saturate spread to where the gap is smallest.
+    pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
+        self.bound = Some(hardness);
+        for (p, gap) in self.pressure.iter_mut().zip(&self.gap) {
+            *p -= (f64::from(*gap) - self.offset) / self.nodal_compliance;
+        }
+        let extremes = |(low, high): (f64, f64), p: &f64| (low.min(*p), high.max(*p));
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = self.pressure.iter().fold(none, extremes);
+        self.raise_to(self.load, (-high, hardness.pressure() - low));
+        self.conclude();
+        self.evaluate()
+    }
+
+    /// Takes over the pressure where a search led, within its bounds and of the mean asked for, but for
+    /// what is to be taken back. Returns by how much elastic nodes were scaled.
+    pub(super) fn join_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
+        let mut join = JoinYielding {
+            hardness: hardness.pressure(),
+            base: &self.base,
+            rise: &self.rise,
+            carry: &self.carry,
+        };
+        over_rows(&mut self.pressure, self.nodes[1], &mut join);
+        if pending.part < 1.0 {
+            self.take_back(1.0 - pending.part);
+        }
+        if !SCALES.contains(&self.scale_of_elastic(hardness)) {
+            self.shift_free_nodes(hardness);
+        }
+        self.share_out(hardness)
+    }
+
+    /// Shifts the pressure of nodes that were free, within its bounds, so that it comes to what it
+    /// should: there may be so few elastic nodes that these cannot make up for what others lack.
+    fn shift_free_nodes(&mut self, hardness: Hardness) {
+        let hardness = hardness.pressure();
+        let sum: f64 = self.pressure.iter().sum();
+        let lacked = self.load * self.pressure.len() as f64 - sum;
+        self.asking.clear();
+        for (p, carry) in self.pressure.iter().zip(&self.carry) {
+            if has(*carry, FREE) {
+                self.asking.push(*p as f32, 0.0);
+            }
+        }
+        let Some(shift) = self.asking.shift(lacked, hardness as f32) else {
+            return;
+        };
+        for (p, carry) in self.pressure.iter_mut().zip(&self.carry) {
+            if has(*carry, FREE) {
+                *p = (*p + shift).clamp(0.0, hardness);
+            }
+        }
+    }
+
+    /// Begins an evaluation of the present pressure; moves are kept.
+    pub(super) fn depart_yielding(&mut self, hardness: Hardness) {
+        let mut pass = Depart {
+            pressure: &self.pressure,
+            hardness: hardness.pressure(),
+            carry: &mut self.carry,
+            keeps_moves: true,
+        };
+        let rows = &mut Wide(&mut pass);
+        self.double.begin(rows, &mut self.double_scratch);
+    }
+
+    /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;
+    /// what passes the hardness on the way is saturated.
+    pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
+        let mut scaled = 1.0;
+        for _ in 0..ROUNDS {
+            let scale = self.scale_of_elastic(hardness);
+            if scale == 1.0 {
+                return scaled;
+            }
+            if scale == 0.0 {
+                // Saturated nodes bear it all.
+                let nothing = |p: &mut f64| *p *= weight::<f64>(*p >= hardness.pressure());
+                self.pressure.iter_mut().for_each(nothing);
+                return scaled;
+            }
+            if !(scale >= *SCALES.start() && scale.is_finite()) {
+                break;
+            }
+            let mut scaling = ScaleElastic {
+                scale,
+                hardness: hardness.pressure(),
+                highest: [0.0; LANES],
+            };
+            over_rows(&mut self.pressure, self.nodes[1], &mut scaling);
+            scaled *= scale;
+            if scaling.highest.into_iter().all(|p| p < hardness.pressure()) {
+                return scaled;
+            }
+        }
+        self.share_out_anew();
+        1.0
+    }
+
+    /// By what elastic pressures are to be scaled; those above the hardness are brought down to it.
+    fn scale_of_elastic(&mut self, hardness: Hardness) -> f64 {
+        let mut tally = Tally {
+            hardness: hardness.pressure(),
+            elastic: 0.0,
+            saturated_nodes: 0.0,
+        };
+        over_rows(&mut self.pressure, self.nodes[1], &mut tally);
+        let full = self.load * self.pressure.len() as f64;
+        let rest = full - tally.saturated_nodes * tally.hardness;
+        if rest.abs() <= ROUNDING * full {
+            return if tally.elastic == 0.0 { 1.0 } else { 0.0 };
+        }
+        rest / tally.elastic
+    }
+
+    /// The same where there are too many saturated nodes, or nearly no others: with none saturated,
+    /// or from the heights alone.
+    fn share_out_anew(&mut self) {
+        let full = self.load * self.pressure.len() as f64;
+        let sum: f64 = self.pressure.iter().sum();
+        if sum >= full {
+            self.pressure.iter_mut().for_each(|p| *p *= full / sum);
+        } else {
+            self.guess_from_heights(self.load);
+        }
+    }
+}
+
+/// Σ of elastic pressures, and how many others there are; what is above the hardness is brought down.
+struct Tally {
+    hardness: f64,
+    elastic: f64,
+    saturated_nodes: f64,
+}
+
+impl Pass<f64> for Tally {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
+        let hardness = self.hardness;
+        for p in &mut *pressure {
+            *p = p.min(hardness);
+        }
+        self.elastic += sum_by(pressure, pressure, |p, _| weight::<f64>(p < hardness) * p);
+        self.saturated_nodes += sum_by(pressure, pressure, |p, _| weight::<f64>(p >= hardness));
+    }
+}
+
+struct ScaleElastic {
+    scale: f64,
+    hardness: f64,
+    /// Of what was scaled, lane by lane.
+    highest: [f64; LANES],
+}
+
+impl Pass<f64> for ScaleElastic {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
+        for chunk in pressure.chunks_mut(LANES) {
+            for (highest, p) in self.highest.iter_mut().zip(chunk) {
+                if *p < self.hardness {
+                    *p *= self.scale;
+                    *highest = greater(*highest, *p);
+                }
+            }
+        }
+    }
+}
