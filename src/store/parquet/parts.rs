@@ -54,7 +54,8 @@ impl TableFile {
         let footer = unless_it_panics(|| footer(&end, &file, length)).map_err(damaged)?;
         let (bytes, footer) = match digested(&footer) {
             Digested::Chunks => {
-                let digests = unless_it_panics(|| digests(&end, &file, length, &footer))?;
+                let digests = unless_it_panics(|| digests(&end, &file, length, &footer));
+                let digests = digests.map_err(damaged)?;
                 (Source::File(file, digests), footer)
             }
             Digested::Whole => {
