@@ -13,7 +13,7 @@ use crate::stages::{Effort, Extent};
 /// Seconds of one core that tasks are expected to take.
 #[derive(Debug, Default)]
 pub struct CostModel {
-    seconds_per_pair: RefCell<BTreeMap<usize, f64>>,
+    seconds_per_pair: RefCell<BTreeMap<[usize; 2], f64>>,
 }
 
 impl CostModel {
@@ -36,7 +36,7 @@ impl CostModel {
     }
 
     /// Measured once for each mesh.
-    fn seconds_per_pair(&self, nodes: usize) -> f64 {
+    fn seconds_per_pair(&self, nodes: [usize; 2]) -> f64 {
         let mut known = self.seconds_per_pair.borrow_mut();
         *known
             .entry(nodes)

@@ -62,7 +62,8 @@ pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
         true => threads.min(task.inputs.len()),
         false => 1,
     };
-    let nodes = (task.nodes as f64).powi(2);
+    let [nodes_x, nodes_y] = task.nodes.map(|nodes| nodes as f64);
+    let nodes = nodes_x * nodes_y;
     ByteSize((nodes * (work * at_once as f64 + COPIES * table + read)) as u64)
 }
 
@@ -110,6 +111,8 @@ pub(crate) mod tests {
         assert_eq!(bytes_per_node(256, few), bytes_per_node(64, few));
         let fine = bytes_per_node(64, "loads = [0.1, 0.2]\ntolerance = 1e-8");
         assert_eq!(fine, bytes_per_node(64, few) + 4.0);
+        let free = bytes_per_node(64, "loads = [0.1, 0.2]\nboundary = \"free\"");
+        assert!(free > 2.0 * bytes_per_node(64, few));
         let kept = bytes_per_node(64, "loads = [0.1, 0.2]\npressures = \"all\"");
         assert!(kept > bytes_per_node(64, few) + 2.0 * 8.0);
         let contacts = bytes_per_node(64, "loads = { to = 0.2, steps = 90 }");

@@ -65,8 +65,8 @@ pub struct Task {
     pub inputs: Vec<usize>,
     /// What later keys are built on: the key of the recipe's identity.
     identity: TaskKey,
-    /// Nodes per side of the surface at hand.
-    pub nodes: usize,
+    /// Nodes along x and y of the surface at hand.
+    pub nodes: [usize; 2],
     /// Rows about one surface in its table, or in those that it pools.
     pub rows: usize,
 }
@@ -258,7 +258,7 @@ impl Builder {
         let task = self.tasks.len();
         let first = inputs.first().map(|&input| &self.tasks[input]);
         let nodes = recipe.mesh();
-        let nodes = nodes.unwrap_or_else(|| first.map_or(0, |first| first.nodes));
+        let nodes = nodes.unwrap_or_else(|| first.map_or([0; 2], |first| first.nodes));
         let rows = recipe.rows(first.map_or(0, |first| first.rows));
         self.tasks.push(Task {
             key,

@@ -53,8 +53,8 @@ impl<'de> Deserialize<'de> for ContentHash {
 }
 
 /// What files held when they were last read, by their paths as the manifest gives them: their
-/// content, and the nodes per side of its map once its edges meet.
-pub type Recollection = BTreeMap<PathBuf, (ContentHash, u32)>;
+/// content, and the nodes along x and y of its map once its edges meet.
+pub type Recollection = BTreeMap<PathBuf, (ContentHash, [u32; 2])>;
 
 /// Where the files of measured surfaces lie.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -98,7 +98,7 @@ impl SurfaceFiles {
     }
 
     /// What a file held that cannot be read now, if that is known.
-    pub fn recall(&mut self, path: &Path) -> Option<(ContentHash, u32)> {
+    pub fn recall(&mut self, path: &Path) -> Option<(ContentHash, [u32; 2])> {
         let &(content, nodes) = self.known.get(path)?;
         self.paths.entry(content).or_insert_with(|| path.to_owned());
         self.recalled.insert(path.to_owned());

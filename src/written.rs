@@ -8,11 +8,13 @@ pub mod advice;
 pub mod checks;
 mod grid;
 mod layout;
+pub mod on_axes;
 pub mod reader;
 
 pub use grid::{Point, Section};
 pub(crate) use layout::table;
 pub use layout::{Layout, Table};
+pub use on_axes::OnAxes;
 
 use std::borrow::Cow;
 

@@ -13,6 +13,7 @@ use crate::stages::Kind;
 use crate::stages::columns::*;
 use crate::stages::correct::AS_COUNTED;
 use crate::stages::fit::meshes::refinements;
+use crate::stages::grids::Meshes;
 use crate::store::table::{Table, TableError};
 
 /// Nodes to the shortest wavelength of the paper's coarsest meshes.
@@ -318,12 +319,16 @@ fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
         return Ok(None);
     }
     let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));
+    // The paper has no rectangles.
+    let Some(nodes) = Meshes::of(table)?.of_square(row) else {
+        return Ok(None);
+    };
     Ok(Some(Spectrum {
         hurst: table.reals(HURST.name)?.value(row),
         k_lower: whole(K_LOWER.name)?,
         k_rolloff: whole(K_ROLLOFF.name)?,
         k_upper: whole(K_UPPER.name)?,
-        nodes: whole(NODES.name)?,
+        nodes,
     }))
 }
 

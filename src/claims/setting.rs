@@ -13,12 +13,14 @@ use crate::store::column::{Role, Value};
 use crate::store::table::Table;
 
 /// Parameters that claims compare.
-const COMPARED: [&str; 7] = [
+const COMPARED: [&str; 9] = [
     HURST.name,
     K_LOWER.name,
     K_ROLLOFF.name,
     K_UPPER.name,
     NODES.name,
+    NODES_X.name,
+    NODES_Y.name,
     CORRECTION.name,
     COEFFICIENT.name,
 ];

@@ -5,7 +5,7 @@ use arrow::util::display::array_value_to_string;
 
 use super::{counted, warn};
 use crate::failures::{COMMAND, FAILED, NOT_STARTED, OUTCOME, REASON, STAGE};
-use crate::stages::columns::{METHOD, SIDE, SURFACE};
+use crate::stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
 use crate::store::table::{Table, TableError};
 
 /// Failures that are told one by one; the table has them all.
@@ -47,7 +47,7 @@ fn told(failures: &Table, row: usize) -> Result<String, TableError> {
 
 /// Coordinates as `view` takes them.
 fn place(coordinates: &Table, row: usize) -> String {
-    let hidden = [SURFACE, METHOD, SIDE].map(|column| column.name);
+    let hidden = [SURFACE, METHOD, SIDE, SIDE_X, SIDE_Y].map(|column| column.name);
     let columns = coordinates.without(&hidden);
     let columns = columns.names().into_iter().zip(columns.batch().columns());
     let known = columns.filter(|(_, values)| values.is_valid(row));

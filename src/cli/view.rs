@@ -18,6 +18,7 @@ use super::{Failure, Misused};
 use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
 use crate::session::task_names;
+use crate::stages::generate::PerAxis;
 use crate::store::StoreError;
 use crate::store::key::TaskKey;
 use crate::surface_files::SurfaceFiles;
@@ -53,7 +54,8 @@ pub struct Arguments {
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
-    /// Print JSON: `{"file", "task", "map", "nodes", "load", "lowest", "highest", "unit"}`.
+    /// Print JSON: `{"file", "task", "map", "nodes", "load", "lowest", "highest", "unit"}`; of a
+    /// rectangle, `nodes` are those along x and along y.
     #[arg(long)]
     json: bool,
 }
@@ -156,9 +158,9 @@ fn caption(picture: &Picture) -> String {
         let [lowest, highest] = range.ends.map(super::show::short);
         format!(", {lowest} … {highest} {}", range.unit)
     });
-    let nodes = picture.nodes;
+    let [nodes_x, nodes_y] = picture.nodes;
     format!(
-        "{}{load} on {nodes} × {nodes} nodes{}",
+        "{}{load} on {nodes_x} × {nodes_y} nodes{}",
         picture.map.name(),
         range.unwrap_or_default().trim_end()
     )
@@ -170,7 +172,7 @@ fn as_json(key: TaskKey, picture: &Picture, path: &Path) -> serde_json::Value {
         "file": path,
         "task": key,
         "map": picture.map,
-        "nodes": picture.nodes,
+        "nodes": PerAxis(picture.nodes),
         "load": picture.load,
         "lowest": range.map(|range| range.ends[0]),
         "highest": range.map(|range| range.ends[1]),

@@ -1,6 +1,33 @@
 //! Where the nodes of a map lie.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+/// What lies beyond the edges of a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Boundary {
+    /// The same map again, for ever.
+    #[default]
+    Periodic,
+    /// Nothing.
+    Free,
+}
+
+impl Boundary {
+    /// The word used in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Boundary::Periodic => "periodic",
+            Boundary::Free => "free",
+        }
+    }
+
+    /// Whether the map repeats itself.
+    pub fn is_periodic(&self) -> bool {
+        *self == Boundary::Periodic
+    }
+}
 
 /// A rectangle of L_x × L_y, in any unit of length.
 ///
@@ -154,6 +181,18 @@ impl Grid {
         along_x.max(self.nodes[1] as f64 * aspect_y)
     }
 
+    /// How often the larger of the distances between neighbours fits into the longer side.
+    pub fn larger_steps(&self) -> f64 {
+        let [aspect_x, aspect_y] = self.cell.aspect();
+        let along_x = self.nodes[0] as f64 * aspect_x;
+        along_x.min(self.nodes[1] as f64 * aspect_y)
+    }
+
+    /// Whether neighbours are as far apart along x as along y, to rounding.
+    pub fn has_square_cells(&self) -> bool {
+        self.smaller_steps() - self.larger_steps() <= 1e-9 * self.smaller_steps()
+    }
+
     /// Where element `node` of a map is: i along x, j along y.
     pub fn place(&self, node: usize) -> [usize; 2] {
         [node / self.nodes[1], node % self.nodes[1]]
@@ -222,6 +261,22 @@ mod tests {
         assert_eq!(square(7, 3.0).smaller_steps(), 7.0);
         assert_eq!(rectangle([256, 160], [1.0, 1.25]).smaller_steps(), 320.0);
         assert_eq!(rectangle([10, 10], [1.0, 2.0]).smaller_steps(), 20.0);
+    }
+
+    #[test]
+    fn the_larger_distance_fits_the_longer_side_so_often() {
+        assert_eq!(square(7, 3.0).larger_steps(), 7.0);
+        assert_eq!(rectangle([256, 160], [1.0, 1.25]).larger_steps(), 160.0);
+    }
+
+    #[test]
+    fn cells_of_a_rectangle_may_be_square_and_those_of_a_square_need_not() {
+        let are = |nodes, size| rectangle(nodes, size).has_square_cells();
+        assert!(are([7, 7], [0.3, 0.3]));
+        // 0.6/192 and 1/320 may differ in their last bit.
+        assert!(are([192, 320], [0.6, 1.0]));
+        assert!(!are([64, 32], [1.0, 1.0]));
+        assert!(!are([64, 64], [1.0, 2.0]));
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //!   surface that follows from both, and [`surface`] its heights on a mesh.
 //! - [`measured`] reads a height map from a file, and [`periodic`] makes it periodic; [`shapes`] are
 //!   punches and waves whose contact has a closed form.
-//! - [`moments`] are the spectral moments, slopes and curvatures of a surface, [`descriptors`] all
+//! - [`moments`] are the spectral moments, slopes and curvatures of a surface, [`differences`] those
+//!   of a map that is not periodic, [`descriptors`] all
 //!   that a table says of it, [`histogram`] how its heights are distributed, [`nayak`] the closed
 //!   forms of α and the density of summits; [`assumptions`] judge whether it is the isotropic
 //!   Gaussian roughness that theories speak of.
@@ -15,6 +16,7 @@
 
 pub mod assumptions;
 pub mod descriptors;
+pub mod differences;
 pub(crate) mod draw;
 pub mod histogram;
 pub mod measured;

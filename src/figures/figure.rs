@@ -44,7 +44,19 @@ pub enum Panel {
         title: String,
         /// The map.
         raster: Raster,
+        /// Sides of what it shows along x, to the right, and y, upwards, in any unit.
+        size: [f64; 2],
     },
+}
+
+impl Panel {
+    /// Sides of what it shows, if it is a map.
+    fn size_of_map(&self) -> Option<[f64; 2]> {
+        match self {
+            Panel::Map { size, .. } => Some(*size),
+            Panel::Chart(_) => None,
+        }
+    }
 }
 
 impl Figure {
@@ -108,14 +120,18 @@ impl Figure {
     fn draw(&self, panel: &Panel, [x, y]: [f64; 2], scene: &mut Scene, maps: &mut String) {
         match panel {
             Panel::Chart(chart) => place(scene, chart.draw(self.panel, WORDS), [x, y]),
-            Panel::Map { title, raster } => self.draw_map(title, raster, [x, y], scene, maps),
+            Panel::Map {
+                title,
+                raster,
+                size,
+            } => self.draw_map(title, (raster, *size), [x, y], scene, maps),
         }
     }
 
     fn draw_map(
         &self,
         title: &str,
-        raster: &Raster,
+        (raster, size): (&Raster, [f64; 2]),
         [x, y]: [f64; 2],
         scene: &mut Scene,
         maps: &mut String,
@@ -124,9 +140,12 @@ impl Figure {
         let lines = wrapped(title, width);
         let line = f64::from(WORDS) * 1.4;
         // Maps of one row are of one size, whatever the lines above them.
-        let side = width.min(height - HEAD);
-        let left = x + (width - side) / 2.0;
-        let head = height - side;
+        let sizes = self.rows.iter().flatten().filter_map(Panel::size_of_map);
+        let tallest = tallest(sizes);
+        let side = width.min((height - HEAD) / tallest);
+        let [map_width, map_height] = size.map(|length| side * (length / size[0].max(size[1])));
+        let left = x + (width - map_width) / 2.0;
+        let head = height - side * tallest;
         for (from_last, text) in lines.iter().rev().enumerate() {
             scene.add(Primitive::Text {
                 x: x + width / 2.0,
@@ -142,8 +161,8 @@ impl Figure {
         scene.add(Primitive::Rect {
             x: left,
             y: y + head,
-            width: side,
-            height: side,
+            width: map_width,
+            height: map_height,
             fill: "none".into(),
             stroke: Some(Colour::Muted.css().into()),
             stroke_width: Some(1.0),
@@ -152,9 +171,9 @@ impl Figure {
         let data = BASE64_STANDARD.encode(raster.to_png());
         let _ = write!(
             maps,
-            "<image x=\"{left:.1}\" y=\"{:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" \
-             preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
-             href=\"data:image/png;base64,{data}\"/>",
+            "<image x=\"{left:.1}\" y=\"{:.1}\" width=\"{map_width:.1}\" \
+             height=\"{map_height:.1}\" preserveAspectRatio=\"none\" \
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{data}\"/>",
             y + head,
         );
     }
@@ -171,9 +190,20 @@ pub fn in_pairs(mut charts: Vec<Chart>) -> Vec<Vec<Chart>> {
 }
 
 /// Width and height of panels for maps with such words above, in pixels.
-pub fn panel_of_map<'a>(words: impl Iterator<Item = &'a str>, width: f64) -> [f64; 2] {
+pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel> + Clone, width: f64) -> [f64; 2] {
+    let words = panels.clone().filter_map(|panel| match panel {
+        Panel::Map { title, .. } => Some(title.as_str()),
+        Panel::Chart(_) => None,
+    });
     let lines = words.map(|words| wrapped(words, width).len()).max();
-    [width, width + HEAD * lines.unwrap_or(0) as f64]
+    let height = width * tallest(panels.filter_map(Panel::size_of_map));
+    [width, height + HEAD * lines.unwrap_or(0) as f64]
+}
+
+/// Height of the tallest of maps whose longer sides are one.
+fn tallest(sizes: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let heights = sizes.map(|[size_x, size_y]| size_y / size_x.max(size_y));
+    heights.reduce(f64::max).unwrap_or(1.0)
 }
 
 /// Words broken between parts so that lines fit a width.
@@ -228,6 +258,7 @@ mod tests {
         let map = Panel::Map {
             title: "heights".to_owned(),
             raster: Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]),
+            size: [1.0, 1.0],
         };
         Figure {
             rows: vec![vec![Panel::Chart(Box::new(chart)), map]],
@@ -240,6 +271,23 @@ mod tests {
         let first = figure().to_svg("area");
         Figure::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
         assert_eq!(first, figure().to_svg("area"));
+    }
+
+    #[test]
+    fn a_map_of_a_rectangle_has_its_sides() {
+        let drawn = |size: [f64; 2]| {
+            let map = Panel::Map {
+                title: String::new(),
+                raster: Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]),
+                size,
+            };
+            let rows = vec![vec![map]];
+            let panel = panel_of_map(rows[0].iter(), 200.0);
+            Figure { rows, panel }.to_svg("map")
+        };
+        assert!(drawn([3.0, 3.0]).contains("width=\"200.0\" height=\"200.0\" preserve"));
+        assert!(drawn([2.0, 1.0]).contains("width=\"200.0\" height=\"100.0\" preserve"));
+        assert!(drawn([1.0, 4.0]).contains("width=\"50.0\" height=\"200.0\" preserve"));
     }
 
     #[test]

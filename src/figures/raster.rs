@@ -147,6 +147,27 @@ impl Raster {
         [self.width, self.height]
     }
 
+    /// The picture of a map of these sides with pixels as high as wide: where nodes are further apart
+    /// along one axis they become several pixels along it.
+    pub fn in_proportion(self, [size_x, size_y]: [f64; 2]) -> Raster {
+        let [step_x, step_y] = [size_x / self.width as f64, size_y / self.height as f64];
+        let pixels = |size: f64| (size / step_x.min(step_y)).round() as usize;
+        let [width, height] = [pixels(size_x), pixels(size_y)];
+        if [width, height] == self.size() {
+            return self;
+        }
+        let places = (0..height).flat_map(|row| (0..width).map(move |column| (row, column)));
+        let nearest = |(row, column): (usize, usize)| {
+            let row = row * self.height / height;
+            self.pixels[row * self.width + column * self.width / width]
+        };
+        Raster {
+            width,
+            height,
+            pixels: places.map(nearest).collect(),
+        }
+    }
+
     /// The picture at most `most` pixels wide and high: squares of pixels become their mean.
     pub fn at_most(&self, most: usize) -> Raster {
         let factor = self.width.max(self.height).div_ceil(most.max(1));
@@ -283,6 +304,22 @@ mod tests {
         let half = contact(4, |i, _| i == 0);
         let mean = Raster::of_contact(&half).at_most(2).pixels[0];
         assert_eq!(mean, [147; 3], "half way from 38 to 255, rounded up");
+    }
+
+    #[test]
+    fn nodes_that_are_further_apart_along_one_axis_are_longer_along_it() {
+        let picture = || Raster::of_heights([3, 2], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(picture().in_proportion([0.3, 0.2]), picture());
+        let high = picture().in_proportion([3.0, 4.0]);
+        assert_eq!(high.size(), [3, 4]);
+        let rows: Vec<&[Pixel]> = high.pixels.chunks(3).collect();
+        assert!(rows[0] == rows[1] && rows[1] != rows[2] && rows[2] == rows[3]);
+        let wide = picture().in_proportion([7.5, 2.0]);
+        assert_eq!(wide.size(), [8, 2]);
+        assert_eq!(
+            [wide.pixels[0], wide.pixels[7]],
+            [picture().pixels[0], picture().pixels[2]]
+        );
     }
 
     #[test]

@@ -80,7 +80,10 @@ impl Allowance {
         let stage = stages.find(|stage| stage.tasks.contains(&largest));
         Err(TooLarge {
             stage: stage.map_or_else(String::new, |stage| stage.name.clone()),
-            mesh: (task_takes.0 > 0).then(|| [nodes, (nodes as f64 * share.sqrt()) as usize]),
+            mesh: (task_takes.0 > 0).then(|| {
+                let most = nodes.map(|nodes| (nodes as f64 * share.sqrt()) as usize);
+                [nodes, most]
+            }),
             takes,
             allowance: self,
         })
@@ -107,8 +110,8 @@ impl fmt::Display for Allowance {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct TooLarge {
     stage: String,
-    /// Nodes per side of its mesh, and of the largest that would do.
-    mesh: Option<[usize; 2]>,
+    /// Nodes along x and y of its mesh, and of the largest that would do.
+    mesh: Option<[[usize; 2]; 2]>,
     takes: ByteSize,
     allowance: Allowance,
 }
@@ -123,8 +126,8 @@ impl fmt::Display for TooLarge {
             formatter,
             "a task of stage `{stage}` takes {takes} of memory"
         )?;
-        if let Some([nodes, _]) = self.mesh {
-            write!(formatter, " on its mesh of {nodes} × {nodes} nodes")?;
+        if let Some([[nodes_x, nodes_y], _]) = self.mesh {
+            write!(formatter, " on its mesh of {nodes_x} × {nodes_y} nodes")?;
         }
         write!(formatter, ", more than {allowance}: ")?;
         match allowance.limit {
@@ -133,8 +136,8 @@ impl fmt::Display for TooLarge {
             LimitedBy::Addresses => write!(formatter, "raise that limit")?,
         }
         match self.mesh {
-            Some([_, most]) if most > 0 => {
-                write!(formatter, ", or choose at most {most} × {most} nodes")
+            Some([_, [most_x, most_y]]) if most_x > 0 && most_y > 0 => {
+                write!(formatter, ", or choose at most {most_x} × {most_y} nodes")
             }
             _ => Ok(()),
         }

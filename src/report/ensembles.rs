@@ -5,12 +5,28 @@ use std::collections::BTreeMap;
 use arrow::array::Array;
 
 use super::bars::{Bars, deviation, ends, mean_and_half_bar};
+use crate::contact::grid::Grid;
 use crate::ensemble;
-use crate::stages::columns::{COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF};
+use crate::stages::columns::{
+    COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y,
+};
+use crate::stages::grids;
+use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
 /// Where a group of surfaces stands in the study: its coordinates, as text, by name.
 pub type Point = BTreeMap<String, String>;
+
+/// Where the nodes of a point's surfaces lie, if it says so.
+pub fn grid(point: &Point) -> Option<Grid> {
+    let number = |column: &Column| point.get(column.name)?.parse::<f64>().ok();
+    let pair = |[either, x, y]: [Column; 3]| match number(&either) {
+        Some(same) => Some([same; 2]),
+        None => Some([number(&x)?, number(&y)?]),
+    };
+    let nodes = pair([NODES, NODES_X, NODES_Y])?.map(|nodes| nodes as usize);
+    grids::grid(nodes, pair([SIDE, SIDE_X, SIDE_Y])?).ok()
+}
 
 /// Surfaces of one parameter point under ascending loads.
 #[derive(Debug)]

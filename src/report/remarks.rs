@@ -1,10 +1,11 @@
 //! What captions say of a study beside its data: what its meshes add, which surfaces are not what
 //! theories assume, in which unit its lengths are.
 
-use super::ensembles::Mean;
+use super::ensembles::{self, Mean};
 use super::figure_data::{COUNTED_AREA, FigureData, LIGHT};
+use crate::contact::grid::Grid;
 use crate::contact::morphology::correction::YASTREBOV_2017;
-use crate::stages::columns::{NODES, PERIMETER_MANHATTAN, SIDE, UNIT};
+use crate::stages::columns::{PERIMETER_MANHATTAN, UNIT};
 use crate::store::table::TableError;
 
 impl FigureData<'_> {
@@ -31,10 +32,10 @@ impl FigureData<'_> {
             let pairs = areas.iter().zip(&perimeters);
             let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
             let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
-            let number = |name: &str| ensemble.point.get(name)?.parse::<f64>().ok();
-            let mesh = number(NODES.name).zip(number(SIDE.name));
-            if let (Some((area, perimeter)), Some((nodes, side))) = (nearest, mesh) {
-                let edge = perimeter.mean / (side * nodes);
+            let grid = ensembles::grid(&ensemble.point).filter(Grid::has_square_cells);
+            if let (Some((area, perimeter)), Some(grid)) = (nearest, grid) {
+                // S_d Δx/(L_x L_y).
+                let edge = perimeter.mean / (grid.cell().size()[0] * grid.nodes()[1] as f64);
                 shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
             }
         }

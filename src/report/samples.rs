@@ -7,12 +7,12 @@ use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::surface::Surface;
 use crate::ensemble;
 use crate::stages::generate::{self, Origin};
-use crate::stages::{Recipe, Stage as _, StageError};
+use crate::stages::{Recipe, Stage as _, StageError, grids};
 use crate::store::TaskTables;
 
 /// The most points that one figure shows.
 pub const MOST: usize = 9;
-/// Nodes per side that a random surface is drawn on, if its waves allow.
+/// Nodes to the longer side that a random surface is drawn on, if its waves allow.
 const NODES: usize = 512;
 
 /// The first surface of a parameter point.
@@ -41,10 +41,15 @@ impl Sample<'_> {
     /// When the file of a measured surface cannot be read.
     pub fn draw(&self, data: &FigureData) -> Result<Surface, StageError> {
         match &self.params.origin {
-            Origin::Random { nodes, surface } => {
-                let needed = 2 * surface.spectrum.k_upper as usize;
-                let nodes = (*nodes as usize).min(NODES.max(needed));
-                Ok(surface.draw(generate::grid(nodes, self.params.side)?))
+            Origin::Random { surface, .. } => {
+                let grid = self.params.grid()?;
+                let aspect = grid.cell().aspect();
+                let waves = surface.spectrum.most_waves(grid.cell());
+                let shown = [0, 1].map(|axis| {
+                    let enough = (NODES as f64 / aspect[axis]).ceil() as usize;
+                    grid.nodes()[axis].min(enough.max(2 * waves[axis] as usize))
+                });
+                Ok(surface.draw(grids::grid(shown, grid.cell().size())?))
             }
             Origin::File(_) | Origin::Shape { .. } => self.params.draw(data.finished.sources),
         }

@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 use super::ensembles::Point;
 use crate::figures::colour::Colour;
 use crate::figures::style::{Dash, Marker, Style};
-use crate::stages::columns::{CONTENT, K_LOWER, K_UPPER, METHOD, NODES, RMS_SLOPE};
+use crate::stages::columns::{
+    CONTENT, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y, RMS_SLOPE,
+};
 
 /// Names of the files of measured surfaces, by the hash of what is in them.
 pub type Files = BTreeMap<String, String>;
@@ -25,7 +27,13 @@ pub struct Styles {
 }
 
 /// Coordinates that a measured surface has from its file, beside which they say nothing.
-const FOLLOW_FROM_A_FILE: [&str; 3] = [CONTENT.name, NODES.name, RMS_SLOPE.name];
+const FOLLOW_FROM_A_FILE: [&str; 5] = [
+    CONTENT.name,
+    NODES.name,
+    NODES_X.name,
+    NODES_Y.name,
+    RMS_SLOPE.name,
+];
 
 impl Styles {
     /// Styles that tell these points apart as well as colours and markers can.

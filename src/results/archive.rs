@@ -11,7 +11,8 @@ use std::sync::OnceLock;
 use super::published::Published;
 use super::{PATH, files_of};
 use crate::stages::Kind;
-use crate::stages::columns::{CONTENT, NODES};
+use crate::stages::columns::CONTENT;
+use crate::stages::grids::Meshes;
 use crate::store::key::TaskKey;
 use crate::store::listing::What;
 use crate::store::table::{Table, TableError};
@@ -138,10 +139,12 @@ impl TaskTables for Archive {
 /// The files that surfaces were read from: their contents and nodes, by their paths.
 fn files(table: &Table) -> Result<Recollection, TableError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
-    let nodes = table.integers(NODES.name)?;
+    let meshes = Meshes::of(table)?;
     let file = |row: usize| {
         let content = ContentHash::from_hex(contents.value(row))?;
-        let nodes = u32::try_from(nodes.value(row)).ok()?;
+        let nodes = meshes
+            .nodes(row)
+            .map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
         Some((PathBuf::from(paths.value(row)), (content, nodes)))
     };
     Ok((0..table.rows()).filter_map(file).collect())

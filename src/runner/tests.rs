@@ -37,7 +37,7 @@ fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     let study = Study::parse(STUDY, "small.toml", Path::new("")).unwrap();
     let mut plan = Plan::of(&study);
     // Petabytes.
-    plan.tasks[0].nodes = 1 << 24;
+    plan.tasks[0].nodes = [1 << 24; 2];
     let store = Store::open(&folder.path().join("store")).unwrap();
     let means = Resources {
         threads: 2,

@@ -44,6 +44,33 @@ pub const SURFACE: Column = parameter_text(
 pub const METHOD: Column = parameter_text("method", "how the surface was made");
 pub const NODES: Column = parameter_integer("nodes", "1", "nodes per side of the mesh");
 pub const SIDE: Column = parameter("side", "length", "side of the periodic cell");
+pub const NODES_X: Column = parameter_integer(
+    "nodes_x",
+    "1",
+    "nodes of the mesh along x, of a rectangle; a square has `nodes`, as it had before there were any",
+);
+pub const NODES_Y: Column = parameter_integer(
+    "nodes_y",
+    "1",
+    "nodes of the mesh along y, of a rectangle; a square has `nodes`",
+);
+pub const SIDE_X: Column = parameter(
+    "side_x",
+    "length",
+    "side of the cell along x, of a rectangle; a square has `side`",
+);
+pub const SIDE_Y: Column = parameter(
+    "side_y",
+    "length",
+    "side of the cell along y, of a rectangle; a square has `side`; wavenumbers count waves along \
+     the longer of the two",
+);
+pub const RMS_SLOPE_OF_DIFFERENCES: Column = parameter(
+    "rms_slope",
+    "1",
+    "root mean square of the gradient, of differences between neighbours inside the map, which is \
+     not periodic, as all moments beside it; of periodic surfaces that of their Fourier modes",
+);
 pub const RMS_SLOPE: Column = parameter("rms_slope", "1", "root mean square of the gradient");
 pub const HURST: Column = parameter("hurst", "1", "Hurst exponent");
 pub const K_LOWER: Column =
@@ -86,6 +113,19 @@ pub const TOLERANCE: Column = parameter(
     "tolerance",
     "rms slope × mesh step",
     "largest gap in contact and penetration outside it that is accepted",
+);
+pub const BOUNDARY: Column = parameter_text(
+    "boundary",
+    "what lies beyond the edges of the map: nothing, where it is `free`; then displacements are \
+     absolute, `mean_gap` is that over the map alone, the edges of the map are no edges of contact, \
+     clusters end there, and one that reaches from edge to edge percolates; null where the map \
+     repeats itself",
+);
+pub const MEAN_DISPLACEMENT: Column = real(
+    "mean_displacement",
+    "length",
+    "how far the elastic body's surface has sunk from where it lies unloaded, mean over the map; \
+     only where `boundary` is `free`, for a body without edges has no such place",
 );
 pub const MAX_PAIRS: Column = parameter_integer(
     "max_pairs",
@@ -227,6 +267,18 @@ pub const SWITCHES_ALONG_COLUMNS: Column = integer(
     "1",
     "changes between contact and gap along all columns, around the cell",
 );
+pub const SWITCHES_X: Column = integer(
+    "switches_x",
+    "1",
+    "changes between contact and gap from node to node along x, edges of length Δy, so that S_d = Δy \
+     × switches_x + Δx × switches_y; of a rectangle; a square has them as `switches_along_columns`",
+);
+pub const SWITCHES_Y: Column = integer(
+    "switches_y",
+    "1",
+    "changes between contact and gap from node to node along y, edges of length Δx; of a rectangle; \
+     a square has them as `switches_along_rows`",
+);
 pub const SWITCHES: Column = integer(
     "switches",
     "1",
@@ -282,6 +334,9 @@ pub const MEAN_CONTACT_PRESSURE: Column = real(
     "mean pressure over the contact nodes",
 );
 pub const SECANT: Column = real("secant", "1", "area fraction over load, κ of the secant");
+
+/// What is measured of a contact map that is a rectangle, besides.
+pub const SWITCHES_ALONG_AXES: [Column; 2] = [SWITCHES_X, SWITCHES_Y];
 
 /// What is measured of a contact map.
 pub const CONTACT_MEASURES: [Column; 21] = [

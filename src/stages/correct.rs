@@ -7,6 +7,7 @@ pub mod keys;
 use serde::Serialize;
 
 use super::columns::*;
+use super::grids::Meshes;
 use super::summary::distinct;
 use super::{
     Context, Definition, Effort, Extent, Input, Kind, Reads, Rows, Stage, StageError,
@@ -101,11 +102,11 @@ impl Stage for Params {
 }
 
 fn counted_areas(measured: &Table) -> Result<Vec<CountedArea>, StageError> {
-    let nodes = measured.integers(NODES.name)?;
+    let meshes = Meshes::of(measured)?;
     let contact_nodes = measured.integers(CONTACT_NODES.name)?;
     let switches = measured.integers(SWITCHES.name)?;
     let counted = |row| CountedArea {
-        nodes: (nodes.value(row).unsigned_abs() as usize).saturating_pow(2),
+        nodes: meshes.nodes(row).into_iter().fold(1, usize::saturating_mul),
         contact_nodes: contact_nodes.value(row).unsigned_abs() as usize,
         switches: switches.value(row).unsigned_abs() as usize,
     };

@@ -7,8 +7,10 @@ use arrow::datatypes::Float64Type;
 use serde::{Deserialize, Serialize};
 
 use self::description::Description;
-pub use self::origin::{MeasuredSurface, Origin, grid};
+pub use self::origin::{MeasuredSurface, Origin};
+pub use self::per_axis::PerAxis;
 use super::columns::*;
+use super::grids::{self, Grids};
 use super::summary::range;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
@@ -25,12 +27,15 @@ use crate::store::table::Table;
 use crate::surface_files::SurfaceFiles;
 
 pub mod checks;
+mod cutoffs;
 mod description;
 pub mod files;
 pub mod growth;
 pub mod keys;
+mod mesh;
 pub mod method;
 pub mod origin;
+pub mod per_axis;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
@@ -45,8 +50,9 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Surfaces),
     columns: || {
-        let lists: [&[Column]; 7] = [
-            &[SURFACE, METHOD, NODES, SIDE, RMS_SLOPE],
+        let lists: [&[Column]; 8] = [
+            &[SURFACE, METHOD, NODES, SIDE],
+            &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &OF_RANDOM_SURFACES,
             &OF_MEASURED_SURFACES,
             &OF_SHAPES,
@@ -64,8 +70,8 @@ pub const STAGE: Definition = Definition {
 pub struct Params {
     /// Whether the heights are stored, drawn again when needed, or never looked at.
     pub heights: Heights,
-    /// Side of the periodic cell, in the user's unit of length.
-    pub side: f64,
+    /// Sides of the cell along x and y, in the user's unit of length.
+    pub side: PerAxis<f64>,
     /// What the surface looks like.
     #[serde(flatten)]
     pub origin: Origin,
@@ -106,8 +112,8 @@ impl Params {
         TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
     }
 
-    /// Nodes per side.
-    pub fn nodes(&self) -> usize {
+    /// Nodes along x and y.
+    pub fn nodes(&self) -> [usize; 2] {
         self.origin.nodes()
     }
 
@@ -116,7 +122,7 @@ impl Params {
     /// # Errors
     /// When the recipe is not one that a study made, and has no such grid.
     pub fn grid(&self) -> Result<Grid, StageError> {
-        grid(self.nodes(), self.side)
+        grids::grid(self.nodes(), self.side.0)
     }
 
     /// Draws the surface, or reads it.
@@ -124,7 +130,7 @@ impl Params {
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
     pub fn draw(&self, sources: &SurfaceFiles) -> Result<Surface, StageError> {
-        self.origin.draw(self.side, sources)
+        self.origin.draw(self.side.0, sources)
     }
 
     /// The heights that `table` kept, or else the surface drawn again.
@@ -135,11 +141,9 @@ impl Params {
         if !table.has(HEIGHTS.name) {
             return self.draw(sources);
         }
-        let nodes = table.integers(NODES.name)?.value(0);
-        let side = table.reals(SIDE.name)?.value(0);
         let list = table.lists(HEIGHTS.name)?.value(0);
         let heights = list.as_primitive::<Float64Type>().values().to_vec();
-        let grid = grid(nodes.unsigned_abs() as usize, side)?;
+        let grid = Grids::of(table)?.grid(0)?;
         Surface::new(grid, heights).map_err(StageError::Heights)
     }
 }
@@ -180,7 +184,7 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, _: &[(String, Table)]) -> Result<Table, StageError> {
-        Ok(empty_table([&self.origin]))
+        Ok(empty_table([self]))
     }
 
     fn columns_read(&self) -> Columns {
@@ -220,7 +224,7 @@ impl Stage for Params {
         1
     }
 
-    fn mesh(&self) -> Option<usize> {
+    fn mesh(&self) -> Option<[usize; 2]> {
         Some(self.nodes())
     }
 
@@ -232,19 +236,27 @@ impl Stage for Params {
     }
 }
 
-/// The table of surfaces of these origins, without rows.
-pub fn empty_table<'f>(origins: impl IntoIterator<Item = &'f Origin> + Clone) -> Table {
-    let mut columns = vec![SURFACE, METHOD, NODES, SIDE, RMS_SLOPE];
-    for place in origins.clone().into_iter().flat_map(own_columns) {
-        if !columns.contains(&place) {
-            columns.push(place);
-        }
+/// The table of these surfaces, without rows.
+pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table {
+    let mut columns = Vec::new();
+    let mut add = |place: Vec<Column>| {
+        let new = place.into_iter().filter(|column| !columns.contains(column));
+        columns.extend(new.collect::<Vec<_>>());
+    };
+    add(vec![SURFACE, METHOD]);
+    let surfaces: Vec<&Params> = surfaces.into_iter().collect();
+    for surface in &surfaces {
+        add(description::columns_of_grid(surface));
+    }
+    for surface in &surfaces {
+        add(vec![description::column_of_slope(&surface.origin)]);
+    }
+    for surface in &surfaces {
+        add(own_columns(&surface.origin));
     }
     columns.extend(DESCRIPTORS);
-    if origins
-        .into_iter()
-        .any(|origin| matches!(origin, Origin::Random { .. }))
-    {
+    let mut origins = surfaces.iter().map(|surface| &surface.origin);
+    if origins.any(|origin| matches!(origin, Origin::Random { .. })) {
         columns.extend(REFERENCES);
     }
     Table::empty(&columns)
@@ -308,25 +320,62 @@ mod tests {
             edges: Edges::Taper {
                 taper_fraction: 0.1,
             },
-            nodes: 0,
+            nodes: PerAxis::same(0),
         };
         let shape = Shape::Punch {
             radius: 0.25,
             depth: 0.5,
         };
-        let nodes = 128;
+        let open = MeasuredSurface {
+            edges: Edges::Open,
+            ..measured.clone()
+        };
+        let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
         for origin in [
-            Origin::Random { nodes, surface },
+            Origin::Random {
+                nodes: square,
+                surface,
+            },
+            Origin::Random {
+                nodes: rectangle,
+                surface,
+            },
             Origin::File(measured),
-            Origin::Shape { nodes, shape },
+            Origin::File(open),
+            Origin::Shape {
+                nodes: square,
+                shape,
+            },
+            Origin::Shape {
+                nodes: rectangle,
+                shape,
+            },
         ] {
-            let params = Params {
-                heights: Heights::Redraw,
-                side: 1.0,
-                origin,
-            };
-            let recipe = serde_json::to_string(&params).unwrap();
-            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+            for side in [PerAxis([1.0, 1.0]), PerAxis([2.0, 1.0])] {
+                let params = Params {
+                    heights: Heights::Redraw,
+                    side,
+                    origin: origin.clone(),
+                };
+                let recipe = serde_json::to_string(&params).unwrap();
+                assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+            }
         }
+    }
+
+    #[test]
+    fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
+        let params = Params {
+            heights: Heights::Keep,
+            side: PerAxis::same(1.0),
+            origin: Origin::Shape {
+                nodes: PerAxis::same(64),
+                shape: Shape::Paraboloid { radius: 0.5 },
+            },
+        };
+        let recipe = serde_json::to_string(&params).unwrap();
+        let expected =
+            r#"{"heights":"keep","side":1.0,"nodes":64,"method":"paraboloid","radius":0.5}"#;
+        assert_eq!(recipe, expected);
     }
 }

@@ -13,10 +13,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::columns::*;
+use super::grids::Grids;
 use super::summary::range;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
-    StageError, beside_coordinates, generate, stacked,
+    StageError, beside_coordinates, generate, grids, solve, stacked,
 };
 use crate::contact::grid::Grid;
 use crate::contact::morphology::area::ContactArea;
@@ -44,7 +45,8 @@ pub const STAGE: Definition = Definition {
         _ => Some(Rows::Contacts),
     },
     columns: || {
-        let lists: [&[Column]; 3] = [&CONTACT_MEASURES, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]];
+        let contacts = contact_measures(true);
+        let lists: [&[Column]; 3] = [&contacts, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]];
         lists.concat()
     },
     summary: |table| {
@@ -97,7 +99,10 @@ impl Stage for Params {
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts => beside_coordinates(&CONTACT_MEASURES, inputs)?,
+            Params::Contacts => {
+                let measures = contact_measures(grids::has_rectangles(&stacked(inputs)?));
+                beside_coordinates(&measures, inputs)?
+            }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);
@@ -139,16 +144,27 @@ impl Stage for Params {
     }
 }
 
+/// What is measured of contact maps, squares or rectangles.
+fn contact_measures(of_rectangles: bool) -> Vec<Column> {
+    let mut measures = CONTACT_MEASURES.to_vec();
+    if of_rectangles {
+        let before = measures.iter().position(|column| *column == SWITCHES);
+        let place = before.unwrap_or(measures.len());
+        measures.splice(place..place, SWITCHES_ALONG_AXES);
+    }
+    measures
+}
+
 fn contacts(solved: &Table) -> Result<Table, StageError> {
-    let nodes = solved.integers(NODES.name)?;
-    let side = solved.reals(SIDE.name)?;
+    let grids = Grids::of(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
+    let boundary = solve::boundary(solved);
     let measured = (0..solved.rows())
         .map(|row| {
-            let nodes = nodes.value(row).unsigned_abs() as usize;
-            let grid = generate::grid(nodes, side.value(row))?;
+            let grid = grids.grid(row)?;
             let map = ContactMap::from_bytes(grid.nodes(), maps.value(row));
-            Ok(Contact::of(grid, &map.map_err(StageError::Map)?))
+            let map = map.map_err(StageError::Map)?.within(boundary);
+            Ok(Contact::of(grid, &map))
         })
         .collect::<Result<Vec<_>, StageError>>()?;
 
@@ -173,7 +189,7 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
     let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
     let load = solved.reals(LOAD.name)?;
     let pressure = solved.reals(PRESSURE.name)?;
-    let columns = vec![
+    let mut columns = vec![
         (AREA_FRACTION, real(&|_, contact| contact.area.fraction())),
         (CONTACT_NODES, area(|area| area.contact_nodes)),
         (SWITCHES_ALONG_ROWS, area(|area| area.switches_along_rows)),
@@ -181,6 +197,14 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
             SWITCHES_ALONG_COLUMNS,
             area(|area| area.switches_along_columns),
         ),
+    ];
+    if grids::has_rectangles(solved) {
+        columns.extend([
+            (SWITCHES_X, area(|area| area.switches_along_columns)),
+            (SWITCHES_Y, area(|area| area.switches_along_rows)),
+        ]);
+    }
+    columns.extend([
         (SWITCHES, area(ContactArea::switches)),
         (
             PERIMETER_MANHATTAN,
@@ -210,7 +234,7 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
             SECANT,
             real(&|row, contact| contact.area.fraction() / load.value(row)),
         ),
-    ];
+    ]);
     let carried = solved.only(&[MEAN_GAP.name, ENERGY.name, STOP.name]);
     Ok(solved.coordinates().with(columns).beside(&carried))
 }

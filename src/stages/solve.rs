@@ -15,7 +15,8 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates,
 };
-use crate::contact::elasticity::PeriodicHalfSpace;
+use crate::contact::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
+use crate::contact::grid::Boundary;
 use crate::contact::solver::{Settings, Solver, Stop, bytes_per_node, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Value};
@@ -35,7 +36,10 @@ pub const STAGE: Definition = Definition {
         from: Cow::Borrowed("`generate` stages"),
     },
     makes: |_| Some(Rows::Loads),
-    columns: || [SOLVED.as_slice(), &[CONTACT, PRESSURES]].concat(),
+    columns: || {
+        let heavy = [CONTACT, PRESSURES];
+        [&solved::columns(Boundary::Free)[..], &heavy].concat()
+    },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
 };
 
@@ -54,6 +58,10 @@ pub struct Params {
     pub max_pairs: u32,
     /// Which pressure fields are stored.
     pub pressures: Pressures,
+    /// What lies beyond the edges of the surface; a recipe says so where that is not the surface
+    /// again, as it was before there was a choice.
+    #[serde(skip_serializing_if = "Boundary::is_periodic")]
+    pub boundary: Boundary,
 }
 
 impl Params {
@@ -116,11 +124,21 @@ impl Stage for Params {
         };
         let surface = drawn.surface(table, context.sources)?;
         let scales = Scales::of(&surface, table, self)?;
-        let body = PeriodicHalfSpace::new(surface.grid());
-        let mut solver = Solver::new(body, &scales.reduced(surface));
-        let mut rows = Solved::default();
-        let nodes = scales.nodes[0];
-        let expected = |loads: &[f64]| cost::expected_pairs(nodes, loads, self.tolerance);
+        let grid = surface.grid();
+        let heights = scales.reduced(surface);
+        let (mut solver, mut rows) = match self.boundary {
+            Boundary::Periodic => {
+                let body = PeriodicHalfSpace::new(grid);
+                (Solver::new(body, &heights), Solved::default())
+            }
+            Boundary::Free => {
+                let body = FreeHalfSpace::new(grid);
+                let rows = Solved::absolute(&body);
+                (Solver::new(body, &heights), rows)
+            }
+        };
+        drop(heights);
+        let expected = |loads: &[f64]| cost::expected_pairs(scales.nodes, loads, self.tolerance);
         for (index, &given) in self.loads.iter().enumerate() {
             let load = scales.load(given, self.load_unit);
             let outcome = solver.press(load, &self.settings(), context.interrupted);
@@ -138,7 +156,7 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        Ok(beside_coordinates(&SOLVED, inputs)?)
+        Ok(beside_coordinates(&solved::columns(self.boundary), inputs)?)
     }
 
     fn columns_read(&self) -> Columns {
@@ -155,19 +173,28 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
+        let mesh = match self.boundary {
+            Boundary::Periodic => 0.0,
+            Boundary::Free => DOUBLED_MESH,
+        };
         Footprint {
-            work: 5.0 + bytes_per_node(self.tolerance),
+            work: 5.0 + bytes_per_node(self.tolerance) + mesh,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }
 
     /// All but its loads.
     fn coordinates(&self) -> Vec<(Column, Value)> {
-        vec![
+        let mut coordinates = vec![
             (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
             (TOLERANCE, Value::Real(self.tolerance)),
             (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
-        ]
+        ];
+        if self.boundary == Boundary::Free {
+            let name = self.boundary.name().to_owned();
+            coordinates.push((BOUNDARY, Value::Text(name)));
+        }
+        coordinates
     }
 
     fn rows(&self, _: usize) -> usize {
@@ -175,11 +202,11 @@ impl Stage for Params {
     }
 
     fn effort(&self, extent: Extent) -> Effort {
-        Effort::pairs(cost::expected_pairs(
-            extent.nodes,
-            &self.loads,
-            self.tolerance,
-        ))
+        let pairs = cost::expected_pairs(extent.nodes, &self.loads, self.tolerance);
+        Effort::pairs(match self.boundary {
+            Boundary::Periodic => pairs,
+            Boundary::Free => pairs * FREE_OVER_PERIODIC,
+        })
     }
 
     /// The same block with no pressures kept.
@@ -191,6 +218,29 @@ impl Stage for Params {
                 ..self.clone()
             }))
         })
+    }
+}
+
+/// What a pair on a mesh of twice the nodes along both axes takes, most of which are known to be zero,
+/// over one on the mesh itself.
+const FREE_OVER_PERIODIC: f64 = 3.0;
+
+/// Bytes that a mesh of twice the nodes along both axes adds for each node, at the peak of a run on
+/// 1024² and 2048² nodes.
+const DOUBLED_MESH: f64 = 105.0;
+
+/// What lies beyond the edges of the surface in the table of one task.
+pub fn boundary(solved: &Table) -> Boundary {
+    let words = solved.texts(BOUNDARY.name);
+    let is_free = words.is_ok_and(|words| {
+        words
+            .iter()
+            .flatten()
+            .any(|word| word == Boundary::Free.name())
+    });
+    match is_free {
+        true => Boundary::Free,
+        false => Boundary::Periodic,
     }
 }
 

@@ -86,8 +86,8 @@ pub trait Stage {
         read
     }
 
-    /// Nodes per side of the mesh, where the task makes one.
-    fn mesh(&self) -> Option<usize> {
+    /// Nodes along x and y of the mesh, where the task makes one.
+    fn mesh(&self) -> Option<[usize; 2]> {
         None
     }
 
@@ -175,8 +175,8 @@ impl Footprint {
 /// How much a task has at hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// Nodes per side of a surface.
-    pub nodes: usize,
+    /// Nodes of a surface along x and y.
+    pub nodes: [usize; 2],
     /// Rows about it, see [`Stage::rows`].
     pub rows: usize,
     /// Tables that are read.

@@ -55,8 +55,8 @@ impl Work {
     pub fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         let recipes = match self {
             Work::Generate(surfaces) => {
-                let origins = surfaces.iter().map(|surfaces| &surfaces.params.origin);
-                return Ok(generate::empty_table(origins));
+                let params = surfaces.iter().map(|surfaces| &surfaces.params);
+                return Ok(generate::empty_table(params));
             }
             Work::Evaluate(recipes) => recipes,
         };

@@ -6,6 +6,7 @@ use super::{Stage, Study, Work, until};
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::{Manifest, PublishedTable, StudyTable};
 use crate::stages::Given;
+use crate::stages::given::Surfaces;
 use crate::stages::{Kind, Rows, stacked};
 use crate::store::table::Table;
 use crate::surface_files::SurfaceFiles;
@@ -85,6 +86,7 @@ fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Op
 #[derive(Default)]
 struct Validated {
     rows: Option<Rows>,
+    surfaces: Surfaces,
     work: Option<Work>,
     /// Its table without rows, if another stage reads it.
     empty: Option<Table>,
@@ -130,7 +132,10 @@ impl Validator<'_> {
         let read = self.tables_of(inputs).filter(|_| is_fed);
         let stacked = read.as_deref().and_then(|read| stacked(read).ok());
         let stacked = stacked.filter(|table| !table.names().is_empty());
+        let above = inputs.iter().map(|&input| &self.validated[input].surfaces);
+        let surfaces = above.fold(Surfaces::default(), Surfaces::and);
         let mut given = Given {
+            surfaces: surfaces.clone(),
             seed: self.seed,
             sources: &mut self.sources,
             read: rows_read,
@@ -150,8 +155,12 @@ impl Validator<'_> {
         let empty = empty
             .zip(points)
             .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
+        let made = work
+            .as_ref()
+            .map(|work| Surfaces::made_by(&table.name.value, work));
         Validated {
             rows,
+            surfaces: surfaces.and(&made.unwrap_or_default()),
             work,
             empty,
             tasks,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Stage, Study, Work};
 use crate::contact::topography::shapes::Shape;
 use crate::stages::fit::laws::{Law, PlainLaw};
-use crate::stages::generate::Origin;
+use crate::stages::generate::{Origin, Params, PerAxis};
 use crate::stages::{Recipe, measure};
 
 /// Nodes to the shortest wavelength from which on the counted area needs no warning.
@@ -51,50 +51,69 @@ impl fmt::Display for Warning {
 /// The shortest wave of a surface, on its mesh.
 #[derive(Debug, Clone, Copy)]
 struct ShortestWave {
-    nodes: u32,
+    nodes: [u32; 2],
     key: &'static str,
     wavenumber: u32,
+    /// Nodes to its length, along the axis that has fewer.
+    resolution: f64,
 }
 
 impl ShortestWave {
     /// Of a surface that is drawn; a measured one has those that its file holds, and the other
     /// shapes have edges and curvature, but no waves.
-    fn of(origin: &Origin) -> Option<ShortestWave> {
-        let (nodes, key, wavenumber) = match origin {
-            Origin::Random { nodes, surface } => (*nodes, "k_upper", surface.spectrum.k_upper),
-            Origin::Shape { nodes, shape } => match *shape {
-                Shape::Wave { waves, .. }
-                | Shape::WaveProduct { waves, .. }
-                | Shape::WaveSum { waves, .. } => (*nodes, "waves", waves),
+    fn of(params: &Params) -> Option<ShortestWave> {
+        let steps = params.grid().ok()?.larger_steps();
+        let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
+            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
+            Origin::File(_) => return None,
+        };
+        let [along_x, along_y] = [nodes_x, nodes_y].map(f64::from);
+        let (nodes, key, wavenumber) = match &params.origin {
+            Origin::Random { surface, .. } => (steps, "k_upper", surface.spectrum.k_upper),
+            Origin::Shape { shape, .. } => match *shape {
+                Shape::Wave { waves, .. } => (along_x, "waves", waves),
+                Shape::WaveProduct { waves, .. } | Shape::WaveSum { waves, .. } => {
+                    (along_x.min(along_y), "waves", waves)
+                }
                 Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
             },
             Origin::File(_) => return None,
         };
         Some(ShortestWave {
-            nodes,
+            nodes: [nodes_x, nodes_y],
             key,
             wavenumber,
+            resolution: nodes / f64::from(wavenumber),
         })
     }
 
-    /// Nodes to its length.
-    fn resolution(self) -> f64 {
-        f64::from(self.nodes) / f64::from(self.wavenumber)
+    /// Its mesh as a manifest has it, so many times finer along both axes; rounded up, but for the
+    /// rounding of a quotient.
+    fn mesh(&self, finer: f64) -> String {
+        let [x, y] = self
+            .nodes
+            .map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
+        match x == y {
+            true => format!("{x}"),
+            false => format!("[{x}, {y}]"),
+        }
     }
 }
 
 impl Study {
-    /// What should be known of the study before it is run: meshes that count far too much area.
+    /// What should be known of the study before it is run: meshes that count far too much area, and
+    /// lists that could be read in two ways.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
-        stages
-            .filter_map(|(place, stage)| {
-                Some(Warning {
-                    stage: stage.name.clone(),
-                    message: self.coarse_mesh(place, stage)?,
-                })
+        let warnings = stages.flat_map(|(place, stage)| {
+            let messages = [taken_as_pairs(stage), self.coarse_mesh(place, stage)];
+            let messages = messages.into_iter().flatten();
+            messages.map(|message| Warning {
+                stage: stage.name.clone(),
+                message,
             })
-            .collect()
+        });
+        warnings.collect()
     }
 
     /// What the coarsest mesh of a stage's surfaces does to the area that is counted on it.
@@ -108,23 +127,22 @@ impl Study {
         };
         let waves = ensembles.iter();
         let mut waves: Vec<ShortestWave> = waves
-            .filter_map(|ensemble| ShortestWave::of(&ensemble.params.origin))
-            .filter(|wave| wave.resolution() < enough)
+            .filter_map(|ensemble| ShortestWave::of(&ensemble.params))
+            .filter(|wave| wave.resolution < enough)
             .collect();
-        waves.sort_by(|one, other| one.resolution().total_cmp(&other.resolution()));
+        waves.sort_by(|one, other| one.resolution.total_cmp(&other.resolution));
         let (coarsest, others) = waves.split_first()?;
         let ShortestWave {
-            nodes,
-            key,
-            wavenumber,
+            key, wavenumber, ..
         } = *coarsest;
         let others = match others.len() {
             0 => String::new(),
             1 => format!(" (1 other point has less than {enough}, too)"),
             more => format!(" ({more} other points have less than {enough}, too)"),
         };
-        let [least, most] = ADDED.map(|added| added / coarsest.resolution());
-        let finer = f64::from(wavenumber) * enough;
+        let [least, most] = ADDED.map(|added| added / coarsest.resolution);
+        let nodes = coarsest.mesh(1.0);
+        let finer = coarsest.mesh(enough / coarsest.resolution);
         let remedy = match enough == ENOUGH {
             true => format!(
                 "a `correct` stage takes most of it off, `nodes = {finer}` leaves 6 to 10 %"
@@ -133,7 +151,7 @@ impl Study {
                 "corrections leave up to 12 % of the area, `nodes = {finer}` leaves them 3 %"
             ),
         };
-        let resolution = (10.0 * coarsest.resolution()).round() / 10.0;
+        let resolution = (10.0 * coarsest.resolution).round() / 10.0;
         Some(format!(
             "`nodes = {nodes}` with `{key} = {wavenumber}` is {resolution} nodes to the shortest \
              wavelength{others}; the mesh adds some {least:.0} to {most:.0} % to the contact area \
@@ -168,6 +186,22 @@ impl Study {
         });
         readers.map(|(place, _)| place).collect()
     }
+}
+
+/// That two lists are one rectangle, and not swept as each of them alone would be.
+fn taken_as_pairs(stage: &Stage) -> Option<String> {
+    let Work::Generate(ensembles) = &stage.work else {
+        return None;
+    };
+    let surfaces = ensembles.iter().find(|ensemble| ensemble.may_be_swept)?;
+    let ([nodes_x, nodes_y], PerAxis([side_x, side_y])) =
+        (surfaces.params.nodes(), surfaces.params.side);
+    Some(format!(
+        "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is one rectangle, along x \
+         and along y, and no sweep of four squares; `nodes = [[{nodes_x}, {nodes_y}]]` with `side = \
+         [[{side_x}, {side_y}]]` says so outright, and `cases = [{{ nodes = {nodes_x}, side = \
+         {side_x} }}, …]` names squares"
+    ))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use serde_spanned::Spanned;
 use toml::de::{DeValue, Error, ValueDeserializer};
 
 use super::Layout;
+use super::on_axes::NUMBER_OR_PAIR;
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
 
 /// Reads a value of the parsed document; the places in it stay those of the text.
@@ -203,7 +204,7 @@ fn found_in_words(found: &str) -> String {
 /// What to do where a number was asked for and one is there as a text, perhaps with a unit.
 fn number_in_quotes(found: &str, expected: &str) -> Option<String> {
     let text = found.strip_prefix("string ")?.trim_matches('"').trim();
-    if !matches!(expected, "f64" | "i64") {
+    if !matches!(expected, "f64" | "i64" | NUMBER_OR_PAIR) {
         return None;
     }
     let number = text.trim_end_matches(|letter: char| !letter.is_ascii_digit());

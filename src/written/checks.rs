@@ -49,13 +49,18 @@ impl<'a> Checks<'a> {
 
     /// A value that must be there.
     pub fn required<'k, T>(&mut self, name: &str, key: &'k Key<T>) -> Option<&'k Written<T>> {
-        if key.written().is_none() && !self.excused.contains(name) {
+        if key.written().is_none() && !self.is_excused(name) {
             let label = format!("`{name}` is missing here");
             let message = format!("`{name}` is not given");
             let problem = Problem::new(message, self.place.clone(), label);
             self.report(name, problem);
         }
         key.written()
+    }
+
+    /// Whether a key is missing because what is written for it cannot be read, which is reported.
+    pub fn is_excused(&self, name: &str) -> bool {
+        self.excused.contains(name)
     }
 
     /// A number that must be there.

@@ -28,6 +28,8 @@ pub struct Section<T> {
     pub points: Vec<Point<T>>,
     /// Keys that are missing because what stands for them cannot be read, which is reported.
     pub excused: BTreeSet<String>,
+    /// Whether lists that are read as pairs might have been meant to be swept.
+    pub may_be_swept: bool,
 }
 
 /// One point of a grid.
@@ -46,6 +48,7 @@ impl<T> Section<T> {
             place,
             points: Vec::new(),
             excused: BTreeSet::new(),
+            may_be_swept: false,
         }
     }
 }

@@ -18,15 +18,19 @@ pub struct Layout {
     pub swept: &'static [&'static str],
     /// Keys that hold a list, for which a single value may stand.
     pub lists: &'static [&'static str],
+    /// Keys that hold a number for both axes or a pair of them, all or none of which are pairs.
+    pub pairs: &'static [&'static str],
     /// The JSON Schema of the table, without references.
     pub schema: Schema,
 }
 
 impl Layout {
-    /// Of a type, with the keys whose lists are swept, and those that hold lists.
+    /// Of a type, with the keys whose lists are swept, those that hold lists, and those that take
+    /// pairs.
     pub fn of<T: JsonSchema>(
         swept: &'static [&'static str],
         lists: &'static [&'static str],
+        pairs: &'static [&'static str],
     ) -> Self {
         let settings = SchemaSettings::draft07().with(|settings| {
             settings.inline_subschemas = true;
@@ -38,6 +42,7 @@ impl Layout {
         Self {
             swept,
             lists,
+            pairs,
             schema,
         }
     }
@@ -76,11 +81,20 @@ fn tidy(schema: &mut Schema) {
 /// Declares a table and what its lists mean.
 macro_rules! table {
     ($table:ident, swept: [$($swept:literal),*], lists: [$($list:literal),*]) => {
+        $crate::written::table!($table, swept: [$($swept),*], lists: [$($list),*], pairs: []);
+    };
+    (
+        $table:ident,
+        swept: [$($swept:literal),*],
+        lists: [$($list:literal),*],
+        pairs: [$($pair:literal),*]
+    ) => {
         impl $crate::written::Table for $table {
             fn layout() -> &'static $crate::written::Layout {
                 use $crate::written::Layout;
-                static LAYOUT: std::sync::LazyLock<Layout> =
-                    std::sync::LazyLock::new(|| Layout::of::<$table>(&[$($swept),*], &[$($list),*]));
+                static LAYOUT: std::sync::LazyLock<Layout> = std::sync::LazyLock::new(|| {
+                    Layout::of::<$table>(&[$($swept),*], &[$($list),*], &[$($pair),*])
+                });
                 &LAYOUT
             }
         }

@@ -8,6 +8,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use super::advice::{self, Wanted};
 use super::grid::{Axis, Grid, Section};
+use super::on_axes::Pairs;
 use super::{Layout, Table};
 use crate::diagnostics::{Problem, Problems, Span, listed};
 
@@ -20,6 +21,7 @@ pub fn read<T: Table>(
 ) -> Section<T> {
     let mut reader = Reader::<T> {
         layout: T::layout(),
+        pairs: Pairs::among(&table, T::layout()),
         wanted,
         problems,
         grid: Grid::default(),
@@ -37,7 +39,7 @@ pub fn read<T: Table>(
     if let Some(cases) = cases {
         reader.cases(cases);
     }
-    let (grid, excused) = (reader.grid, reader.excused);
+    let (grid, excused, pairs) = (reader.grid, reader.excused, reader.pairs);
     let points = grid.spread(&place).unwrap_or_else(|problem| {
         problems.push(problem);
         Vec::new()
@@ -46,11 +48,13 @@ pub fn read<T: Table>(
         place,
         points,
         excused,
+        may_be_swept: pairs.may_be_swept,
     }
 }
 
 struct Reader<'a, 'i, T> {
     layout: &'static Layout,
+    pairs: Pairs,
     wanted: &'a Wanted,
     problems: &'a mut Problems,
     grid: Grid<'i>,
@@ -69,7 +73,9 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         }
         let axis = self.layout.swept.iter().position(|swept| *swept == name);
         match (axis, value.get_ref()) {
-            (Some(axis), DeValue::Array(_)) => self.axis(axis, key, value),
+            (Some(axis), DeValue::Array(_)) if !self.pairs.has(name) => {
+                self.axis(axis, key, value);
+            }
             _ if self.layout.lists.contains(&name) => self.list(key, as_list(value)),
             _ => self.share(key, value),
         }
@@ -216,7 +222,8 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         let Err(error) = advice::deserialize::<T>(alone) else {
             return true;
         };
-        let is_sweep = value.get_ref().is_array() && error.span() == Some(value.span());
+        let is_list = value.get_ref().is_array() && error.span() == Some(value.span());
+        let is_sweep = is_list && !self.layout.pairs.contains(&name);
         let help = if is_sweep && !self.layout.swept.is_empty() {
             let swept = listed(self.layout.swept.iter().copied(), "and");
             Some(format!("lists are swept for {swept} only"))
@@ -256,6 +263,10 @@ fn plain(value: &DeValue<'_>) -> String {
             Err(_) => float.to_string(),
         },
         DeValue::String(text) => format!("{text:?}"),
+        DeValue::Array(list) => {
+            let items: Vec<_> = list.iter().map(|item| plain(item.get_ref())).collect();
+            format!("[{}]", items.join(", "))
+        }
         other => format!("{other:?}"),
     }
 }

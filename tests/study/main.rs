@@ -21,6 +21,7 @@ mod owners;
 mod pruning;
 mod readers;
 mod reading;
+mod rectangles;
 mod reference;
 mod report;
 mod separation;

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use crate::bench::Bench;
 
-fn reference(name: &str) -> PathBuf {
+pub fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("data/reference")
         .join(name)
 }
 
 /// A column of the reference by its name.
-fn column(csv: &str, name: &str) -> Vec<f64> {
+pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let header = lines.next().expect("a header");
     let index = header

@@ -5,10 +5,12 @@ use arrow::datatypes::Float64Type;
 
 use super::Map;
 use crate::cli::{Failure, Misused, counted};
+use crate::contact::grid::Grid;
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::topography::surface::Surface;
 use crate::figures::raster::{Raster, Scale};
-use crate::stages::columns::{CONTACT, LOAD, NODES, PRESSURES, UNIT};
+use crate::stages::columns::{CONTACT, LOAD, PRESSURES, UNIT};
+use crate::stages::grids::Grids;
 use crate::stages::{Kind, StageError, generate};
 use crate::store::Store;
 use crate::store::key::TaskKey;
@@ -21,7 +23,8 @@ use crate::surface_files::SurfaceFiles;
 pub struct Picture {
     pub raster: Raster,
     pub map: Map,
-    pub nodes: usize,
+    /// Along x and y.
+    pub nodes: [usize; 2],
     /// The load, reduced; none for heights, and for contacts at all loads.
     pub load: Option<f64>,
     /// What the ends of the colours mean; none where there are but two colours.
@@ -102,9 +105,9 @@ impl FinishedTask {
     }
 
     fn contact(&self, load: Option<f64>) -> Result<Picture, Failure> {
-        let nodes = self.nodes()?;
+        let grid = self.grid()?;
         let maps = self.table.bytes(CONTACT.name)?;
-        let map = |row: usize| ContactMap::from_bytes([nodes; 2], maps.value(row));
+        let map = |row: usize| ContactMap::from_bytes(grid.nodes(), maps.value(row));
         let rows: Vec<usize> = (0..self.table.rows()).collect();
         let row = load.map(|load| self.nearest(load, &rows)).transpose()?;
         let raster = match row {
@@ -115,9 +118,9 @@ impl FinishedTask {
             }
         };
         Ok(Picture {
-            raster,
+            raster: raster.in_proportion(grid.cell().size()),
             map: Map::Contact,
-            nodes,
+            nodes: grid.nodes(),
             load: row.map(|row| self.load(row)).transpose()?,
             range: None,
         })
@@ -143,19 +146,19 @@ impl FinishedTask {
         let list = lists.value(row);
         let pressures = list.as_primitive::<Float64Type>().iter();
         let pressures: Vec<f64> = pressures.map(Option::unwrap_or_default).collect();
-        let nodes = self.nodes()?;
+        let grid = self.grid()?;
+        let raster = Raster::of_pressures(grid.nodes(), &pressures);
         Ok(Picture {
-            raster: Raster::of_pressures([nodes; 2], &pressures),
+            raster: raster.in_proportion(grid.cell().size()),
             map: Map::Pressures,
-            nodes,
+            nodes: grid.nodes(),
             load: Some(self.load(row)?),
             range: Some(Range::of(&Scale::of_pressures(&pressures), String::new())),
         })
     }
 
-    fn nodes(&self) -> Result<usize, Failure> {
-        let nodes = self.table.integers(NODES.name)?;
-        Ok(nodes.value(0).unsigned_abs() as usize)
+    fn grid(&self) -> Result<Grid, Failure> {
+        Ok(Grids::of(&self.table)?.grid(0)?)
     }
 
     fn load(&self, row: usize) -> Result<f64, Failure> {
@@ -173,11 +176,12 @@ impl FinishedTask {
 }
 
 fn of_surface(surface: &Surface, unit: String) -> Picture {
-    let heights = surface.heights();
+    let (grid, heights) = (surface.grid(), surface.heights());
+    let raster = Raster::of_heights(grid.nodes(), heights);
     Picture {
-        raster: Raster::of_heights(surface.grid().nodes(), heights),
+        raster: raster.in_proportion(grid.cell().size()),
         map: Map::Heights,
-        nodes: surface.grid().nodes()[0],
+        nodes: grid.nodes(),
         load: None,
         range: Some(Range::of(&Scale::of_heights(heights), unit)),
     }

@@ -50,6 +50,19 @@ impl FreeHalfSpace {
     }
 }
 
+impl FreeHalfSpace {
+    /// What unit pressure on all cells does to each of their centres. Since two cells do the same to
+    /// each other, Σ p w over the map is what any pressure p does to all of them together.
+    pub fn under_unit_pressure(&self) -> Vec<f64> {
+        let transform = super::transform::<f64>(self);
+        let kernel = super::displacement::<f64>(self);
+        let mut sunk = vec![0.0; self.grid.count()];
+        let unit = vec![1.0; self.grid.count()];
+        transform.convolve(&kernel, &unit, &mut sunk, &mut transform.scratch());
+        sunk
+    }
+}
+
 /// Displacement at a distance (x, y) from the centre of a cell under unit pressure, E* = 1.
 fn displacement_beside_cell([x, y]: [f64; 2], [step_x, step_y]: [f64; 2]) -> f64 {
     let [a, b] = [x - step_x / 2.0, x + step_x / 2.0];
@@ -156,6 +169,18 @@ mod tests {
                 assert!((found / sum - 1.0).abs() < 1e-13, "{grid:?}, node {node}");
             }
         }
+    }
+
+    #[test]
+    fn all_cells_together_sink_as_much_as_each_does_under_all() {
+        let grid = rectangle([5, 12], [1.0, 3.0]);
+        let pressure: Vec<f64> = (0..grid.count())
+            .map(|node| libm::sin(3.0 + (node * node) as f64).abs())
+            .collect();
+        let together: f64 = sunk(grid, &pressure).iter().sum();
+        let each = FreeHalfSpace::new(grid).under_unit_pressure();
+        let sum: f64 = pressure.iter().zip(&each).map(|(p, sunk)| p * sunk).sum();
+        assert!((sum / together - 1.0).abs() < 1e-13);
     }
 
     #[test]

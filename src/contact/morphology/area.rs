@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 
 use super::correction::CountedArea;
 use super::map::ContactMap;
-use crate::contact::grid::Grid;
+use crate::contact::grid::{Boundary, Grid};
 
-/// What can be counted on a contact map; the mesh is periodic, so that each edge has a neighbour.
+/// What can be counted on a contact map. On a periodic one all nodes have neighbours on all sides; on
+/// one with nothing beyond its edges, those at an edge have none there, and are not for that on the
+/// edge of contact.
 ///
 /// ```
 /// use asperity::contact::grid::Grid;
@@ -54,13 +56,18 @@ impl ContactArea {
             edge_nodes_8: 0,
             interior_nodes: 0,
         };
-        let count = nodes[0];
-        let mut rows = [count - 1, 0, 1 % count].map(|i| Row::of(map, i));
+        let (count, last) = (nodes[0], nodes[0] - 1);
+        // A row beside which there is nothing stands beside itself: between them nothing changes.
+        let (before, after): (usize, &dyn Fn(usize) -> usize) = match map.boundary() {
+            Boundary::Periodic => (last, &|i| i % count),
+            Boundary::Free => (0, &|i| i.min(last)),
+        };
+        let mut rows = [before, 0, after(1)].map(|i| Row::of(map, i));
         for i in 0..count {
             let [above, here, below] = &rows;
             area.add_row(above, here, below);
             rows.rotate_left(1);
-            rows[2].read(map, (i + 2) % count);
+            rows[2].read(map, after(i + 2));
         }
         area
     }
@@ -141,17 +148,21 @@ impl Row {
         let nodes = map.nodes()[1];
         map.copy_row(i, &mut self.bits);
         let last = (nodes - 1) % 64;
-        // Each row is a ring: its last node enters before the first one, and the other way round.
-        let mut previous = self.bits[self.bits.len() - 1] >> last & 1;
+        let ends = [self.bits[0] & 1, self.bits[self.bits.len() - 1] >> last & 1];
+        // A periodic row is a ring: its last node enters before the first one, and the other way
+        // round. Otherwise either end is its own neighbour.
+        let [mut previous, following_last] = match map.boundary() {
+            Boundary::Periodic => [ends[1], ends[0]],
+            Boundary::Free => ends,
+        };
         for (word, &bits) in self.bits.iter().enumerate() {
             let following = self.bits.get(word + 1).copied().unwrap_or(0);
             self.next[word] = bits >> 1 | following << 63;
             self.solid[word] = bits & (bits << 1 | previous);
             previous = bits >> 63;
         }
-        let first = self.bits[0] & 1;
         let end = self.next.len() - 1;
-        self.next[end] |= first << last;
+        self.next[end] |= following_last << last;
         for (solid, next) in self.solid.iter_mut().zip(&self.next) {
             *solid &= next;
         }
@@ -172,17 +183,22 @@ mod tests {
     /// Node by node, from the definitions.
     fn count_slowly(map: &ContactMap) -> ContactArea {
         let [rows, row_nodes] = map.nodes();
-        let at = |i: usize, j: usize| map.get(i % rows, j % row_nodes);
+        // Moved by one, so that steps back are numbers too.
+        let inside = |index: usize, nodes: usize| match map.boundary() {
+            Boundary::Periodic => (index + nodes - 1) % nodes,
+            Boundary::Free => index.saturating_sub(1).min(nodes - 1),
+        };
+        let at = |i: usize, j: usize| map.get(inside(i, rows), inside(j, row_nodes));
         let all: Vec<_> = (0..rows)
-            .flat_map(|i| (0..row_nodes).map(move |j| (i, j)))
+            .flat_map(|i| (0..row_nodes).map(move |j| (i + 1, j + 1)))
             .collect();
         let among =
             |test: &dyn Fn(usize, usize) -> bool| all.iter().filter(|(i, j)| test(*i, *j)).count();
-        let (up, down, left, right) = (rows - 1, 1, row_nodes - 1, 1);
-        let nearest = [(up, 0), (down, 0), (0, left), (0, right)];
-        let diagonal = [(up, left), (up, right), (down, left), (down, right)];
+        let nearest = [(0, 1), (2, 1), (1, 0), (1, 2)];
+        let diagonal = [(0, 0), (0, 2), (2, 0), (2, 2)];
         let touch = |i: usize, j: usize, around: &[(usize, usize)]| {
-            around.iter().all(|(down, right)| at(i + down, j + right))
+            let mut around = around.iter();
+            around.all(|(down, right)| at(i + down - 1, j + right - 1))
         };
         let interior = among(&|i, j| at(i, j) && touch(i, j, &nearest) && touch(i, j, &diagonal));
         ContactArea {
@@ -200,14 +216,29 @@ mod tests {
     fn words_count_what_nodes_do() {
         for nodes in MESHES {
             for share in [0.1, 0.5, 0.9, 1.0] {
-                let map = random(nodes, share);
-                assert_eq!(
-                    ContactArea::of(&map),
-                    count_slowly(&map),
-                    "{nodes:?} {share}"
-                );
+                for boundary in [Boundary::Periodic, Boundary::Free] {
+                    let map = random(nodes, share).within(boundary);
+                    assert_eq!(
+                        ContactArea::of(&map),
+                        count_slowly(&map),
+                        "{nodes:?} {share} {boundary:?}"
+                    );
+                }
             }
         }
+    }
+
+    #[test]
+    fn edges_of_a_map_are_no_edges_of_contact() {
+        // A corner of 4 × 3 nodes: two of its sides are edges of the map.
+        let corner = map([10, 8], |i, j| i < 4 && j < 3);
+        let area = ContactArea::of(&corner.clone().within(Boundary::Free));
+        assert_eq!(area.switches_along_rows, 4);
+        assert_eq!(area.switches_along_columns, 3);
+        assert_eq!([area.edge_nodes_4, area.interior_nodes], [6, 6]);
+        assert_eq!(ContactArea::of(&corner).switches(), 2 * (4 + 3));
+        let full = ContactArea::of(&map([10, 8], |_, _| true).within(Boundary::Free));
+        assert_eq!([full.switches(), full.interior_nodes], [0, 80]);
     }
 
     #[test]

@@ -1,14 +1,17 @@
-//! Connected clusters of contact, or of the gap, on a torus.
+//! Connected clusters of contact, or of the gap, on a torus, or on a map that ends at its edges.
 //!
 //! A cluster is a set of nodes joined through their 4 nearest neighbours. Rows are cut into runs of
 //! joined nodes, and a union-find joins the runs. Each link remembers how often it crosses the
-//! boundary of the cell; a closed chain of links whose crossings do not cancel goes around.
+//! boundary of the cell; a closed chain of links whose crossings do not cancel goes around. Where there
+//! is nothing beyond the edges no link crosses them, and a cluster goes through that meets both.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::map::{ContactMap, mask_tail};
+use crate::contact::grid::Boundary;
 
-/// Clusters of one kind on a periodic map.
+/// Clusters of one kind on a map.
 ///
 /// ```
 /// use asperity::contact::morphology::clusters::Clusters;
@@ -32,9 +35,11 @@ pub struct Clusters {
     pub count: usize,
     /// Nodes of the largest one.
     pub largest: usize,
-    /// Some cluster holds a closed path that goes around the cell along x, across the rows.
+    /// Some cluster holds a closed path that goes around the cell along x, across the rows; or, where
+    /// there is nothing beyond the edges, reaches from the first row to the last.
     pub around_x: bool,
-    /// Some cluster holds a closed path that goes around the cell along y, along the rows.
+    /// Some cluster holds a closed path that goes around the cell along y, along the rows; or reaches
+    /// from their first nodes to their last.
     pub around_y: bool,
 }
 
@@ -65,10 +70,25 @@ impl Clusters {
         }
         let rows = |i: usize| if i == 0 { 0 } else { row_ends[i - 1] }..row_ends[i];
         let mut forest = Forest::of(&runs);
-        for i in 0..count {
-            let (here, below) = (rows(i), rows((i + 1) % count));
-            close_row(&mut forest, &runs, here.clone(), row_nodes);
-            join_rows(&mut forest, &runs, here, below, i32::from(i + 1 == count));
+        for i in 0..count - 1 {
+            join_rows(&mut forest, &runs, rows(i), rows(i + 1), 0);
+        }
+        match map.boundary() {
+            Boundary::Periodic => {
+                for i in 0..count {
+                    close_row(&mut forest, &runs, rows(i), row_nodes);
+                }
+                join_rows(&mut forest, &runs, rows(count - 1), rows(0), 1);
+            }
+            Boundary::Free => {
+                let first = |run: &usize| runs[*run].start == 0;
+                let last = |run: &usize| runs[*run].end as usize == row_nodes;
+                let all = 0..runs.len();
+                forest.around = [
+                    forest.meet(rows(0), rows(count - 1)),
+                    forest.meet(all.clone().filter(first), all.filter(last)),
+                ];
+            }
         }
         forest.clusters()
     }
@@ -172,6 +192,16 @@ impl Forest {
         (run, total)
     }
 
+    /// Whether some cluster has a run among these and one among those.
+    fn meet(
+        &mut self,
+        these: impl Iterator<Item = usize>,
+        mut those: impl Iterator<Item = usize>,
+    ) -> bool {
+        let roots: BTreeSet<usize> = these.map(|run| self.root(run).0).collect();
+        those.any(|run| roots.contains(&self.root(run).0))
+    }
+
     /// Joins two runs; from `a` to `b` the boundary of the cell is crossed `crossing` times.
     fn join(&mut self, a: usize, b: usize, crossing: [i32; 2]) {
         let (root_a, shift_a) = self.root(a);
@@ -235,10 +265,11 @@ mod tests {
     }
 
     /// Node by node: floods each cluster over the copies of the cell, where a node that is met
-    /// again in another copy closes a path around.
+    /// again in another copy closes a path around; or over the one map that there is.
     fn flood(map: &ContactMap, contact: bool) -> Clusters {
         let [rows, row_nodes] = map.nodes();
         let mut seen = vec![None; rows * row_nodes];
+        let is_free = map.boundary() == Boundary::Free;
         let mut found = of(0, 0, false, false);
         for start in 0..rows * row_nodes {
             let (row, column) = (start / row_nodes, start % row_nodes);
@@ -249,11 +280,20 @@ mod tests {
             let home = (row as i64, column as i64);
             seen[start] = Some(home);
             let (mut size, mut open) = (0, vec![home]);
+            let mut met = [false; 4];
             while let Some((x, y)) = open.pop() {
                 size += 1;
+                let edges = [
+                    x == 0,
+                    x + 1 == rows as i64,
+                    y == 0,
+                    y + 1 == row_nodes as i64,
+                ];
+                met = [0, 1, 2, 3].map(|edge| met[edge] || edges[edge]);
                 for (x, y) in [(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)] {
                     let (i, j) = (wrap(x, rows), wrap(y, row_nodes));
-                    if map.get(i, j) != contact {
+                    let is_beyond = (i as i64, j as i64) != (x, y);
+                    if is_free && is_beyond || map.get(i, j) != contact {
                         continue;
                     }
                     let before = &mut seen[i * row_nodes + j];
@@ -268,6 +308,8 @@ mod tests {
             }
             found.count += 1;
             found.largest = found.largest.max(size);
+            found.around_x |= is_free && met[0] && met[1];
+            found.around_y |= is_free && met[2] && met[3];
         }
         found
     }
@@ -277,19 +319,33 @@ mod tests {
         for nodes in MESHES {
             // Around the threshold of percolation, 0.593, clusters are as tangled as they get.
             for share in [0.2, 0.5, 0.6, 0.65, 0.8, 1.0] {
-                let map = random(nodes, share);
-                assert_eq!(
-                    Clusters::of_contact(&map),
-                    flood(&map, true),
-                    "{nodes:?} {share}"
-                );
-                assert_eq!(
-                    Clusters::of_gap(&map),
-                    flood(&map, false),
-                    "{nodes:?} {share}"
-                );
+                for boundary in [Boundary::Periodic, Boundary::Free] {
+                    let map = random(nodes, share).within(boundary);
+                    let found = [Clusters::of_contact(&map), Clusters::of_gap(&map)];
+                    let flooded = [flood(&map, true), flood(&map, false)];
+                    assert_eq!(found, flooded, "{nodes:?} {share} {boundary:?}");
+                }
             }
         }
+    }
+
+    #[test]
+    fn without_anything_beyond_the_edges_clusters_end_there() {
+        // Four corners of one disc.
+        let from_corner = |index: usize| index.min(64 - index) as f64;
+        let disc = |i: usize, j: usize| from_corner(i).hypot(from_corner(j)) < 20.0;
+        let bounded = |map: ContactMap| {
+            let map = map.within(Boundary::Free);
+            [Clusters::of_contact(&map), Clusters::of_gap(&map)]
+        };
+        let [contact, gap] = bounded(square(64, disc));
+        assert_eq!((contact.count, gap.count), (4, 1));
+        assert!(!contact.around_x && gap.around_x && gap.around_y);
+        // A strip from edge to edge, and one that ends before.
+        let [strip, beside] = bounded(map([9, 12], |_, j| j == 3));
+        assert!(strip.around_x && !strip.around_y && beside.around_x && !beside.around_y);
+        let [stub, around] = bounded(map([9, 12], |i, j| j == 3 && i < 8));
+        assert!(!stub.around_x && around.around_x && around.around_y);
     }
 
     #[test]

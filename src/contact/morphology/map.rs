@@ -2,9 +2,11 @@
 
 use thiserror::Error;
 
+use crate::contact::grid::Boundary;
+
 const WORD: usize = u64::BITS as usize;
 
-/// A periodic map of contact, N_x × N_y nodes.
+/// A map of contact, N_x × N_y nodes; periodic, unless it is [bounded](ContactMap::within).
 ///
 /// Node (i, j) is bit `i * N_y + j`, least significant first; bits past the last node are zero.
 ///
@@ -22,6 +24,7 @@ const WORD: usize = u64::BITS as usize;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ContactMap {
     nodes: [usize; 2],
+    boundary: Boundary,
     words: Vec<u64>,
 }
 
@@ -50,7 +53,11 @@ impl ContactMap {
             pressures.iter().enumerate().map(bit).sum()
         };
         let words = pressures.chunks(WORD).map(word).collect();
-        Self { nodes, words }
+        Self {
+            nodes,
+            boundary: Boundary::Periodic,
+            words,
+        }
     }
 
     /// The map of ⌈N_x N_y/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
@@ -76,7 +83,22 @@ impl ContactMap {
         if bits != 0 && words.last().is_some_and(|last| last >> bits != 0) {
             return Err(MapError::StrayBits { nodes });
         }
-        Ok(Self { nodes, words })
+        Ok(Self {
+            nodes,
+            boundary: Boundary::Periodic,
+            words,
+        })
+    }
+
+    /// The same map with other surroundings. Where there is nothing, nodes at an edge have no
+    /// neighbour beyond it: the edge of the map is no edge of contact.
+    pub fn within(self, boundary: Boundary) -> Self {
+        Self { boundary, ..self }
+    }
+
+    /// What lies beyond its edges.
+    pub fn boundary(&self) -> Boundary {
+        self.boundary
     }
 
     /// The bits, eight nodes a byte.

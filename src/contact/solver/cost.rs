@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::super::fft::Transform;
 use super::Settings;
 use crate::contact::elasticity::{self, PeriodicHalfSpace};
-use crate::contact::grid::Grid;
+use crate::contact::grid::{Cell, Grid};
 
 /// Cost of a whole iteration over that of its transforms, in pairs: 1.65 at 512² and 1.85 at 1024².
 const OVERHEAD: f64 = 1.8;
@@ -24,10 +24,11 @@ const LARGEST_MEASURED: usize = 2048;
 /// A rough fit to counts on self-affine surfaces, good to a quarter: loads between a tenth of the
 /// area and nearly all of it are the hardest, the first one has no guess to start from, coarser
 /// steps guess worse, and each doubling of the mesh adds a fifth.
-pub fn expected_pairs(nodes: usize, loads: &[f64], tolerance: f64) -> f64 {
+pub fn expected_pairs([nodes_x, nodes_y]: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
+    let nodes = (nodes_x as f64 * nodes_y as f64).sqrt();
     let decades = (Settings::default().tolerance / tolerance).log10();
     let patience = (1.0 + PER_DECADE * decades).max(PER_DECADE);
-    let growth = (nodes as f64 / 512.0).powf(0.28);
+    let growth = (nodes / 512.0).powf(0.28);
     let mut before = None;
     let at_512 = loads.iter().map(|&load| {
         let hardness = match load {
@@ -45,16 +46,29 @@ pub fn expected_pairs(nodes: usize, loads: &[f64], tolerance: f64) -> f64 {
 
 /// Seconds of one core that a pair takes on this machine, everything included; measured here and
 /// now, in a few transforms.
-pub fn seconds_per_pair(nodes: usize) -> f64 {
-    if nodes > LARGEST_MEASURED {
-        return 4.0 * seconds_per_pair(nodes.div_ceil(2));
+pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
+    let longer = nodes
+        .into_iter()
+        .max()
+        .filter(|longer| *longer > LARGEST_MEASURED);
+    if let Some(longer) = longer {
+        let halved = nodes.map(|nodes| {
+            if nodes == longer {
+                nodes.div_ceil(2)
+            } else {
+                nodes
+            }
+        });
+        let parts = nodes.iter().filter(|nodes| **nodes == longer).count();
+        return f64::from(1 << parts) * seconds_per_pair(halved);
     }
-    let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
+    let cell = Cell::square(1.0).expect("a side of one");
+    let grid = Grid::new(nodes, cell).expect("a mesh has nodes");
     let transform = Transform::<f32>::new(grid.nodes());
     let kernel = elasticity::stiffness::<f32>(&PeriodicHalfSpace::new(grid));
     let mut scratch = transform.scratch();
-    let field = vec![1.0; nodes * nodes];
-    let mut out = vec![0.0; nodes * nodes];
+    let field = vec![1.0; grid.count()];
+    let mut out = vec![0.0; grid.count()];
     let mut pair = || {
         let begun = Instant::now();
         transform.convolve(&kernel, &field, &mut out, &mut scratch);
@@ -93,11 +107,11 @@ mod tests {
             (1024, 2423.0),
         ];
         for (nodes, counted) in counts {
-            let ratio = expected_pairs(nodes, &campaign(), 6e-5) / counted;
+            let ratio = expected_pairs([nodes; 2], &campaign(), 6e-5) / counted;
             assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
         }
         // And of three sweeps at 1e-10.
-        let ratio = expected_pairs(1024, &campaign(), 1e-10) / 6333.0;
+        let ratio = expected_pairs([1024; 2], &campaign(), 1e-10) / 6333.0;
         assert!((0.75..1.25).contains(&ratio), "{ratio}");
     }
 
@@ -116,7 +130,7 @@ mod tests {
             (128, &heavy, 231.0),
             (256, &heavy, 300.0),
         ] {
-            let ratio = expected_pairs(nodes, loads, 6e-5) / counted;
+            let ratio = expected_pairs([nodes; 2], loads, 6e-5) / counted;
             assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
         }
     }
@@ -124,7 +138,9 @@ mod tests {
     #[test]
     fn more_loads_and_finer_meshes_cost_more() {
         let loads = campaign();
-        assert!(expected_pairs(512, &loads[..10], 6e-5) < expected_pairs(512, &loads, 6e-5));
-        assert!(expected_pairs(256, &loads, 6e-5) < expected_pairs(512, &loads, 6e-5));
+        assert!(
+            expected_pairs([512; 2], &loads[..10], 6e-5) < expected_pairs([512; 2], &loads, 6e-5)
+        );
+        assert!(expected_pairs([256; 2], &loads, 6e-5) < expected_pairs([512; 2], &loads, 6e-5));
     }
 }

@@ -82,6 +82,11 @@ pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
     heights.iter().map(|height| height - heights[0]).collect()
 }
 
+/// Skewness and excess kurtosis of the heights, unless they are flat.
+pub fn shape_of_heights(surface: &Surface) -> Option<(f64, f64)> {
+    distribution_shape(&from_first_node(surface.heights()))
+}
+
 /// Skewness and excess kurtosis of the values, unless all are equal.
 fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
     let count = values.len() as f64;

@@ -11,12 +11,14 @@ use serde::{Deserialize, Serialize};
 use super::surface::Surface;
 use crate::contact::grid::{Cell, Grid};
 
-/// How a measured map is made periodic.
+/// How a measured map is made periodic, or whether it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "edges", rename_all = "lowercase")]
 pub enum Edges {
     /// It is periodic as it is; nothing is done.
     Periodic,
+    /// It is not, and nothing is done.
+    Open,
     /// Its mean plane goes, then it is continued by its mirror images, see [`mirror`].
     Mirror,
     /// Its mean plane goes, then it fades to the mean at its edges, see [`taper`].
@@ -31,15 +33,16 @@ impl Edges {
     pub fn name(self) -> &'static str {
         match self {
             Edges::Periodic => "periodic",
+            Edges::Open => "open",
             Edges::Mirror => "mirror",
             Edges::Taper { .. } => "taper",
         }
     }
 
-    /// The map with edges that meet.
+    /// The map with edges that meet, or as it is, if they are left open.
     pub fn close(self, map: Surface) -> Surface {
         match self {
-            Edges::Periodic => map,
+            Edges::Periodic | Edges::Open => map,
             Edges::Mirror => mirror(&detrend(&map)),
             Edges::Taper { taper_fraction } => taper(&detrend(&map), taper_fraction),
         }

@@ -150,7 +150,7 @@ fn mistakes_of_a_single_value_violate_the_schema() {
 fn swept_keys_and_lists_are_keys() {
     for form in Form::all() {
         let layout = form.layout();
-        for key in layout.swept.iter().chain(layout.lists) {
+        for key in layout.swept.iter().chain(layout.lists).chain(layout.pairs) {
             assert!(layout.has(key), "{form:?} has no `{key}`");
         }
     }
@@ -231,6 +231,8 @@ fn bounds_of_the_schema_are_those_of_the_study() {
         let keys = layout.properties();
         for (key, about) in keys {
             let plain: Vec<_> = manifest(form).lines().map(str::to_owned).collect();
+            // Numbers that may be pairs name both types.
+            let is_whole = [&about["type"], &about["type"][0]].contains(&&json!("integer"));
             // Only the last table is changed.
             let start = plain
                 .iter()
@@ -242,7 +244,7 @@ fn bounds_of_the_schema_are_those_of_the_study() {
             let rest: Vec<_> = head.iter().chain(tail).cloned().collect();
             let refuses = |value: f64| {
                 let text = format!("{}\n{key} = {value:?}\n", rest.join("\n"));
-                let text = match about["type"] == "integer" {
+                let text = match is_whole {
                     true => {
                         text.replace(&format!("{key} = {value:?}"), &format!("{key} = {value}"))
                     }
@@ -256,11 +258,7 @@ fn bounds_of_the_schema_are_those_of_the_study() {
                         .any(|problem| problem.message().starts_with(&message))
                 })
             };
-            let step = if about["type"] == "integer" {
-                1.0
-            } else {
-                1e-9
-            };
+            let step = if is_whole { 1.0 } else { 1e-9 };
             let expected = [
                 ("minimum", -step, 0.0),
                 ("maximum", step, 0.0),

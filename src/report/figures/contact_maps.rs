@@ -11,7 +11,8 @@ use crate::report::figure::{Definition, Drawn};
 use crate::report::figure_data::FigureData;
 use crate::report::samples::{self, Sample};
 use crate::report::tables::FinishedStages;
-use crate::stages::columns::{CONTACT, LOAD, NODES};
+use crate::stages::columns::{CONTACT, LOAD};
+use crate::stages::grids::Grids;
 use crate::stages::{Recipe, StageError};
 use crate::store::TaskTables;
 use crate::store::parquet::Columns;
@@ -35,7 +36,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         false => "and of the last parameter point",
     };
     for sample in samples {
-        let Some(maps) = maps(data, &sample)? else {
+        let Some((maps, size)) = maps(data, &sample)? else {
             let needs = "contact maps, which are in the store no more";
             return Ok(Drawn::Gone { needs });
         };
@@ -50,12 +51,14 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             .map(|(letter, (load, map))| Panel::Map {
                 title: format!("{label}({letter}) load {load:.3}"),
                 raster: Raster::of_contact(map).at_most(PIXELS),
+                size,
             })
             .collect();
         let maps: Vec<ContactMap> = maps.into_iter().map(|(_, map)| map).collect();
         panels.push(Panel::Map {
             title: format!("{label}all loads"),
             raster: Raster::of_contacts(&maps).at_most(PIXELS),
+            size,
         });
         while !panels.is_empty() {
             let rest = panels.split_off(panels.len().min(3));
@@ -71,11 +74,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
          loads together, the darkest touches under the lightest of them, the lightest under the \
          heaviest alone."
     );
-    let titles = rows.iter().flatten().filter_map(|panel| match panel {
-        Panel::Map { title, .. } => Some(title.as_str()),
-        Panel::Chart(_) => None,
-    });
-    let panel = panel_of_map(titles, 265.0);
+    let panel = panel_of_map(rows.iter().flatten(), 265.0);
     Ok(Drawn::figure(Figure { rows, panel }, caption))
 }
 
@@ -101,13 +100,14 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     samples
 }
 
-/// All contact maps of a surface, by load; nothing if the store has lost some of them.
-fn maps(
-    data: &FigureData,
-    sample: &Sample,
-) -> Result<Option<BTreeMap<u64, ContactMap>>, ReportError> {
+/// Contact maps by load.
+type Maps = BTreeMap<u64, ContactMap>;
+
+/// All contact maps of a surface, and its sides; nothing if the store has lost some of them.
+fn maps(data: &FigureData, sample: &Sample) -> Result<Option<(Maps, [f64; 2])>, ReportError> {
     let FinishedStages { plan, archive, .. } = data.finished;
     let mut maps = BTreeMap::new();
+    let mut size = sample.params.side.0;
     for task in &plan.tasks {
         let solves = matches!(task.recipe, Recipe::Solve(_)) && task.inputs == [sample.task];
         if !solves || archive.have(&[task.key]) == [false] {
@@ -118,15 +118,16 @@ fn maps(
         }
         let table = archive.store().read(task.key, Columns::All)?;
         let (loads, bits) = (table.reals(LOAD.name)?, table.bytes(CONTACT.name)?);
-        let nodes = table.integers(NODES.name)?;
+        let grids = Grids::of(&table)?;
         for row in 0..table.rows() {
-            let nodes = nodes.value(row).unsigned_abs() as usize;
-            let map = ContactMap::from_bytes([nodes; 2], bits.value(row));
+            let grid = grids.grid(row).map_err(ReportError::Surface)?;
+            size = grid.cell().size();
+            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
             let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
             maps.insert(loads.value(row).to_bits(), map);
         }
     }
-    Ok(Some(maps))
+    Ok(Some((maps, size)))
 }
 
 /// The maps under the loads nearest to those that are shown, each once.

@@ -13,7 +13,7 @@ use crate::report::ensembles::{self, EnsembleCurves, Point};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::figure_data::{FigureData, LIGHT, LOAD_LABEL};
 use crate::report::styles::Styles;
-use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD, NODES};
+use crate::stages::columns::{AREA_CORRECTED, K_UPPER, LOAD};
 use crate::stages::correct::AS_COUNTED;
 use crate::store::table::{Table, TableError};
 
@@ -129,10 +129,12 @@ fn error_chart(
             .filter(|one| is_at(&one.point, &coefficient.point));
         let mut points = Vec::new();
         for ensemble in of_point {
-            let number = |name: &str| ensemble.point.get(name)?.parse::<f64>().ok();
-            let (Some(nodes), Some(k_upper)) = (number(NODES.name), number(K_UPPER.name)) else {
+            let k_upper = ensemble.point.get(K_UPPER.name);
+            let k_upper = k_upper.and_then(|k_upper| k_upper.parse::<f64>().ok());
+            let (Some(grid), Some(k_upper)) = (ensembles::grid(&ensemble.point), k_upper) else {
                 continue;
             };
+            let nodes = grid.larger_steps();
             let means = ensemble.mean(AREA_CORRECTED.name)?;
             let mean = means.iter().find(|mean| mean.load == coefficient.load);
             let deviation = mean.map(|mean| 100.0 * (mean.mean / coefficient.area_limit - 1.0));
@@ -162,6 +164,8 @@ fn is_at(ensemble: &Point, point: &Point) -> bool {
     let spectrum = [
         "method",
         "side",
+        "side_x",
+        "side_y",
         "rms_slope",
         "hurst",
         "k_lower",

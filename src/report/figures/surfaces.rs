@@ -31,7 +31,6 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         .iter()
         .map(|sample| data.styles.label(&sample.point).unwrap_or_default());
     let labels: Vec<String> = labels.collect();
-    let panel = panel_of_map(labels.iter().map(String::as_str), 230.0);
     let mut panels = Vec::new();
     for (sample, title) in samples.iter().zip(labels) {
         let surface = match sample.draw(data) {
@@ -44,8 +43,10 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         panels.push(Panel::Map {
             title,
             raster: Raster::of_heights(surface.grid().nodes(), surface.heights()).at_most(PIXELS),
+            size: surface.grid().cell().size(),
         });
     }
+    let panel = panel_of_map(panels.iter(), 230.0);
     let columns = columns(&samples);
     let mut rows: Vec<Vec<Panel>> = Vec::new();
     while !panels.is_empty() {

@@ -14,6 +14,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::super::Given;
 use super::super::Recipe;
+use super::super::given::Surfaces;
 use super::{AS_COUNTED, Correction, OF_2015, OF_2017, Params};
 use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
 use crate::diagnostics::Problem;
@@ -94,8 +95,37 @@ pub fn recipes(section: &Section<CorrectTable>, given: &mut Given) -> Option<Vec
     let point = section.points.first()?;
     let checks = &mut Checks::of(section, point, given.problems);
     let corrections = corrections(&point.table, checks)?;
+    check_cells(&corrections, section, &given.surfaces, checks)?;
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
+}
+
+/// Coefficients are those of square cells: how much of a cell the true edge cuts off depends on its
+/// shape and on the directions in which edges run.
+fn check_cells(
+    corrections: &[Correction],
+    section: &Section<CorrectTable>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<()> {
+    let corrects = corrections
+        .iter()
+        .find(|correction| correction.coefficient > 0.0);
+    let (Some(correction), Some((stage, ratio))) = (corrects, &surfaces.oblong) else {
+        return Some(());
+    };
+    let message = format!(
+        "the correction {:?} is of square cells, and those of stage `{stage}` have Δx/Δy = {ratio:.4}",
+        correction.name
+    );
+    let label = "corrects areas that were counted on them";
+    let problem = Problem::new(message, section.place.clone(), label);
+    checks.problems.push(problem.help(
+        "`nodes` in the ratio of the sides make cells square; `correction = \"none\"` leaves areas as \
+         they were counted; a `fit` with `law = \"mesh-convergence\"` finds what a mesh of any cells \
+         adds",
+    ));
+    None
 }
 
 fn corrections(table: &CorrectTable, checks: &mut Checks) -> Option<Vec<Correction>> {

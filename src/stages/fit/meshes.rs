@@ -16,14 +16,22 @@ use crate::ensemble::{self, Member, ensembles};
 use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
 use crate::fitting::{FitError, Window};
 use crate::stages::columns::{
-    AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, REALIZATION, SEED, SWITCHES,
+    AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
+    SWITCHES,
 };
+use crate::stages::grids;
 use crate::store::column::{Column, ColumnKind, Role, optional_reals, texts};
 use crate::store::table::{Table, TableError};
 
 /// Parameters in which the rows of a point may differ: the mesh, and how its areas are corrected,
 /// for it is the counted ones that are compared.
-const VARIED: [&str; 3] = [NODES.name, CORRECTION.name, COEFFICIENT.name];
+const VARIED: [&str; 5] = [
+    NODES.name,
+    NODES_X.name,
+    NODES_Y.name,
+    CORRECTION.name,
+    COEFFICIENT.name,
+];
 
 const POOLED: Column = Column::parameter(
     "pooled",
@@ -59,8 +67,8 @@ pub const COLUMNS: [Column; 6] = [
     ERROR_FITTED,
 ];
 
-/// Areas and edges of one surface under one load, by nodes per side.
-type Meshes = BTreeMap<i64, (f64, f64)>;
+/// Areas and edges of one surface under one load, by nodes along x and y.
+type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 
 /// A surface and a load: positive numbers sort as their bits do.
 type State = (Member, u64);
@@ -121,7 +129,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 /// When the table holds no measured contacts.
 pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableError> {
     let areas = table.reals(AREA_FRACTION.name)?;
-    let (nodes, switches) = (table.integers(NODES.name)?, table.integers(SWITCHES.name)?);
+    let (grids, switches) = (grids::Meshes::of(table)?, table.integers(SWITCHES.name)?);
     let mut order: Vec<ensemble::Point> = Vec::new();
     let mut points: Vec<(usize, BTreeMap<State, Meshes>)> = Vec::new();
     for ensemble in ensembles(table)? {
@@ -135,9 +143,10 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableErr
         for (member, load, row) in ensemble.states() {
             if window.contains(load) {
                 let meshes = points[at].1.entry((member, load.to_bits())).or_default();
-                let edge = switches.value(row) as f64 / (nodes.value(row) as f64).powi(2);
+                let nodes = grids.nodes(row);
+                let edge = switches.value(row) as f64 / (nodes[0] as f64 * nodes[1] as f64);
                 // Rows of several corrections tell the same.
-                let mesh = meshes.entry(nodes.value(row));
+                let mesh = meshes.entry(nodes);
                 mesh.or_insert((areas.value(row), edge));
             }
         }

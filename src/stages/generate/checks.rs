@@ -2,9 +2,11 @@
 
 use std::ops::Bound;
 
+use super::cutoffs::{self, Cutoff, WAVENUMBERS};
 use super::growth::{self, PlannedSurfaces};
 use super::keys::{self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable};
-use super::{Heights, Origin, Params};
+use super::mesh::{self, Mesh, Wave, check_waves};
+use super::{Heights, Origin, Params, PerAxis};
 use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::spectrum::Spectrum;
@@ -13,10 +15,6 @@ use crate::stages::Given;
 use crate::written::Key;
 use crate::written::checks::{Checks, QUANTITY, report_equal_points};
 use crate::written::{Point, Section, Table};
-
-/// Meshes, in nodes per side.
-pub const NODES: std::ops::RangeInclusive<u32> = 4..=16384;
-const WAVENUMBERS: std::ops::RangeInclusive<u32> = 1..=*NODES.end() / 2;
 
 /// The surfaces of a stage, point by point of its grid.
 pub fn surfaces<T: Table>(
@@ -43,33 +41,36 @@ pub fn random(
 ) -> Option<Vec<PlannedSurfaces>> {
     let study_seed = given.seed;
     surfaces(section, given.problems, |table, checks| {
-        let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
+        let mesh = mesh::mesh(&table.nodes, &table.side, checks);
         let hurst = (Bound::Excluded(0.0), Bound::Included(1.0));
         let hurst = checks.number("hurst", &table.hurst, hurst);
-        let k_lower = checks.whole("k_lower", &table.k_lower, WAVENUMBERS);
-        let k_upper = checks.whole("k_upper", &table.k_upper, WAVENUMBERS);
-        let k_rolloff = match k_lower {
-            Some(k_lower) => checks.whole_or("k_rolloff", &table.k_rolloff, WAVENUMBERS, k_lower),
+        let longer_side = mesh.map(|mesh| mesh.cell().longer_side());
+        let lower = cutoffs::lower(table, longer_side, checks);
+        let upper = cutoffs::upper(table, longer_side, checks);
+        let k_rolloff = match &lower {
+            Some(Cutoff { waves, .. }) => {
+                checks.whole_or("k_rolloff", &table.k_rolloff, WAVENUMBERS, *waves)
+            }
             None => None,
         };
         let rms_slope = checks.number_or("rms_slope", &table.rms_slope, QUANTITY, 1.0);
         let seed = checks.whole_or("seed", &table.seed, 0..=i64::MAX as u64, study_seed);
         let realizations = growth::realizations(&table.realizations, checks);
+        let (hurst, lower, upper, k_rolloff) = (hurst?, lower?, upper?, k_rolloff?);
         let spectrum = Spectrum {
-            hurst: hurst?,
-            k_lower: k_lower?,
-            k_rolloff: k_rolloff?,
-            k_upper: k_upper?,
+            hurst,
+            k_lower: lower.waves,
+            k_rolloff,
+            k_upper: upper.waves,
         };
-        check_cutoffs(table, &spectrum, checks)?;
-        check_mesh(
-            ("k_upper", &table.k_upper),
-            &table.nodes,
-            nodes?,
-            false,
-            checks,
-        )?;
+        check_cutoffs(table, [&lower, &upper], k_rolloff, checks)?;
+        let mesh = mesh?;
+        let wave = Wave {
+            written: upper.written,
+            span: upper.span,
+            waves: spectrum.most_waves(mesh.cell()),
+        };
+        check_waves(&wave, &table.nodes, &mesh, false, checks)?;
         let surface = RandomSurface {
             spectrum,
             amplitude,
@@ -77,16 +78,19 @@ pub fn random(
             seed: seed?,
             realization: 0,
         };
-        let nodes = nodes?;
         let (realizations, growth) = realizations?;
         Some(PlannedSurfaces {
             params: Params {
                 heights: random_heights(&table.heights),
-                side: side?,
-                origin: Origin::Random { nodes, surface },
+                side: mesh.side,
+                origin: Origin::Random {
+                    nodes: mesh.nodes,
+                    surface,
+                },
             },
             realizations,
             growth,
+            may_be_swept: section.may_be_swept,
         })
     })
 }
@@ -100,20 +104,26 @@ fn random_heights(key: &Key<RandomHeights>) -> Heights {
 }
 
 /// `k_lower ≤ k_rolloff ≤ k_upper`.
-fn check_cutoffs(table: &RandomTable, spectrum: &Spectrum, checks: &mut Checks) -> Option<()> {
-    let lower = ("k_lower", &table.k_lower, spectrum.k_lower);
-    let rolloff = ("k_rolloff", &table.k_rolloff, spectrum.k_rolloff);
-    let upper = ("k_upper", &table.k_upper, spectrum.k_upper);
-    let pairs = match table.k_rolloff.written() {
-        Some(_) if spectrum.k_lower <= spectrum.k_upper => [(lower, rolloff), (rolloff, upper)],
+fn check_cutoffs(
+    table: &RandomTable,
+    [lower, upper]: [&Cutoff; 2],
+    k_rolloff: u32,
+    checks: &mut Checks,
+) -> Option<()> {
+    let rolloff = table.k_rolloff.written().map(|written| Cutoff {
+        waves: k_rolloff,
+        written: format!("k_rolloff = {k_rolloff}"),
+        span: &written.span,
+    });
+    let pairs = match &rolloff {
+        Some(rolloff) if lower.waves <= upper.waves => [(lower, rolloff), (rolloff, upper)],
         _ => [(lower, upper); 2],
     };
-    for ((low_name, low_key, low), (high_name, high_key, high)) in pairs {
-        if low > high {
-            let (low_key, high_key) = (low_key.written()?, high_key.written()?);
-            let message = format!("`{low_name} = {low}` lies above `{high_name} = {high}`");
-            let problem = Problem::new(message, low_key.span.clone(), "larger")
-                .and(high_key.span.clone(), "smaller");
+    for (low, high) in pairs {
+        if low.waves > high.waves {
+            let message = format!("`{}` lies above `{}`", low.written, high.written);
+            let problem =
+                Problem::new(message, low.span.clone(), "larger").and(high.span.clone(), "smaller");
             checks.problems.push(problem.help(
                 "lists are swept in every combination; to name combinations outright, write \
                  `cases = [{ k_lower = 1, k_upper = 32 }, …]`",
@@ -124,55 +134,16 @@ fn check_cutoffs(table: &RandomTable, spectrum: &Spectrum, checks: &mut Checks) 
     Some(())
 }
 
-/// A mesh shows waves of two nodes or more. Where phases matter, one of two nodes is not enough:
-/// its other half falls between them.
-fn check_mesh(
-    (name, waves): (&str, &Key<i64>),
-    key: &Key<i64>,
-    nodes: u32,
-    phases_matter: bool,
-    checks: &mut Checks,
-) -> Option<()> {
-    let (Some(waves), Some(key)) = (waves.written(), key.written()) else {
-        return Some(());
-    };
-    let needed = 2 * waves.value + i64::from(phases_matter);
-    if needed <= i64::from(nodes) {
-        return Some(());
-    }
-    let message = format!(
-        "`{name} = {}` needs at least {needed} nodes per side, `nodes` is {nodes}",
-        waves.value
-    );
-    let problem = Problem::new(message, waves.span.clone(), "too fine for the mesh").and(
-        key.span.clone(),
-        format!(
-            "carries wavenumbers up to {}",
-            (nodes - u32::from(phases_matter)) / 2
-        ),
-    );
-    checks.problems.push(problem);
-    None
-}
-
 /// Paraboloids.
 pub fn paraboloid(
     section: &Section<ParaboloidTable>,
     problems: &mut Problems,
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
-        let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
+        let mesh = mesh::mesh(&table.nodes, &table.side, checks);
         let radius = checks.number("radius", &table.radius, QUANTITY);
         let shape = Shape::Paraboloid { radius: radius? };
-        Some(single(
-            &table.heights,
-            side?,
-            Origin::Shape {
-                nodes: nodes?,
-                shape,
-            },
-        ))
+        Some(on_mesh(mesh?, shape, &table.heights, section.may_be_swept))
     })
 }
 
@@ -194,22 +165,25 @@ pub fn wave(
     problems: &mut Problems,
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
-        let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
+        let mesh = mesh::mesh(&table.nodes, &table.side, checks);
         let amplitude = checks.number("amplitude", &table.amplitude, QUANTITY);
         let waves = checks.whole_or("waves", &table.waves, WAVENUMBERS, 1);
-        let (nodes, amplitude, waves) = (nodes?, amplitude?, waves?);
-        check_mesh(("waves", &table.waves), &table.nodes, nodes, true, checks)?;
+        let (mesh, amplitude, waves) = (mesh?, amplitude?, waves?);
+        if let Some(written) = table.waves.written() {
+            let along_y = if shape == WaveShape::Single { 0 } else { waves };
+            let wave = Wave {
+                written: format!("waves = {waves}"),
+                span: &written.span,
+                waves: [waves, along_y],
+            };
+            check_waves(&wave, &table.nodes, &mesh, true, checks)?;
+        }
         let shape = match shape {
             WaveShape::Single => Shape::Wave { amplitude, waves },
             WaveShape::Product => Shape::WaveProduct { amplitude, waves },
             WaveShape::Sum => Shape::WaveSum { amplitude, waves },
         };
-        Some(single(
-            &table.heights,
-            side?,
-            Origin::Shape { nodes, shape },
-        ))
+        Some(on_mesh(mesh, shape, &table.heights, section.may_be_swept))
     })
 }
 
@@ -219,26 +193,34 @@ pub fn punch(
     problems: &mut Problems,
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
-        let nodes = checks.whole("nodes", &table.nodes, NODES);
-        let side = checks.number_or("side", &table.side, QUANTITY, 1.0);
-        let half = side.map_or(Bound::Unbounded, |side| Bound::Excluded(side / 2.0));
+        let mesh = mesh::mesh(&table.nodes, &table.side, checks);
+        let half = mesh.map_or(Bound::Unbounded, |mesh| {
+            let PerAxis([side_x, side_y]) = mesh.side;
+            Bound::Excluded(side_x.min(side_y) / 2.0)
+        });
         let radius = checks.number("radius", &table.radius, (Bound::Excluded(0.0), half));
         let depth = checks.number("depth", &table.depth, QUANTITY);
         let (radius, depth) = (radius?, depth?);
         let shape = Shape::Punch { radius, depth };
-        Some(single(
-            &table.heights,
-            side?,
-            Origin::Shape {
-                nodes: nodes?,
-                shape,
-            },
-        ))
+        Some(on_mesh(mesh?, shape, &table.heights, section.may_be_swept))
     })
 }
 
+fn on_mesh(
+    mesh: Mesh,
+    shape: Shape,
+    heights: &Key<keys::Heights>,
+    may_be_swept: bool,
+) -> PlannedSurfaces {
+    let nodes = mesh.nodes;
+    PlannedSurfaces {
+        may_be_swept,
+        ..single(heights, mesh.side, Origin::Shape { nodes, shape })
+    }
+}
+
 /// A surface of which there is one.
-pub fn single(heights: &Key<keys::Heights>, side: f64, origin: Origin) -> PlannedSurfaces {
+pub fn single(heights: &Key<keys::Heights>, side: PerAxis<f64>, origin: Origin) -> PlannedSurfaces {
     PlannedSurfaces {
         params: Params {
             heights: match heights.written().map(|heights| heights.value) {
@@ -250,5 +232,6 @@ pub fn single(heights: &Key<keys::Heights>, side: f64, origin: Origin) -> Planne
         },
         realizations: 1,
         growth: None,
+        may_be_swept: false,
     }
 }

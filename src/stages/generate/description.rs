@@ -4,7 +4,8 @@ use arrow::array::ArrayRef;
 
 use super::{Origin, Params};
 use crate::contact::grid::{Cell, Grid};
-use crate::contact::topography::descriptors::Descriptors;
+use crate::contact::topography::descriptors::{Descriptors, shape_of_heights};
+use crate::contact::topography::differences;
 use crate::contact::topography::moments::Moments;
 use crate::contact::topography::nayak::Continuum;
 use crate::contact::topography::periodic::Edges;
@@ -12,16 +13,27 @@ use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
 use crate::stages::columns::*;
+use crate::stages::grids;
 use crate::store::column::{Column, Value, optional_reals};
 
 /// What is known of a surface.
 pub struct Description {
     moments: Moments,
     rms_slope: f64,
+    /// How many modes there are; none of a map that is not periodic.
+    effective_modes: Option<f64>,
     /// What the spectrum of a random surface says.
     expected: Option<Expected>,
     /// What only heights on a mesh can tell.
-    seen: Option<Descriptors>,
+    seen: Option<Seen>,
+}
+
+/// What only heights on a mesh can tell.
+struct Seen {
+    skewness: Option<f64>,
+    excess_kurtosis: Option<f64>,
+    /// In units of the slope that the row states; none where no formula has it.
+    full_contact_load: Option<f64>,
 }
 
 /// Reference values of a spectrum.
@@ -40,6 +52,7 @@ impl Description {
             moments,
             // The scale is set so that this holds to rounding; rows of one spectrum must agree.
             rms_slope: surface.rms_slope,
+            effective_modes: Some(moments.effective_modes()),
             expected: Some(Expected {
                 continuum: surface.spectrum.continuum(),
                 k_rolloff: f64::from(surface.spectrum.k_rolloff),
@@ -51,6 +64,9 @@ impl Description {
 
     /// Describes a surface by its heights, and a random one by its modes too.
     pub fn of_surface(origin: &Origin, surface: &Surface) -> Description {
+        if origin.is_open() {
+            return Description::of_open_map(surface);
+        }
         let seen = Descriptors::of(surface);
         let known = match origin {
             Origin::Random { surface: drawn, .. } => {
@@ -59,21 +75,48 @@ impl Description {
             Origin::File(_) | Origin::Shape { .. } => Description {
                 moments: seen.moments,
                 rms_slope: seen.rms_slope,
+                effective_modes: Some(seen.moments.effective_modes()),
                 expected: None,
                 seen: None,
             },
         };
+        // The mesh may see a slope slightly different from that of the modes.
+        let unit = if known.rms_slope > 0.0 {
+            seen.rms_slope / known.rms_slope
+        } else {
+            1.0
+        };
         Description {
-            seen: Some(seen),
+            seen: Some(Seen {
+                skewness: seen.skewness,
+                excess_kurtosis: seen.excess_kurtosis,
+                full_contact_load: Some(seen.full_contact_load * unit),
+            }),
             ..known
+        }
+    }
+
+    /// Describes a map that is not periodic by differences between its nodes.
+    fn of_open_map(surface: &Surface) -> Description {
+        let moments = differences::moments(surface);
+        let (skewness, excess_kurtosis) = shape_of_heights(surface).unzip();
+        Description {
+            moments,
+            rms_slope: moments.rms_slope(),
+            effective_modes: None,
+            expected: None,
+            seen: Some(Seen {
+                skewness,
+                excess_kurtosis,
+                full_contact_load: None,
+            }),
         }
     }
 
     /// The surface's row.
     pub fn row(&self, params: &Params, grid: Grid) -> Vec<(Column, ArrayRef)> {
         let rms_slope = Some(self.rms_slope);
-        let place =
-            coordinates_of(params, grid.nodes()[0], grid.cell().size()[0], rms_slope).into_iter();
+        let place = coordinates_of(params, grid.nodes(), grid.cell().size(), rms_slope).into_iter();
         let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
         let mut columns: Vec<(Column, ArrayRef)> = place.map(cell).collect();
         let described = self.descriptors(grid.cell());
@@ -107,19 +150,9 @@ impl Description {
             Some(moments.rms_height()),
             seen.and_then(|seen| seen.skewness),
             seen.and_then(|seen| seen.excess_kurtosis),
-            Some(moments.effective_modes()),
-            seen.map(|seen| self.full_contact_load(seen)),
+            self.effective_modes,
+            seen.and_then(|seen| seen.full_contact_load),
         ]
-    }
-
-    /// In units of the slope that the row states; the mesh may see a slightly different one.
-    fn full_contact_load(&self, seen: &Descriptors) -> f64 {
-        let unit = if self.rms_slope > 0.0 {
-            seen.rms_slope / self.rms_slope
-        } else {
-            1.0
-        };
-        seen.full_contact_load * unit
     }
 }
 
@@ -141,22 +174,36 @@ pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
         Origin::Random { surface, .. } => Some(surface.rms_slope),
         Origin::File(_) | Origin::Shape { .. } => None,
     };
-    coordinates_of(params, params.nodes(), params.side, rms_slope)
+    coordinates_of(params, params.nodes(), params.side.0, rms_slope)
+}
+
+/// The columns that say where its nodes lie.
+pub fn columns_of_grid(params: &Params) -> Vec<Column> {
+    let cells = grids::coordinates(params.nodes(), params.side.0).into_iter();
+    cells.map(|(column, _)| column).collect()
+}
+
+/// The column of the slope, which says how it is taken.
+pub fn column_of_slope(origin: &Origin) -> Column {
+    match origin.is_open() {
+        true => RMS_SLOPE_OF_DIFFERENCES,
+        false => RMS_SLOPE,
+    }
 }
 
 fn coordinates_of(
     params: &Params,
-    nodes: usize,
-    side: f64,
+    nodes: [usize; 2],
+    size: [f64; 2],
     rms_slope: Option<f64>,
 ) -> Vec<(Column, Value)> {
     let mut place = vec![
         (SURFACE, Value::Text(params.surface_key().to_string())),
         (METHOD, Value::Text(method(&params.origin).to_owned())),
-        (NODES, Value::Integer(nodes as i64)),
-        (SIDE, Value::Real(side)),
     ];
-    place.extend(rms_slope.map(|slope| (RMS_SLOPE, Value::Real(slope))));
+    place.extend(grids::coordinates(nodes, size));
+    let slope = column_of_slope(&params.origin);
+    place.extend(rms_slope.map(|value| (slope, Value::Real(value))));
     place.extend(own_coordinates(&params.origin));
     place
 }

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
-use super::checks::{NODES, single, surfaces};
+use super::checks::{single, surfaces};
 use super::growth::PlannedSurfaces;
 use super::keys::{self, FileTable};
-use super::{MeasuredSurface, Origin};
+use super::mesh::{NODES, sides_within, square_cells};
+use super::{MeasuredSurface, Origin, PerAxis};
 use crate::contact::grid::Cell;
 use crate::contact::topography::measured::read_npy;
 use crate::contact::topography::periodic::Edges;
@@ -15,9 +16,8 @@ use crate::contact::topography::surface::Surface;
 use crate::diagnostics::{Problem, Span};
 use crate::stages::Given;
 use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
-use crate::written::Section;
-use crate::written::Written;
 use crate::written::checks::{Checks, QUANTITY};
+use crate::written::{OnAxes, Section, Written};
 
 /// Measured surfaces.
 pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
@@ -25,12 +25,15 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
     let sources = &mut *given.sources;
     surfaces(section, given.problems, |table, checks| {
         let path = checks.required("path", &table.path);
-        let side = checks.number("side", &table.side, QUANTITY);
+        let sides = checks.required("side", &table.side);
+        let side = sides.and_then(|sides| sides_within(sides, checks));
         let height_scale = checks.number_or("height_scale", &table.height_scale, QUANTITY, 1.0);
         let edges = edges(table, checks);
         let path = path?;
-        let scales = [side, height_scale].map(|scale| scale.unwrap_or(1.0));
-        let (content, nodes) = read_map(path, scales, edges.as_ref(), sources, checks)?;
+        let scale = height_scale.unwrap_or(1.0);
+        let (content, nodes) = read_map(path, scale, edges.as_ref(), sources, checks)?;
+        let (sides, side) = (sides?, side?);
+        check_sides(path, sides, nodes, checks)?;
         check_distinct(content, path, &mut seen, checks)?;
         let unit = table.unit.written().map(|unit| unit.value.clone());
         let surface = MeasuredSurface {
@@ -38,10 +41,34 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
             unit: unit.unwrap_or_default(),
             height_scale: height_scale?,
             edges: edges?,
-            nodes,
+            nodes: PerAxis(nodes),
         };
-        Some(single(&table.heights, side?, Origin::File(surface)))
+        Some(single(&table.heights, PerAxis(side), Origin::File(surface)))
     })
+}
+
+/// A map of more nodes along one axis has two sides, and only its owner knows them.
+fn check_sides(
+    path: &Written<String>,
+    sides: &Written<OnAxes<f64>>,
+    [nodes_x, nodes_y]: [u32; 2],
+    checks: &mut Checks,
+) -> Option<()> {
+    let OnAxes::Both(side) = sides.value else {
+        return Some(());
+    };
+    if nodes_x == nodes_y {
+        return Some(());
+    }
+    let message = format!("{:?} is a rectangle, and `side` is not", path.value);
+    let problem = Problem::new(message, sides.span.clone(), "one number")
+        .and(path.span.clone(), "has more nodes along one axis");
+    checks.problems.push(problem.help(format!(
+        "give both sides, along the first axis of the array and along the second; with \
+         `side = {}` cells are square",
+        square_cells([nodes_x, nodes_y], side)
+    )));
+    None
 }
 
 fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
@@ -65,21 +92,21 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
             taper_fraction: fraction?,
         }),
         (false, None) => {
-            checks.required("edges", &table.edges)?;
-            None
+            checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
+            Some(Edges::Open)
         }
     }
 }
 
 /// Reads the file once, to find now what would otherwise be found in the middle of a run; its
-/// content, and the nodes per side once its edges meet.
+/// content, and the nodes along x and y once its edges meet.
 fn read_map(
     path: &Written<String>,
-    [side, height_scale]: [f64; 2],
+    height_scale: f64,
     edges: Option<&Edges>,
     sources: &mut SurfaceFiles,
     checks: &mut Checks,
-) -> Option<(ContentHash, u32)> {
+) -> Option<(ContentHash, [u32; 2])> {
     let mut refuse = |reason: String, label: &str| {
         let message = format!("{:?} {reason}", path.value);
         checks.report("path", Problem::new(message, path.span.clone(), label));
@@ -98,7 +125,8 @@ fn read_map(
         }
         Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
     };
-    let cell = Cell::square(side).expect("the side was checked");
+    // Sides scale lengths, and nothing that is looked at here.
+    let cell = Cell::square(1.0).expect("a side of one");
     let surface = match read_npy(&bytes, cell) {
         Ok(surface) => surface,
         Err(error) => return refuse(format!("is no map of heights: {error}"), "this file"),
@@ -108,17 +136,15 @@ fn read_map(
         _ => 1,
     };
     let most = NODES.end() / copies;
-    let [nodes, columns] = surface.grid().nodes();
-    if columns != nodes {
+    let nodes = surface.grid().nodes();
+    let can_be = *NODES.start() as usize..=most as usize;
+    if !nodes.iter().all(|nodes| can_be.contains(nodes)) {
+        let found = match nodes {
+            [x, y] if x == y => format!("{x} nodes per side"),
+            [x, y] => format!("{x} × {y} nodes"),
+        };
         let reason = format!(
-            "is no map of heights: the array has shape [{nodes}, {columns}], a height map must be \
-             square, like [256, 256]"
-        );
-        return refuse(reason, "this file");
-    }
-    if !(*NODES.start() as usize..=most as usize).contains(&nodes) {
-        let reason = format!(
-            "has {nodes} nodes per side, here it must be from {} to {most}",
+            "has {found}, here it must be from {} to {most}",
             NODES.start()
         );
         return refuse(reason, "this file");
@@ -132,7 +158,7 @@ fn read_map(
         let reason = "is flat: no roughness is left once its edges meet";
         return refuse(reason.to_owned(), "this file");
     }
-    Some((content, nodes as u32 * copies))
+    Some((content, nodes.map(|nodes| nodes as u32 * copies)))
 }
 
 /// Whether a map has no roughness once its edges meet: an inclined plane has none.

@@ -19,6 +19,8 @@ pub struct PlannedSurfaces {
     pub realizations: u32,
     /// Until when more are drawn, if their number is not given. Equal for all of a stage.
     pub growth: Option<Arc<Growth>>,
+    /// Whether the lists that were read as its nodes and sides might have been meant to be swept.
+    pub may_be_swept: bool,
 }
 
 /// How the number of surfaces of a stage grows.

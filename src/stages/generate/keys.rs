@@ -9,32 +9,45 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use crate::written::on_axes::{OnAxes, or_a_pair};
 use crate::written::{Key, deserialize_either, table};
 
 /// Random self-affine surfaces: a plateau up to `k_rolloff`, then a power law up to `k_upper`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomTable {
-    /// Nodes per side of the square mesh, at least twice `k_upper`. The mesh samples the surface
-    /// and does not change it.
-    #[schemars(required, range(min = 4, max = 16384))]
-    pub nodes: Key<i64>,
-    /// Side of the periodic cell, in any unit of length.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    pub side: Key<f64>,
+    /// Nodes per side of the mesh, at least two to the shortest wave; of a rectangle those along x
+    /// and along y, `[1024, 512]`, beside a pair for `side`. The mesh samples the surface and does
+    /// not change it.
+    #[schemars(required, range(min = 4, max = 16384), transform = or_a_pair)]
+    pub nodes: Key<OnAxes<i64>>,
+    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y,
+    /// `[2.0, 1.0]`, beside a pair for `nodes`. Rectangles are swept as lists of pairs.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    pub side: Key<OnAxes<f64>>,
     /// Hurst exponent, above 0 and at most 1.
     #[schemars(required, range(max = 1), extend("exclusiveMinimum" = 0))]
     pub hurst: Key<f64>,
-    /// Lower cutoff wavenumber, in units of 2π / side; included.
-    #[schemars(required, range(min = 1, max = 8192))]
+    /// Lower cutoff wavenumber, in units of 2π / side, of a rectangle the longer one; included.
+    /// `longest_wavelength` may stand instead.
+    #[schemars(range(min = 1, max = 8192))]
     pub k_lower: Key<i64>,
+    /// The longest wavelength, in the unit of `side`, which it fits a whole number of times, of a
+    /// rectangle the longer one; instead of `k_lower`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub longest_wavelength: Key<f64>,
     /// Wavenumber up to which the spectrum is flat, from `k_lower` to `k_upper`; `k_lower`, that
     /// is no plateau, when left out.
     #[schemars(range(min = 1, max = 8192))]
     pub k_rolloff: Key<i64>,
-    /// Upper cutoff wavenumber, in units of 2π / side; included, at most half of `nodes`.
-    #[schemars(required, range(min = 1, max = 8192))]
+    /// Upper cutoff wavenumber, in units of 2π / side, of a rectangle the longer one; included, at
+    /// most half of `nodes`. `shortest_wavelength` may stand instead.
+    #[schemars(range(min = 1, max = 8192))]
     pub k_upper: Key<i64>,
+    /// The shortest wavelength, in the unit of `side`, which it fits a whole number of times, of a
+    /// rectangle the longer one; instead of `k_upper`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub shortest_wavelength: Key<f64>,
     /// Root mean square slope that each surface is scaled to.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     pub rms_slope: Key<f64>,
@@ -53,8 +66,12 @@ pub struct RandomTable {
 
 table!(
     RandomTable,
-    swept: ["nodes", "side", "hurst", "k_lower", "k_rolloff", "k_upper", "rms_slope", "seed"],
-    lists: []
+    swept: [
+        "nodes", "side", "hurst", "k_lower", "longest_wavelength", "k_rolloff", "k_upper",
+        "shortest_wavelength", "rms_slope", "seed"
+    ],
+    lists: [],
+    pairs: ["nodes", "side"]
 );
 
 /// How many surfaces are drawn for each point of the grid.
@@ -99,13 +116,14 @@ deserialize_either! {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
-    /// A NumPy `.npy` file of heights, a square map of 64- or 32-bit floats; relative to
-    /// the manifest.
+    /// A NumPy `.npy` file of heights, a map of 64- or 32-bit floats with x along its first axis;
+    /// relative to the manifest.
     #[schemars(required)]
     pub path: Key<String>,
-    /// Side of the map, in any unit of length.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
-    pub side: Key<f64>,
+    /// Side of the map, in any unit of length; of a rectangle those along x and along y,
+    /// `[2.0, 1.0]`.
+    #[schemars(required, extend("exclusiveMinimum" = 0), transform = or_a_pair)]
+    pub side: Key<OnAxes<f64>>,
     /// Name of the unit of length; a label, it converts nothing.
     #[schemars(extend("default" = ""))]
     pub unit: Key<String>,
@@ -115,7 +133,8 @@ pub struct FileTable {
     /// Whether the map repeats itself beyond its edges.
     #[schemars(required)]
     pub periodic: Key<bool>,
-    /// How the edges of a map that is not periodic are made to meet, its mean plane removed.
+    /// How the edges of a map that is not periodic are made to meet, its mean plane removed. When
+    /// left out it stays as it is, and can be pressed with `boundary = "free"` alone.
     pub edges: Key<Edges>,
     /// Share of the side over which `edges = "taper"` lets the heights fade, at each edge.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0, "default" = 0.1))]
@@ -131,12 +150,13 @@ table!(FileTable, swept: ["path"], lists: []);
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ParaboloidTable {
-    /// Nodes per side of the square mesh.
-    #[schemars(required, range(min = 4, max = 16384))]
-    pub nodes: Key<i64>,
-    /// Side of the periodic cell, in any unit of length.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    pub side: Key<f64>,
+    /// Nodes per side of the mesh; of a rectangle those along x and along y, `[1024, 512]`, beside
+    /// a pair for `side`.
+    #[schemars(required, range(min = 4, max = 16384), transform = or_a_pair)]
+    pub nodes: Key<OnAxes<i64>>,
+    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    pub side: Key<OnAxes<f64>>,
     /// Radius of curvature of the summit, in the unit of `side`.
     #[schemars(required, extend("exclusiveMinimum" = 0))]
     pub radius: Key<f64>,
@@ -145,22 +165,28 @@ pub struct ParaboloidTable {
     pub heights: Key<Heights>,
 }
 
-table!(ParaboloidTable, swept: ["nodes", "side", "radius"], lists: []);
+table!(
+    ParaboloidTable,
+    swept: ["nodes", "side", "radius"],
+    lists: [],
+    pairs: ["nodes", "side"]
+);
 
 /// A wave along one direction or two.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WaveTable {
-    /// Nodes per side of the square mesh, more than twice `waves`.
-    #[schemars(required, range(min = 4, max = 16384))]
-    pub nodes: Key<i64>,
-    /// Side of the periodic cell, in any unit of length.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    pub side: Key<f64>,
+    /// Nodes per side of the mesh, more than twice `waves`; of a rectangle those along x and along
+    /// y, `[1024, 512]`, beside a pair for `side`.
+    #[schemars(required, range(min = 4, max = 16384), transform = or_a_pair)]
+    pub nodes: Key<OnAxes<i64>>,
+    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    pub side: Key<OnAxes<f64>>,
     /// Amplitude of the wave, or of each wave, in the unit of `side`.
     #[schemars(required, extend("exclusiveMinimum" = 0))]
     pub amplitude: Key<f64>,
-    /// Wavelengths per side.
+    /// Wavelengths per side, along either axis.
     #[schemars(range(min = 1, max = 8192), extend("default" = 1))]
     pub waves: Key<i64>,
     /// Whether heights are stored or drawn again when needed.
@@ -168,19 +194,25 @@ pub struct WaveTable {
     pub heights: Key<Heights>,
 }
 
-table!(WaveTable, swept: ["nodes", "side", "amplitude", "waves"], lists: []);
+table!(
+    WaveTable,
+    swept: ["nodes", "side", "amplitude", "waves"],
+    lists: [],
+    pairs: ["nodes", "side"]
+);
 
 /// A flat disc in the middle of the cell.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PunchTable {
-    /// Nodes per side of the square mesh.
-    #[schemars(required, range(min = 4, max = 16384))]
-    pub nodes: Key<i64>,
-    /// Side of the periodic cell, in any unit of length.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    pub side: Key<f64>,
-    /// Radius of the disc, less than half of `side`.
+    /// Nodes per side of the mesh; of a rectangle those along x and along y, `[1024, 512]`, beside
+    /// a pair for `side`.
+    #[schemars(required, range(min = 4, max = 16384), transform = or_a_pair)]
+    pub nodes: Key<OnAxes<i64>>,
+    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    pub side: Key<OnAxes<f64>>,
+    /// Radius of the disc, less than half of `side`, of a rectangle the shorter one.
     #[schemars(required, extend("exclusiveMinimum" = 0))]
     pub radius: Key<f64>,
     /// How far the surface lies below the disc outside it, in the unit of `side`.
@@ -191,7 +223,12 @@ pub struct PunchTable {
     pub heights: Key<Heights>,
 }
 
-table!(PunchTable, swept: ["nodes", "side", "radius", "depth"], lists: []);
+table!(
+    PunchTable,
+    swept: ["nodes", "side", "radius", "depth"],
+    lists: [],
+    pairs: ["nodes", "side"]
+);
 
 /// What becomes of the heights of a random surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]

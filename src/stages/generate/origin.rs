@@ -2,13 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::grid::Grid;
+use super::per_axis::PerAxis;
+use crate::contact::grid::Cell;
 use crate::contact::topography::measured;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
 use crate::stages::StageError;
+use crate::stages::grids::grid;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 
 /// Where a surface comes from.
@@ -17,8 +19,8 @@ use crate::surface_files::{ContentHash, SurfaceFiles};
 pub enum Origin {
     /// A random self-affine surface.
     Random {
-        /// Nodes per side.
-        nodes: u32,
+        /// Nodes along x and y.
+        nodes: PerAxis<u32>,
         /// Spectrum, draw and scale.
         #[serde(flatten)]
         surface: RandomSurface,
@@ -27,8 +29,8 @@ pub enum Origin {
     File(MeasuredSurface),
     /// A shape with a closed-form solution.
     Shape {
-        /// Nodes per side.
-        nodes: u32,
+        /// Nodes along x and y.
+        nodes: PerAxis<u32>,
         /// Which one.
         #[serde(flatten)]
         shape: Shape,
@@ -48,31 +50,37 @@ pub struct MeasuredSurface {
     /// How the map's edges are made to meet.
     #[serde(flatten)]
     pub edges: Edges,
-    /// Nodes per side once its edges meet, as the content has them: for forecasts alone.
+    /// Nodes along x and y once its edges meet, as the content has them: for forecasts alone.
     #[serde(skip)]
-    pub nodes: u32,
+    pub nodes: PerAxis<u32>,
 }
 
 impl Origin {
-    /// Nodes per side.
-    pub fn nodes(&self) -> usize {
-        match self {
-            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => *nodes as usize,
-            Origin::File(file) => file.nodes as usize,
-        }
+    /// Nodes along x and y.
+    pub fn nodes(&self) -> [usize; 2] {
+        let PerAxis(nodes) = match self {
+            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => *nodes,
+            Origin::File(file) => file.nodes,
+        };
+        nodes.map(|nodes| nodes as usize)
+    }
+
+    /// Whether it is a measured map that is not periodic and has not been made so.
+    pub fn is_open(&self) -> bool {
+        matches!(self, Origin::File(file) if file.edges == Edges::Open)
     }
 
     /// Draws the surface, or reads it.
     ///
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
-    pub fn draw(&self, side: f64, sources: &SurfaceFiles) -> Result<Surface, StageError> {
+    pub fn draw(&self, side: [f64; 2], sources: &SurfaceFiles) -> Result<Surface, StageError> {
         match self {
             Origin::Random { surface, .. } => Ok(surface.draw(grid(self.nodes(), side)?)),
             Origin::Shape { shape, .. } => Ok(shape.draw(grid(self.nodes(), side)?)),
             Origin::File(file) => {
                 let bytes = sources.read(&file.content)?;
-                let cell = grid(1, side)?.cell();
+                let cell = Cell::new(side).map_err(|error| StageError::Heights(error.into()))?;
                 let map = measured::read_npy(&bytes, cell).map_err(|source| {
                     let path = sources.path_of(&file.content);
                     StageError::Measured {
@@ -87,12 +95,4 @@ impl Origin {
             }
         }
     }
-}
-
-/// So many nodes on a square cell.
-///
-/// # Errors
-/// When there is no node, or no cell.
-pub fn grid(nodes: usize, side: f64) -> Result<Grid, StageError> {
-    Grid::square(nodes, side).map_err(|error| StageError::Heights(error.into()))
 }

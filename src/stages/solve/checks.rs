@@ -8,11 +8,13 @@ use super::keys::{
     SolveTable, Spacing,
 };
 use super::{LoadUnit, Params, Pressures};
+use crate::contact::grid::Boundary;
 use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems};
 use crate::stages::Given;
 use crate::stages::Recipe;
+use crate::stages::given::Surfaces;
 use crate::written::Section;
 use crate::written::Written;
 use crate::written::checks::{
@@ -26,18 +28,25 @@ const MOST_LOADS_OF_A_STAGE: usize = 1_000_000;
 
 /// The blocks of a stage, point by point of its grid.
 pub fn recipes(section: &Section<SolveTable>, given: &mut Given) -> Option<Vec<Recipe>> {
-    let blocks = blocks(section, given.problems)?;
+    let blocks = blocks(section, &given.surfaces, given.problems)?;
     let recipes = blocks
         .into_iter()
         .map(|block| Recipe::Solve(Arc::new(block)));
     Some(recipes.collect())
 }
 
-fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<Vec<Params>> {
+fn blocks(
+    section: &Section<SolveTable>,
+    surfaces: &Surfaces,
+    problems: &mut Problems,
+) -> Option<Vec<Params>> {
     let mut blocks = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
-        let block = block(&point.table, &mut Checks::of(section, point, problems));
+        let checks = &mut Checks::of(section, point, problems);
+        let boundary = boundary(&point.table, surfaces, section, checks);
+        let block = block(&point.table, checks).zip(boundary);
+        let block = block.map(|(block, boundary)| Params { boundary, ..block });
         loads += block.as_ref().map_or(0, |block| block.loads.len());
         if loads > MOST_LOADS_OF_A_STAGE {
             let message = format!("the stage has more than {MOST_LOADS_OF_A_STAGE} loads");
@@ -50,6 +59,32 @@ fn blocks(section: &Section<SolveTable>, problems: &mut Problems) -> Option<Vec<
     let blocks = blocks.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, &blocks, problems);
     Some(blocks)
+}
+
+/// What lies beyond the edges: a map that is not periodic must not be taken for one that is.
+fn boundary(
+    table: &SolveTable,
+    surfaces: &Surfaces,
+    section: &Section<SolveTable>,
+    checks: &mut Checks,
+) -> Option<Boundary> {
+    let written = table.boundary.written();
+    if written.is_some_and(|written| written.value == keys::Boundary::Free) {
+        return Some(Boundary::Free);
+    }
+    let Some(stage) = &surfaces.open else {
+        return Some(Boundary::Periodic);
+    };
+    let message =
+        format!("the map of stage `{stage}` is not periodic, and pressed as if it repeated itself");
+    let place = written.map_or(&section.place, |written| &written.span);
+    let label = "`boundary` is \"periodic\" here";
+    let problem = Problem::new(message, place.clone(), label);
+    checks.problems.push(problem.help(format!(
+        "`boundary = \"free\"` presses it as it is, with nothing beyond its edges; `edges = \
+         \"mirror\"` or `\"taper\"` in stage `{stage}` makes its edges meet"
+    )));
+    None
 }
 
 fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
@@ -74,6 +109,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         tolerance: tolerance?,
         max_pairs: max_pairs?,
         pressures: pressures?,
+        boundary: Boundary::Periodic,
     })
 }
 

@@ -30,6 +30,9 @@ pub struct SolveTable {
     /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
     #[schemars(required)]
     pub loads: Key<Loads>,
+    /// What lies beyond the edges of the surfaces: the same again, for ever, or nothing.
+    #[schemars(extend("default" = "periodic"))]
+    pub boundary: Key<Boundary>,
     /// What `loads` and `pressures` are measured in.
     #[schemars(extend("default" = "relative"))]
     pub load_unit: Key<LoadUnit>,
@@ -45,7 +48,7 @@ pub struct SolveTable {
     pub pressures: Key<Pressures>,
 }
 
-table!(SolveTable, swept: ["effective_modulus", "tolerance"], lists: []);
+table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary"], lists: []);
 
 /// An elastic body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -57,6 +60,17 @@ pub struct Body {
     /// Poisson's ratio ν, above −1 and at most 0.5.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
     pub poisson_ratio: Written<f64>,
+}
+
+/// What lies beyond the edges of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Boundary {
+    /// The surface repeats itself.
+    Periodic,
+    /// Nothing: pressure is zero there, displacements are absolute, contact and clusters end at the
+    /// edges.
+    Free,
 }
 
 /// What a load is measured in.

@@ -3,6 +3,8 @@
 use arrow::array::{ArrayRef, Float64Builder};
 
 use super::{GIVEN_UP, LoadUnit, Params, Pressures};
+use crate::contact::elasticity::FreeHalfSpace;
+use crate::contact::grid::Boundary;
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::solver::{Outcome, Stop};
 use crate::contact::topography::surface::Surface;
@@ -63,6 +65,10 @@ impl Scales {
 /// What has been computed so far.
 #[derive(Default)]
 pub struct Solved {
+    /// What unit pressure does to each node, where displacements are absolute.
+    under_unit_pressure: Option<Vec<f64>>,
+    /// The mean over the map of what the pressure does to it.
+    displacements: Vec<f64>,
     loads: Vec<f64>,
     outcomes: Vec<Outcome>,
     maps: Vec<Vec<u8>>,
@@ -70,7 +76,29 @@ pub struct Solved {
     kept: Vec<usize>,
 }
 
+/// What is solved for, beside coordinates.
+pub fn columns(boundary: Boundary) -> Vec<Column> {
+    let mut columns = SOLVED.to_vec();
+    if boundary == Boundary::Free {
+        let after = |column: Column| {
+            let place = SOLVED.iter().position(|other| *other == column);
+            1 + place.expect("it is solved for")
+        };
+        columns.insert(after(MEAN_GAP), MEAN_DISPLACEMENT);
+        columns.insert(after(MAX_PAIRS), BOUNDARY);
+    }
+    columns
+}
+
 impl Solved {
+    /// Of a body whose displacements are absolute.
+    pub fn absolute(body: &FreeHalfSpace) -> Solved {
+        Solved {
+            under_unit_pressure: Some(body.under_unit_pressure()),
+            ..Solved::default()
+        }
+    }
+
     pub fn push(
         &mut self,
         load: f64,
@@ -79,6 +107,10 @@ impl Solved {
         keep: bool,
         scales: &Scales,
     ) {
+        if let Some(sunk) = &self.under_unit_pressure {
+            let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
+            self.displacements.push(sum / pressures.len() as f64);
+        }
         self.loads.push(load);
         self.outcomes.push(outcome);
         self.maps
@@ -114,6 +146,13 @@ impl Solved {
                 MEAN_GAP,
                 column(|outcome| outcome.mean_gap, scales.length()),
             ),
+        ]);
+        if self.under_unit_pressure.is_some() {
+            let displacements = self.displacements.iter();
+            let absolute = reals(displacements.map(|value| value * scales.length()));
+            columns.push((MEAN_DISPLACEMENT, absolute));
+        }
+        columns.extend([
             (
                 ENERGY,
                 column(|outcome| outcome.energy, scales.pressure * scales.length()),
