@@ -129,7 +129,8 @@ impl<'a> PreparedRun<'a> {
         for path in results::orphans(self.plan(), &self.session.data().results())? {
             self.notice(Notice::Orphan(&path));
         }
-        if !outcome.halted && !(outcome.computed.is_empty() && outcome.damaged.is_empty()) {
+        let is_as_before = outcome.computed.is_empty() && outcome.damaged.is_empty();
+        if !outcome.halted && !is_as_before {
             self.look();
             self.remember();
         }

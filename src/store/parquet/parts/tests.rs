@@ -19,8 +19,8 @@ const KINDS: [(&str, ColumnKind); 5] = [
 
 fn table(rows: usize) -> Table {
     let number = |row: usize| row as f64;
-    let gap = |row: usize| (row % 7 > 0).then_some(number(row % 1000));
-    let stop = |row: usize| (row % 5 > 0).then(|| format!("word {}", row % 3));
+    let gap = |row: usize| (!row.is_multiple_of(7)).then_some(number(row % 1000));
+    let stop = |row: usize| (!row.is_multiple_of(5)).then(|| format!("word {}", row % 3));
     let arrays = [
         integers((0..rows).map(|_| 3)),
         reals((0..rows).map(|row| number(row).sqrt())),
