@@ -55,14 +55,14 @@ from = "contact"
 QUESTIONS = {
     "group by": """select k_upper, hurst, load, avg(area_fraction) as mean, count(*) as n
         from area group by k_upper, hurst, load order by k_upper, hurst, load""",
-    "join": """select s.k_upper as cutoff, avg(a.area_fraction * s.nayak) as mean
-        from area a join surfaces s using (surface) group by s.k_upper order by cutoff""",
+    "join": """select a.k_upper, avg(a.area_fraction * s.nayak) as mean
+        from area a join surfaces s using (surface) group by a.k_upper order by a.k_upper""",
     "filter": """select surface, load, area_fraction from area
         where load < 0.03 and hurst = 0.8 order by load, surface""",
     "median": """select hurst, median(area_fraction) as middle from area
         group by hurst order by hurst""",
-    "sort, limit": """select surface, load, perimeter from area
-        order by perimeter desc, surface, load limit 10""",
+    "sort, limit": """select surface, load, perimeter_manhattan from area
+        order by perimeter_manhattan desc, surface, load limit 10""",
     "count": "select count(*) as n from area",
 }
 
