@@ -44,12 +44,12 @@ pub struct Manifest {
     /// The table `[study]`.
     pub study: Section<StudyTable>,
     /// The tables `[stage.NAME]`, in the order of the file.
-    pub stages: Vec<PublishedTable>,
+    pub stages: Vec<StageTable>,
 }
 
 /// One stage as written.
 #[derive(Debug)]
-pub struct PublishedTable {
+pub struct StageTable {
     /// Its name.
     pub name: Written<String>,
     /// What it does, if that can be read.
@@ -115,7 +115,7 @@ fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTabl
 }
 
 /// The stages, in the order of the file, whatever the order of the parsed table.
-fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<PublishedTable> {
+fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
     let mut entries: Vec<_> = match table_of(entry, problems) {
         Some(table) => table.into_iter().collect(),
         None => return Vec::new(),
@@ -131,17 +131,17 @@ fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<PublishedTable> {
     entries.into_iter().map(&mut read).collect()
 }
 
-fn read_stage(entry: Entry, problems: &mut Problems) -> PublishedTable {
+fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     let place = entry.0.span();
     let name = Written {
         value: entry.0.get_ref().to_string(),
         span: place.clone(),
     };
     let Some(mut table) = table_of(entry, problems) else {
-        return PublishedTable::unreadable(name);
+        return StageTable::unreadable(name);
     };
     let Some(kind) = read_kind(&mut table, &place, problems) else {
-        return PublishedTable::unreadable(name);
+        return StageTable::unreadable(name);
     };
     let from = match kind {
         Kind::Generate => Some(Vec::new()),
@@ -149,7 +149,7 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> PublishedTable {
     };
     let points = Form::select(kind, &mut table, problems)
         .map(|form| form.read(table, place.clone(), problems));
-    PublishedTable {
+    StageTable {
         name,
         kind: Some(kind),
         from,
@@ -157,7 +157,7 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> PublishedTable {
     }
 }
 
-impl PublishedTable {
+impl StageTable {
     /// A stage of which only the name is known: what reads it finds at least that.
     fn unreadable(name: Written<String>) -> Self {
         Self {

@@ -1,13 +1,13 @@
 //! What flows between stages, and who can read it.
 
 use crate::diagnostics::{Problem, Problems};
-use crate::manifest::PublishedTable;
+use crate::manifest::StageTable;
 use crate::stages::Rows;
 use crate::stages::form::{Points, a_stage};
 
 /// Checks what a stage reads, and says what it reads and makes, as far as that can be told.
 pub fn check(
-    stage: &PublishedTable,
+    stage: &StageTable,
     inputs: &[(&str, Option<Rows>)],
     mixes: bool,
     problems: &mut Problems,

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
-use crate::manifest::PublishedTable;
+use crate::manifest::StageTable;
 use crate::names::{self, LONGEST, is_plain};
 use crate::written::Written;
 
@@ -19,7 +19,7 @@ pub struct Graph {
 
 impl Graph {
     /// Checks names and edges.
-    pub fn of(stages: &[PublishedTable], problems: &mut Problems) -> Graph {
+    pub fn of(stages: &[StageTable], problems: &mut Problems) -> Graph {
         check_names(stages, problems);
         let names = stages.iter().enumerate();
         let names = names.map(|(index, stage)| (stage.name.value.as_str(), index));
@@ -42,7 +42,7 @@ impl Graph {
     }
 }
 
-fn check_names(stages: &[PublishedTable], problems: &mut Problems) {
+fn check_names(stages: &[StageTable], problems: &mut Problems) {
     let mut folded = BTreeMap::new();
     for Written { value, span } in stages.iter().map(|stage| &stage.name) {
         check_name("stage", value, span.clone(), problems);
@@ -85,7 +85,7 @@ pub fn check_name(what: &str, name: &str, span: crate::diagnostics::Span, proble
 
 /// The stages that a stage reads.
 fn resolve(
-    stage: &PublishedTable,
+    stage: &StageTable,
     names: &BTreeMap<&str, usize>,
     problems: &mut Problems,
 ) -> Option<Vec<usize>> {
@@ -119,7 +119,7 @@ fn resolve(
 fn unknown_stage(
     name: &str,
     span: &crate::diagnostics::Span,
-    stage: &PublishedTable,
+    stage: &StageTable,
     names: &BTreeMap<&str, usize>,
 ) -> Problem {
     let others = || {
@@ -163,7 +163,7 @@ fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
 
 /// Shows one cycle among the stages that could not be sorted.
 fn report_cycle(
-    stages: &[PublishedTable],
+    stages: &[StageTable],
     inputs: &[Option<Vec<usize>>],
     sorted: &[usize],
     problems: &mut Problems,

@@ -4,7 +4,7 @@ use arrow::datatypes::DataType;
 
 use super::graph::Graph;
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
-use crate::manifest::PublishedTable;
+use crate::manifest::StageTable;
 use crate::stages::Kind;
 use crate::stages::columns::SURFACE;
 use crate::stages::form::Points;
@@ -20,7 +20,7 @@ struct Conditional<'a> {
     until: Until,
 }
 
-fn conditions(stages: &[PublishedTable]) -> impl Iterator<Item = Conditional<'_>> {
+fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
     let stages = stages.iter().enumerate();
     stages.filter_map(|(stage, table)| {
         let Some(Points::Generate(points)) = &table.points else {
@@ -37,7 +37,7 @@ fn conditions(stages: &[PublishedTable]) -> impl Iterator<Item = Conditional<'_>
 }
 
 /// The stages whose tables conditions look at.
-pub fn looked_at(stages: &[PublishedTable]) -> Vec<usize> {
+pub fn looked_at(stages: &[StageTable]) -> Vec<usize> {
     let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
     conditions(stages)
         .filter_map(|condition| named(&condition.until.stage))
@@ -47,7 +47,7 @@ pub fn looked_at(stages: &[PublishedTable]) -> Vec<usize> {
 /// Checks that conditions look at tables with rows for each surface; `empty` gives the tables of
 /// stages without rows, as far as they are known.
 pub fn check<'t>(
-    stages: &[PublishedTable],
+    stages: &[StageTable],
     graph: &Graph,
     empty: impl Fn(usize) -> Option<&'t Table>,
     problems: &mut Problems,

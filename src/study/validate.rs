@@ -4,7 +4,7 @@ use super::flow;
 use super::graph::{self, Graph};
 use super::{Stage, Study, Work, until};
 use crate::diagnostics::{Problem, Problems, Span};
-use crate::manifest::{Manifest, PublishedTable, StudyTable};
+use crate::manifest::{Manifest, StageTable, StudyTable};
 use crate::stages::Given;
 use crate::stages::given::Surfaces;
 use crate::stages::{Kind, Rows, stacked};
@@ -94,7 +94,7 @@ struct Validated {
 }
 
 struct Validator<'a> {
-    stages: &'a [PublishedTable],
+    stages: &'a [StageTable],
     seed: u64,
     sources: SurfaceFiles,
     /// Whether another stage, or a condition, reads it, by the stage's position in the manifest.
