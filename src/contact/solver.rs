@@ -34,6 +34,7 @@ mod hardness;
 mod history;
 mod lanes;
 mod line_search;
+mod load;
 mod outcome;
 mod passes;
 mod press;
@@ -122,8 +123,8 @@ pub struct Solver {
     height_reference: f64,
     /// Pressures of a search are counted from here,
     base: Base,
-    /// and are so much higher.
-    rise: Vec<f32>,
+    /// and are higher by this.
+    increment: Vec<f32>,
     /// The last move of free nodes; elsewhere, the extension of the gap. Marked, see `passes`.
     carry: Vec<f32>,
     sample: Sample,
@@ -214,7 +215,7 @@ impl Solver {
             earlier_offset: 0.0,
             carry: vec![0.0; cells],
             base: Base::new(nodes),
-            rise: vec![0.0; cells],
+            increment: vec![0.0; cells],
             sample: Sample::new(nodes),
             free_nodes: 0.0,
             asking: Nodes::default(),

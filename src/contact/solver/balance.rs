@@ -64,7 +64,7 @@ impl Solver {
         let mut peek = PeekGap {
             gap: &self.gap,
             base: &self.base,
-            rise: &self.rise,
+            increment: &self.increment,
             carry: &self.carry,
             part: part as f32,
             stiffness: self.nodal_stiffness as f32,

@@ -72,7 +72,7 @@ impl Solver {
         goal: f64,
         stop: &dyn Fn(u32) -> bool,
     ) -> Evaluation {
-        let full = self.load * self.pressure.len() as f64;
+        let total = self.load * self.pressure.len() as f64;
         let Start {
             mut standing,
             base_sum,
@@ -80,7 +80,7 @@ impl Solver {
         } = start;
         let mut last = history.last.take();
         if let Some(last) = &mut last {
-            last.rise += standing.offset;
+            last.offset_change += standing.offset;
         }
         loop {
             let is_last = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
@@ -88,16 +88,16 @@ impl Solver {
                 .multiply(&self.single_stiffness, &mut self.single_scratch);
             self.pairs += 1;
             let step = history.damping * self.steps.of(history.iteration);
-            let lacked = balance.map_or(0.0, |balance| full - balance.sum);
+            let lacked = balance.map_or(0.0, |balance| total - balance.sum);
             let direction = self.direction(last.as_ref(), step, lacked, history.sees_all_rows);
             let sums = self.update_pressure(direction, is_last);
             let line = match &balance {
                 None => {
                     let reference = self.reference + self.height_reference;
-                    LineSearch::new(&sums, base_sum, full, reference)
+                    LineSearch::new(&sums, base_sum, total, reference)
                 }
                 Some(balance) => {
-                    let load = [balance.sum, full];
+                    let load = [balance.sum, total];
                     LineSearch::yielding(&sums, base_sum, load, balance.free_offset)
                 }
             };
@@ -120,7 +120,7 @@ impl Solver {
             let (next, free_offset, made) = self.follow(history, &line, standing);
             standing = next;
             if let Some(balance) = &mut balance {
-                let moved = base_sum + sums.rise - balance.sum;
+                let moved = base_sum + sums.increment - balance.sum;
                 balance.sum += made.pending.part * moved;
                 balance.free_offset = free_offset;
             }
@@ -167,7 +167,7 @@ impl Solver {
             pending,
             curvature: part * part * curvature,
             missed: if short { 0.0 } else { (best - 1.0).min(1.0) },
-            rise: standing.offset - offset,
+            offset_change: standing.offset - offset,
             extends: true,
         };
         (standing, free_offset, made)
@@ -181,7 +181,7 @@ impl Solver {
             self.last_moves.clear();
             Asking {
                 base: &self.base,
-                rise: &self.rise,
+                increment: &self.increment,
                 of_move: of_move as f32,
                 nodes: &mut self.asking,
                 last_moves: &mut self.last_moves,
@@ -218,7 +218,7 @@ impl Solver {
             return Direction::first(step, mean.unwrap_or(-means.correction));
         };
         // Gaps count from the offset, and the offset has moved too.
-        let along = means.correction_on_image - last.rise * means.sampled_correction;
+        let along = means.correction_on_image - last.offset_change * means.sampled_correction;
         let share = self.free_nodes * along / last.curvature + last.missed / step;
         let share = share.clamp(0.0, LARGEST_SHARE);
         let PendingUpdate { scale, part } = last.pending;
@@ -253,7 +253,7 @@ impl Solver {
             direction,
             ceiling: Ceiling::at(self.ceiling()),
             base: &self.base,
-            rise: &mut self.rise,
+            increment: &mut self.increment,
             carry: &mut self.carry,
             gap: &self.gap,
             heights: &self.single_heights,
@@ -273,11 +273,11 @@ impl Solver {
         &mut self,
         pending: PendingUpdate,
         offset: f64,
-        rise: f64,
+        offset_change: f64,
     ) -> (Standing, f64) {
         let response = GapUpdate {
             offset: offset as f32,
-            rise: rise as f32,
+            offset_change: offset_change as f32,
             on_move: (pending.part * pending.scale) as f32,
             on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
             reference: (self.reference + self.height_reference) as f32,

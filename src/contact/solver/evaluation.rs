@@ -4,7 +4,9 @@ use super::balance::Balance;
 use super::history::{History, LastMove};
 use super::lanes::{Wide, over_rows};
 use super::line_search::LineSearch;
-use super::passes::{Arrive, Depart, Join, Land, Landing, PendingUpdate, Settle, Withdraw};
+use super::passes::{
+    GapOutput, MoveOutput, MoveSeen, PendingUpdate, PressureInput, Promote, PromotedInput, TakeBack,
+};
 use super::survey::{Standing, Survey};
 use super::{Hardness, Settings, Solver};
 
@@ -24,7 +26,7 @@ pub struct Evaluation {
 impl Solver {
     /// Measures the present pressure and renews the gap from it: one pair.
     pub(super) fn evaluate(&mut self) -> Evaluation {
-        let mut pass = Depart {
+        let mut pass = PressureInput {
             pressure: &self.pressure,
             hardness: self.ceiling(),
             carry: &mut self.carry,
@@ -32,7 +34,7 @@ impl Solver {
         };
         self.double
             .begin(&mut Wide(&mut pass), &mut self.double_scratch);
-        self.arrive()
+        self.finish_gap()
     }
 
     /// The same of a guess: twice, if it is no solution, but all that is seen of its error is how
@@ -52,34 +54,34 @@ impl Solver {
     /// which will be found, so that gaps in contact keep all their digits.
     pub(super) fn settle(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
         if let Some(hardness) = self.bound {
-            self.join_yielding(hardness, pending);
+            self.promote_yielding(hardness, pending);
             self.reference += offset;
             return self.evaluate();
         }
         if pending.part == 1.0 {
-            self.depart(pending.scale, offset);
-            return self.arrive();
+            self.begin_promoted(pending.scale, offset);
+            return self.finish_gap();
         }
-        let mut join = Join {
+        let mut promote = Promote {
             factor: pending.of_pressure(),
             base: &self.base,
-            rise: &self.rise,
+            increment: &self.increment,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut join);
-        self.withdraw(1.0 - pending.part, offset)
+        over_rows(&mut self.pressure, self.nodes[1], &mut promote);
+        self.evaluate_without(1.0 - pending.part, offset)
     }
 
     /// The same without so much of the last move.
-    fn withdraw(&mut self, part: f64, offset: f64) -> Evaluation {
+    fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
         self.take_back(part);
-        self.conclude();
+        self.impose_load();
         self.reference += offset;
         self.evaluate()
     }
 
     /// Takes so much of the last move from the pressures.
     pub(super) fn take_back(&mut self, part: f64) {
-        let mut pass = Withdraw {
+        let mut pass = TakeBack {
             part,
             hardness: self.ceiling(),
             carry: &self.carry,
@@ -94,15 +96,15 @@ impl Solver {
         line: &LineSearch,
         offset: f64,
     ) -> Evaluation {
-        let rise = line.expected_offset();
-        self.depart(line.scale, rise);
-        let (evaluation, curvature) = self.land::<false>(line.scale, rise);
+        let offset_change = line.expected_offset();
+        self.begin_promoted(line.scale, offset_change);
+        let (evaluation, curvature) = self.finish_move::<false>(line.scale, offset_change);
         self.keep_move(
             history,
             line.best(curvature),
             curvature,
             evaluation,
-            rise - offset,
+            offset_change - offset,
         )
     }
 
@@ -115,30 +117,34 @@ impl Solver {
         balance: &Balance,
         offset: f64,
     ) -> Evaluation {
-        let scale = self.join_yielding(hardness, PendingUpdate::NOTHING);
+        let scale = self.promote_yielding(hardness, PendingUpdate::NOTHING);
         self.reference += offset;
-        self.depart_yielding(hardness);
-        let (evaluation, curvature) = self.land::<true>(scale, offset);
+        self.begin_with_moves_kept(hardness);
+        let (evaluation, curvature) = self.finish_move::<true>(scale, offset);
         let best = line.then_scaled(scale, balance.free_offset).best(curvature);
         self.keep_move(history, best, curvature, evaluation, 0.0)
     }
 
     /// Multiplies, and sees where pressures of a move led that were scaled, and what it is worth.
-    fn land<const YIELDS: bool>(&mut self, scale: f64, rise: f64) -> (Evaluation, f64) {
+    fn finish_move<const YIELDS: bool>(
+        &mut self,
+        scale: f64,
+        reference_change: f64,
+    ) -> (Evaluation, f64) {
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = Land::<YIELDS> {
+        let mut pass = MoveOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.reference,
-            landing: Landing {
+            seen: MoveSeen {
                 scale: scale as f32,
-                reference_rise: rise as f32,
+                reference_change: reference_change as f32,
                 survey: Survey::new(!self.body.keeps_mean()),
                 curvature: 0.0,
             },
             base: &self.base,
-            rise: &self.rise,
+            increment: &self.increment,
             gap: &mut self.gap,
             carry: &mut self.carry,
             sample: &mut self.sample,
@@ -146,9 +152,9 @@ impl Solver {
         };
         self.double
             .finish(&mut Wide(&mut pass), &mut self.double_scratch);
-        let Landing {
+        let MoveSeen {
             survey, curvature, ..
-        } = pass.landing;
+        } = pass.seen;
         (self.evaluation(&survey, work), curvature)
     }
 
@@ -160,45 +166,45 @@ impl Solver {
         best: f64,
         curvature: f64,
         evaluation: Evaluation,
-        rise: f64,
+        offset_change: f64,
     ) -> Evaluation {
         if history.learn(&mut self.steps, best) {
-            return self.withdraw(1.0 - best, evaluation.standing.offset);
+            return self.evaluate_without(1.0 - best, evaluation.standing.offset);
         }
         history.last = (best > 0.0).then_some(LastMove {
             pending: PendingUpdate::NOTHING,
             curvature,
             missed: (best - 1.0).min(1.0),
-            rise,
+            offset_change,
             extends: false,
         });
         evaluation
     }
 
-    fn depart(&mut self, scale: f64, offset: f64) {
+    fn begin_promoted(&mut self, scale: f64, offset: f64) {
         self.reference += offset;
-        let mut pass = Settle {
+        let mut pass = PromotedInput {
             scale,
             base: &self.base,
-            rise: &self.rise,
+            increment: &self.increment,
             pressure: &mut self.pressure,
         };
         self.double
             .begin(&mut Wide(&mut pass), &mut self.double_scratch);
     }
 
-    fn arrive(&mut self) -> Evaluation {
+    fn finish_gap(&mut self) -> Evaluation {
         match self.bound {
-            None => self.arrive_as::<false>(),
-            Some(_) => self.arrive_as::<true>(),
+            None => self.finish_gap_as::<false>(),
+            Some(_) => self.finish_gap_as::<true>(),
         }
     }
 
-    fn arrive_as<const YIELDS: bool>(&mut self) -> Evaluation {
+    fn finish_gap_as<const YIELDS: bool>(&mut self) -> Evaluation {
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = Arrive::<YIELDS> {
+        let mut pass = GapOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.reference,
             gap: &mut self.gap,

@@ -69,8 +69,8 @@ pub struct LastMove {
     pub curvature: f64,
     /// The part of the move that should be added to it.
     pub missed: f64,
-    /// How far it made the offset rise.
-    pub rise: f64,
+    /// How much higher the offset is after it.
+    pub offset_change: f64,
     /// Whether the extension followed it.
     pub extends: bool,
 }

@@ -31,20 +31,20 @@ pub struct LineSearch {
     move_on_displacement: f64,
     work: f64,
     /// Σ p
-    full: f64,
+    total: f64,
 }
 
 impl LineSearch {
-    /// A move whose pressures come to `base + sums.rise`, and are to come to `full`; gaps are u less
+    /// A move whose pressures come to `base + sums.increment`, and are to come to `total`; gaps are u less
     /// height and `reference`.
-    pub fn new(sums: &Sums, base: f64, full: f64, reference: f64) -> Self {
-        let after = base + sums.rise;
-        let scale = full / after;
+    pub fn new(sums: &Sums, base: f64, total: f64, reference: f64) -> Self {
+        let after = base + sums.increment;
+        let scale = total / after;
         let pressure_on_gap = sums.pressure_on_gap - sums.move_on_gap;
         let pressure_on_height = sums.pressure_on_height - sums.move_on_height;
         let move_on_displacement =
-            sums.move_on_gap + sums.move_on_height + reference * (after - full);
-        let work = pressure_on_gap + pressure_on_height + reference * full;
+            sums.move_on_gap + sums.move_on_height + reference * (after - total);
+        let work = pressure_on_gap + pressure_on_height + reference * total;
         Self {
             scale,
             needed_scale: scale,
@@ -53,29 +53,29 @@ impl LineSearch {
             pressure_on_gap,
             move_on_displacement,
             work,
-            full,
+            total,
         }
     }
 
     /// The same where the material yields. The move starts from pressures that come to `before`, and
     /// gaps of free nodes have the mean `offset`.
-    pub fn yielding(sums: &Sums, base: f64, [before, full]: [f64; 2], offset: f64) -> Self {
-        let after = base + sums.rise;
+    pub fn yielding(sums: &Sums, base: f64, [before, total]: [f64; 2], offset: f64) -> Self {
+        let after = base + sums.increment;
         Self {
             scale: 1.0,
-            needed_scale: full / after,
+            needed_scale: total / after,
             slope: sums.move_on_gap - offset * (after - before),
             along: 0.0,
             pressure_on_gap: sums.pressure_on_gap,
             move_on_displacement: 0.0,
             work: 0.0,
-            full,
+            total,
         }
     }
 
     /// The same with elastic pressures scaled after the move, so that they come to what they should.
     pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
-        let lacked = self.full - self.full / self.needed_scale;
+        let lacked = self.total - self.total / self.needed_scale;
         Self {
             slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * lacked,
             ..self
@@ -106,7 +106,7 @@ impl LineSearch {
     /// The mean of the gap, weighted by pressure, after `part` of the move.
     pub fn offset(&self, part: f64, curvature: f64) -> f64 {
         let linear = self.slope + self.along;
-        (self.pressure_on_gap + part * (linear + part * curvature)) / self.full
+        (self.pressure_on_gap + part * (linear + part * curvature)) / self.total
     }
 
     /// What [`LineSearch::offset`] will be after the whole move, if that is about the best part.
@@ -164,14 +164,14 @@ mod tests {
         let moved: Vec<f64> = after.iter().zip(&pressure).map(|(a, p)| a - p).collect();
         let sums = Sums {
             // Counted from a base of one.
-            rise: after.iter().map(|p| p - 1.0).sum(),
+            increment: after.iter().map(|p| p - 1.0).sum(),
             move_on_gap: dot(&moved, &gap),
             pressure_on_gap: dot(&after, &gap),
             move_on_height: dot(&moved, &heights),
             pressure_on_height: dot(&after, &heights),
         };
-        let full = pressure.iter().sum();
-        let line = LineSearch::new(&sums, (NODES * NODES) as f64, full, reference);
+        let total = pressure.iter().sum();
+        let line = LineSearch::new(&sums, (NODES * NODES) as f64, total, reference);
         ([pressure, gap, moved], line)
     }
 
@@ -205,13 +205,13 @@ mod tests {
     fn where_the_material_yields_a_move_is_weighed_as_it_is() {
         let ([pressure, gap, moved], _) = example();
         let after: f64 = pressure.iter().zip(&moved).map(|(p, m)| p + m).sum();
-        let (before, full, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
+        let (before, total, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
         let sums = Sums {
-            rise: after - 1.0,
+            increment: after - 1.0,
             move_on_gap: dot(&moved, &gap),
             ..Sums::default()
         };
-        let line = LineSearch::yielding(&sums, 1.0, [before, full], offset);
+        let line = LineSearch::yielding(&sums, 1.0, [before, total], offset);
         let curvature = line.curvature(dot(&moved, &sunk(&moved)));
         // Gaps count from the offset.
         let slope = moved
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn a_move_that_takes_all_pressure_away_sheds_the_load() {
         let nothing_left = Sums {
-            rise: -1.0,
+            increment: -1.0,
             ..Sums::default()
         };
         assert!(LineSearch::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());

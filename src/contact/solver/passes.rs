@@ -9,7 +9,10 @@ mod update_pressure;
 
 pub use ask::{Ask, Onwards};
 pub use base::Base;
-pub use evaluate::{Arrive, Depart, Join, JoinYielding, Land, Landing, Settle, Withdraw};
+pub use evaluate::{
+    GapOutput, MoveOutput, MoveSeen, PressureInput, Promote, PromoteYielding, PromotedInput,
+    TakeBack,
+};
 pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

@@ -124,17 +124,17 @@ impl Solver {
     }
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {
-        let conclusion = self.conclude();
+        let summary = self.impose_load();
         Outcome {
             stop,
             pairs: self.pairs,
             residual: self.residual(evaluation.standing.error),
-            contact_nodes: conclusion.contact_nodes,
-            saturated_nodes: conclusion.saturated_nodes,
+            contact_nodes: summary.contact_nodes,
+            saturated_nodes: summary.saturated_nodes,
             mean_gap: evaluation.mean_gap,
             yielded_depth: evaluation.yielded_depth,
             energy: evaluation.energy,
-            peak_pressure: conclusion.peak_pressure,
+            peak_pressure: summary.peak_pressure,
         }
     }
 }

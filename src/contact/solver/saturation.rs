@@ -7,7 +7,7 @@ use pulp::Simd;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
 use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
-use super::passes::{Depart, JoinYielding, PendingUpdate};
+use super::passes::{PendingUpdate, PressureInput, PromoteYielding};
 use super::{Hardness, Solver};
 use crate::contact::fft::Row;
 
@@ -42,20 +42,20 @@ impl Solver {
         let none = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = self.pressure.iter().fold(none, extremes);
         self.raise_to(self.load, (-high, hardness.pressure() - low));
-        self.conclude();
+        self.impose_load();
         self.evaluate()
     }
 
     /// Takes over the pressure where a search led, within its bounds and of the mean asked for, but for
     /// what is to be taken back. Returns by how much elastic nodes were scaled.
-    pub(super) fn join_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
-        let mut join = JoinYielding {
+    pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
+        let mut promote = PromoteYielding {
             hardness: hardness.pressure(),
             base: &self.base,
-            rise: &self.rise,
+            increment: &self.increment,
             carry: &self.carry,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut join);
+        over_rows(&mut self.pressure, self.nodes[1], &mut promote);
         if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
         }
@@ -88,8 +88,8 @@ impl Solver {
     }
 
     /// Begins an evaluation of the present pressure; moves are kept.
-    pub(super) fn depart_yielding(&mut self, hardness: Hardness) {
-        let mut pass = Depart {
+    pub(super) fn begin_with_moves_kept(&mut self, hardness: Hardness) {
+        let mut pass = PressureInput {
             pressure: &self.pressure,
             hardness: hardness.pressure(),
             carry: &mut self.carry,
@@ -140,9 +140,9 @@ impl Solver {
             saturated_nodes: 0.0,
         };
         over_rows(&mut self.pressure, self.nodes[1], &mut tally);
-        let full = self.load * self.pressure.len() as f64;
-        let rest = full - tally.saturated_nodes * tally.hardness;
-        if rest.abs() <= ROUNDING * full {
+        let total = self.load * self.pressure.len() as f64;
+        let rest = total - tally.saturated_nodes * tally.hardness;
+        if rest.abs() <= ROUNDING * total {
             return if tally.elastic == 0.0 { 1.0 } else { 0.0 };
         }
         rest / tally.elastic
@@ -151,10 +151,10 @@ impl Solver {
     /// The same where there are too many saturated nodes, or nearly no others: with none saturated,
     /// or from the heights alone.
     fn share_out_anew(&mut self) {
-        let full = self.load * self.pressure.len() as f64;
+        let total = self.load * self.pressure.len() as f64;
         let sum: f64 = self.pressure.iter().sum();
-        if sum >= full {
-            self.pressure.iter_mut().for_each(|p| *p *= full / sum);
+        if sum >= total {
+            self.pressure.iter_mut().for_each(|p| *p *= total / sum);
         } else {
             self.guess_from_heights(self.load);
         }

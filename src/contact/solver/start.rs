@@ -58,7 +58,7 @@ impl Solver {
             self.guess_from_full_contact(load);
         }
         self.load = load;
-        self.conclude();
+        self.impose_load();
         None
     }
 
@@ -134,7 +134,7 @@ impl Solver {
             hardness,
             carry: &mut self.carry,
             base: &mut self.base,
-            rise: &mut self.rise,
+            increment: &mut self.increment,
             seen: Seen::NOTHING,
             base_sum: 0.0,
             bounded_sum: 0.0,

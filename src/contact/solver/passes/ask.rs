@@ -21,7 +21,7 @@ pub struct Ask<'a, const YIELDS: bool> {
     pub carry: &'a mut [f32],
     pub base: &'a mut Base,
     /// Set to the pressure above the base.
-    pub rise: &'a mut [f32],
+    pub increment: &'a mut [f32],
     pub seen: Seen,
     /// Σ base.
     pub base_sum: f64,
@@ -63,7 +63,7 @@ impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
         }
         self.base.set_row(row, pressure);
         let base = self.base.row(row);
-        split(pressure, base, row.of_mut(self.rise));
+        split(pressure, base, row.of_mut(self.increment));
         self.base_sum += sum_by(base, base, |base, _| f64::from(base));
         values.fill(0.0);
         self.response
@@ -72,9 +72,9 @@ impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
 }
 
 #[inline(always)]
-fn split(pressure: &[f64], base: &[f32], rise: &mut [f32]) {
-    for ((p, base), rise) in pressure.iter().zip(base).zip(rise) {
-        *rise = (p - f64::from(*base)) as f32;
+fn split(pressure: &[f64], base: &[f32], increment: &mut [f32]) {
+    for ((p, base), increment) in pressure.iter().zip(base).zip(increment) {
+        *increment = (p - f64::from(*base)) as f32;
     }
 }
 

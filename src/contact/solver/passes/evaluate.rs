@@ -9,8 +9,8 @@ use super::base::Base;
 use super::sample::Sample;
 use crate::contact::fft::Row;
 
-/// Departs from a pressure as it is.
-pub struct Depart<'a> {
+/// Transforms a pressure as it is.
+pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
     /// The pressure at which nodes are saturated.
     pub hardness: f64,
@@ -20,7 +20,7 @@ pub struct Depart<'a> {
     pub keeps_moves: bool,
 }
 
-impl Pass<f64> for Depart<'_> {
+impl Pass<f64> for PressureInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         values.copy_from_slice(row.of(self.pressure));
@@ -31,58 +31,68 @@ impl Pass<f64> for Depart<'_> {
     }
 }
 
-/// Departs from the pressure of a search, which it brings up to date.
-pub struct Settle<'a> {
+/// Brings pressures up to date with their search, and transforms them.
+pub struct PromotedInput<'a> {
     /// Brings pressures to their mean.
     pub scale: f64,
     pub base: &'a Base,
-    pub rise: &'a [f32],
+    pub increment: &'a [f32],
     pub pressure: &'a mut [f64],
 }
 
-impl Pass<f64> for Settle<'_> {
+impl Pass<f64> for PromotedInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         let pressure = row.of_mut(self.pressure);
-        join(self.scale, self.base.row(row), row.of(self.rise), pressure);
+        promote(
+            self.scale,
+            self.base.row(row),
+            row.of(self.increment),
+            pressure,
+        );
         values.copy_from_slice(pressure);
     }
 }
 
 #[inline(always)]
-fn join(factor: f64, base: &[f32], rise: &[f32], pressure: &mut [f64]) {
-    for ((p, base), rise) in pressure.iter_mut().zip(base).zip(rise) {
-        *p = factor * (f64::from(*base) + f64::from(*rise));
+fn promote(factor: f64, base: &[f32], increment: &[f32], pressure: &mut [f64]) {
+    for ((p, base), increment) in pressure.iter_mut().zip(base).zip(increment) {
+        *p = factor * (f64::from(*base) + f64::from(*increment));
     }
 }
 
-/// Brings pressures up to date, where no transform is to follow.
-pub struct Join<'a> {
+/// Brings pressures up to date with their search, where no transform is to follow.
+pub struct Promote<'a> {
     pub factor: f64,
     pub base: &'a Base,
-    pub rise: &'a [f32],
+    pub increment: &'a [f32],
 }
 
-impl Pass<f64> for Join<'_> {
+impl Pass<f64> for Promote<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        join(self.factor, self.base.row(row), row.of(self.rise), pressure);
+        promote(
+            self.factor,
+            self.base.row(row),
+            row.of(self.increment),
+            pressure,
+        );
     }
 }
 
 /// The same where the material yields: single precision knows the hardness less well.
-pub struct JoinYielding<'a> {
+pub struct PromoteYielding<'a> {
     pub hardness: f64,
     pub base: &'a Base,
-    pub rise: &'a [f32],
+    pub increment: &'a [f32],
     /// Marked where nodes are saturated.
     pub carry: &'a [f32],
 }
 
-impl Pass<f64> for JoinYielding<'_> {
+impl Pass<f64> for PromoteYielding<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        join(1.0, self.base.row(row), row.of(self.rise), pressure);
+        promote(1.0, self.base.row(row), row.of(self.increment), pressure);
         for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
             let is_saturated = has(*carry, SATURATED) || *p > self.hardness;
             *p = if is_saturated { self.hardness } else { *p };
@@ -91,7 +101,7 @@ impl Pass<f64> for JoinYielding<'_> {
 }
 
 /// Takes a part of the last move back from pressures.
-pub struct Withdraw<'a> {
+pub struct TakeBack<'a> {
     pub part: f64,
     /// The highest pressure.
     pub hardness: f64,
@@ -99,7 +109,7 @@ pub struct Withdraw<'a> {
     pub carry: &'a [f32],
 }
 
-impl Pass<f64> for Withdraw<'_> {
+impl Pass<f64> for TakeBack<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
@@ -110,8 +120,8 @@ impl Pass<f64> for Withdraw<'_> {
     }
 }
 
-/// Arrives at a gap.
-pub struct Arrive<'a, const YIELDS: bool> {
+/// Turns displacements into gaps, and surveys them.
+pub struct GapOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     /// Subtracted from the gap before it is rounded to single precision.
     pub reference: f64,
@@ -121,7 +131,7 @@ pub struct Arrive<'a, const YIELDS: bool> {
     pub survey: Survey,
 }
 
-impl<const YIELDS: bool> Pass<f64> for Arrive<'_, YIELDS> {
+impl<const YIELDS: bool> Pass<f64> for GapOutput<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let gap = row.of_mut(self.gap);
@@ -143,13 +153,13 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     }
 }
 
-/// Arrives at the gap after a move that was followed at once, and sees what the move did.
-pub struct Land<'a, const YIELDS: bool> {
+/// The same after a move that was followed at once; sees what the move did.
+pub struct MoveOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
-    pub landing: Landing,
+    pub seen: MoveSeen,
     pub base: &'a Base,
-    pub rise: &'a [f32],
+    pub increment: &'a [f32],
     pub gap: &'a mut [f32],
     /// Moves of free nodes, before pressures were scaled, to be scaled too; emptied elsewhere.
     pub carry: &'a mut [f32],
@@ -161,16 +171,16 @@ pub struct Land<'a, const YIELDS: bool> {
 
 /// What each node does, and what is seen.
 #[derive(Clone, Copy)]
-pub struct Landing {
+pub struct MoveSeen {
     pub scale: f32,
-    /// How much the reference rose.
-    pub reference_rise: f32,
+    /// How much higher the reference is.
+    pub reference_change: f32,
     pub survey: Survey,
     /// Σ move × displacement under it.
     pub curvature: f64,
 }
 
-impl<const YIELDS: bool> Pass<f64> for Land<'_, YIELDS> {
+impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let heights = row.of(self.heights);
@@ -179,19 +189,23 @@ impl<const YIELDS: bool> Pass<f64> for Land<'_, YIELDS> {
             let (found, last_found) = split_mut::<S, R>(&mut self.found);
             let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
             let carry = row.of_mut(self.carry);
-            self.landing.survey.add_gaps::<YIELDS>(values, carry);
+            self.seen.survey.add_gaps::<YIELDS>(values, carry);
             let (carry, last_carry) = split_mut::<S, R>(carry);
             let (base, last_base) = split::<S, R>(self.base.row(row));
-            let (rise, last_rise) = split::<S, R>(row.of(self.rise));
-            let landing = &mut self.landing;
-            landing.survey.add::<_, _, YIELDS>(simd, found, carry);
-            landing
-                .survey
+            let (increment, last_increment) = split::<S, R>(row.of(self.increment));
+            let seen = &mut self.seen;
+            seen.survey.add::<_, _, YIELDS>(simd, found, carry);
+            seen.survey
                 .add::<_, _, YIELDS>(REST, last_found, last_carry);
-            landing.finish::<_, _, YIELDS>(simd, found, gap, carry, base, rise);
+            seen.finish::<_, _, YIELDS>(simd, found, gap, carry, base, increment);
             if !last_found.is_empty() {
-                landing.finish::<_, _, YIELDS>(
-                    REST, last_found, last_gap, last_carry, last_base, last_rise,
+                seen.finish::<_, _, YIELDS>(
+                    REST,
+                    last_found,
+                    last_gap,
+                    last_carry,
+                    last_base,
+                    last_increment,
                 );
             }
         }
@@ -199,8 +213,8 @@ impl<const YIELDS: bool> Pass<f64> for Land<'_, YIELDS> {
     }
 }
 
-impl Landing {
-    /// Takes the gaps that were `found` over, and turns them into displacements under the move.
+impl MoveSeen {
+    /// Takes over the gaps that were `found`, and turns them into displacements under the move.
     #[inline(always)]
     fn finish<S: Simd, const R: usize, const YIELDS: bool>(
         &mut self,
@@ -209,19 +223,19 @@ impl Landing {
         gap: &mut [[S::f32s; R]],
         carry: &mut [[S::f32s; R]],
         base: &[[S::f32s; R]],
-        rise: &[[S::f32s; R]],
+        increment: &[[S::f32s; R]],
     ) {
         let scaling = Lanes::all(simd, self.scale - 1.0);
-        let reference_rise = Lanes::all(simd, self.reference_rise);
+        let reference_change = Lanes::all(simd, self.reference_change);
         let mut curvature = Lanes::all(simd, 0.0);
         let nodes = found.iter_mut().zip(gap).zip(carry);
-        for (((found, gap), carry), (base, rise)) in nodes.zip(base.iter().zip(rise)) {
-            let image = Lanes::of(simd, *found) - Lanes::of(simd, *gap) + reference_rise;
+        for (((found, gap), carry), (base, increment)) in nodes.zip(base.iter().zip(increment)) {
+            let image = Lanes::of(simd, *found) - Lanes::of(simd, *gap) + reference_change;
             *gap = *found;
             *found = image.numbers();
             let c = Lanes::of(simd, *carry);
             let free = c.has(FREE);
-            let pressure = Lanes::of(simd, *base) + Lanes::of(simd, *rise);
+            let pressure = Lanes::of(simd, *base) + Lanes::of(simd, *increment);
             let scaled = c.plus(scaling, pressure);
             let moved = if YIELDS {
                 // What is saturated is not scaled.

@@ -91,7 +91,7 @@ pub struct Peek<'a> {
 /// Free nodes, gathered for the balance of a direction.
 pub struct Asking<'a> {
     pub base: &'a Base,
-    pub rise: &'a [f32],
+    pub increment: &'a [f32],
     /// How much of the last move is still to be added to pressures.
     pub of_move: f32,
     /// Set to their pressures and to what corrections take from them,
@@ -104,11 +104,12 @@ pub struct Asking<'a> {
 
 impl Asking<'_> {
     fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32]) {
-        let pressure = self.base.row(row).iter().zip(row.of(self.rise));
-        for ((correction, carry), (base, rise)) in corrections.iter().zip(carry).zip(pressure) {
+        let pressure = self.base.row(row).iter().zip(row.of(self.increment));
+        for ((correction, carry), (base, increment)) in corrections.iter().zip(carry).zip(pressure)
+        {
             if has(*carry, FREE) {
                 self.nodes
-                    .push(base + (rise + self.of_move * carry), -correction);
+                    .push(base + (increment + self.of_move * carry), -correction);
                 self.last_moves.push(*carry);
             }
         }
@@ -183,7 +184,7 @@ pub struct PeekGap<'a> {
     pub gap: &'a [f32],
     pub base: &'a Base,
     /// After the move.
-    pub rise: &'a [f32],
+    pub increment: &'a [f32],
     /// Moves of free nodes, and marks by the pressure after them.
     pub carry: &'a [f32],
     /// How much of the move is kept.
@@ -208,11 +209,11 @@ impl Pass<f32> for PeekGap<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let (gap, carry) = (row.of(self.gap), row.of(self.carry));
-        let pressure = self.base.row(row).iter().zip(row.of(self.rise));
+        let pressure = self.base.row(row).iter().zip(row.of(self.increment));
         let taken = 1.0 - self.part;
         let [highest, lowest] = self.range;
         let gaps = values.iter().zip(gap);
-        for (((value, gap), carry), (base, rise)) in gaps.zip(carry).zip(pressure) {
+        for (((value, gap), carry), (base, increment)) in gaps.zip(carry).zip(pressure) {
             let gap = gap + self.part * *value;
             let is_free = has(*carry, FREE);
             let may_change = if is_free && taken > 0.0 {
@@ -225,7 +226,7 @@ impl Pass<f32> for PeekGap<'_> {
             if may_change {
                 let back = if is_free { taken * carry } else { 0.0 };
                 let change = self.stiffness * (self.level - gap);
-                self.nodes.push(base + (rise - back), change);
+                self.nodes.push(base + (increment - back), change);
             }
         }
     }

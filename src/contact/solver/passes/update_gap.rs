@@ -28,8 +28,8 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
 pub struct GapUpdate {
     /// Level of the gap after the move.
     pub offset: f32,
-    /// How far it rose.
-    pub rise: f32,
+    /// How much higher that is than before.
+    pub offset_change: f32,
     /// Of the displacement under the move before it is scaled.
     pub on_move: f32,
     /// Of the displacement under the pressure before the move.
@@ -87,7 +87,7 @@ impl GapUpdate {
     pub fn to_a_start(offset: f64) -> Self {
         Self {
             offset: offset as f32,
-            rise: 0.0,
+            offset_change: 0.0,
             on_move: 0.0,
             on_pressure: 0.0,
             reference: 0.0,
@@ -152,7 +152,7 @@ impl GapUpdate {
         seen: &mut Seen,
     ) {
         let offset = Lanes::all(simd, self.offset);
-        let rise = Lanes::all(simd, self.rise);
+        let offset_change = Lanes::all(simd, self.offset_change);
         let memory = Lanes::all(simd, self.memory);
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
         let mut free_nodes = zero;
@@ -185,7 +185,7 @@ impl GapUpdate {
             highest = pressed.choose(highest.max(g), highest);
             lowest = lower;
             free_nodes = free_nodes + free.or_zero(one);
-            let extended = c + Lanes::of(simd, *value) - rise;
+            let extended = c + Lanes::of(simd, *value) - offset_change;
             let extension = memory * was_free.choose(above, extended);
             *value = free.choose(above, extension).numbers();
             let next = free.choose(was_free.or_zero(c), extension);

@@ -58,7 +58,7 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     /// Of no consequence where nothing yields.
     pub ceiling: Ceiling,
     pub base: &'a Base,
-    pub rise: &'a mut [f32],
+    pub increment: &'a mut [f32],
     /// Moves of free nodes, extension on the others.
     pub carry: &'a mut [f32],
     pub gap: &'a [f32],
@@ -71,7 +71,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (base, last_base) = split::<S, R>(self.base.row(row));
-        let (rise, last_rise) = split_mut::<S, R>(row.of_mut(self.rise));
+        let (increment, last_increment) = split_mut::<S, R>(row.of_mut(self.increment));
         let (carry, last_carry) = split_mut::<S, R>(row.of_mut(self.carry));
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (heights, last_heights) = split::<S, R>(row.of(self.heights));
@@ -81,7 +81,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             self.ceiling,
             values,
             base,
-            rise,
+            increment,
             carry,
             gap,
             heights,
@@ -93,15 +93,15 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
                 self.ceiling,
                 last_values,
                 last_base,
-                last_rise,
+                last_increment,
                 last_carry,
                 last_gap,
                 last_heights,
                 &mut self.sums,
             );
         }
-        let rise = row.of(self.rise);
-        self.sums.rise += sum_by(rise, rise, |rise, _| f64::from(rise));
+        let increment = row.of(self.increment);
+        self.sums.increment += sum_by(increment, increment, |increment, _| f64::from(increment));
     }
 }
 
@@ -159,7 +159,7 @@ impl Direction {
         ceiling: Ceiling,
         values: &mut [[S::f32s; R]],
         base: &[[S::f32s; R]],
-        rise: &mut [[S::f32s; R]],
+        increment: &mut [[S::f32s; R]],
         carry: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         heights: &[[S::f32s; R]],
@@ -180,10 +180,10 @@ impl Direction {
         let mut move_on_height = zero;
         let mut pressure_on_height = zero;
 
-        let nodes = values.iter_mut().zip(base).zip(rise).zip(carry);
-        for ((((value, b), rise), carry), (g, h)) in nodes.zip(gap.iter().zip(heights)) {
+        let nodes = values.iter_mut().zip(base).zip(increment).zip(carry);
+        for ((((value, b), increment), carry), (g, h)) in nodes.zip(gap.iter().zip(heights)) {
             let correction = Lanes::of(simd, *value);
-            let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *rise));
+            let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *increment));
             let c = Lanes::of(simd, *carry);
             let free = c.has(FREE);
             let last_move = free.or_zero(c);
@@ -202,7 +202,7 @@ impl Direction {
             let m = (new - r) - due;
             let next = free.choose(m, c - compliance * correction);
             *value = m.numbers();
-            *rise = new.numbers();
+            *increment = new.numbers();
             let pressed = (-b).is_below(new);
             let (p, g, h) = (b + new, Lanes::of(simd, *g), Lanes::of(simd, *h));
             move_on_gap = move_on_gap.plus(m, g);
@@ -230,7 +230,7 @@ impl Direction {
 #[derive(Default, Clone, Copy)]
 pub struct Sums {
     /// Σ pressure after the move − base, in double precision.
-    pub rise: f64,
+    pub increment: f64,
     /// Σ move × gap.
     pub move_on_gap: f64,
     /// Σ pressure after the move × gap; of elastic nodes alone, where the material yields.
