@@ -20,6 +20,7 @@ pub mod curves;
 pub mod evolution;
 #[cfg(test)]
 pub(crate) mod examples;
+mod goodness;
 mod least_squares;
 pub mod load_separation;
 pub mod mesh_convergence;
@@ -28,6 +29,7 @@ pub mod scaled_erf;
 pub mod student;
 
 pub use curves::{Curves, Window};
+pub use goodness::GoodnessOfFit;
 pub(crate) use least_squares::line;
 
 /// Why there is no fit.

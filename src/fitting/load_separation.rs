@@ -16,7 +16,7 @@
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, line};
-use super::{Curves, FitError, Window};
+use super::{Curves, FitError, GoodnessOfFit, Window};
 
 /// One more than the parameters, so that the residual says something.
 const LEAST_DATA: usize = 3;
@@ -28,14 +28,9 @@ pub struct LoadSeparation {
     pub decay_length: f64,
     /// p_c: the load at which the line has no gap left, in units of E* × rms slope.
     pub closing_load: f64,
-    /// Root mean square residual of ū/u₀, that is of ln p₀.
-    pub rms_residual: f64,
-    /// Coefficient of determination of the mean gap.
-    pub r_squared: f64,
-    /// Number of loads.
-    pub data: usize,
-    /// Loads in the window under which no gap is left.
-    pub masked: usize,
+    /// Residuals of ū/u₀, that is of ln p₀, determination of the mean gap; masked are loads under which
+    /// no gap is left.
+    pub goodness: GoodnessOfFit,
 }
 
 /// Mean gaps, ready to be fitted.
@@ -90,10 +85,10 @@ impl LoadSeparationProblem {
         Ok(LoadSeparation {
             decay_length: -slope,
             closing_load: (intercept / -slope).exp(),
-            rms_residual: quality.rms_residual / -slope,
-            r_squared: quality.r_squared,
-            data,
-            masked: mean.len() - data,
+            goodness: GoodnessOfFit {
+                rms_residual: quality.rms_residual / -slope,
+                ..GoodnessOfFit::of(&quality, data, mean.len())
+            },
         })
     }
 }
@@ -132,9 +127,9 @@ mod tests {
             .unwrap();
         assert!((fit.decay_length / 1e-6 - 1.0).abs() < 1e-12, "{fit:?}");
         assert!((fit.closing_load / 0.4 - 1.0).abs() < 1e-12, "{fit:?}");
-        assert!(fit.rms_residual < 1e-12 && fit.r_squared > 1.0 - 1e-12);
+        assert!(fit.goodness.rms_residual < 1e-12 && fit.goodness.r_squared > 1.0 - 1e-12);
         // 0.01, 0.0126 … 0.2.
-        assert_eq!((fit.data, fit.masked), (14, 0));
+        assert_eq!((fit.goodness.data, fit.goodness.masked), (14, 0));
     }
 
     #[test]
@@ -143,7 +138,7 @@ mod tests {
             .fit()
             .unwrap();
         // From 0.501 on.
-        assert_eq!((all.data, all.masked), (27, 4));
+        assert_eq!((all.goodness.data, all.goodness.masked), (27, 4));
         assert!((all.decay_length - 0.5).abs() < 1e-12);
     }
 

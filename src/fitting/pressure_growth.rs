@@ -8,7 +8,7 @@
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, line};
-use super::{Curves, FitError, Window};
+use super::{Curves, FitError, GoodnessOfFit, Window};
 
 /// One more than the parameters, so that the residual says something.
 const LEAST_DATA: usize = 3;
@@ -20,14 +20,9 @@ pub struct PressureGrowth {
     pub exponent: f64,
     /// dp̄/dp₀ extrapolated to full contact: β of a contact evolution law.
     pub prefactor: f64,
-    /// Coefficient of determination of ln dp̄/dp₀.
-    pub r_squared: f64,
-    /// Root mean square residual of ln dp̄/dp₀.
-    pub rms_residual: f64,
-    /// Number of intervals between loads that were used.
-    pub data: usize,
-    /// Intervals that have no logarithm: the mean pressure fell, or nothing was in contact.
-    pub masked: usize,
+    /// Of ln dp̄/dp₀ in the intervals between loads; masked are those that have no logarithm: the mean
+    /// pressure fell, or nothing was in contact.
+    pub goodness: GoodnessOfFit,
 }
 
 /// Intervals between neighbouring loads, ready to be fitted.
@@ -102,10 +97,7 @@ impl PressureGrowthProblem {
         Ok(PressureGrowth {
             exponent,
             prefactor: intercept.exp(),
-            r_squared: quality.r_squared,
-            rms_residual: quality.rms_residual,
-            data,
-            masked: points.len() - data,
+            goodness: GoodnessOfFit::of(&quality, data, points.len()),
         })
     }
 }
@@ -181,7 +173,7 @@ mod tests {
     fn intervals_are_those_with_midpoints_in_the_window() {
         let fit = fit(&single(&BGT_ALPHA_2), HEAVIER);
         // From 0.0078, the middle of the sixth and seventh of fifty loads.
-        assert_eq!((fit.data, fit.masked), (44, 0));
+        assert_eq!((fit.goodness.data, fit.goodness.masked), (44, 0));
     }
 
     #[test]
@@ -189,7 +181,7 @@ mod tests {
         let mut areas = BGT_ALPHA_2;
         areas[20] *= 1.1;
         let fit = fit(&single(&areas), Window::ALL);
-        assert_eq!((fit.data, fit.masked), (48, 1));
+        assert_eq!((fit.goodness.data, fit.goodness.masked), (48, 1));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use std::f64::consts::SQRT_2;
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, Residuals, minimize};
-use super::{Curves, FitError, Window};
+use super::{Curves, FitError, GoodnessOfFit, Window};
 use crate::contact::theory::persson::error_function::{erfc_inverse, ln_erfc, ln_erfc_slope};
 
 /// One more than the parameters, so that the residual says something.
@@ -22,14 +22,8 @@ const LEAST_DATA: usize = 2;
 pub struct ScaledErf {
     /// Factor of the load: 1 in Persson's theory.
     pub beta: f64,
-    /// Root mean square residual of ln(1 − a).
-    pub rms_residual: f64,
-    /// Coefficient of determination of ln(1 − a).
-    pub r_squared: f64,
-    /// Number of data.
-    pub data: usize,
-    /// Loads in the window with nothing, or with more than everything, out of contact.
-    pub masked: usize,
+    /// Of ln(1 − a); masked are loads with nothing, or with more than everything, out of contact.
+    pub goodness: GoodnessOfFit,
     /// (load, factor for which this load alone is met), of the data.
     pub local: Vec<(f64, f64)>,
 }
@@ -61,10 +55,7 @@ impl ScaledErfProblem {
         let quality = Quality::of(&approach.ln_noncontact, &predicted, None);
         Ok(ScaledErf {
             beta,
-            rms_residual: quality.rms_residual,
-            r_squared: quality.r_squared,
-            data: approach.x.len(),
-            masked: self.data.loads.len() - approach.x.len(),
+            goodness: GoodnessOfFit::of(&quality, approach.x.len(), self.data.loads.len()),
             local: approach
                 .x
                 .iter()
@@ -183,9 +174,9 @@ mod tests {
     fn factor_of_perssons_theory_is_one() {
         let fit = fit(&persson_curve(uniform(2.0, 40)));
         // 1 − a = 6e-5 is resolved to 2e-12 by areas near one, hence β to 1e-12.
-        assert!((fit.beta - 1.0).abs() < 1e-11 && fit.rms_residual < 1e-10);
+        assert!((fit.beta - 1.0).abs() < 1e-11 && fit.goodness.rms_residual < 1e-10);
         assert!(fit.local.iter().all(|(_, beta)| (beta - 1.0).abs() < 1e-11));
-        assert!(fit.r_squared > 1.0 - 1e-12);
+        assert!(fit.goodness.r_squared > 1.0 - 1e-12);
     }
 
     #[test]
@@ -204,7 +195,8 @@ mod tests {
         areas[37..].fill(1.0);
         let curves = Curves::new(uniform(2.0, 40), vec![areas; 3]).expect("well formed");
         let fit = fit(&curves);
-        assert_eq!((fit.data, fit.masked, fit.local.len()), (26, 3, 26));
+        assert_eq!((fit.goodness.data, fit.goodness.masked), (26, 3));
+        assert_eq!(fit.local.len(), 26);
         assert!((fit.beta - 1.0).abs() < 1e-11);
     }
 

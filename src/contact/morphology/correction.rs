@@ -10,6 +10,12 @@ pub const PI_OVER_EIGHT: f64 = PI / 8.0;
 /// The coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161.
 pub const YASTREBOV_2017: f64 = (PI - 1.0 + LN_2) / 24.0;
 
+/// S_d Δx/(L_x L_y), what a coefficient is multiplied with: a cell for each change between contact and
+/// non-contact, as a fraction of all. Cells are square.
+pub fn edge_fraction(switches: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
+    switches as f64 / (nodes_x as f64 * nodes_y as f64)
+}
+
 /// What corrections of the area are made of.
 ///
 /// A node counts as in contact with its whole cell, although the true edge crosses that cell. A
@@ -36,8 +42,8 @@ impl CountedArea {
         self.fraction() - self.absolute_error(coefficient)
     }
 
-    /// Lower and upper bound of the fraction, between which π/8 is half way: without and with the
-    /// nodes on the edge, π/4 S_d Δx in area.
+    /// Lower and upper bound of the fraction: without the nodes on the edge, π/4 S_d Δx in area, but
+    /// not below 0, and with them. Where the lower one is above 0, π/8 is half way between them.
     pub fn bounds(&self) -> [f64; 2] {
         let edge = self.absolute_error(PI / 4.0);
         [(self.fraction() - edge).max(0.0), self.fraction()]

@@ -197,42 +197,29 @@ const MESH_COEFFICIENT: Parameter = Parameter::number(
 fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = PressureGrowthProblem::new(curves, params.window());
     let fit = problem.fit()?;
-    Ok(Row {
-        values: vec![fit.exponent, fit.prefactor],
-        rms_residual: Some(fit.rms_residual),
-        r_squared: Some(fit.r_squared),
-        data: fit.data,
-        masked: Some(fit.masked),
-        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
-    }
-    .unless_masked())
+    let intervals = problem.bootstrap(&fit, &params.bootstrap());
+    let row = Row::fitted(vec![fit.exponent, fit.prefactor], &fit.goodness, intervals);
+    Ok(row.unless_masked())
 }
 
 fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = ScaledErfProblem::new(curves, params.window());
     let fit = problem.fit()?;
-    Ok(Row {
-        values: vec![fit.beta],
-        rms_residual: Some(fit.rms_residual),
-        r_squared: Some(fit.r_squared),
-        data: fit.data,
-        masked: Some(fit.masked),
-        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
-    }
-    .unless_masked())
+    let intervals = problem.bootstrap(&fit, &params.bootstrap());
+    let row = Row::fitted(vec![fit.beta], &fit.goodness, intervals);
+    Ok(row.unless_masked())
 }
 
 fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = LoadSeparationProblem::new(gaps, params.window());
     let fit = problem.fit()?;
-    Ok(Row {
-        values: vec![fit.decay_length, fit.closing_load],
-        rms_residual: Some(fit.rms_residual),
-        r_squared: Some(fit.r_squared),
-        data: fit.data,
-        masked: Some(fit.masked),
-        ..Row::with(problem.bootstrap(&fit, &params.bootstrap()))
-    })
+    let intervals = problem.bootstrap(&fit, &params.bootstrap());
+    let row = Row::fitted(
+        vec![fit.decay_length, fit.closing_load],
+        &fit.goodness,
+        intervals,
+    );
+    Ok(row)
 }
 
 #[cfg(test)]

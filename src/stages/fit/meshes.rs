@@ -11,7 +11,7 @@ use arrow::array::{ArrayRef, Int64Array};
 use super::Params;
 use super::row::Row;
 use super::rows;
-use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use crate::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
 use crate::ensemble::{self, Member, ensembles};
 use crate::fitting::mesh_convergence::{MeshProblem, Refinement};
 use crate::fitting::{FitError, Window};
@@ -144,7 +144,7 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableErr
             if window.contains(load) {
                 let meshes = points[at].1.entry((member, load.to_bits())).or_default();
                 let nodes = grids.nodes(row);
-                let edge = switches.value(row) as f64 / (nodes[0] as f64 * nodes[1] as f64);
+                let edge = edge_fraction(switches.value(row).unsigned_abs() as usize, nodes);
                 // Rows of several corrections tell the same.
                 let mesh = meshes.entry(nodes);
                 mesh.or_insert((areas.value(row), edge));

@@ -1,7 +1,7 @@
 //! What came of one fit.
 
-use crate::fitting::FitError;
 use crate::fitting::bootstrap::{Interval, Intervals};
+use crate::fitting::{FitError, GoodnessOfFit};
 
 /// The word in the `status` column for a fit that has values; those that have none say why.
 pub const FITTED: &str = "fitted";
@@ -45,6 +45,18 @@ impl Row {
             failed_replicates: intervals.failed,
             intervals: intervals.intervals,
             ..Row::default()
+        }
+    }
+
+    /// A row of a law that has nothing free but its parameters.
+    pub fn fitted(values: Vec<f64>, goodness: &GoodnessOfFit, intervals: Intervals) -> Row {
+        Row {
+            values,
+            rms_residual: Some(goodness.rms_residual),
+            r_squared: Some(goodness.r_squared),
+            data: goodness.data,
+            masked: Some(goodness.masked),
+            ..Row::with(intervals)
         }
     }
 
