@@ -404,7 +404,7 @@ pub const AREA_CORRECTED: Column = real(
 pub const AREA_LOWER: Column = real(
     "area_lower",
     "1",
-    "lower bound on the true share of the area, A − π/4 S_d Δx; for pi/8",
+    "lower bound on the true share of the area, A − π/4 S_d Δx or 0; for pi/8",
 );
 pub const AREA_UPPER: Column = real(
     "area_upper",
@@ -414,12 +414,13 @@ pub const AREA_UPPER: Column = real(
 pub const ERROR_ABSOLUTE: Column = real(
     "error_absolute",
     "1",
-    "half the distance of the bounds, a share of the cell; for pi/8",
+    "what the correction takes away, π/8 S_d Δx, a share of the cell: half the distance of the \
+     bounds where the lower one is above 0; for pi/8",
 );
 pub const ERROR_RELATIVE: Column = real(
     "error_relative",
     "1",
-    "half the distance of the bounds over the counted area; for pi/8",
+    "what the correction takes away over the counted area; for pi/8",
 );
 
 /// What places a random surface among others.
