@@ -119,7 +119,7 @@ impl Plan {
             version: recipe.kind().version(),
             recipe: serde_json::to_string(recipe).expect("parameters are plain data"),
             inputs: inputs().map(|input| input.key).collect(),
-            read_as: inputs().map(|input| input.identity).collect(),
+            input_identities: inputs().map(|input| input.identity).collect(),
         }
     }
 

@@ -185,10 +185,10 @@ impl Deref for Recipe {
 }
 
 impl Recipe {
-    /// The recipe without what only adds columns that no later stage reads. Later keys are built on
-    /// it, so keeping more never recomputes them.
+    /// The recipe that later keys are built on: without what only adds columns that no later stage
+    /// reads, so that keeping more never recomputes them.
     pub fn identity(&self) -> Cow<'_, Recipe> {
-        match self.without_extras() {
+        match self.identity_recipe() {
             Some(recipe) => Cow::Owned(recipe),
             None => Cow::Borrowed(self),
         }

@@ -225,7 +225,7 @@ impl Store {
         key: TaskKey,
         columns: Columns,
     ) -> Result<(Table, Provenance), StoreError> {
-        read_as(&self.path(key), key, columns)
+        read_keyed(&self.path(key), key, columns)
     }
 
     /// Whether a task's file is as it was written, and the one that its name says; its rows are not
@@ -275,7 +275,7 @@ impl Store {
             return Ok(None);
         };
         // Between looking and renaming, another process may have put a sound table there.
-        if read_as(&quarantined, key, Columns::Light).is_err() {
+        if read_keyed(&quarantined, key, Columns::Light).is_err() {
             return Ok(Some(quarantined));
         }
         let back = std::fs::rename(&quarantined, &path);
@@ -304,7 +304,11 @@ fn path(root: &Path, key: TaskKey) -> PathBuf {
 }
 
 /// The table in a file, if it is that of the task, and how it came about.
-fn read_as(path: &Path, key: TaskKey, columns: Columns) -> Result<(Table, Provenance), StoreError> {
+fn read_keyed(
+    path: &Path,
+    key: TaskKey,
+    columns: Columns,
+) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
     Ok((table, owned(path, key, metadata)?))
 }

@@ -30,8 +30,8 @@ pub struct StageChanges {
 pub struct PointChange {
     /// None if it was there before.
     pub why: Option<Why>,
-    /// Whether later stages do not see that.
-    pub is_kept_back: bool,
+    /// Whether its identity is what it was, so that later stages do not see that.
+    pub keeps_identity: bool,
     /// Surfaces on record, if it was there before: more of them are new, and fewer are missed by
     /// who pools them.
     pub realizations_before: Option<u32>,
@@ -115,7 +115,7 @@ impl Matched {
                     why: Some(Why::Changed {
                         fields: changes(&before[old], point),
                     }),
-                    is_kept_back: before[old].identity == point.identity,
+                    keeps_identity: before[old].identity == point.identity,
                     realizations_before: None,
                 },
                 (None, None) => PointChange {

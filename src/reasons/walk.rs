@@ -53,7 +53,7 @@ struct Point {
     realizations_before: u32,
     /// For realizations beyond those on record.
     beyond: usize,
-    is_kept_back: bool,
+    keeps_identity: bool,
     fewer: usize,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Walk<'a> {
         };
         let inputs = self.inputs(task, here);
         let own = self.sets.union(at_point, inputs);
-        let passed_on = match point.is_kept_back {
+        let passed_on = match point.keeps_identity {
             true => self.sets.union(here.to_all, inputs),
             false => own,
         };
@@ -186,7 +186,7 @@ impl<'a> Walk<'a> {
             before: both,
             realizations_before,
             beyond: self.sets.union(both, new),
-            is_kept_back: change.is_kept_back,
+            keeps_identity: change.keeps_identity,
             fewer,
         }
     }

@@ -230,7 +230,7 @@ impl Stage for Params {
 
     /// The same row with its heights not kept. A surface without heights stays one, for its row
     /// holds less.
-    fn without_extras(&self) -> Option<Recipe> {
+    fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_heights = self.heights == Heights::Keep;
         keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
     }

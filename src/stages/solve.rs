@@ -210,7 +210,7 @@ impl Stage for Params {
     }
 
     /// The same block with no pressures kept.
-    fn without_extras(&self) -> Option<Recipe> {
+    fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_pressures = self.pressures != Pressures::None;
         keeps_pressures.then(|| {
             Recipe::Solve(Arc::new(Params {

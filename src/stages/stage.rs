@@ -101,8 +101,9 @@ pub trait Stage {
         None
     }
 
-    /// The recipe without what only adds columns that no later stage reads, if it has any such.
-    fn without_extras(&self) -> Option<Recipe> {
+    /// The recipe that later keys are built on, if it is another one: this one without what only adds
+    /// columns that no later stage reads.
+    fn identity_recipe(&self) -> Option<Recipe> {
         None
     }
 }

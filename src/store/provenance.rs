@@ -14,22 +14,23 @@ pub struct Provenance {
     pub recipe: String,
     /// The tables that were read.
     pub inputs: Vec<TaskKey>,
-    /// What the key says of them: their keys, but for what no later stage reads.
-    pub read_as: Vec<TaskKey>,
+    /// What the key says of them: the keys of their identities, without what no later stage reads.
+    pub input_identities: Vec<TaskKey>,
 }
 
 const STAGE: &str = "stage";
 const STAGE_VERSION: &str = "stage_version";
 const RECIPE: &str = "recipe";
 const INPUTS: &str = "inputs";
-const READ_AS: &str = "read_as";
+/// Files have their own word for the identities of inputs.
+const INPUT_IDENTITIES: &str = "read_as";
 const PROGRAM_VERSION: &str = "version";
 
 impl Provenance {
     /// The key that follows from it.
     pub fn key(&self) -> TaskKey {
         let params = Digest::of_json(&self.recipe);
-        TaskKey::of(&self.stage, self.version, params, &self.read_as)
+        TaskKey::of(&self.stage, self.version, params, &self.input_identities)
     }
 
     /// What is written into the file.
@@ -42,7 +43,7 @@ impl Provenance {
                 entry(STAGE_VERSION, self.version.to_string()),
                 entry(RECIPE, self.recipe.clone()),
                 entry(INPUTS, words(&self.inputs)),
-                entry(READ_AS, words(&self.read_as)),
+                entry(INPUT_IDENTITIES, words(&self.input_identities)),
                 entry(PROGRAM_VERSION, env!("CARGO_PKG_VERSION").to_owned()),
             ],
         }
@@ -55,7 +56,7 @@ impl Provenance {
             version: metadata.get(STAGE_VERSION)?.parse().ok()?,
             recipe: metadata.get(RECIPE)?.to_owned(),
             inputs: keys(metadata.get(INPUTS)?)?,
-            read_as: keys(metadata.get(READ_AS)?)?,
+            input_identities: keys(metadata.get(INPUT_IDENTITIES)?)?,
         })
     }
 }
@@ -81,7 +82,7 @@ mod tests {
             version: 3,
             recipe: "{\"loads\":[0.01]}".to_owned(),
             inputs: vec![surface],
-            read_as: vec![surface, surface],
+            input_identities: vec![surface, surface],
         }
     }
 
@@ -94,7 +95,7 @@ mod tests {
     #[test]
     fn the_key_follows_from_stage_version_recipe_and_what_was_read() {
         let params = Digest::of(&serde_json::json!({ "loads": [0.01] }));
-        let key = TaskKey::of("solve", 3, params, &provenance().read_as);
+        let key = TaskKey::of("solve", 3, params, &provenance().input_identities);
         assert_eq!(provenance().metadata().key, Some(key));
     }
 

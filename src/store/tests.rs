@@ -13,7 +13,7 @@ fn provenance(recipe: &str) -> Provenance {
         version: 1,
         recipe: recipe.to_owned(),
         inputs: vec![],
-        read_as: vec![],
+        input_identities: vec![],
     }
 }
 

@@ -56,13 +56,16 @@ struct ShortestWave {
     wavenumber: u32,
     /// Nodes to its length, along the axis that has fewer.
     resolution: f64,
+    /// Whether areas counted on the mesh can be corrected.
+    has_square_cells: bool,
 }
 
 impl ShortestWave {
     /// Of a surface that is drawn; a measured one has those that its file holds, and the other
     /// shapes have edges and curvature, but no waves.
     fn of(params: &Params) -> Option<ShortestWave> {
-        let steps = params.grid().ok()?.larger_steps();
+        let grid = params.grid().ok()?;
+        let steps = grid.larger_steps();
         let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
             Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
             Origin::File(_) => return None,
@@ -84,6 +87,7 @@ impl ShortestWave {
             key,
             wavenumber,
             resolution: nodes / f64::from(wavenumber),
+            has_square_cells: grid.has_square_cells(),
         })
     }
 
@@ -143,11 +147,12 @@ impl Study {
         let [least, most] = ADDED.map(|added| added / coarsest.resolution);
         let nodes = coarsest.mesh(1.0);
         let finer = coarsest.mesh(enough / coarsest.resolution);
-        let remedy = match enough == ENOUGH {
-            true => format!(
+        let remedy = match (enough == ENOUGH, coarsest.has_square_cells) {
+            (true, true) => format!(
                 "a `correct` stage takes most of it off, `nodes = {finer}` leaves 6 to 10 %"
             ),
-            false => format!(
+            (true, false) => format!("`nodes = {finer}` leaves 6 to 10 %"),
+            (false, _) => format!(
                 "corrections leave up to 12 % of the area, `nodes = {finer}` leaves them 3 %"
             ),
         };
@@ -259,6 +264,15 @@ correction = ["none", "2017"]
         ] {
             assert!(warning.contains(part), "{part} in {warning}");
         }
+    }
+
+    #[test]
+    fn where_cells_are_no_squares_only_a_finer_mesh_is_advised() {
+        let told = told(&PRESSED.replace("nodes = 64", "nodes = [[64, 64]]\nside = [[1.0, 0.8]]"));
+        let [warning] = told.as_slice() else {
+            panic!("{told:?}")
+        };
+        assert!(warning.contains("lighter ones; `nodes = 256`"), "{warning}");
     }
 
     #[test]

@@ -199,7 +199,7 @@ mod tests {
             version: 1,
             recipe: "{}".to_owned(),
             inputs: vec![],
-            read_as: vec![],
+            input_identities: vec![],
         };
         provenance.metadata()
     }
