@@ -260,12 +260,12 @@ pub const AREA_FRACTION: Column = real("area_fraction", "1", "share of the nodes
 pub const SWITCHES_ALONG_ROWS: Column = integer(
     "switches_along_rows",
     "1",
-    "changes between contact and gap along all rows, around the cell",
+    "changes between contact and gap along all rows; around the cell where it is periodic",
 );
 pub const SWITCHES_ALONG_COLUMNS: Column = integer(
     "switches_along_columns",
     "1",
-    "changes between contact and gap along all columns, around the cell",
+    "changes between contact and gap along all columns; around the cell where it is periodic",
 );
 pub const SWITCHES_X: Column = integer(
     "switches_x",
@@ -284,8 +284,12 @@ pub const SWITCHES: Column = integer(
     "1",
     "changes between contact and gap along all rows and columns",
 );
-pub const PERIMETER_MANHATTAN: Column =
-    real("perimeter_manhattan", "length", "S_d: switches × mesh step");
+pub const PERIMETER_MANHATTAN: Column = real(
+    "perimeter_manhattan",
+    "length",
+    "S_d: switches × mesh step, of a rectangle Δy × switches_x + Δx × switches_y; without the edges of \
+     a map that nothing surrounds",
+);
 pub const PERIMETER_EUCLIDEAN: Column = real(
     "perimeter_euclidean",
     "length",
@@ -309,24 +313,28 @@ pub const INTERIOR_NODES: Column = integer(
 pub const CLUSTERS: Column = integer(
     "clusters",
     "1",
-    "4-connected clusters of contact nodes, around the cell",
+    "4-connected clusters of contact nodes; around the cell where it is periodic",
 );
 pub const LARGEST_CLUSTER: Column = integer("largest_cluster", "1", "nodes of the largest cluster");
 pub const PERCOLATES_X: Column = flag(
     "percolates_x",
-    "some contact cluster winds around the cell along x",
+    "some contact cluster winds around the cell along x, or reaches from edge to edge where it is not \
+     periodic",
 );
 pub const PERCOLATES_Y: Column = flag(
     "percolates_y",
-    "some contact cluster winds around the cell along y",
+    "some contact cluster winds around the cell along y, or reaches from edge to edge where it is not \
+     periodic",
 );
 pub const GAP_PERCOLATES_X: Column = flag(
     "gap_percolates_x",
-    "some 4-connected channel of gap winds around the cell along x",
+    "some 4-connected channel of gap winds around the cell along x, or reaches from edge to edge where \
+     it is not periodic",
 );
 pub const GAP_PERCOLATES_Y: Column = flag(
     "gap_percolates_y",
-    "some 4-connected channel of gap winds around the cell along y",
+    "some 4-connected channel of gap winds around the cell along y, or reaches from edge to edge where \
+     it is not periodic",
 );
 pub const MEAN_CONTACT_PRESSURE: Column = real(
     "mean_contact_pressure",

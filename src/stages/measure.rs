@@ -30,7 +30,7 @@ use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Counts contacts, or heights.
 pub const STAGE: Definition = Definition {
