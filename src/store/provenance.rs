@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn nothing_follows_from_half_the_story() {
         let whole = provenance().metadata();
-        for missing in [STAGE, STAGE_VERSION, RECIPE, INPUTS, READ_AS] {
+        for missing in [STAGE, STAGE_VERSION, RECIPE, INPUTS, INPUT_IDENTITIES] {
             let mut half = whole.clone();
             half.entries.retain(|(name, _)| name != missing);
             assert_eq!(Provenance::of(&half), None, "{missing}");
