@@ -80,6 +80,18 @@ impl Archive {
         file.published()?.table_of(key)
     }
 
+    /// The same of as many of these tasks, from the first one on, as lie under each other and have the
+    /// same columns: how many rows each of them has, and all their rows.
+    pub fn published_in_a_row(
+        &self,
+        stage: &str,
+        keys: impl Iterator<Item = TaskKey>,
+    ) -> Option<(Vec<usize>, Table)> {
+        let mut stages = self.stages().iter();
+        let file = stages.find(|file| file.stage == stage)?;
+        file.published()?.table_of_first(keys)
+    }
+
     /// The stages whose tables have been published, and their tasks.
     pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
         self.published()

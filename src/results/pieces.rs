@@ -12,18 +12,34 @@ use crate::surface_files::SurfaceFiles;
 /// The tables of a stage's finished tasks, in the plan's order.
 #[derive(Debug, Default)]
 pub struct Pieces {
-    tables: Vec<(usize, Table)>,
+    tasks: Vec<Part>,
+    tables: Vec<Table>,
     damaged: Vec<(usize, StoreError)>,
 }
 
+/// A task, and how many rows it has.
+#[derive(Debug)]
+struct Part {
+    task: usize,
+    rows: usize,
+}
+
 impl Pieces {
+    /// Adds the rows of tasks that lie under each other in one table, so many of each.
+    pub fn add_all(&mut self, tasks: &[usize], rows: &[usize], table: Table) {
+        let parts = tasks.iter().zip(rows);
+        self.tasks
+            .extend(parts.map(|(&task, &rows)| Part { task, rows }));
+        self.tables.push(table);
+    }
+
     /// Adds what came of reading a task's table.
     ///
     /// # Errors
     /// When it cannot be read, and computing it again would not help.
     pub fn add(&mut self, task: usize, read: Result<Table, StoreError>) -> Result<(), StoreError> {
         match read {
-            Ok(table) => self.tables.push((task, table)),
+            Ok(table) => self.add_all(&[task], &[table.rows()], table),
             Err(error) if error.is_mendable() => self.damaged.push((task, error)),
             Err(error) => return Err(error),
         }
@@ -50,18 +66,18 @@ impl Pieces {
             let tables = self.damaged;
             return Err(ResultsError::Damaged { tables });
         }
-        let (tasks, pieces): (Vec<usize>, Vec<Table>) = self.tables.into_iter().unzip();
+        let tasks: Vec<usize> = self.tasks.iter().map(|part| part.task).collect();
         if tasks.is_empty() {
             return Ok((tasks, None));
         }
-        let stacked = Table::stack(&pieces).map_err(|source| ResultsError::Table {
+        let stacked = Table::stack(&self.tables).map_err(|source| ResultsError::Table {
             stage: stage.name.clone(),
             source,
         })?;
-        let lacking = Lacking::of(&pieces, &stacked);
-        let keys = tasks.iter().zip(&pieces).flat_map(|(&task, piece)| {
-            let key = plan.tasks[task].key.to_string();
-            std::iter::repeat_n(key, piece.rows())
+        let lacking = Lacking::of(&self.tables, &stacked);
+        let keys = self.tasks.iter().flat_map(|part| {
+            let key = plan.tasks[part.task].key.to_string();
+            std::iter::repeat_n(key, part.rows)
         });
         let table = with_paths(stacked, sources).with(vec![(TASK, texts(keys))]);
         Ok((tasks, Some(Stacked { table, lacking })))

@@ -59,9 +59,22 @@ impl Lacking {
 
     /// The columns that a task lacks whose rows begin with this one.
     fn from(&self, row: usize) -> Vec<&str> {
-        let lacks = |ranges: &[Range<usize>]| ranges.iter().any(|range| range.contains(&row));
-        let columns = self.0.iter().filter(|(_, ranges)| lacks(ranges));
+        let columns = self.0.iter().filter(|(_, ranges)| lacks(ranges, row));
         columns.map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// Where, after a row, other columns are lacking than in it.
+    fn end_from(&self, row: usize) -> usize {
+        let ends = self.0.iter().map(|(_, ranges)| {
+            let next = ranges.partition_point(|range| range.end <= row);
+            ranges
+                .get(next)
+                .map_or(usize::MAX, |range| match range.start > row {
+                    true => range.start,
+                    false => range.end,
+                })
+        });
+        ends.min().unwrap_or(usize::MAX)
     }
 }
 
@@ -108,12 +121,46 @@ impl Published {
     pub fn table_of(&self, key: TaskKey) -> Option<Table> {
         let lacking = self.lacking.as_ref()?;
         let rows = self.rows.get(&key)?;
-        let table = self.own.slice(rows.clone());
-        match lacking.from(rows.start) {
-            lacking if lacking.is_empty() => Some(table),
-            lacking => Some(table.without(&lacking)),
+        Some(self.slice(rows.clone(), lacking))
+    }
+
+    /// The same of as many of these tasks, from the first one on, as lie under each other in the
+    /// table and have the same columns: how many rows each of them has, and all their rows.
+    pub fn table_of_first(
+        &self,
+        keys: impl Iterator<Item = TaskKey>,
+    ) -> Option<(Vec<usize>, Table)> {
+        let lacking = self.lacking.as_ref()?;
+        let mut keys = keys.map_while(|key| self.rows.get(&key));
+        let first = keys.next()?;
+        let end = lacking.end_from(first.start);
+        let mut rows = vec![first.len()];
+        let mut all = first.clone();
+        for next in keys {
+            if next.start != all.end || next.end > end {
+                break;
+            }
+            rows.push(next.len());
+            all.end = next.end;
+        }
+        Some((rows, self.slice(all, lacking)))
+    }
+
+    /// Rows of tasks that have the same columns, without those that they lack.
+    fn slice(&self, rows: Range<usize>, lacking: &Lacking) -> Table {
+        let lacking = lacking.from(rows.start);
+        let table = self.own.slice(rows);
+        match lacking.is_empty() {
+            true => table,
+            false => table.without(&lacking),
         }
     }
+}
+
+/// Whether a row is in one of these ranges, which ascend.
+fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
+    let next = ranges.partition_point(|range| range.end <= row);
+    ranges.get(next).is_some_and(|range| range.contains(&row))
 }
 
 /// The rows of each task: they follow one another, or else nobody has published the table.
@@ -172,6 +219,36 @@ mod tests {
             assert_eq!(table, Some(piece));
         }
         assert_eq!(published.table_of(key('c').parse().unwrap()), None);
+    }
+
+    #[test]
+    fn tasks_with_the_same_columns_are_taken_out_together() {
+        let [two, one] = pieces();
+        let stacked = Table::stack(&[two.clone(), two, one]).unwrap();
+        let pieces = [stacked.slice(0..2), stacked.slice(2..4)];
+        let pieces = [
+            pieces[0].without(&["gap"]),
+            pieces[1].without(&["gap"]),
+            stacked.slice(4..5),
+        ];
+        let told = serde_json::to_string(&Lacking::of(&pieces, &stacked)).unwrap();
+        let keys = texts(['a', 'a', 'b', 'b', 'c'].map(key));
+        let entries = vec![
+            (KIND.to_owned(), "measure".to_owned()),
+            (LACKING.to_owned(), told),
+        ];
+        let metadata = Metadata { key: None, entries };
+        let published = Published::of(stacked.clone().with(vec![(TASK, keys)]), &metadata).unwrap();
+        let first = |digits: &[char]| {
+            let keys = digits.iter().map(|&digit| key(digit).parse().unwrap());
+            published.table_of_first(keys)
+        };
+        let both = stacked.slice(0..4).without(&["gap"]);
+        assert_eq!(first(&['a', 'b', 'c']), Some((vec![2, 2], both)));
+        assert_eq!(first(&['a', 'c']), Some((vec![2], pieces[0].clone())));
+        assert_eq!(first(&['b', 'a']), Some((vec![2], pieces[1].clone())));
+        assert_eq!(first(&['c', 'd']), Some((vec![1], pieces[2].clone())));
+        assert_eq!(first(&['d', 'a']), None);
     }
 
     #[test]

@@ -153,15 +153,23 @@ impl Desk<'_> {
         have: &[bool],
     ) -> Result<(Pieces, Vec<TaskKey>), StoreError> {
         let (mut pieces, mut kept) = (Pieces::default(), Vec::new());
-        for (&task, is_stored) in stage.tasks.iter().zip(have) {
-            let key = self.sampled.plan.tasks[task].key;
-            if *is_stored {
-                let published = self.archive.published_in(&stage.name, key);
-                let light = || self.archive.store().light(key);
-                pieces.add(task, published.map_or_else(light, Ok))?;
-            } else if let Some(rows) = self.archive.rows_of(key) {
+        let key = |task: usize| self.sampled.plan.tasks[task].key;
+        let mut next = 0;
+        while let Some(&task) = stage.tasks.get(next) {
+            next += 1;
+            if have[next - 1] {
+                let stored = stage.tasks.iter().zip(have).skip(next - 1);
+                let stored = stored.map_while(|(&task, stored)| stored.then(|| key(task)));
+                if let Some((rows, table)) = self.archive.published_in_a_row(&stage.name, stored) {
+                    let tasks = &stage.tasks[next - 1..][..rows.len()];
+                    pieces.add_all(tasks, &rows, table);
+                    next += rows.len() - 1;
+                } else {
+                    pieces.add(task, self.archive.store().light(key(task)))?;
+                }
+            } else if let Some(rows) = self.archive.rows_of(key(task)) {
                 pieces.add(task, Ok(rows))?;
-                kept.push(key);
+                kept.push(key(task));
             }
         }
         Ok((pieces, kept))
