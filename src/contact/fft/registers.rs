@@ -6,7 +6,7 @@
 //! free of closures: only so is it compiled with the instructions of the [`Work`] that it belongs
 //! to.
 
-use pulp::bytemuck::Pod;
+use pulp::bytemuck::{self, Pod};
 
 use super::Real;
 use crate::contact::instructions::Instructions;
@@ -27,7 +27,13 @@ pub trait Registers: Copy {
     type Lanes: Pod;
     /// Numbers in a register.
     const LANES: usize = <Self::Number as Vectorize>::LANES;
+    /// Registers of the processor, of which one or several make one of these. What does not mix lanes
+    /// runs on them, one after the other: fewer numbers are at work at a time.
+    type Part: Registers<Number = Self::Number>;
+    /// How many of them make one.
+    const PARTS: usize = size_of::<Self::Lanes>() / size_of::<<Self::Part as Registers>::Lanes>();
 
+    fn part(self) -> Self::Part;
     fn splat(self, value: Self::Number) -> Self::Lanes;
     fn add(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     fn sub(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
@@ -82,12 +88,42 @@ impl Vectorize for f64 {
     }
 }
 
-/// Transposes the square whose rows are the first `LANES` registers.
-///
+/// One of the registers of the processor that make one of ours.
+pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
+
+/// Transposes the square whose rows are the first `LANES` registers: the squares that the registers of
+/// the processor make of it, and these among each other.
+#[inline(always)]
+pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
+    let part = registers.part();
+    let side = <R::Part as Registers>::LANES;
+    let parts: &mut [PartOf<R>] = bytemuck::cast_slice_mut(rows);
+    let zero = part.splat(R::Number::default());
+    for above in 0..R::PARTS {
+        for below in above..R::PARTS {
+            let (mut right, mut left) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+            for i in 0..side {
+                right[i] = parts[(above * side + i) * R::PARTS + below];
+                left[i] = parts[(below * side + i) * R::PARTS + above];
+            }
+            transpose_square(part, &mut right);
+            if above != below {
+                transpose_square(part, &mut left);
+                for i in 0..side {
+                    parts[(above * side + i) * R::PARTS + below] = left[i];
+                }
+            }
+            for i in 0..side {
+                parts[(below * side + i) * R::PARTS + above] = right[i];
+            }
+        }
+    }
+}
+
 /// Each round interleaves row i with row i + LANES/2: a row's number takes over one binary digit
 /// of the lane's, and the lane's one of the row's.
 #[inline(always)]
-pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
+fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
     for _ in 0..R::LANES.ilog2() {
         let before = *rows;
         for i in 0..R::LANES / 2 {

@@ -10,7 +10,7 @@ use pulp::bytemuck;
 
 use super::super::Real;
 use super::super::aligned::Aligned;
-use super::super::registers::{MOST_LANES, Registers, Work, transpose};
+use super::super::registers::{MOST_LANES, PartOf, Registers, Work, transpose};
 use super::butterflies::{Complex, fourier};
 use super::stages::Stages;
 use crate::contact::grid::magnitude;
@@ -243,6 +243,38 @@ impl Order {
     }
 }
 
+/// The same as [`fourier`], with one of the processor's registers that make one of ours after the
+/// other: these have not got room for more.
+#[inline(always)]
+fn fourier_in_parts<R: Registers<Number: Real>>(r: R, x: &mut [Complex<R::Lanes>]) {
+    if R::PARTS == 1 {
+        return fourier(r, x);
+    }
+    let part = r.part();
+    let zero = part.splat(R::Number::default());
+    for lane in 0..R::PARTS {
+        let mut y = [Complex { re: zero, im: zero }; MOST_LANES];
+        for (y, x) in y.iter_mut().zip(&*x) {
+            (y.re, y.im) = (parts::<R>(&x.re)[lane], parts::<R>(&x.im)[lane]);
+        }
+        fourier(part, &mut y[..R::LANES]);
+        for (x, y) in x.iter_mut().zip(y) {
+            parts_mut::<R>(&mut x.re)[lane] = y.re;
+            parts_mut::<R>(&mut x.im)[lane] = y.im;
+        }
+    }
+}
+
+#[inline(always)]
+fn parts<R: Registers>(lanes: &R::Lanes) -> &[PartOf<R>] {
+    bytemuck::cast_slice(std::slice::from_ref(lanes))
+}
+
+#[inline(always)]
+fn parts_mut<R: Registers>(lanes: &mut R::Lanes) -> &mut [PartOf<R>] {
+    bytemuck::cast_slice_mut(std::slice::from_mut(lanes))
+}
+
 /// Transforms a block along both sides. Columns come as lanes and frequencies along them leave as
 /// lanes, in `order`.
 #[inline(always)]
@@ -263,7 +295,7 @@ fn enter<R: Registers<Number: Real>>(
             im: im[p],
         };
     }
-    fourier(r, &mut x[..R::LANES]);
+    fourier_in_parts(r, &mut x[..R::LANES]);
     let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
     for p in 0..R::LANES {
         let place = order.place(p, R::LANES);
@@ -277,7 +309,7 @@ fn enter<R: Registers<Number: Real>>(
             im: im[p],
         };
     }
-    fourier(r, &mut x[..R::LANES]);
+    fourier_in_parts(r, &mut x[..R::LANES]);
     x
 }
 
@@ -303,7 +335,7 @@ fn leave<R: Registers<Number: Real>>(
             im: x[p].re,
         };
     }
-    fourier(r, &mut x[..R::LANES]);
+    fourier_in_parts(r, &mut x[..R::LANES]);
     for p in 0..R::LANES {
         (re[p], im[p]) = (x[p].re, x[p].im);
     }
@@ -316,7 +348,7 @@ fn leave<R: Registers<Number: Real>>(
             im: im[place],
         };
     }
-    fourier(r, &mut x[..R::LANES]);
+    fourier_in_parts(r, &mut x[..R::LANES]);
     for p in 0..R::LANES {
         (re_out[p], im_out[p]) = (x[p].im, x[p].re);
     }

@@ -10,7 +10,7 @@ use pulp::bytemuck;
 
 use super::super::Real;
 use super::super::aligned::Aligned;
-use super::super::registers::Registers;
+use super::super::registers::{PartOf, Registers};
 use super::butterflies::{Complex, fourier, times};
 
 /// The stages of a transform of `length` numbers, from the whole down to blocks of the registers'
@@ -110,19 +110,25 @@ impl<T: Real> Stage<T> {
         re: &mut [R::Lanes],
         im: &mut [R::Lanes],
     ) {
-        let part = self.block / RADIX;
-        let blocks = re.chunks_exact_mut(self.block);
-        for (re, im) in blocks.zip(im.chunks_exact_mut(self.block)) {
-            for (j, twiddles) in (0..part).zip(self.twiddles_of::<RADIX, ALONG, R>()) {
-                let mut x = [at(re, im, j); RADIX];
-                for q in 1..RADIX {
-                    x[q] = at(re, im, j + q * part);
-                }
-                fourier(r, &mut x);
-                (re[j], im[j]) = (x[0].re, x[0].im);
-                for q in 1..RADIX {
-                    let x = times(r, x[q], twiddle::<ALONG, R>(r, twiddles, q));
-                    (re[j + q * part], im[j + q * part]) = (x.re, x.im);
+        let (r, block) = (r.part(), self.block * R::PARTS);
+        let part = block / RADIX;
+        let re: &mut [PartOf<R>] = bytemuck::cast_slice_mut(re);
+        let im: &mut [PartOf<R>] = bytemuck::cast_slice_mut(im);
+        for (re, im) in re.chunks_exact_mut(block).zip(im.chunks_exact_mut(block)) {
+            let places = (0..part).step_by(R::PARTS);
+            for (first, twiddles) in places.zip(self.twiddles_of::<RADIX, ALONG, R>()) {
+                for lane in 0..R::PARTS {
+                    let j = first + lane;
+                    let mut x = [at(re, im, j); RADIX];
+                    for q in 1..RADIX {
+                        x[q] = at(re, im, j + q * part);
+                    }
+                    fourier(r, &mut x);
+                    (re[j], im[j]) = (x[0].re, x[0].im);
+                    for q in 1..RADIX {
+                        let x = times(r, x[q], twiddle::<ALONG, R>(r, twiddles, q, lane));
+                        (re[j + q * part], im[j + q * part]) = (x.re, x.im);
+                    }
                 }
             }
         }
@@ -135,18 +141,24 @@ impl<T: Real> Stage<T> {
         re: &mut [R::Lanes],
         im: &mut [R::Lanes],
     ) {
-        let part = self.block / RADIX;
-        let blocks = re.chunks_exact_mut(self.block);
-        for (re, im) in blocks.zip(im.chunks_exact_mut(self.block)) {
-            for (j, twiddles) in (0..part).zip(self.twiddles_of::<RADIX, ALONG, R>()) {
-                let mut x = [at(re, im, j); RADIX];
-                for q in 1..RADIX {
-                    let turn = twiddle::<ALONG, R>(r, twiddles, q);
-                    x[q] = times(r, at(re, im, j + q * part), turn);
-                }
-                fourier(r, &mut x);
-                for q in 0..RADIX {
-                    (re[j + q * part], im[j + q * part]) = (x[q].re, x[q].im);
+        let (r, block) = (r.part(), self.block * R::PARTS);
+        let part = block / RADIX;
+        let re: &mut [PartOf<R>] = bytemuck::cast_slice_mut(re);
+        let im: &mut [PartOf<R>] = bytemuck::cast_slice_mut(im);
+        for (re, im) in re.chunks_exact_mut(block).zip(im.chunks_exact_mut(block)) {
+            let places = (0..part).step_by(R::PARTS);
+            for (first, twiddles) in places.zip(self.twiddles_of::<RADIX, ALONG, R>()) {
+                for lane in 0..R::PARTS {
+                    let j = first + lane;
+                    let mut x = [at(re, im, j); RADIX];
+                    for q in 1..RADIX {
+                        let turn = twiddle::<ALONG, R>(r, twiddles, q, lane);
+                        x[q] = times(r, at(re, im, j + q * part), turn);
+                    }
+                    fourier(r, &mut x);
+                    for q in 0..RADIX {
+                        (re[j + q * part], im[j + q * part]) = (x[q].re, x[q].im);
+                    }
                 }
             }
         }
@@ -170,23 +182,24 @@ fn at<V: Copy>(re: &[V], im: &[V], index: usize) -> Complex<V> {
     }
 }
 
-/// The twiddle of part `q` among those of one j.
+/// The twiddle of part `q` among those of one j, for one part of a register.
 #[inline(always)]
 fn twiddle<const ALONG: bool, R: Registers>(
-    r: R,
+    part: R::Part,
     twiddles: &[R::Number],
     q: usize,
-) -> Complex<R::Lanes> {
+    lane: usize,
+) -> Complex<PartOf<R>> {
     if ALONG {
-        let registers: &[R::Lanes] = bytemuck::cast_slice(twiddles);
+        let registers: &[PartOf<R>] = bytemuck::cast_slice(twiddles);
         Complex {
-            re: registers[2 * (q - 1)],
-            im: registers[2 * (q - 1) + 1],
+            re: registers[2 * (q - 1) * R::PARTS + lane],
+            im: registers[(2 * (q - 1) + 1) * R::PARTS + lane],
         }
     } else {
         Complex {
-            re: r.splat(twiddles[2 * (q - 1)]),
-            im: r.splat(twiddles[2 * (q - 1) + 1]),
+            re: part.splat(twiddles[2 * (q - 1)]),
+            im: part.splat(twiddles[2 * (q - 1) + 1]),
         }
     }
 }

@@ -13,6 +13,12 @@ macro_rules! plain {
         impl Registers for Plain<$number, $lanes> {
             type Number = $number;
             type Lanes = [$number; $lanes];
+            type Part = Self;
+
+            #[inline(always)]
+            fn part(self) -> Self {
+                self
+            }
 
             #[inline(always)]
             fn splat(self, value: $number) -> Self::Lanes {

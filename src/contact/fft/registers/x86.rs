@@ -3,7 +3,7 @@
 use std::arch::x86_64::{__m256, __m256d, __m512, __m512d};
 
 use pulp::NullaryFnOnce;
-use pulp::bytemuck::cast;
+use pulp::bytemuck::{Pod, cast};
 use pulp::x86::{V3, V4};
 
 use super::{Registers, Work};
@@ -13,6 +13,10 @@ struct Single<S>(S);
 
 #[derive(Clone, Copy)]
 struct Double<S>(S);
+
+/// Two registers that make one.
+#[derive(Clone, Copy)]
+struct Pair<R>(R);
 
 /// Registers by the names of their intrinsics.
 macro_rules! registers {
@@ -25,6 +29,13 @@ macro_rules! registers {
         impl Registers for $registers {
             type Number = $number;
             type Lanes = $lanes;
+            const LANES: usize = size_of::<$lanes>() / size_of::<$number>();
+            type Part = Self;
+
+            #[inline(always)]
+            fn part(self) -> Self {
+                self
+            }
 
             #[inline(always)]
             fn splat(self, value: $number) -> $lanes {
@@ -76,80 +87,74 @@ registers!(
     avx512f { _mm512_fmadd_pd, _mm512_fnmadd_pd },
     zip_8_wide
 );
-
-/// Pairs of registers by the names of their intrinsics.
-macro_rules! pairs {
-    (
-        $registers:ty: $half:ty as $number:ty,
-        $set:ident { $splat:ident, $add:ident, $sub:ident, $mul:ident },
-        $fused:ident { $add_product:ident, $sub_product:ident },
-        $zip:ident
-    ) => {
-        impl Registers for $registers {
-            type Number = $number;
-            type Lanes = [$half; 2];
-
-            #[inline(always)]
-            fn splat(self, value: $number) -> [$half; 2] {
-                [self.0.$set.$splat(value); 2]
-            }
-
-            #[inline(always)]
-            fn add(self, a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
-                let set = self.0.$set;
-                [set.$add(a[0], b[0]), set.$add(a[1], b[1])]
-            }
-
-            #[inline(always)]
-            fn sub(self, a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
-                let set = self.0.$set;
-                [set.$sub(a[0], b[0]), set.$sub(a[1], b[1])]
-            }
-
-            #[inline(always)]
-            fn mul(self, a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
-                let set = self.0.$set;
-                [set.$mul(a[0], b[0]), set.$mul(a[1], b[1])]
-            }
-
-            #[inline(always)]
-            fn add_product(self, c: [$half; 2], a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
-                let set = self.0.$fused;
-                [
-                    set.$add_product(a[0], b[0], c[0]),
-                    set.$add_product(a[1], b[1], c[1]),
-                ]
-            }
-
-            #[inline(always)]
-            fn sub_product(self, c: [$half; 2], a: [$half; 2], b: [$half; 2]) -> [$half; 2] {
-                let set = self.0.$fused;
-                [
-                    set.$sub_product(a[0], b[0], c[0]),
-                    set.$sub_product(a[1], b[1], c[1]),
-                ]
-            }
-
-            #[inline(always)]
-            fn zip(self, a: [$half; 2], b: [$half; 2]) -> [[$half; 2]; 2] {
-                [$zip(self.0, a[0], b[0]), $zip(self.0, a[1], b[1])]
-            }
-        }
-    };
-}
-
-pairs!(
+registers!(
     Single<V3>: __m256 as f32,
     avx { _mm256_set1_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps },
     fma { _mm256_fmadd_ps, _mm256_fnmadd_ps },
     zip_8
 );
-pairs!(
+registers!(
     Double<V3>: __m256d as f64,
     avx { _mm256_set1_pd, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd },
     fma { _mm256_fmadd_pd, _mm256_fnmadd_pd },
     zip_4
 );
+
+impl<R> Registers for Pair<R>
+where
+    R: Registers,
+    [R::Lanes; 2]: Pod,
+{
+    type Number = R::Number;
+    type Lanes = [R::Lanes; 2];
+    type Part = R;
+
+    #[inline(always)]
+    fn part(self) -> R {
+        self.0
+    }
+
+    #[inline(always)]
+    fn splat(self, value: R::Number) -> [R::Lanes; 2] {
+        [self.0.splat(value); 2]
+    }
+
+    #[inline(always)]
+    fn add(self, a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
+        [self.0.add(a[0], b[0]), self.0.add(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn sub(self, a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
+        [self.0.sub(a[0], b[0]), self.0.sub(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn mul(self, a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
+        [self.0.mul(a[0], b[0]), self.0.mul(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn add_product(self, c: [R::Lanes; 2], a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
+        [
+            self.0.add_product(c[0], a[0], b[0]),
+            self.0.add_product(c[1], a[1], b[1]),
+        ]
+    }
+
+    #[inline(always)]
+    fn sub_product(self, c: [R::Lanes; 2], a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
+        [
+            self.0.sub_product(c[0], a[0], b[0]),
+            self.0.sub_product(c[1], a[1], b[1]),
+        ]
+    }
+
+    #[inline(always)]
+    fn zip(self, a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [[R::Lanes; 2]; 2] {
+        [self.0.zip(a[0], b[0]), self.0.zip(a[1], b[1])]
+    }
+}
 
 #[inline(always)]
 fn zip_16(v: V4, a: __m512, b: __m512) -> [__m512; 2] {
@@ -208,7 +213,7 @@ pub fn single_512(v: V4, work: impl Work<f32>) {
 }
 
 pub fn single_256(v: V3, work: impl Work<f32>) {
-    v.vectorize(Run(work, Single(v)));
+    v.vectorize(Run(work, Pair(Single(v))));
 }
 
 pub fn double_512(v: V4, work: impl Work<f64>) {
@@ -216,5 +221,5 @@ pub fn double_512(v: V4, work: impl Work<f64>) {
 }
 
 pub fn double_256(v: V3, work: impl Work<f64>) {
-    v.vectorize(Run(work, Double(v)));
+    v.vectorize(Run(work, Pair(Double(v))));
 }
