@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity::contact::fft::Transform;
-use asperity::contact::grid::Grid;
-use asperity::contact::solver::{Boundary, HalfSpace, Hardness, Settings, Solver};
+use asperity::contact::grid::{Boundary, Grid};
+use asperity::contact::solver::{HalfSpace, Hardness, Settings, Solver};
 use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
 

@@ -81,6 +81,7 @@ mod data_folder;
 mod decimal;
 mod diagnostics;
 mod ensemble;
+mod exceeded_hardness;
 mod failures;
 mod figures;
 mod manifest;

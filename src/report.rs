@@ -12,6 +12,7 @@ pub mod ensembles;
 pub mod figure;
 pub mod figure_data;
 pub mod figures;
+mod load_slider;
 pub mod page;
 pub mod provenance;
 pub mod remarks;
@@ -194,7 +195,11 @@ fn draw(
         lines,
     };
     Ok(match draw(data)? {
-        Drawn::Figure { figure, caption } => {
+        Drawn::Figure {
+            figure,
+            caption,
+            sliders,
+        } => {
             let svg = figure.to_svg(name);
             let alone = svg::alone(&svg);
             let png = pixels::to_png(&alone, SCALE);
@@ -205,6 +210,7 @@ fn draw(
                 alone,
                 png: png.map_err(|source| ReportError::Pixels { name, source })?,
                 caption,
+                sliders,
             })
         }
         Drawn::Gone { needs } => Err(missing(needs, None)),

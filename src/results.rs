@@ -30,7 +30,7 @@ const FORMAT: u32 = 2;
 /// The folder of a study's figures, beside its tables.
 pub const FIGURES: &str = "figures";
 
-const TASK: Column = Column::result(
+pub(crate) const TASK: Column = Column::result(
     "task",
     ColumnKind::Text,
     "",

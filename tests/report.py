@@ -10,6 +10,10 @@ import base64
 from pathlib import Path
 
 from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.interaction import POINTER_TOUCH
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -106,6 +110,57 @@ def check_sorting(driver):
     assert column(at) == sorted(column(at), reverse=True), "the key sorts downwards"
 
 
+def check_sliders(driver):
+    """Keys, mouse and finger choose a load; one map is shown, and what is told beside it is its own."""
+    sliders = driver.find_elements(By.CSS_SELECTOR, ".loads")
+    has_maps = driver.find_elements(By.ID, "contact-maps")
+    assert bool(sliders) == bool(has_maps), "each page with contact maps has sliders"
+    for loads in sliders:
+        slider, output = loads.find_element(By.TAG_NAME, "input"), loads.find_element(By.TAG_NAME, "output")
+        maps = loads.find_elements(By.TAG_NAME, "img")
+        assert slider.is_displayed() and slider.accessible_name and len(maps) > 1
+        last = len(maps) - 1
+
+        def is_at(step):
+            assert int(slider.get_attribute("value")) == step, (slider.get_attribute("value"), step)
+            assert [at for at, shown in enumerate(maps) if shown.is_displayed()] == [step]
+            assert driver.execute_script("return arguments[0].naturalWidth", maps[step]) > 0
+            for told in ["load", "area", "gap"]:
+                told = maps[step].get_attribute(f"data-{told}")
+                assert told in output.text and told in slider.get_attribute("aria-valuetext"), told
+
+        slider.send_keys(Keys.HOME)
+        is_at(0)
+        slider.send_keys(Keys.ARROW_RIGHT)
+        is_at(1)
+        slider.send_keys(Keys.END)
+        is_at(last)
+        edge = slider.size["width"] // 2 - 4
+        ActionChains(driver).move_to_element_with_offset(slider, -edge, 0).click().perform()
+        is_at(0)
+        finger = ActionBuilder(driver, mouse=PointerInput(POINTER_TOUCH, "finger"))
+        finger.pointer_action.move_to(slider, edge, 0).pointer_down().pointer_up()
+        finger.perform()
+        is_at(last)
+        areas = [float(shown.get_attribute("data-area").removesuffix(" %")) for shown in maps]
+        assert areas == sorted(areas) and areas[0] < areas[-1], areas
+    return len(sliders)
+
+
+def check_maps_without_slider(driver, page):
+    """On paper and without scripts all maps are there, and no slider."""
+    shown = lambda: (driver.find_element(By.CSS_SELECTOR, "#contact-maps svg").is_displayed(),
+                     any(loads.is_displayed() for loads in driver.find_elements(By.CSS_SELECTOR, ".loads")))
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert shown() == (True, False), "on paper"
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    driver.get(page.resolve().as_uri())
+    assert shown() == (True, False), "without scripts"
+    driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    driver.get(page.resolve().as_uri())
+
+
 def check(driver, page, pictures):
     look(driver, WIDE, "light")
     driver.get(page.resolve().as_uri())
@@ -118,6 +173,9 @@ def check(driver, page, pictures):
                                     ".map((r) => r.name).filter((n) => !n.startsWith('data:'))")
     assert not fetched, fetched
     check_sorting(driver)
+    sliders = check_sliders(driver)
+    if sliders:
+        check_maps_without_slider(driver, page)
     name = page.parent.name
     contrasts = []
     for scheme in ["light", "dark"]:
@@ -135,7 +193,7 @@ def check(driver, page, pictures):
     assert paper.startswith(b"%PDF") and len(paper) > 10_000
     errors = [entry["message"][-300:] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
     assert not errors, errors
-    print(f"{page}: {figures} figures, contrast at least {min(contrasts):.1f}, no errors")
+    print(f"{page}: {figures} figures, {sliders} sliders, contrast at least {min(contrasts):.1f}, no errors")
 
 
 def main():

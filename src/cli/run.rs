@@ -116,7 +116,7 @@ fn as_json(report: &RunReport) -> serde_json::Value {
         "stages": stages.collect::<Vec<_>>(),
         "damaged": damaged.collect::<Vec<_>>(),
         "growing": json::adaptive(&sampled.stages),
-        "warnings": sampled.study.warnings(),
+        "warnings": report.warnings,
     })
 }
 

@@ -44,7 +44,7 @@ mod start;
 mod steps;
 mod survey;
 
-pub use half_space::{Boundary, HalfSpace};
+pub use half_space::HalfSpace;
 pub use hardness::{Hardness, HardnessError};
 pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
 
@@ -240,6 +240,22 @@ impl Solver {
         let full = self.full_contact?;
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         (full.load + full.peak <= ceiling).then_some(full.load)
+    }
+
+    /// What unit pressure on all nodes displaces each of them by, where displacements are absolute:
+    /// nothing on a body that a uniform pressure does not displace. Since two nodes do the same to each
+    /// other, the mean of p times this is the mean displacement under any pressure p. In units of the
+    /// longer side over E*.
+    pub fn under_unit_pressure(&mut self) -> Option<Vec<f64>> {
+        if self.body.keeps_mean() {
+            return None;
+        }
+        let unit = vec![1.0; self.pressure.len()];
+        let mut sunk = unit.clone();
+        let scratch = &mut self.double_scratch;
+        self.double
+            .convolve(&self.displacement, &unit, &mut sunk, scratch);
+        Some(sunk)
     }
 
     /// The pressure under the last load, in units of E* × rms slope: exactly zero outside the

@@ -1,4 +1,4 @@
-//! What captions say of surfaces that are not what theories assume.
+//! What captions say of surfaces and materials that are not what theories assume.
 
 use super::ReportError;
 use super::ensembles;
@@ -6,11 +6,13 @@ use super::styles::Styles;
 use super::tables::{FinishedStage, FinishedStages};
 use crate::caveats;
 use crate::stages::Kind;
+use crate::stages::columns::HARDNESS;
 
 /// A caption names as many parameter points beside which theories do not belong.
 const MOST_CAVEATS: usize = 4;
 
-/// Of which surfaces the theories do not speak, and why: a sentence after a space, or nothing.
+/// Of which surfaces and materials the theories do not speak, and why: sentences, each after a space,
+/// or nothing.
 ///
 /// # Errors
 /// When a table of surfaces lacks a column of its stage.
@@ -30,8 +32,13 @@ pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, Repo
             }
         }
     }
+    let yields = |stage: &FinishedStage| stage.table.has(HARDNESS.name);
+    let of_materials = match finished.stages.iter().any(yields) {
+        true => " Theories are of elastic contact, and not of materials with a hardness.",
+        false => "",
+    };
     if told.is_empty() {
-        return Ok(String::new());
+        return Ok(of_materials.to_owned());
     }
     let hidden = told.len().saturating_sub(MOST_CAVEATS);
     told.truncate(MOST_CAVEATS);
@@ -39,7 +46,7 @@ pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, Repo
         told.push(format!("{hidden} more"));
     }
     Ok(format!(
-        " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.",
+        " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.{of_materials}",
         told.join("; ")
     ))
 }

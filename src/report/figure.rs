@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::figure_data::FigureData;
+use super::load_slider::LoadSlider;
 use crate::figures::figure::Figure;
 
 /// What a figure is, and how to draw it.
@@ -24,6 +25,8 @@ pub enum Drawn {
         figure: Box<Figure>,
         /// What is to be seen, of how many surfaces, under which correction.
         caption: String,
+        /// What the page has below it, and its files have not.
+        sliders: Vec<LoadSlider>,
     },
     /// The study has computed it, but what it is drawn from is gone.
     Gone {
@@ -45,7 +48,16 @@ impl Drawn {
         Drawn::Figure {
             figure: Box::new(figure),
             caption: caption.into(),
+            sliders: Vec::new(),
         }
+    }
+
+    /// A figure with these below it.
+    pub fn with_sliders(mut self, below: Vec<LoadSlider>) -> Drawn {
+        if let Drawn::Figure { sliders, .. } = &mut self {
+            *sliders = below;
+        }
+        self
     }
 
     /// What would add a figure: a stage of the given lines below its header.
@@ -74,6 +86,8 @@ pub struct DrawnFigure {
     pub png: Vec<u8>,
     /// What is to be seen.
     pub caption: String,
+    /// Maps under more loads, of which a reader chooses.
+    pub sliders: Vec<LoadSlider>,
 }
 
 impl DrawnFigure {

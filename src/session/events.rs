@@ -60,7 +60,7 @@ pub struct Batch<'a> {
 /// Something that should be known of a study, of its tables or of a run.
 #[derive(Debug, Clone, Copy)]
 pub enum Notice<'a> {
-    /// Of the study, before it is run.
+    /// Of the study, before it is run, or of what it has found.
     Study(&'a Warning),
     /// Memory is for fewer tasks at once than there are threads.
     ScarceMemory {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::SessionError;
+use crate::exceeded_hardness;
 use crate::report::{self, Subject};
 use crate::results::owner;
 use crate::store::files::Existing;
@@ -31,13 +32,20 @@ pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, Sessi
         owner::check(session.manifest(), study, plan, &reading.archive)?;
     }
     let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
+    let rows = reading.all()?;
+    let mut warnings = reading.study.warnings();
+    warnings.extend(exceeded_hardness::warnings(
+        &reading.study,
+        &reading.plan,
+        |stage| Ok::<_, SessionError>(rows[stage].table.clone()),
+    )?);
     let subject = Subject {
         plan: &reading.plan,
-        rows: &reading.all()?,
+        rows: &rows,
         archive: &reading.archive,
         sources: &reading.study.sources,
         manifest: &manifest,
-        warnings: &reading.study.warnings(),
+        warnings: &warnings,
     };
     let beside = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(beside);

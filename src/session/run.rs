@@ -7,6 +7,7 @@ use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
 use super::options::{RunOptions, Selection};
 use super::{Session, failures};
+use crate::exceeded_hardness;
 use crate::memory::{self, Allowance};
 use crate::plan::Plan;
 use crate::reasons::record::Record;
@@ -14,6 +15,7 @@ use crate::results::archive::Archive;
 use crate::results::{self, ResultsError, owner};
 use crate::runner::{self, Damage, Resources};
 use crate::store::Store;
+use crate::study::Warning;
 
 pub use crate::adaptive_sampling::SampledStudy;
 pub use crate::results::PublishedTable;
@@ -38,6 +40,8 @@ pub struct RunReport {
     /// The study, with as many surfaces as it has by now, and its plan, of whose tasks the rest
     /// speaks.
     pub sampled: SampledStudy,
+    /// What should be known of the study, and of what it has found.
+    pub warnings: Vec<Warning>,
     /// The tasks that the store lacked.
     pub missing: Vec<usize>,
     /// The tasks that were to be computed.
@@ -119,6 +123,7 @@ impl<'a> PreparedRun<'a> {
         }
         let tables = tables?;
         self.tell_edited(tables.as_deref().unwrap_or_default());
+        let found = self.warnings(tables.as_deref().unwrap_or_default())?;
         let failures = match &tables {
             Some(tables) => {
                 let (session, plan) = (self.session, self.plan());
@@ -134,8 +139,10 @@ impl<'a> PreparedRun<'a> {
             self.look();
             self.remember();
         }
+        let known = self.sampled.study.warnings();
         Ok(RunReport {
             sampled: self.sampled,
+            warnings: known.into_iter().chain(found).collect(),
             missing,
             wanted,
             outcome,
@@ -251,6 +258,20 @@ impl<'a> PreparedRun<'a> {
         tasks.dedup();
         outcome.append(self.compute(&tasks, stop)?);
         Ok(publish()?)
+    }
+
+    /// Tells what should be known of what the study has found.
+    fn warnings(&self, tables: &[PublishedTable]) -> Result<Vec<Warning>, SessionError> {
+        let SampledStudy { study, plan, .. } = &self.sampled;
+        let warnings = exceeded_hardness::warnings(study, plan, |stage| {
+            let there = tables.get(stage).filter(|table| table.finished > 0);
+            Ok::<_, SessionError>(there.map(PublishedTable::read).transpose()?)
+        });
+        let warnings = warnings?;
+        for warning in &warnings {
+            self.notice(Notice::Study(warning));
+        }
+        Ok(warnings)
     }
 
     /// Names files in the places of tables that were not as a run had written them.

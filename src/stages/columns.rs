@@ -127,6 +127,35 @@ pub const MEAN_DISPLACEMENT: Column = real(
     "how far the elastic body's surface has sunk from where it lies unloaded, mean over the map; \
      only where `boundary` is `free`, for a body without edges has no such place",
 );
+pub const HARDNESS: Column = parameter(
+    "hardness",
+    "pressure",
+    "highest pressure that the material bears; where it yields, the surfaces touch, and `mean_gap` \
+     counts no distance; `energy` is ½⟨p u⟩ of the elastic displacement u alone; of loading, for \
+     unloading is not modelled; null where nothing yields under any pressure",
+);
+pub const HARDNESS_REDUCED: Column = parameter(
+    "hardness_reduced",
+    "E* × rms slope",
+    "the hardness, reduced as `load` is, which is always below it",
+);
+pub const SATURATED_NODES: Column = integer(
+    "saturated_nodes",
+    "1",
+    "nodes whose pressure is the hardness: the material yields there",
+);
+pub const SATURATED_FRACTION: Column = real(
+    "saturated_fraction",
+    "1",
+    "share of the nodes whose pressure is the hardness",
+);
+pub const MEAN_YIELDED_DEPTH: Column = real(
+    "mean_yielded_depth",
+    "length",
+    "depth to which the material has yielded, beyond the elastic displacement, mean over the whole \
+     map: the yielded volume per nominal area; times the hardness, the work that yielding takes; \
+     `mean_displacement` is without it",
+);
 pub const MAX_PAIRS: Column = parameter_integer(
     "max_pairs",
     "1",

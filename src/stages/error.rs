@@ -2,6 +2,7 @@
 
 use super::aggregate::sql::QueryError;
 use crate::contact::morphology::map::MapError;
+use crate::contact::solver::HardnessError;
 use crate::contact::topography::measured::MeasuredError;
 use crate::contact::topography::surface::SurfaceError;
 use crate::store::StoreError;
@@ -23,6 +24,9 @@ pub enum StageError {
     /// Heights, stored or scaled, are no surface.
     #[error("these heights are no surface")]
     Heights(#[source] SurfaceError),
+    /// The material is pressed by more than it bears.
+    #[error("the material does not bear the load, both in units of E* × rms slope")]
+    Hardness(#[from] HardnessError),
     /// A stored contact map does not fit its mesh.
     #[error("a stored contact map does not fit its mesh")]
     Map(#[source] MapError),

@@ -1,5 +1,6 @@
 //! What a stage's keys are checked against.
 
+use super::generate::Origin;
 use super::{Rows, Work};
 use crate::diagnostics::Problems;
 use crate::store::table::Table;
@@ -12,6 +13,8 @@ pub struct Surfaces {
     pub open: Option<String>,
     /// Surfaces whose nodes are not as far apart along x as along y, and Δx/Δy.
     pub oblong: Option<(String, f64)>,
+    /// The smallest and the largest rms slope, of surfaces that are drawn to have one.
+    pub slopes: Option<[f64; 2]>,
 }
 
 impl Surfaces {
@@ -24,7 +27,12 @@ impl Surfaces {
         let is_open = params().any(|params| params.origin.is_open());
         let mut grids = params().filter_map(|params| params.grid().ok());
         let oblong = grids.find(|grid| !grid.has_square_cells());
+        let slopes = params().filter_map(|params| match &params.origin {
+            Origin::Random { surface, .. } => Some([surface.rms_slope; 2]),
+            Origin::File(_) | Origin::Shape { .. } => None,
+        });
         Surfaces {
+            slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),
             oblong: oblong.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
@@ -33,13 +41,20 @@ impl Surfaces {
         }
     }
 
-    /// These and others; of each sort one stands for all.
+    /// These and others; of maps and meshes one stands for all.
     pub fn and(self, other: &Surfaces) -> Surfaces {
+        let slopes = self.slopes.into_iter().chain(other.slopes);
         Surfaces {
+            slopes: slopes.reduce(spanning),
             open: self.open.or_else(|| other.open.clone()),
             oblong: self.oblong.or_else(|| other.oblong.clone()),
         }
     }
+}
+
+/// The range that holds both.
+fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    [one[0].min(other[0]), one[1].max(other[1])]
 }
 
 /// What is known when a stage's keys are checked.

@@ -45,7 +45,7 @@ pub const STAGE: Definition = Definition {
         _ => Some(Rows::Contacts),
     },
     columns: || {
-        let contacts = contact_measures(true);
+        let contacts = contact_measures(true, true);
         let lists: [&[Column]; 3] = [&contacts, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]];
         lists.concat()
     },
@@ -100,7 +100,9 @@ impl Stage for Params {
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
             Params::Contacts => {
-                let measures = contact_measures(grids::has_rectangles(&stacked(inputs)?));
+                let solved = stacked(inputs)?;
+                let yields = solved.has(SATURATED_NODES.name);
+                let measures = contact_measures(grids::has_rectangles(&solved), yields);
                 beside_coordinates(&measures, inputs)?
             }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
@@ -144,9 +146,25 @@ impl Stage for Params {
     }
 }
 
-/// What is measured of contact maps, squares or rectangles.
-fn contact_measures(of_rectangles: bool) -> Vec<Column> {
+/// What has been solved for and stands beside what is measured, as far as it is there.
+const CARRIED: [Column; 6] = [
+    SATURATED_NODES,
+    SATURATED_FRACTION,
+    MEAN_GAP,
+    MEAN_YIELDED_DEPTH,
+    ENERGY,
+    STOP,
+];
+
+/// What is measured of contact maps, squares or rectangles, of materials that yield or not.
+fn contact_measures(of_rectangles: bool, yields: bool) -> Vec<Column> {
     let mut measures = CONTACT_MEASURES.to_vec();
+    if yields {
+        let gap = measures.iter().position(|column| *column == MEAN_GAP);
+        let gap = gap.expect("it is measured");
+        measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
+        measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
+    }
     if of_rectangles {
         let before = measures.iter().position(|column| *column == SWITCHES);
         let place = before.unwrap_or(measures.len());
@@ -235,7 +253,7 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
             real(&|row, contact| contact.area.fraction() / load.value(row)),
         ),
     ]);
-    let carried = solved.only(&[MEAN_GAP.name, ENERGY.name, STOP.name]);
+    let carried = solved.only(&CARRIED.map(|column| column.name));
     Ok(solved.coordinates().with(columns).beside(&carried))
 }
 

@@ -1,6 +1,7 @@
 //! Presses a surface through a block of loads.
 
 pub mod checks;
+mod hardness;
 pub mod keys;
 mod solved;
 
@@ -13,16 +14,17 @@ use serde::Serialize;
 use super::columns::*;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
-    StageError, beside_coordinates,
+    StageError, beside_coordinates, summary::range,
 };
-use crate::contact::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
 use crate::contact::grid::Boundary;
-use crate::contact::solver::{Settings, Solver, Stop, bytes_per_node, cost};
+use crate::contact::solver::{HalfSpace, Hardness, Settings, Stop, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
 use solved::{Scales, Solved};
+
+pub use hardness::GivenHardness;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 5;
@@ -38,7 +40,7 @@ pub const STAGE: Definition = Definition {
     makes: |_| Some(Rows::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES];
-        [&solved::columns(Boundary::Free)[..], &heavy].concat()
+        [&solved::columns(Boundary::Free, true)[..], &heavy].concat()
     },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
 };
@@ -49,7 +51,7 @@ pub struct Params {
     /// Effective modulus E*: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
     /// What `loads` and `pressures` are measured in.
-    pub load_unit: LoadUnit,
+    pub load_unit: PressureUnit,
     /// Ascending, positive, not empty.
     pub loads: Vec<f64>,
     /// Largest gap in contact and penetration outside it, over rms slope × mesh step.
@@ -62,6 +64,14 @@ pub struct Params {
     /// again, as it was before there was a choice.
     #[serde(skip_serializing_if = "Boundary::is_periodic")]
     pub boundary: Boundary,
+    /// The highest pressure that the material bears; a recipe has none where it is elastic under any,
+    /// as all were before there was a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardness: Option<GivenHardness>,
+    /// The smallest hardness among the bodies, in the unit of their moduli. Whoever reads results
+    /// should know where pressures pass it; it decides none, and is no part of the recipe.
+    #[serde(skip)]
+    pub softest_body: Option<f64>,
 }
 
 impl Params {
@@ -70,6 +80,29 @@ impl Params {
             tolerance: self.tolerance,
             pair_limit: self.max_pairs,
         }
+    }
+
+    /// What a solver is made of, in the unit in which the hardness is given.
+    fn body(&self) -> HalfSpace {
+        let hardness = self.hardness.as_ref();
+        HalfSpace {
+            boundary: self.boundary,
+            hardness: hardness.and_then(|given| Hardness::new(given.pressure).ok()),
+        }
+    }
+
+    /// What places all its rows, but for loads and hardness.
+    fn setting(&self) -> Vec<(Column, Value)> {
+        let mut setting = vec![
+            (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
+            (TOLERANCE, Value::Real(self.tolerance)),
+            (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
+        ];
+        if self.boundary == Boundary::Free {
+            let name = self.boundary.name().to_owned();
+            setting.push((BOUNDARY, Value::Text(name)));
+        }
+        setting
     }
 
     fn keeps_pressures_at(&self, load: f64) -> bool {
@@ -81,13 +114,13 @@ impl Params {
     }
 }
 
-/// What a load is measured in.
+/// What loads and hardnesses are measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum LoadUnit {
+pub enum PressureUnit {
     /// In units of E* × rms slope.
     Relative,
-    /// A mean pressure, in the unit of `effective_modulus`.
+    /// A pressure, in the unit of `effective_modulus`.
     Absolute,
 }
 
@@ -108,7 +141,8 @@ impl Stage for Params {
         Kind::Solve
     }
 
-    /// Presses one surface, load after load, up to the first at which every node touches.
+    /// Presses one surface, load after load, up to the first from which on every node touches and none
+    /// yields.
     ///
     /// The problem is linear and homogeneous, so the solver knows neither lengths nor moduli: heights
     /// go in in units of side × rms slope, pressures come out in units of E* × rms slope.
@@ -124,23 +158,23 @@ impl Stage for Params {
         };
         let surface = drawn.surface(table, context.sources)?;
         let scales = Scales::of(&surface, table, self)?;
-        let grid = surface.grid();
-        let heights = scales.reduced(surface);
-        let (mut solver, mut rows) = match self.boundary {
-            Boundary::Periodic => {
-                let body = PeriodicHalfSpace::new(grid);
-                (Solver::new(body, &heights), Solved::default())
-            }
-            Boundary::Free => {
-                let body = FreeHalfSpace::new(grid);
-                let rows = Solved::absolute(&body);
-                (Solver::new(body, &heights), rows)
-            }
+        let hardness = self.hardness.map(|given| scales.hardness(given));
+        let hardness = hardness.transpose()?;
+        let body = HalfSpace {
+            boundary: self.boundary,
+            hardness: hardness.map(|hardness| hardness.reduced),
         };
-        drop(heights);
-        let expected = |loads: &[f64]| cost::expected_pairs(scales.nodes, loads, self.tolerance);
-        for (index, &given) in self.loads.iter().enumerate() {
-            let load = scales.load(given, self.load_unit);
+        let loads = self.loads.iter();
+        let loads: Vec<f64> = loads
+            .map(|&given| scales.reduced_pressure(given, self.load_unit))
+            .collect();
+        let heaviest = *loads.last().expect("a block has a load");
+        body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
+        let mut solver = body.solver(surface.grid(), &scales.reduced(surface));
+        let mut rows = Solved::of(hardness, solver.under_unit_pressure());
+        let expected =
+            |loads: &[f64]| cost::expected_pairs(&body, scales.nodes, loads, self.tolerance);
+        for (index, (&given, &load)) in self.loads.iter().zip(&loads).enumerate() {
             let outcome = solver.press(load, &self.settings(), context.interrupted);
             if outcome.stop == Stop::Interrupted {
                 return Err(StageError::Interrupted);
@@ -148,7 +182,7 @@ impl Stage for Params {
             let keep = self.keeps_pressures_at(given);
             rows.push(load, outcome, solver.pressure(), keep, &scales);
             (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
-            if outcome.stop == Stop::FullContact {
+            if outcome.stop == Stop::FullContact && solver.is_flattened_by(heaviest) {
                 break;
             }
         }
@@ -156,7 +190,13 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        Ok(beside_coordinates(&solved::columns(self.boundary), inputs)?)
+        let columns = solved::columns(self.boundary, self.hardness.is_some());
+        Ok(beside_coordinates(&columns, inputs)?)
+    }
+
+    /// Those of a boundary and of a hardness.
+    fn has_columns_of_its_own(&self) -> bool {
+        true
     }
 
     fn columns_read(&self) -> Columns {
@@ -173,27 +213,16 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
-        let mesh = match self.boundary {
-            Boundary::Periodic => 0.0,
-            Boundary::Free => DOUBLED_MESH,
-        };
         Footprint {
-            work: 5.0 + bytes_per_node(self.tolerance) + mesh,
+            work: 5.0 + self.body().bytes_per_node(self.tolerance),
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }
 
-    /// All but its loads.
+    /// All but its loads, and of the hardness what is given: the other unit takes a surface.
     fn coordinates(&self) -> Vec<(Column, Value)> {
-        let mut coordinates = vec![
-            (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
-            (TOLERANCE, Value::Real(self.tolerance)),
-            (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
-        ];
-        if self.boundary == Boundary::Free {
-            let name = self.boundary.name().to_owned();
-            coordinates.push((BOUNDARY, Value::Text(name)));
-        }
+        let mut coordinates = self.setting();
+        coordinates.extend(self.hardness.map(|given| given.coordinate()));
         coordinates
     }
 
@@ -202,11 +231,13 @@ impl Stage for Params {
     }
 
     fn effort(&self, extent: Extent) -> Effort {
-        let pairs = cost::expected_pairs(extent.nodes, &self.loads, self.tolerance);
-        Effort::pairs(match self.boundary {
-            Boundary::Periodic => pairs,
-            Boundary::Free => pairs * FREE_OVER_PERIODIC,
-        })
+        let (body, nodes) = (self.body(), extent.nodes);
+        let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
+        let effort = Effort::pairs(pairs);
+        Effort {
+            seconds: effort.seconds + cost::preparation(&body, nodes),
+            ..effort
+        }
     }
 
     /// The same block with no pressures kept.
@@ -220,14 +251,6 @@ impl Stage for Params {
         })
     }
 }
-
-/// What a pair on a mesh of twice the nodes along both axes takes, most of which are known to be zero,
-/// over one on the mesh itself.
-const FREE_OVER_PERIODIC: f64 = 3.0;
-
-/// Bytes that a mesh of twice the nodes along both axes adds for each node, at the peak of a run on
-/// 1024² and 2048² nodes.
-const DOUBLED_MESH: f64 = 105.0;
 
 /// What lies beyond the edges of the surface in the table of one task.
 pub fn boundary(solved: &Table) -> Boundary {
@@ -268,6 +291,7 @@ fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
             _ => format!("{} not converged", counted(given_up, "load")),
         }),
         (full > 0).then(|| format!("{full} in full contact")),
+        range(table, SATURATED_FRACTION.name, "saturated")?,
         (rows > 0).then(|| format!("{} pairs of transforms a load", pairs / rows as i64)),
     ])
 }

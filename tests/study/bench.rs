@@ -132,6 +132,18 @@ impl Bench {
             .0
     }
 
+    /// The table of a stage's first task with its maps.
+    pub fn with_maps(&self, study: &str, stage: &str) -> Table {
+        let table = self.table(study, stage);
+        let key = table.texts("task").expect("tables name their tasks");
+        let key = key.value(0);
+        let store = self.data().join("store").join(&key[..2]);
+        let file = File::open(store.join(format!("{key}.parquet"))).expect("a finished task");
+        parquet::decode(file, Columns::All)
+            .expect("a table of the store")
+            .0
+    }
+
     /// Every file of the data, by its path within it.
     pub fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut files = BTreeMap::new();

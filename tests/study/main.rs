@@ -13,6 +13,7 @@ mod ensembles;
 mod explain;
 mod failures;
 mod faults;
+mod hardness;
 mod heights;
 mod instructions;
 mod memory;

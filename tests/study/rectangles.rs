@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
-use asperity::store::parquet::{self, Columns};
 use asperity::store::table::Table;
 use serde_json::Value;
 
@@ -141,33 +140,15 @@ fn reals(table: &Table, name: &str) -> Vec<f64> {
     table.reals(name).unwrap().values().to_vec()
 }
 
-/// A finished task's table with its maps.
-fn with_maps(bench: &Bench, stage: &str) -> Table {
-    let key = bench
-        .table("outside", stage)
-        .texts("task")
-        .unwrap()
-        .value(0)
-        .to_owned();
-    let path = bench
-        .data()
-        .join("store")
-        .join(&key[..2])
-        .join(format!("{key}.parquet"));
-    parquet::decode(File::open(path).unwrap(), Columns::All)
-        .unwrap()
-        .0
-}
-
 #[test]
 fn displacements_with_nothing_beyond_the_edges_are_absolute() {
     let bench = bench_with("f128x192");
     bench.run(&manifest("f128x192", [0.8, 1.2], "free"));
-    let scan = with_maps(&bench, "scan");
+    let scan = bench.with_maps("outside", "scan");
     let heights = scan.lists("heights").unwrap().value(0);
     let heights = heights.as_primitive::<Float64Type>().values().to_vec();
     let mean_height = heights.iter().sum::<f64>() / heights.len() as f64;
-    let contact = with_maps(&bench, "contact");
+    let contact = bench.with_maps("outside", "contact");
     let pressures = contact.lists("pressures").unwrap();
     let column = |name: &str| contact.reals(name).unwrap().values().to_vec();
     let [mean_pressure, gap, sunk, energy] =

@@ -43,6 +43,48 @@ fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
     }
 }
 
+/// A number from what stands beside each map of a slider.
+fn beside_maps(slider: &str, what: &str) -> Vec<f64> {
+    let opening = format!("data-{what}=\"");
+    let told = slider.split(&opening).skip(1);
+    let number = |told: &str| told.split([' ', '"']).next().unwrap().parse().unwrap();
+    told.map(number).collect()
+}
+
+#[test]
+fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let (_, page) = report(&bench);
+    let sliders: Vec<&str> = page.split("<div class=\"loads\" hidden>").skip(1).collect();
+    assert!(!sliders.is_empty());
+    let area = bench.table("small", "area");
+    let first = area.texts("surface").unwrap().value(0).to_owned();
+    let surfaces = area.texts("surface").unwrap();
+    let rows: Vec<usize> = (0..area.rows())
+        .filter(|&row| surfaces.value(row) == first)
+        .collect();
+    for (told, column, unit) in [
+        ("load", "load", 1.0),
+        ("area", "area_fraction", 100.0),
+        ("gap", "mean_gap", 1.0),
+    ] {
+        let values = area.reals(column).unwrap();
+        let shown = beside_maps(sliders[0], told);
+        assert_eq!(shown.len(), rows.len(), "{told}");
+        for (row, shown) in rows.iter().zip(shown) {
+            // Three digits.
+            let expected = unit * values.value(*row);
+            assert!(
+                (shown - expected).abs() <= 5e-3 * expected,
+                "{told}: {shown}"
+            );
+        }
+    }
+    let pictures = sliders[0].matches("src=\"data:image/png;base64,").count();
+    assert_eq!(pictures, rows.len());
+}
+
 #[test]
 fn figures_are_the_same_bytes_again() {
     let bench = Bench::new();

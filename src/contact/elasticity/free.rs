@@ -32,12 +32,20 @@ impl FreeHalfSpace {
     pub fn new(grid: Grid) -> Self {
         let doubled = grid.nodes().map(|nodes| 2 * nodes);
         let [step_x, step_y] = grid.spacing().map(|step| step / grid.cell().longer_side());
-        let of_node = |node: usize| {
-            let i = magnitude(node / doubled[1], doubled[0]) as f64;
-            let j = magnitude(node % doubled[1], doubled[1]) as f64;
+        // What is left and right of a cell, above and below it, is the same.
+        let [rows, columns] = grid.nodes().map(|nodes| nodes + 1);
+        let of_distance = |at: usize| {
+            let [i, j] = [at / columns, at % columns].map(|steps| steps as f64);
             displacement_beside_cell([i * step_x, j * step_y], [step_x, step_y])
         };
+        let quarter: Vec<f64> = (0..rows * columns).map(of_distance).collect();
+        let of_node = |node: usize| {
+            let i = magnitude(node / doubled[1], doubled[0]);
+            let j = magnitude(node % doubled[1], doubled[1]);
+            quarter[i * columns + j]
+        };
         let displacements: Vec<f64> = (0..doubled[0] * doubled[1]).map(of_node).collect();
+        drop(quarter);
         let transform = Transform::new(doubled);
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&displacements, &mut spectrum, &mut transform.scratch());
@@ -47,19 +55,6 @@ impl FreeHalfSpace {
         // They may have been collected where the spectrum was, four times as large.
         factors.shrink_to_fit();
         Self { grid, factors }
-    }
-}
-
-impl FreeHalfSpace {
-    /// What unit pressure on all cells does to each of their centres. Since two cells do the same to
-    /// each other, Σ p w over the map is what any pressure p does to all of them together.
-    pub fn under_unit_pressure(&self) -> Vec<f64> {
-        let transform = super::transform::<f64>(self);
-        let kernel = super::displacement::<f64>(self);
-        let mut sunk = vec![0.0; self.grid.count()];
-        let unit = vec![1.0; self.grid.count()];
-        transform.convolve(&kernel, &unit, &mut sunk, &mut transform.scratch());
-        sunk
     }
 }
 
@@ -178,7 +173,7 @@ mod tests {
             .map(|node| libm::sin(3.0 + (node * node) as f64).abs())
             .collect();
         let together: f64 = sunk(grid, &pressure).iter().sum();
-        let each = FreeHalfSpace::new(grid).under_unit_pressure();
+        let each = sunk(grid, &vec![1.0; grid.count()]);
         let sum: f64 = pressure.iter().zip(&each).map(|(p, sunk)| p * sunk).sum();
         assert!((sum / together - 1.0).abs() < 1e-13);
     }

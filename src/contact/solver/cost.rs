@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use super::super::fft::Transform;
-use super::Settings;
+use super::{HalfSpace, Settings};
 use crate::contact::elasticity::{self, PeriodicHalfSpace};
-use crate::contact::grid::{Cell, Grid};
+use crate::contact::grid::{Boundary, Cell, Grid};
 
 /// Cost of a whole iteration over that of its transforms, in pairs: 1.65 at 512² and 1.85 at 1024².
 const OVERHEAD: f64 = 1.8;
@@ -16,15 +16,48 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// What a tenth of the tolerance adds to the pairs at the default one, counted down to 1e-10.
 const PER_DECADE: f64 = 0.28;
 
+/// What a pair on a mesh of twice the nodes along both axes takes, most of which are known to be zero,
+/// over one on the mesh itself.
+const FREE: f64 = 3.0;
+
+/// Seconds for each node that the kernels of a free half-space take.
+const FREE_KERNEL: f64 = 4e-7;
+
+/// What loads take under which a material yields, over elastic ones.
+const YIELDING: f64 = 1.3;
+
 /// Meshes beyond this are not measured, but a part of them: that costs seconds and gigabytes.
 const LARGEST_MEASURED: usize = 2048;
 
-/// Transform pairs that ascending loads, in units of E* × rms slope, are expected to take.
+/// Seconds of one core that the preparation of a body is expected to take, besides what that of a periodic
+/// one does, which is next to nothing.
+pub fn preparation(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
+    match body.boundary {
+        Boundary::Periodic => 0.0,
+        Boundary::Free => FREE_KERNEL * nodes_x as f64 * nodes_y as f64,
+    }
+}
+
+/// Transform pairs on the mesh of the map that ascending loads, in units of E* × rms slope, are expected
+/// to take, or what takes as long.
+pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
+    let elastic = elastic_pairs(nodes, loads, tolerance);
+    let pairs = match body.hardness {
+        None => elastic,
+        Some(_) => elastic * YIELDING,
+    };
+    match body.boundary {
+        Boundary::Periodic => pairs,
+        Boundary::Free => FREE * pairs,
+    }
+}
+
+/// The same on an elastic and periodic body.
 ///
 /// A rough fit to counts on self-affine surfaces, good to a quarter: loads between a tenth of the
 /// area and nearly all of it are the hardest, the first one has no guess to start from, coarser
 /// steps guess worse, and each doubling of the mesh adds a fifth.
-pub fn expected_pairs([nodes_x, nodes_y]: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
+fn elastic_pairs([nodes_x, nodes_y]: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let nodes = (nodes_x as f64 * nodes_y as f64).sqrt();
     let decades = (Settings::default().tolerance / tolerance).log10();
     let patience = (1.0 + PER_DECADE * decades).max(PER_DECADE);
@@ -107,11 +140,11 @@ mod tests {
             (1024, 2423.0),
         ];
         for (nodes, counted) in counts {
-            let ratio = expected_pairs([nodes; 2], &campaign(), 6e-5) / counted;
+            let ratio = elastic_pairs([nodes; 2], &campaign(), 6e-5) / counted;
             assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
         }
         // And of three sweeps at 1e-10.
-        let ratio = expected_pairs([1024; 2], &campaign(), 1e-10) / 6333.0;
+        let ratio = elastic_pairs([1024; 2], &campaign(), 1e-10) / 6333.0;
         assert!((0.75..1.25).contains(&ratio), "{ratio}");
     }
 
@@ -130,7 +163,7 @@ mod tests {
             (128, &heavy, 231.0),
             (256, &heavy, 300.0),
         ] {
-            let ratio = expected_pairs([nodes; 2], loads, 6e-5) / counted;
+            let ratio = elastic_pairs([nodes; 2], loads, 6e-5) / counted;
             assert!((0.75..1.25).contains(&ratio), "{nodes}: {ratio}");
         }
     }
@@ -139,8 +172,8 @@ mod tests {
     fn more_loads_and_finer_meshes_cost_more() {
         let loads = campaign();
         assert!(
-            expected_pairs([512; 2], &loads[..10], 6e-5) < expected_pairs([512; 2], &loads, 6e-5)
+            elastic_pairs([512; 2], &loads[..10], 6e-5) < elastic_pairs([512; 2], &loads, 6e-5)
         );
-        assert!(expected_pairs([256; 2], &loads, 6e-5) < expected_pairs([512; 2], &loads, 6e-5));
+        assert!(elastic_pairs([256; 2], &loads, 6e-5) < elastic_pairs([512; 2], &loads, 6e-5));
     }
 }

@@ -231,10 +231,15 @@ impl Solver {
             // Displacements and heights have no mean.
             None => -(self.reference + standing.offset),
         };
+        // Where material has yielded there is no gap, and where all nodes touch none but for rounding.
+        let mean_gap = match yielded_depth {
+            0.0 => mean_gap,
+            depth => (mean_gap + depth).max(0.0),
+        };
         Evaluation {
             standing,
             contact_nodes: survey.contact_nodes,
-            mean_gap: mean_gap + yielded_depth,
+            mean_gap,
             yielded_depth,
             energy: 0.5 * work / cells,
         }

@@ -58,7 +58,7 @@ impl Solver {
     }
 
     /// Whether the load presses all nodes into contact and makes none of them yield.
-    fn is_flattened_by(&self, load: f64) -> bool {
+    pub(crate) fn is_flattened_by(&self, load: f64) -> bool {
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         self.full_contact
             .is_some_and(|full| load >= full.load && load + full.peak <= ceiling)

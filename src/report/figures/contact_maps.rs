@@ -1,21 +1,26 @@
 //! Contact maps of two surfaces under five loads, and all of them laid over each other (figs. 7
-//! and 8).
+//! and 8); on the page, a slider through more loads of each.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::contact::morphology::area::ContactArea;
 use crate::contact::morphology::map::ContactMap;
+use crate::ensemble;
 use crate::figures::figure::{Figure, Panel, panel_of_map};
 use crate::figures::raster::Raster;
 use crate::report::ReportError;
+use crate::report::ensembles::{self, Point};
 use crate::report::figure::{Definition, Drawn};
 use crate::report::figure_data::FigureData;
+use crate::report::load_slider::{self, LoadSlider, Step};
 use crate::report::samples::{self, Sample};
 use crate::report::tables::FinishedStages;
-use crate::stages::columns::{CONTACT, LOAD};
+use crate::stages::columns::{CONTACT, LOAD, MEAN_GAP, UNIT};
 use crate::stages::grids::Grids;
-use crate::stages::{Recipe, StageError};
+use crate::stages::{Recipe, Stage as _, StageError};
 use crate::store::TaskTables;
 use crate::store::parquet::Columns;
+use crate::store::table::Table;
 
 pub const FIGURE: Definition = Definition {
     name: "contact-maps",
@@ -29,41 +34,27 @@ pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 const PIXELS: usize = 256;
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
-    let mut rows = Vec::new();
+    let (mut rows, mut sliders) = (Vec::new(), Vec::new());
     let samples = extremes(samples::of(data)?);
     let which = match samples.iter().all(|sample| sample.random().is_some()) {
         true => "with the smallest and of the one with the largest lower cutoff",
         false => "and of the last parameter point",
     };
     for sample in samples {
-        let Some((maps, size)) = maps(data, &sample)? else {
+        let Some(pressed) = Pressed::of(data, &sample)? else {
             let needs = "contact maps, which are in the store no more";
             return Ok(Drawn::Gone { needs });
         };
-        let maps = nearest(maps);
-        if maps.is_empty() {
+        if pressed.states.is_empty() {
             continue;
         }
-        let label = data.styles.label(&sample.point);
-        let label = label.map_or_else(String::new, |label| format!("{label} · "));
-        let mut panels: Vec<Panel> = ('a'..)
-            .zip(&maps)
-            .map(|(letter, (load, map))| Panel::Map {
-                title: format!("{label}({letter}) load {load:.3}"),
-                raster: Raster::of_contact(map).at_most(PIXELS),
-                size,
-            })
-            .collect();
-        let maps: Vec<ContactMap> = maps.into_iter().map(|(_, map)| map).collect();
-        panels.push(Panel::Map {
-            title: format!("{label}all loads"),
-            raster: Raster::of_contacts(&maps).at_most(PIXELS),
-            size,
-        });
+        let label = data.styles.label(&pressed.point);
+        let mut panels = pressed.panels(label.as_deref());
         while !panels.is_empty() {
             let rest = panels.split_off(panels.len().min(3));
             rows.push(std::mem::replace(&mut panels, rest));
         }
+        sliders.push(pressed.slider(label.unwrap_or_default()));
     }
     if rows.is_empty() {
         let lines = data.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
@@ -75,7 +66,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
          heaviest alone."
     );
     let panel = panel_of_map(rows.iter().flatten(), 265.0);
-    Ok(Drawn::figure(Figure { rows, panel }, caption))
+    Ok(Drawn::figure(Figure { rows, panel }, caption).with_sliders(sliders))
 }
 
 /// The samples with the smallest and with the largest lower cutoff, each with the smallest upper
@@ -100,51 +91,132 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     samples
 }
 
-/// Contact maps by load.
-type Maps = BTreeMap<u64, ContactMap>;
-
-/// All contact maps of a surface, and its sides; nothing if the store has lost some of them.
-fn maps(data: &FigureData, sample: &Sample) -> Result<Option<(Maps, [f64; 2])>, ReportError> {
-    let FinishedStages { plan, archive, .. } = data.finished;
-    let mut maps = BTreeMap::new();
-    let mut size = sample.params.side.0;
-    for task in &plan.tasks {
-        let solves = matches!(task.recipe, Recipe::Solve(_)) && task.inputs == [sample.task];
-        if !solves || archive.have(&[task.key]) == [false] {
-            continue;
-        }
-        if !archive.store().has(task.key) {
-            return Ok(None);
-        }
-        let table = archive.store().read(task.key, Columns::All)?;
-        let (loads, bits) = (table.reals(LOAD.name)?, table.bytes(CONTACT.name)?);
-        let grids = Grids::of(&table)?;
-        for row in 0..table.rows() {
-            let grid = grids.grid(row).map_err(ReportError::Surface)?;
-            size = grid.cell().size();
-            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
-            let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
-            maps.insert(loads.value(row).to_bits(), map);
-        }
-    }
-    Ok(Some((maps, size)))
+/// A surface as it is pressed at one parameter point.
+struct Pressed {
+    point: Point,
+    /// Sides of the map,
+    size: [f64; 2],
+    /// and the unit of these and of gaps, where it is known.
+    unit: Option<String>,
+    /// By the bits of the load.
+    states: BTreeMap<u64, State>,
 }
 
-/// The maps under the loads nearest to those that are shown, each once.
-fn nearest(mut maps: BTreeMap<u64, ContactMap>) -> Vec<(f64, ContactMap)> {
-    let mut chosen = BTreeMap::new();
-    for shown in SHOWN_LOADS {
-        let distance = |bits: u64| (f64::from_bits(bits) / shown).ln().abs();
-        let nearest = maps
-            .keys()
-            .copied()
-            .min_by(|&one, &other| distance(one).total_cmp(&distance(other)));
-        if let Some((bits, map)) = nearest.and_then(|bits| maps.remove_entry(&bits)) {
-            chosen.insert(bits, map);
+/// Contact under a load.
+struct State {
+    map: ContactMap,
+    mean_gap: f64,
+}
+
+impl Pressed {
+    /// Under all loads of the first parameter point at which the surface is pressed; nothing if the
+    /// store has lost some of the maps.
+    fn of(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
+        let FinishedStages { plan, archive, .. } = data.finished;
+        let mut pressed = Pressed {
+            point: sample.point.clone(),
+            size: sample.params.side.0,
+            unit: None,
+            states: BTreeMap::new(),
+        };
+        let mut first = None;
+        for task in &plan.tasks {
+            let Recipe::Solve(params) = &task.recipe else {
+                continue;
+            };
+            if task.inputs != [sample.task] || archive.have(&[task.key]) == [false] {
+                continue;
+            }
+            let point = ensemble::Point::of(params.coordinates());
+            if *first.get_or_insert_with(|| point.clone()) != point {
+                continue;
+            }
+            if !archive.store().has(task.key) {
+                return Ok(None);
+            }
+            pressed.add(&archive.store().read(task.key, Columns::All)?)?;
+        }
+        Ok(Some(pressed))
+    }
+
+    /// Adds a block of loads.
+    fn add(&mut self, block: &Table) -> Result<(), ReportError> {
+        if block.rows() == 0 {
+            return Ok(());
+        }
+        self.point = ensembles::point(block, 0);
+        let units = block.has(UNIT.name).then(|| block.texts(UNIT.name));
+        if let Some(units) = units.transpose()? {
+            self.unit = units.iter().flatten().next().map(str::to_owned);
+        }
+        let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
+        let bits = block.bytes(CONTACT.name)?;
+        let grids = Grids::of(block)?;
+        for row in 0..block.rows() {
+            let grid = grids.grid(row).map_err(ReportError::Surface)?;
+            self.size = grid.cell().size();
+            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
+            let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
+            let mean_gap = gaps.value(row);
+            self.states
+                .insert(loads.value(row).to_bits(), State { map, mean_gap });
+        }
+        Ok(())
+    }
+
+    /// The maps under the loads that are shown, and all of these together.
+    fn panels(&self, label: Option<&str>) -> Vec<Panel> {
+        let label = label.map_or_else(String::new, |label| format!("{label} · "));
+        let shown = self.nearest();
+        let maps = shown.iter().map(|load| (load, &self.states[load].map));
+        let mut panels: Vec<Panel> = ('a'..)
+            .zip(maps.clone())
+            .map(|(letter, (load, map))| Panel::Map {
+                title: format!("{label}({letter}) load {:.3}", f64::from_bits(*load)),
+                raster: Raster::of_contact(map).at_most(PIXELS),
+                size: self.size,
+            })
+            .collect();
+        let maps: Vec<ContactMap> = maps.map(|(_, map)| map.clone()).collect();
+        panels.push(Panel::Map {
+            title: format!("{label}all loads"),
+            raster: Raster::of_contacts(&maps).at_most(PIXELS),
+            size: self.size,
+        });
+        panels
+    }
+
+    /// The loads nearest to those that are shown, each once.
+    fn nearest(&self) -> BTreeSet<u64> {
+        let mut left: BTreeSet<u64> = self.states.keys().copied().collect();
+        let mut chosen = BTreeSet::new();
+        for shown in SHOWN_LOADS {
+            let distance = |bits: u64| (f64::from_bits(bits) / shown).ln().abs();
+            let nearest = left
+                .iter()
+                .copied()
+                .min_by(|&one, &other| distance(one).total_cmp(&distance(other)));
+            chosen.extend(nearest.and_then(|load| left.take(&load)));
+        }
+        chosen
+    }
+
+    /// The maps under loads spread over all.
+    fn slider(&self, label: String) -> LoadSlider {
+        let states: Vec<(&u64, &State)> = self.states.iter().collect();
+        let step = |place: usize| {
+            let (load, State { map, mean_gap }) = states[place];
+            let area = ContactArea::of(map).fraction();
+            let picture = Raster::of_contact(map).at_most(PIXELS);
+            let unit = self.unit.as_deref();
+            Step::of(f64::from_bits(*load), area, *mean_gap, unit, &picture)
+        };
+        let longer = self.size[0].max(self.size[1]);
+        LoadSlider {
+            label,
+            size: self.size.map(|side| side / longer),
+            steps: load_slider::spread(states.len()).map(step).collect(),
+            loads: states.len(),
         }
     }
-    let chosen = chosen.into_iter();
-    chosen
-        .map(|(bits, map)| (f64::from_bits(bits), map))
-        .collect()
 }

@@ -25,3 +25,26 @@ document.querySelectorAll("th button").forEach((button) => {
     body.append(...rows);
   });
 });
+
+// Shows the map of one surface under the load that its slider stands at, and what is told of it. Without
+// a script there is no slider, and the figure above it all the same.
+document.querySelectorAll(".loads").forEach((loads) => {
+  const maps = [...loads.querySelectorAll("img")];
+  const slider = loads.querySelector("input");
+  const output = loads.querySelector("output");
+  const show = () => {
+    const step = Number(slider.value);
+    maps.forEach((map, place) => { map.hidden = place !== step });
+    const { load, area, gap } = maps[step].dataset;
+    const told = [["load y", load], ["area", area], ["mean gap", gap]];
+    output.replaceChildren(...told.flat().map((text) => {
+      const part = document.createElement("span");
+      part.textContent = text;
+      return part;
+    }));
+    slider.setAttribute("aria-valuetext", told.map((pair) => pair.join(" ")).join(", "));
+  };
+  slider.addEventListener("input", show);
+  loads.hidden = false;
+  show();
+});

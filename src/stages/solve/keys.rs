@@ -35,7 +35,15 @@ pub struct SolveTable {
     pub boundary: Key<Boundary>,
     /// What `loads` and `pressures` are measured in.
     #[schemars(extend("default" = "relative"))]
-    pub load_unit: Key<LoadUnit>,
+    pub load_unit: Key<PressureUnit>,
+    /// The highest pressure that the material bears: where it is reached, the material yields, and
+    /// every load must be below it. For loading alone: unloading is another problem. None when left
+    /// out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub hardness: Key<f64>,
+    /// What `hardness` is measured in.
+    #[schemars(extend("default" = "absolute"))]
+    pub hardness_unit: Key<PressureUnit>,
     /// When to stop: largest gap in contact and largest penetration outside it, over rms slope ×
     /// mesh step.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
@@ -48,7 +56,7 @@ pub struct SolveTable {
     pub pressures: Key<Pressures>,
 }
 
-table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary"], lists: []);
+table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness"], lists: []);
 
 /// An elastic body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -60,6 +68,11 @@ pub struct Body {
     /// Poisson's ratio ν, above −1 and at most 0.5.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
     pub poisson_ratio: Written<f64>,
+    /// The highest pressure that it bears, in the unit of its modulus. It bounds nothing and changes no
+    /// result, as `hardness` of the stage does, but a run tells where the peak pressure passes it.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub hardness: Key<f64>,
 }
 
 /// What lies beyond the edges of a surface.
@@ -73,13 +86,13 @@ pub enum Boundary {
     Free,
 }
 
-/// What a load is measured in.
+/// What loads and hardnesses are measured in.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum LoadUnit {
+pub enum PressureUnit {
     /// In units of E* × rms slope.
     Relative,
-    /// As mean pressures, in the unit of the moduli.
+    /// As pressures, in the unit of the moduli.
     Absolute,
 }
 

@@ -2,15 +2,15 @@
 
 use arrow::array::{ArrayRef, Float64Builder};
 
-use super::{GIVEN_UP, LoadUnit, Params, Pressures};
-use crate::contact::elasticity::FreeHalfSpace;
+use super::hardness::{GivenHardness, SurfaceHardness};
+use super::{GIVEN_UP, Params, PressureUnit, Pressures};
 use crate::contact::grid::Boundary;
 use crate::contact::morphology::map::ContactMap;
-use crate::contact::solver::{Outcome, Stop};
+use crate::contact::solver::{Hardness, HardnessError, Outcome, Stop};
 use crate::contact::topography::surface::Surface;
 use crate::decimal;
+use crate::stages::StageError;
 use crate::stages::columns::*;
-use crate::stages::{Stage, StageError};
 use crate::store::column::{Column, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
 
@@ -48,11 +48,11 @@ impl Scales {
         self.side * self.slope
     }
 
-    /// A load in units of E* × rms slope; blocks in either unit agree on it.
-    pub fn load(&self, given: f64, unit: LoadUnit) -> f64 {
+    /// A pressure in units of E* × rms slope; blocks in either unit agree on it.
+    pub fn reduced_pressure(&self, given: f64, unit: PressureUnit) -> f64 {
         match unit {
-            LoadUnit::Relative => given,
-            LoadUnit::Absolute => decimal::nearest(given / self.pressure),
+            PressureUnit::Relative => given,
+            PressureUnit::Absolute => decimal::nearest(given / self.pressure),
         }
     }
 
@@ -60,11 +60,24 @@ impl Scales {
     pub fn mean_pressure(&self, load: f64) -> f64 {
         decimal::nearest(load * self.pressure)
     }
+
+    /// A hardness on this surface.
+    pub fn hardness(&self, given: GivenHardness) -> Result<SurfaceHardness, HardnessError> {
+        let GivenHardness { pressure, unit } = given;
+        Ok(SurfaceHardness {
+            pressure: match unit {
+                PressureUnit::Relative => decimal::nearest(pressure * self.pressure),
+                PressureUnit::Absolute => pressure,
+            },
+            reduced: Hardness::new(self.reduced_pressure(pressure, unit))?,
+        })
+    }
 }
 
 /// What has been computed so far.
 #[derive(Default)]
 pub struct Solved {
+    hardness: Option<SurfaceHardness>,
     /// What unit pressure does to each node, where displacements are absolute.
     under_unit_pressure: Option<Vec<f64>>,
     /// The mean over the map of what the pressure does to it.
@@ -77,24 +90,32 @@ pub struct Solved {
 }
 
 /// What is solved for, beside coordinates.
-pub fn columns(boundary: Boundary) -> Vec<Column> {
+pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
     let mut columns = SOLVED.to_vec();
+    let mut insert_after = |column: Column, new: &[Column]| {
+        let place = columns.iter().position(|other| *other == column);
+        let place = 1 + place.expect("it is solved for");
+        columns.splice(place..place, new.iter().copied());
+    };
+    if yields {
+        insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
+        insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
+        insert_after(MAX_PAIRS, &[HARDNESS, HARDNESS_REDUCED]);
+    }
     if boundary == Boundary::Free {
-        let after = |column: Column| {
-            let place = SOLVED.iter().position(|other| *other == column);
-            1 + place.expect("it is solved for")
-        };
-        columns.insert(after(MEAN_GAP), MEAN_DISPLACEMENT);
-        columns.insert(after(MAX_PAIRS), BOUNDARY);
+        insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
+        insert_after(MAX_PAIRS, &[BOUNDARY]);
     }
     columns
 }
 
 impl Solved {
-    /// Of a body whose displacements are absolute.
-    pub fn absolute(body: &FreeHalfSpace) -> Solved {
+    /// Of a body of this hardness, if it yields, that unit pressure displaces so, if displacements are
+    /// absolute.
+    pub fn of(hardness: Option<SurfaceHardness>, under_unit_pressure: Option<Vec<f64>>) -> Solved {
         Solved {
-            under_unit_pressure: Some(body.under_unit_pressure()),
+            hardness,
+            under_unit_pressure,
             ..Solved::default()
         }
     }
@@ -131,7 +152,9 @@ impl Solved {
             reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
         };
         let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
-        let place = params.coordinates().into_iter();
+        let hardness = self.hardness.iter();
+        let hardness = hardness.flat_map(SurfaceHardness::coordinates);
+        let place = params.setting().into_iter().chain(hardness);
         let mut columns: Vec<(Column, ArrayRef)> = place
             .map(|(column, value)| (column, value.repeated(count)))
             .collect();
@@ -142,15 +165,31 @@ impl Solved {
                 reals(self.loads.iter().map(|&load| scales.mean_pressure(load))),
             ),
             (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
-            (
-                MEAN_GAP,
-                column(|outcome| outcome.mean_gap, scales.length()),
-            ),
         ]);
+        if self.hardness.is_some() {
+            let saturated = self.outcomes.iter().map(|outcome| outcome.saturated_nodes);
+            let all = (scales.nodes[0] * scales.nodes[1]) as f64;
+            let shares = saturated.clone().map(|nodes| nodes as f64 / all);
+            columns.extend([
+                (
+                    SATURATED_NODES,
+                    integers(saturated.map(|nodes| nodes as i64)),
+                ),
+                (SATURATED_FRACTION, reals(shares)),
+            ]);
+        }
+        columns.push((
+            MEAN_GAP,
+            column(|outcome| outcome.mean_gap, scales.length()),
+        ));
         if self.under_unit_pressure.is_some() {
             let displacements = self.displacements.iter();
             let absolute = reals(displacements.map(|value| value * scales.length()));
             columns.push((MEAN_DISPLACEMENT, absolute));
+        }
+        if self.hardness.is_some() {
+            let depth = column(|outcome| outcome.yielded_depth, scales.length());
+            columns.push((MEAN_YIELDED_DEPTH, depth));
         }
         columns.extend([
             (

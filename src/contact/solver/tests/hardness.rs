@@ -7,6 +7,7 @@ use proptest::prelude::*;
 
 use super::reference::HARDNESS as REFERENCE;
 use super::*;
+use crate::contact::grid::Boundary;
 use crate::contact::grid::samples::rectangle;
 use crate::contact::morphology::area::ContactArea;
 use crate::contact::morphology::clusters::Clusters;
