@@ -107,7 +107,7 @@ type Maps = BTreeMap<u64, ContactMap>;
 fn maps(data: &FigureData, sample: &Sample) -> Result<Option<(Maps, [f64; 2])>, ReportError> {
     let FinishedStages { plan, archive, .. } = data.finished;
     let mut maps = BTreeMap::new();
-    let mut size = sample.params.side.0;
+    let mut size = sample.params.size();
     for task in &plan.tasks {
         let solves = matches!(task.recipe, Recipe::Solve(_)) && task.inputs == [sample.task];
         if !solves || archive.have(&[task.key]) == [false] {
