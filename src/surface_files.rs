@@ -52,12 +52,27 @@ impl<'de> Deserialize<'de> for ContentHash {
     }
 }
 
-/// What files held when they were last read, by their paths as the manifest gives them: their
-/// content, and the nodes along x and y of its map once its edges meet.
-pub type Recollection = BTreeMap<PathBuf, (ContentHash, [u32; 2])>;
+/// What files held when they were last read, by their paths as the manifest gives them.
+pub type Recollection = BTreeMap<PathBuf, Recalled>;
+
+/// What is known of a file that cannot be read now: what its recipe is made of that no manifest says,
+/// and what forecasts need.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recalled {
+    /// The hash of its content.
+    pub content: ContentHash,
+    /// Its format; none of a NumPy array.
+    pub format: Option<String>,
+    /// The unit of its lengths.
+    pub unit: String,
+    /// Nodes along x and y of its map once that is prepared.
+    pub nodes: [u32; 2],
+    /// Sides of that map.
+    pub side: [f64; 2],
+}
 
 /// Where the files of measured surfaces lie.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SurfaceFiles {
     /// Paths in manifests are relative to it.
     folder: PathBuf,
@@ -98,11 +113,12 @@ impl SurfaceFiles {
     }
 
     /// What a file held that cannot be read now, if that is known.
-    pub fn recall(&mut self, path: &Path) -> Option<(ContentHash, [u32; 2])> {
-        let &(content, nodes) = self.known.get(path)?;
-        self.paths.entry(content).or_insert_with(|| path.to_owned());
+    pub fn recall(&mut self, path: &Path) -> Option<Recalled> {
+        let recalled = self.known.get(path)?.clone();
+        let paths = self.paths.entry(recalled.content);
+        paths.or_insert_with(|| path.to_owned());
         self.recalled.insert(path.to_owned());
-        Some((content, nodes))
+        Some(recalled)
     }
 
     /// The files that cannot be read, and were taken to be as they were.

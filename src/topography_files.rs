@@ -56,9 +56,10 @@ mod x3p;
 use thiserror::Error;
 
 pub use self::channel::{Channel, HeightMap, Quantity, Size};
-pub use self::error::FormatError;
+pub use self::error::{ChannelError, FormatError};
 pub use self::format::Format;
 pub use self::statistics::{Corners, HeightStatistics, Statistics};
+pub(crate) use self::unit::is_metre;
 
 /// All that are read: those that are known by their first bytes, then those that are not.
 static FORMATS: [Format; 17] = [
@@ -162,7 +163,35 @@ impl<'a> TopographyFile<'a> {
         &self.channels
     }
 
-    /// The number of the first channel of heights in metres, or else of the first that may hold
+    /// The place of the channel that is called so, or, if none is, has this number, from 1 on.
+    ///
+    /// # Errors
+    /// When there is no such channel, or several are called so.
+    pub fn find(&self, wanted: &str) -> Result<usize, ChannelError> {
+        let numbered = self.channels.iter().enumerate();
+        let named = numbered.filter(|(_, channel)| channel.name() == wanted);
+        let named: Vec<usize> = named.map(|(place, _)| place).collect();
+        let number = wanted.parse::<usize>().ok();
+        let by_number = number.filter(|number| (1..=self.channels.len()).contains(number));
+        match (named.as_slice(), by_number) {
+            (&[place], _) => Ok(place),
+            ([], Some(number)) => Ok(number - 1),
+            ([], None) => Err(ChannelError::Unknown {
+                wanted: wanted.to_owned(),
+                names: self
+                    .channels
+                    .iter()
+                    .map(|one| one.name().to_owned())
+                    .collect(),
+            }),
+            _ => Err(ChannelError::Ambiguous {
+                wanted: wanted.to_owned(),
+                numbers: named.iter().map(|place| place + 1).collect(),
+            }),
+        }
+    }
+
+    /// The place of the first channel of heights in metres, or else of the first that may hold
     /// heights.
     pub fn first_heights(&self) -> Option<usize> {
         let heights = |channel: &Channel<'_>| *channel.quantity() == Quantity::Height;

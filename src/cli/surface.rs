@@ -15,7 +15,7 @@ use crate::figures::raster::Raster;
 use crate::store::StoreError;
 use crate::surface_files::{LARGEST, SurfaceFileError, read_regular};
 use crate::topography_files::{
-    Channel, HeightMap, Size, Statistics, TopographyFile, TopographyFileError, read,
+    Channel, ChannelError, HeightMap, Size, Statistics, TopographyFile, TopographyFileError, read,
 };
 
 /// Pixels along the longer side of a picture.
@@ -102,33 +102,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 
 /// The channel that is asked for, or the first that holds heights.
 fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Failure> {
-    let channels = file.channels();
     let Some(wanted) = wanted else {
         return Ok(file.first_heights().unwrap_or_default());
     };
-    let named = || {
-        let numbered = channels.iter().enumerate();
-        numbered.filter(|(_, channel)| channel.name() == wanted)
-    };
-    let number = wanted.parse::<usize>().ok();
-    let by_number = number.filter(|number| (1..=channels.len()).contains(number));
-    match (named().count(), by_number) {
-        (1, _) => Ok(named().map(|(index, _)| index).sum()),
-        (0, Some(number)) => Ok(number - 1),
-        (0, None) => {
-            let names: Vec<_> = channels.iter().map(Channel::name).collect();
-            let message = format!("the file has no channel `{wanted}`");
-            Err(unknown(message, wanted, &names))
+    file.find(wanted).map_err(|error| match &error {
+        ChannelError::Unknown { names, .. } => {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            unknown(error.to_string(), wanted, &names)
         }
-        _ => {
-            let numbers: Vec<_> = named().map(|(index, _)| (index + 1).to_string()).collect();
-            let numbers = numbers.join(", ");
-            let message = format!(
-                "the channels {numbers} of the file are all called `{wanted}`: choose by number"
-            );
-            Err(Misused(message).into())
+        ChannelError::Beyond { .. } | ChannelError::Ambiguous { .. } => {
+            Misused(error.to_string()).into()
         }
-    }
+    })
 }
 
 fn draw(map: &HeightMap, path: &Path) -> Result<(), StoreError> {

@@ -4,8 +4,10 @@
 //! - [`spectrum`] has the power spectral density of a self-affine surface and the modes that it
 //!   occupies; `draw` the random numbers of each mode, the same on every mesh; [`random`] the
 //!   surface that follows from both, and [`surface`] its heights on a mesh.
-//! - [`measured`] reads a height map from a file, and [`periodic`] makes it periodic; [`shapes`] are
-//!   punches and waves whose contact has a closed form.
+//! - [`measured`] reads a height map from a NumPy file; [`scan`] is a map as an instrument has measured
+//!   it, with holes, and [`preparation`] what is done to it before it is pressed: [`crop`], [`level`],
+//!   [`fill`], [`gaussian`] filters, [`resample`], and [`periodic`] edges. [`shapes`] are punches and
+//!   waves whose contact has a closed form.
 //! - [`moments`] are the spectral moments, slopes and curvatures of a surface, [`differences`] those
 //!   of a map that is not periodic, [`descriptors`] all
 //!   that a table says of it, [`histogram`] how its heights are distributed, [`nayak`] the closed
@@ -15,15 +17,22 @@
 //! Heights are positive towards the elastic body.
 
 pub mod assumptions;
+pub mod crop;
 pub mod descriptors;
 pub mod differences;
 pub(crate) mod draw;
+pub mod fill;
+pub mod gaussian;
 pub mod histogram;
+pub mod level;
 pub mod measured;
 pub mod moments;
 pub mod nayak;
 pub mod periodic;
+pub mod preparation;
 pub mod random;
+pub mod resample;
+pub mod scan;
 pub mod shapes;
 pub mod spectrum;
 pub mod surface;

@@ -8,16 +8,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use arrow::array::Array;
+
 use super::published::Published;
 use super::{PATH, files_of};
-use crate::stages::Kind;
-use crate::stages::columns::CONTENT;
-use crate::stages::grids::Meshes;
+use crate::stages::columns::{CONTENT, FORMAT, UNIT};
+use crate::stages::grids::Grids;
+use crate::stages::{Kind, StageError};
 use crate::store::key::TaskKey;
 use crate::store::listing::What;
-use crate::store::table::{Table, TableError};
+use crate::store::table::Table;
 use crate::store::{Store, StoreError, TaskTables};
-use crate::surface_files::{ContentHash, Recollection};
+use crate::surface_files::{ContentHash, Recalled, Recollection};
 
 /// A store, and what has been published of a study beside it.
 #[derive(Debug)]
@@ -148,16 +150,28 @@ impl TaskTables for Archive {
     }
 }
 
-/// The files that surfaces were read from: their contents and nodes, by their paths.
-fn files(table: &Table) -> Result<Recollection, TableError> {
+/// The files that surfaces were read from, by their paths. Where several rows are about one file, and
+/// differ by what was done to its map, the last one stands: the manifest says what they differ by, and
+/// nodes and sides are for forecasts alone.
+fn files(table: &Table) -> Result<Recollection, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
-    let meshes = Meshes::of(table)?;
+    let units = table.texts(UNIT.name)?;
+    let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name));
+    let formats = formats.transpose()?;
+    let grids = Grids::of(table)?;
     let file = |row: usize| {
-        let content = ContentHash::from_hex(contents.value(row))?;
-        let nodes = meshes
-            .nodes(row)
-            .map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
-        Some((PathBuf::from(paths.value(row)), (content, nodes)))
+        let grid = grids.grid(row).ok()?;
+        let format = formats.filter(|formats| formats.is_valid(row));
+        let recalled = Recalled {
+            content: ContentHash::from_hex(contents.value(row))?,
+            format: format.map(|formats| formats.value(row).to_owned()),
+            unit: units.value(row).to_owned(),
+            nodes: grid
+                .nodes()
+                .map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX)),
+            side: grid.cell().size(),
+        };
+        Some((PathBuf::from(paths.value(row)), recalled))
     };
     Ok((0..table.rows()).filter_map(file).collect())
 }

@@ -16,6 +16,7 @@ pub use crate::results::ResultsError;
 pub use crate::results::owner::Taken;
 pub use crate::stages::StageError;
 pub use crate::stages::aggregate::sql::QueryError;
+pub use crate::stages::generate::map_file::MapFileError;
 pub use crate::surface_files::{ContentHash, SurfaceFileError};
 
 /// A session cannot do what it was asked.

@@ -3,6 +3,10 @@
 use crate::store::column::ColumnKind::{Bytes, Flag, Integer, Real, Reals, Text};
 use crate::store::column::{Column, Role};
 
+mod measured;
+
+pub use measured::*;
+
 const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {
     Column::parameter(name, Text, "", meaning)
 }
@@ -90,19 +94,6 @@ pub const REALIZATION: Column = parameter_integer(
     "number of the surface among those of one spectrum",
 )
 .with_role(Role::Surface);
-pub const CONTENT: Column = parameter_text("content", "hash of the measured surface's file");
-pub const UNIT: Column = parameter_text("unit", "unit of length of the measured surface");
-pub const EDGES: Column = parameter_text("edges", "how the map's edges are made to meet");
-pub const HEIGHT_SCALE: Column = parameter(
-    "height_scale",
-    "1",
-    "factor from the file's heights to lengths",
-);
-pub const TAPER_FRACTION: Column = parameter(
-    "taper_fraction",
-    "1",
-    "share of the side over which heights fade at each edge",
-);
 pub const RADIUS: Column = parameter("radius", "length", "radius of the shape");
 pub const AMPLITUDE: Column = parameter("amplitude", "length", "amplitude of the wave");
 pub const WAVES: Column = parameter_integer("waves", "1", "wavelengths per side");
@@ -462,9 +453,6 @@ pub const ERROR_RELATIVE: Column = real(
 
 /// What places a random surface among others.
 pub const OF_RANDOM_SURFACES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];
-
-/// What places a measured surface among others.
-pub const OF_MEASURED_SURFACES: [Column; 5] = [CONTENT, UNIT, HEIGHT_SCALE, EDGES, TAPER_FRACTION];
 
 /// What places a shape among others.
 pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];

@@ -1,9 +1,10 @@
 //! Why a task has no table.
 
 use super::aggregate::sql::QueryError;
+use super::generate::map_file::MapFileError;
 use crate::contact::morphology::map::MapError;
 use crate::contact::solver::HardnessError;
-use crate::contact::topography::measured::MeasuredError;
+use crate::contact::topography::preparation::PreparationError;
 use crate::contact::topography::surface::SurfaceError;
 use crate::store::StoreError;
 use crate::store::table::TableError;
@@ -36,7 +37,15 @@ pub enum StageError {
         /// The file.
         path: String,
         /// What is wrong with it.
-        source: MeasuredError,
+        source: MapFileError,
+    },
+    /// A measured surface cannot be prepared as asked.
+    #[error("`{path}` cannot be prepared as asked")]
+    Preparation {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: PreparationError,
     },
     /// A table that a query reads is damaged.
     #[error(transparent)]

@@ -7,19 +7,16 @@ use arrow::datatypes::Float64Type;
 use serde::{Deserialize, Serialize};
 
 use self::description::Description;
-pub use self::origin::{MeasuredSurface, Origin};
+pub use self::origin::{MeasuredSurface, Origin, SeenMap};
 pub use self::per_axis::PerAxis;
 use super::columns::*;
 use super::grids::{self, Grids};
-use super::summary::range;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError,
 };
-use crate::caveats;
 use crate::contact::grid::Grid;
 use crate::contact::topography::surface::Surface;
-use crate::diagnostics::counted;
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::Columns;
@@ -32,10 +29,12 @@ mod description;
 pub mod files;
 pub mod growth;
 pub mod keys;
+pub mod map_file;
 mod mesh;
 pub mod method;
 pub mod origin;
 pub mod per_axis;
+mod summary;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
@@ -50,19 +49,20 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Surfaces),
     columns: || {
-        let lists: [&[Column]; 8] = [
+        let lists: [&[Column]; 9] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &OF_RANDOM_SURFACES,
             &OF_MEASURED_SURFACES,
             &OF_SHAPES,
             &DESCRIPTORS,
+            &FOUND_IN_FILES,
             &REFERENCES,
             &[HEIGHTS],
         ];
         lists.concat()
     },
-    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+    summary: summary::of,
 };
 
 /// One surface.
@@ -70,8 +70,10 @@ pub const STAGE: Definition = Definition {
 pub struct Params {
     /// Whether the heights are stored, drawn again when needed, or never looked at.
     pub heights: Heights,
-    /// Sides of the cell along x and y, in the user's unit of length.
-    pub side: PerAxis<f64>,
+    /// Sides of the cell along x and y, in the user's unit of length; of a measured surface those of
+    /// the map in its file, before anything is done to it, and none where the file says them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<PerAxis<f64>>,
     /// What the surface looks like.
     #[serde(flatten)]
     pub origin: Origin,
@@ -117,12 +119,25 @@ impl Params {
         self.origin.nodes()
     }
 
+    /// Sides of its cell along x and y.
+    pub fn size(&self) -> [f64; 2] {
+        let PerAxis(size) = match &self.origin {
+            Origin::File(file) => file.seen.side,
+            Origin::Random { .. } | Origin::Shape { .. } => self.side.unwrap_or_default(),
+        };
+        size
+    }
+
     /// Where its nodes lie.
     ///
     /// # Errors
     /// When the recipe is not one that a study made, and has no such grid.
     pub fn grid(&self) -> Result<Grid, StageError> {
-        grids::grid(self.nodes(), self.side.0)
+        grids::grid(self.nodes(), self.size())
+    }
+
+    fn sides(&self) -> Option<[f64; 2]> {
+        self.side.map(|PerAxis(sides)| sides)
     }
 
     /// Draws the surface, or reads it.
@@ -130,7 +145,7 @@ impl Params {
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
     pub fn draw(&self, sources: &SurfaceFiles) -> Result<Surface, StageError> {
-        self.origin.draw(self.side.0, sources)
+        self.origin.draw(self.sides(), sources)
     }
 
     /// The heights that `table` kept, or else the surface drawn again.
@@ -172,9 +187,17 @@ impl Stage for Params {
             let columns = description.row(self, grid);
             return Ok(Table::new(1, columns));
         }
-        let surface = self.draw(context.sources)?;
+        let (surface, found) = match &self.origin {
+            Origin::File(file) => {
+                let read = file.read(self.sides(), context.sources)?;
+                let found = description::found_in_file(file, &read);
+                (read.prepared.surface, found)
+            }
+            Origin::Random { .. } | Origin::Shape { .. } => (self.draw(context.sources)?, vec![]),
+        };
         let description = Description::of_surface(&self.origin, &surface);
         let mut columns = description.row(self, surface.grid());
+        columns.extend(found);
         if self.heights == Heights::Keep {
             let heights = Float64Array::from(surface.into_heights());
             let length = heights.len();
@@ -209,9 +232,10 @@ impl Stage for Params {
     /// The peak of a run on one thread, at 512² and 1024².
     fn footprint(&self) -> Footprint {
         Footprint {
-            work: match self.heights {
-                Heights::Keep | Heights::Redraw => 28.0,
-                Heights::None => 0.0,
+            work: match (&self.origin, self.heights) {
+                (_, Heights::None) => 0.0,
+                (Origin::File(file), _) => 28.0 + file.seen.read_besides(),
+                (Origin::Random { .. } | Origin::Shape { .. }, _) => 28.0,
             },
             table: match self.heights {
                 Heights::Keep => 8.0,
@@ -254,7 +278,10 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     for surface in &surfaces {
         add(own_columns(&surface.origin));
     }
-    columns.extend(DESCRIPTORS);
+    add(DESCRIPTORS.to_vec());
+    for surface in &surfaces {
+        add(description::columns_of_file(&surface.origin));
+    }
     let mut origins = surfaces.iter().map(|surface| &surface.origin);
     if origins.any(|origin| matches!(origin, Origin::Random { .. })) {
         columns.extend(REFERENCES);
@@ -262,120 +289,5 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     Table::empty(&columns)
 }
 
-fn summary(table: &Table) -> Result<Vec<Option<String>>, StageError> {
-    Ok(vec![
-        Some(counted(table.rows(), "surface")),
-        range(table, "nayak", "Nayak α")?,
-        range(table, "full_contact_load", "full contact at")?,
-        caveat(table)?,
-    ])
-}
-
-/// Of how many parameter points the theories do not speak, and why of the first.
-fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
-    let points = caveats::points(surfaces)?;
-    let others: Vec<_> = points
-        .iter()
-        .filter(|point| !point.departures.is_empty())
-        .collect();
-    Ok(others.first().map(|first| {
-        let number = match points.len() {
-            1 => String::new(),
-            all => format!("{} of {all} points ", others.len()),
-        };
-        let why = first.departures.join(", ");
-        let such_as = if others.len() > 1 { "such as " } else { "" };
-        format!("{number}no isotropic Gaussian roughness: {such_as}{why}")
-    }))
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contact::topography::periodic::Edges;
-    use crate::contact::topography::random::{Amplitude, RandomSurface};
-    use crate::contact::topography::shapes::Shape;
-    use crate::contact::topography::spectrum::Spectrum;
-    use crate::surface_files::ContentHash;
-
-    #[test]
-    fn a_surface_is_known_from_its_recipe() {
-        let spectrum = Spectrum {
-            hurst: 0.8,
-            k_lower: 4,
-            k_rolloff: 4,
-            k_upper: 32,
-        };
-        let surface = RandomSurface {
-            spectrum,
-            amplitude: Amplitude::Deterministic,
-            rms_slope: 0.02,
-            seed: i64::MAX as u64,
-            realization: 7,
-        };
-        let measured = MeasuredSurface {
-            content: ContentHash::of(b"heights"),
-            unit: "µm".to_owned(),
-            height_scale: 1e-3,
-            edges: Edges::Taper {
-                taper_fraction: 0.1,
-            },
-            nodes: PerAxis::same(0),
-        };
-        let shape = Shape::Punch {
-            radius: 0.25,
-            depth: 0.5,
-        };
-        let open = MeasuredSurface {
-            edges: Edges::Open,
-            ..measured.clone()
-        };
-        let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
-        for origin in [
-            Origin::Random {
-                nodes: square,
-                surface,
-            },
-            Origin::Random {
-                nodes: rectangle,
-                surface,
-            },
-            Origin::File(measured),
-            Origin::File(open),
-            Origin::Shape {
-                nodes: square,
-                shape,
-            },
-            Origin::Shape {
-                nodes: rectangle,
-                shape,
-            },
-        ] {
-            for side in [PerAxis([1.0, 1.0]), PerAxis([2.0, 1.0])] {
-                let params = Params {
-                    heights: Heights::Redraw,
-                    side,
-                    origin: origin.clone(),
-                };
-                let recipe = serde_json::to_string(&params).unwrap();
-                assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
-            }
-        }
-    }
-
-    #[test]
-    fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
-        let params = Params {
-            heights: Heights::Keep,
-            side: PerAxis::same(1.0),
-            origin: Origin::Shape {
-                nodes: PerAxis::same(64),
-                shape: Shape::Paraboloid { radius: 0.5 },
-            },
-        };
-        let recipe = serde_json::to_string(&params).unwrap();
-        let expected =
-            r#"{"heights":"keep","side":1.0,"nodes":64,"method":"paraboloid","radius":0.5}"#;
-        assert_eq!(recipe, expected);
-    }
-}
+mod tests;

@@ -1,5 +1,7 @@
 //! What is valid, and should be known all the same before it is run.
 
+mod files;
+
 use std::fmt;
 
 use serde::Serialize;
@@ -105,13 +107,14 @@ impl ShortestWave {
 }
 
 impl Study {
-    /// What should be known of the study before it is run: meshes that count far too much area, and
-    /// lists that could be read in two ways.
+    /// What should be known of the study before it is run: meshes that count far too much area,
+    /// lists that could be read in two ways, what was decided about files of measured surfaces.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(place, stage)| {
             let messages = [taken_as_pairs(stage), self.coarse_mesh(place, stage)];
             let messages = messages.into_iter().flatten();
+            let messages = messages.chain(files::told(stage, &self.sources));
             messages.map(|message| Warning {
                 stage: stage.name.clone(),
                 message,
@@ -199,8 +202,7 @@ fn taken_as_pairs(stage: &Stage) -> Option<String> {
         return None;
     };
     let surfaces = ensembles.iter().find(|ensemble| ensemble.may_be_swept)?;
-    let ([nodes_x, nodes_y], PerAxis([side_x, side_y])) =
-        (surfaces.params.nodes(), surfaces.params.side);
+    let ([nodes_x, nodes_y], [side_x, side_y]) = (surfaces.params.nodes(), surfaces.params.size());
     Some(format!(
         "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is one rectangle, along x \
          and along y, and no sweep of four squares; `nodes = [[{nodes_x}, {nodes_y}]]` with `side = \

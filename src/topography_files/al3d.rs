@@ -15,6 +15,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "al3d",
     title: "Alicona Imaging",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -15,6 +15,7 @@ use super::unit::{Unit, ratio};
 pub const FORMAT: Format = Format {
     name: "bcrf",
     title: "BCR-STM",
+    version: 1,
     has_signature: true,
     read,
 };

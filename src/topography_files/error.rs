@@ -38,6 +38,29 @@ pub enum FormatError {
     Unsupported(String),
 }
 
+/// Why a channel of a file cannot be told.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
+pub enum ChannelError {
+    #[error("the file has no channel `{wanted}`")]
+    Unknown {
+        wanted: String,
+        /// What its channels are called.
+        names: Vec<String>,
+    },
+    #[error("channels of the file have numbers from 1 to {count}, {number} is none of them")]
+    Beyond { number: usize, count: usize },
+    #[error(
+        "the channels {} of the file are all called `{wanted}`: choose by number",
+        numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+    )]
+    Ambiguous {
+        wanted: String,
+        /// From 1 on.
+        numbers: Vec<usize>,
+    },
+}
+
 impl FormatError {
     /// An entry that has to be there is not.
     pub(super) fn missing(entry: impl Into<String>) -> FormatError {

@@ -8,6 +8,8 @@ use super::error::FormatError;
 pub struct Format {
     pub(super) name: &'static str,
     pub(super) title: &'static str,
+    /// Raised whenever the reader finds other numbers in a file: what rests on it is computed again.
+    pub(super) version: u32,
     /// Whether files of no other format start like those of this one.
     pub(super) has_signature: bool,
     pub(super) read: for<'a> fn(&'a [u8]) -> Result<Vec<Channel<'a>>, FormatError>,
@@ -17,6 +19,11 @@ impl Format {
     /// A short name: the usual ending of such files.
     pub fn name(&self) -> &'static str {
         self.name
+    }
+
+    /// The version of the numbers that are read.
+    pub fn version(&self) -> u32 {
+        self.version
     }
 
     /// Whose format it is.

@@ -13,6 +13,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "frt",
     title: "FRT MicroProf",
+    version: 1,
     has_signature: true,
     read,
 };

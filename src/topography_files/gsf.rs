@@ -15,6 +15,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "gsf",
     title: "Gwyddion simple field",
+    version: 1,
     has_signature: true,
     read,
 };

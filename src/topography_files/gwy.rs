@@ -14,6 +14,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "gwy",
     title: "Gwyddion",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -16,6 +16,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "ibw",
     title: "Igor binary wave",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -16,6 +16,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "metropro",
     title: "Zygo MetroPro",
+    version: 1,
     has_signature: true,
     read,
 };

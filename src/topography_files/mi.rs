@@ -15,6 +15,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "mi",
     title: "Molecular Imaging",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -20,6 +20,7 @@ use super::unit::{Unit, ratio};
 pub const FORMAT: Format = Format {
     name: "nanoscope",
     title: "Nanoscope of Digital Instruments, Veeco and Bruker",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -17,6 +17,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "netcdf",
     title: "netCDF of SurfaceTopography",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -11,6 +11,7 @@ use crate::contact::topography::measured::{MeasuredError, npy_array};
 pub const FORMAT: Format = Format {
     name: "npy",
     title: "NumPy array",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -14,6 +14,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "opd",
     title: "Wyko",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -14,6 +14,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "plu",
     title: "Sensofar",
+    version: 1,
     has_signature: false,
     read,
 };

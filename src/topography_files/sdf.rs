@@ -16,6 +16,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "sdf",
     title: "surface data file, ISO 25178-71",
+    version: 1,
     has_signature: true,
     read,
 };

@@ -1,6 +1,7 @@
 //! What a map is like, before anything is done to it.
 
 use super::channel::HeightMap;
+use crate::contact::topography::differences::mean_square_slopes;
 
 /// Numbers of a map over its points that are not missing, in the unit of its heights.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,9 +19,9 @@ pub struct Statistics {
 pub struct HeightStatistics {
     /// Standard deviation of the heights.
     pub rms_height: f64,
-    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩, each mean over the pairs of neighbours inside the map of
-    /// which neither is missing. None when the size is unknown or in another unit than the
-    /// heights, or no two points are neighbours along an axis.
+    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩ as of a map that is not periodic, see
+    /// [`mean_square_slopes`]. None when the size is unknown or in another unit than the heights, or
+    /// no two points are neighbours along an axis.
     pub rms_slope: Option<f64>,
     /// The lowest height.
     pub lowest: f64,
@@ -81,18 +82,6 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn rms_slope(map: &HeightMap) -> Option<f64> {
-    let nodes_y = map.nodes()[1];
-    let [step_x, step_y] = map.steps()?;
-    let heights = map.heights();
-    let square_slope = |pairs: &mut dyn Iterator<Item = f64>, step: f64| {
-        let squares = pairs.filter(|difference| !difference.is_nan());
-        mean(squares.map(|difference| (difference / step).powi(2)))
-    };
-    let mut along_x = (0..heights.len() - nodes_y).map(|at| heights[at + nodes_y] - heights[at]);
-    let mut along_y = heights
-        .chunks_exact(nodes_y)
-        .flat_map(|line| line.windows(2).map(|pair| pair[1] - pair[0]));
-    let x = square_slope(&mut along_x, step_x)?;
-    let y = square_slope(&mut along_y, step_y)?;
-    Some((x + y).sqrt())
+    let [x, y] = mean_square_slopes(map.nodes(), map.steps()?, map.heights());
+    Some((x? + y?).sqrt())
 }

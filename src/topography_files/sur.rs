@@ -21,6 +21,7 @@ use super::unit::{Unit, ratio};
 pub const FORMAT: Format = Format {
     name: "sur",
     title: "Digital Surf",
+    version: 1,
     has_signature: true,
     read,
 };

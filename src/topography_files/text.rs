@@ -22,6 +22,7 @@ use super::raster::{Raster, checked_nodes};
 pub const FORMAT: Format = Format {
     name: "text",
     title: "text",
+    version: 1,
     has_signature: false,
     read,
 };

@@ -49,6 +49,11 @@ impl Unit {
     }
 }
 
+/// Whether the metre may be written so.
+pub fn is_metre(text: &str) -> bool {
+    Unit::of(text) == Unit::Length(1.0)
+}
+
 /// What a number in the first unit is to be multiplied with to be one in the second.
 pub fn ratio(from: &str, to: &str) -> Option<f64> {
     let (from, to) = (normal(from), normal(to));
@@ -113,7 +118,7 @@ mod tests {
         assert_eq!(Unit::of("mV"), Unit::Other("mV".to_owned()));
         assert_eq!(Unit::of("A"), Unit::Other("A".to_owned()));
         assert_eq!(Unit::of(" "), Unit::None);
-        assert_eq!(Unit::of("m"), Unit::Length(1.0));
+        assert!(is_metre("m") && is_metre(" metre ") && !is_metre("mm") && !is_metre(""));
         assert_eq!(Unit::of("Å"), Unit::Length(1e10));
     }
 

@@ -21,6 +21,7 @@ use super::unit::Unit;
 pub const FORMAT: Format = Format {
     name: "x3p",
     title: "X3P, ISO 25178-72",
+    version: 1,
     has_signature: true,
     read,
 };

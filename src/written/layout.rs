@@ -20,17 +20,20 @@ pub struct Layout {
     pub lists: &'static [&'static str],
     /// Keys that hold a number for both axes or a pair of them, all or none of which are pairs.
     pub pairs: &'static [&'static str],
+    /// Keys that hold the same, of which a list of two numbers is always a pair.
+    pub always_pairs: &'static [&'static str],
     /// The JSON Schema of the table, without references.
     pub schema: Schema,
 }
 
 impl Layout {
-    /// Of a type, with the keys whose lists are swept, those that hold lists, and those that take
-    /// pairs.
+    /// Of a type, with the keys whose lists are swept, those that hold lists, those that take pairs
+    /// together, and those that always do.
     pub fn of<T: JsonSchema>(
         swept: &'static [&'static str],
         lists: &'static [&'static str],
         pairs: &'static [&'static str],
+        always_pairs: &'static [&'static str],
     ) -> Self {
         let settings = SchemaSettings::draft07().with(|settings| {
             settings.inline_subschemas = true;
@@ -43,6 +46,7 @@ impl Layout {
             swept,
             lists,
             pairs,
+            always_pairs,
             schema,
         }
     }
@@ -61,6 +65,11 @@ impl Layout {
     /// Whether there is such a key.
     pub fn has(&self, key: &str) -> bool {
         self.properties().contains_key(key)
+    }
+
+    /// Whether a key holds a number for both axes or a pair of them.
+    pub fn takes_pairs(&self, key: &str) -> bool {
+        self.pairs.contains(&key) || self.always_pairs.contains(&key)
     }
 
     /// What a key means.
@@ -89,11 +98,31 @@ macro_rules! table {
         lists: [$($list:literal),*],
         pairs: [$($pair:literal),*]
     ) => {
+        $crate::written::table!(
+            $table,
+            swept: [$($swept),*],
+            lists: [$($list),*],
+            pairs: [$($pair),*],
+            always_pairs: []
+        );
+    };
+    (
+        $table:ident,
+        swept: [$($swept:literal),*],
+        lists: [$($list:literal),*],
+        pairs: [$($pair:literal),*],
+        always_pairs: [$($always:literal),*]
+    ) => {
         impl $crate::written::Table for $table {
             fn layout() -> &'static $crate::written::Layout {
                 use $crate::written::Layout;
                 static LAYOUT: std::sync::LazyLock<Layout> = std::sync::LazyLock::new(|| {
-                    Layout::of::<$table>(&[$($swept),*], &[$($list),*], &[$($pair),*])
+                    Layout::of::<$table>(
+                        &[$($swept),*],
+                        &[$($list),*],
+                        &[$($pair),*],
+                        &[$($always),*],
+                    )
                 });
                 &LAYOUT
             }

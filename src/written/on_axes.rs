@@ -6,6 +6,8 @@
 //! - A list within a list, and one within a case, is never swept: it is a pair, along x and y.
 //! - A list of two numbers is a pair if another of the keys that take pairs is one, or such a list
 //!   too. Otherwise, as all other lists, it is swept, for half of a rectangle is none.
+//! - Of a measured map the sides have been a pair from the first: there, and of the nodes that it is
+//!   resampled on, a list of two numbers is always one.
 //!
 //! So nothing changes for a manifest in which one such key alone is a list. Where two of them are lists
 //! of two numbers, what used to be a sweep of four squares is one rectangle: a warning says so, and how
@@ -171,12 +173,12 @@ impl Pairs {
             .iter()
             .all(|(_, writing)| *writing == Writing::Two(true));
         let are_pairs = two.len() > 1 || beside_pairs;
+        let always = layout.always_pairs.iter().copied();
+        let always = always.filter(|key| matches!(Writing::of(table, key), Writing::Two(_)));
+        let together = two.iter().map(|(key, _)| *key).filter(|_| are_pairs);
         Pairs {
             may_be_swept: are_pairs && two.len() > 1 && differ,
-            keys: match are_pairs {
-                true => two.iter().map(|(key, _)| *key).collect(),
-                false => Vec::new(),
-            },
+            keys: together.chain(always).collect(),
         }
     }
 

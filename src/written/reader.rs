@@ -223,7 +223,7 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
             return true;
         };
         let is_list = value.get_ref().is_array() && error.span() == Some(value.span());
-        let is_sweep = is_list && !self.layout.pairs.contains(&name);
+        let is_sweep = is_list && !self.layout.takes_pairs(name);
         let help = if is_sweep && !self.layout.swept.is_empty() {
             let swept = listed(self.layout.swept.iter().copied(), "and");
             Some(format!("lists are swept for {swept} only"))

@@ -25,6 +25,7 @@ mod reading;
 mod rectangles;
 mod reference;
 mod report;
+mod scans;
 mod separation;
 mod session;
 mod shipped;

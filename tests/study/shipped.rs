@@ -125,20 +125,20 @@ fn validation_finds_the_closed_forms() {
 #[test]
 fn a_measured_surface_is_pressed_in_pascals_up_to_full_contact() {
     let bench = Bench::new();
-    run(&bench, "measured");
-    let contact = bench.table("measured", "contact");
+    run(&bench, "measured-mirrored");
+    let contact = bench.table("measured-mirrored", "contact");
     let modulus = contact.reals("effective_modulus").unwrap().value(0);
     // 1/E* = (1 − 0.3²)/210 GPa + (1 − 0.17²)/72 GPa.
     assert!((modulus / 56.1e9 - 1.0).abs() < 1e-2, "{modulus}");
     let stops = contact.texts("stop").unwrap();
     assert_eq!(stops.value(contact.rows() - 1), "full-contact");
 
-    let area = bench.table("measured", "area");
+    let area = bench.table("measured-mirrored", "area");
     let fractions = column(&area, "area_fraction");
     assert!(fractions.is_sorted());
     assert_eq!(fractions.last(), Some(&1.0));
     let pressures = column(&area, "pressure");
-    let surface = bench.table("measured", "surface");
+    let surface = bench.table("measured-mirrored", "surface");
     let slope = surface.reals("rms_slope").unwrap().value(0);
     let full = surface.reals("full_contact_load").unwrap().value(0) * modulus * slope;
     let last = pressures.len() - 1;
@@ -147,4 +147,32 @@ fn a_measured_surface_is_pressed_in_pascals_up_to_full_contact() {
     assert!(gaps.is_sorted_by(|a, b| a >= b));
     // Nanometres of gap, under a map with 35 nm of roughness.
     assert!(gaps[0] < 5.0 * 35e-9 && gaps[0] > 35e-9, "{}", gaps[0]);
+}
+
+#[test]
+fn a_scan_without_its_short_waves_is_smoother_and_touches_more() {
+    let bench = Bench::new();
+    run(&bench, "measured");
+    let scan = bench.table("measured", "scan");
+    assert_eq!(scan.rows(), 8);
+    let [levels, units] = ["level", "unit"].map(|name| scan.texts(name).unwrap());
+    assert!(units.iter().all(|unit| unit == Some("m")));
+    let [cutoffs, slopes] = ["low_pass", "rms_slope"].map(|name| column(&scan, name));
+    for row in 1..scan.rows() {
+        if levels.value(row) == levels.value(row - 1) {
+            assert!(cutoffs[row] > cutoffs[row - 1] && slopes[row] < slopes[row - 1]);
+        }
+    }
+    // Under one reduced load areas are nearly alike; under one pressure the smoother surface has more.
+    let table = bench.table("measured", "table");
+    assert_eq!(table.rows(), 48);
+    let [areas, pressures] = ["area_percent", "pressure_gpa"].map(|name| column(&table, name));
+    let slopes = column(&table, "rms_slope");
+    for ((area, pressure), slope) in areas.iter().zip(&pressures).zip(&slopes) {
+        let kappa = area / 100.0 * slope * 56.1 / pressure;
+        assert!((1.2..3.5).contains(&kappa), "{kappa}");
+    }
+    let contact = bench.table("measured", "contact");
+    let stops = contact.texts("stop").unwrap();
+    assert!(stops.iter().all(|stop| stop == Some("converged")));
 }

@@ -150,7 +150,8 @@ fn mistakes_of_a_single_value_violate_the_schema() {
 fn swept_keys_and_lists_are_keys() {
     for form in Form::all() {
         let layout = form.layout();
-        for key in layout.swept.iter().chain(layout.lists).chain(layout.pairs) {
+        let pairs = layout.pairs.iter().chain(layout.always_pairs);
+        for key in layout.swept.iter().chain(layout.lists).chain(pairs) {
             assert!(layout.has(key), "{form:?} has no `{key}`");
         }
     }

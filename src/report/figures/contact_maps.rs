@@ -115,7 +115,7 @@ impl Pressed {
         let FinishedStages { plan, archive, .. } = data.finished;
         let mut pressed = Pressed {
             point: sample.point.clone(),
-            size: sample.params.side.0,
+            size: sample.params.size(),
             unit: None,
             states: BTreeMap::new(),
         };

@@ -82,7 +82,7 @@ pub fn random(
         Some(PlannedSurfaces {
             params: Params {
                 heights: random_heights(&table.heights),
-                side: mesh.side,
+                side: Some(mesh.side),
                 origin: Origin::Random {
                     nodes: mesh.nodes,
                     surface,
@@ -215,12 +215,16 @@ fn on_mesh(
     let nodes = mesh.nodes;
     PlannedSurfaces {
         may_be_swept,
-        ..single(heights, mesh.side, Origin::Shape { nodes, shape })
+        ..single(heights, Some(mesh.side), Origin::Shape { nodes, shape })
     }
 }
 
 /// A surface of which there is one.
-pub fn single(heights: &Key<keys::Heights>, side: PerAxis<f64>, origin: Origin) -> PlannedSurfaces {
+pub fn single(
+    heights: &Key<keys::Heights>,
+    side: Option<PerAxis<f64>>,
+    origin: Origin,
+) -> PlannedSurfaces {
     PlannedSurfaces {
         params: Params {
             heights: match heights.written().map(|heights| heights.value) {

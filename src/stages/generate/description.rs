@@ -2,19 +2,22 @@
 
 use arrow::array::ArrayRef;
 
-use super::{Origin, Params};
+use super::origin::ReadSurface;
+use super::{MeasuredSurface, Origin, Params};
 use crate::contact::grid::{Cell, Grid};
+use crate::contact::topography::crop::Crop;
 use crate::contact::topography::descriptors::{Descriptors, shape_of_heights};
 use crate::contact::topography::differences;
 use crate::contact::topography::moments::Moments;
 use crate::contact::topography::nayak::Continuum;
 use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::preparation::Preparation;
 use crate::contact::topography::random::{Amplitude, RandomSurface};
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
 use crate::stages::columns::*;
 use crate::stages::grids;
-use crate::store::column::{Column, Value, optional_reals};
+use crate::store::column::{Column, Value, integers, optional_reals, texts};
 
 /// What is known of a surface.
 pub struct Description {
@@ -174,12 +177,12 @@ pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
         Origin::Random { surface, .. } => Some(surface.rms_slope),
         Origin::File(_) | Origin::Shape { .. } => None,
     };
-    coordinates_of(params, params.nodes(), params.side.0, rms_slope)
+    coordinates_of(params, params.nodes(), params.size(), rms_slope)
 }
 
 /// The columns that say where its nodes lie.
 pub fn columns_of_grid(params: &Params) -> Vec<Column> {
-    let cells = grids::coordinates(params.nodes(), params.side.0).into_iter();
+    let cells = grids::coordinates(params.nodes(), params.size()).into_iter();
     cells.map(|(column, _)| column).collect()
 }
 
@@ -225,6 +228,61 @@ fn method(origin: &Origin) -> &'static str {
     }
 }
 
+/// What is done to a map, as far as it was asked for.
+fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
+    let mut columns = Vec::new();
+    if let Some(Crop { from, size }) = preparation.crop {
+        let lengths = [from[0], from[1], size[0], size[1]].map(Value::Real);
+        let names = [CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y];
+        columns.extend(names.into_iter().zip(lengths));
+    }
+    let word = |column: Column, word: &str| (column, Value::Text(word.to_owned()));
+    let length = |column: Column, length: f64| (column, Value::Real(length));
+    columns.extend(preparation.level.map(|level| word(LEVEL, level.name())));
+    columns.extend(preparation.fill.map(|fill| word(FILL, fill.name())));
+    columns.extend(
+        preparation
+            .high_pass
+            .map(|cutoff| length(HIGH_PASS, cutoff)),
+    );
+    columns.extend(preparation.low_pass.map(|cutoff| length(LOW_PASS, cutoff)));
+    if let Some(nodes) = preparation.resample {
+        let nodes = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
+        columns.extend([RESAMPLED_X, RESAMPLED_Y].into_iter().zip(nodes));
+    }
+    columns
+}
+
+/// The columns that say what was found in a surface's file. Of a NumPy array there is nothing to be
+/// found but holes.
+pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
+    let Origin::File(file) = origin else {
+        return vec![];
+    };
+    let mut columns = Vec::new();
+    if file.reader.is_some() {
+        columns.extend([FORMAT, CHANNEL_READ, CHANNELS]);
+    }
+    if file.preparation.fill.is_some() {
+        columns.push(FILLED_NODES);
+    }
+    columns
+}
+
+/// What was found in a surface's file, in one row.
+pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column, ArrayRef)> {
+    let mut columns = Vec::new();
+    if let Some(reader) = &file.reader {
+        columns.push((FORMAT, texts([&reader.format])));
+        columns.push((CHANNEL_READ, texts([&found.channel.name])));
+        columns.push((CHANNELS, integers([found.channel.of as i64])));
+    }
+    if file.preparation.fill.is_some() {
+        columns.push((FILLED_NODES, integers([found.prepared.filled as i64])));
+    }
+    columns
+}
+
 /// What places a surface among others of its method.
 pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
@@ -249,6 +307,9 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             if let Edges::Taper { taper_fraction } = file.edges {
                 columns.push(real(TAPER_FRACTION, taper_fraction));
             }
+            let channel = file.channel.as_ref();
+            columns.extend(channel.map(|channel| text(CHANNEL, channel.to_string())));
+            columns.extend(asked_of(&file.preparation));
             columns
         }
         Origin::Shape { shape, .. } => match *shape {

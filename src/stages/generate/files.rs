@@ -1,74 +1,171 @@
 //! Checks of the stages that read measured surfaces, and of their files.
 
 use std::collections::BTreeMap;
-use std::ops::{Bound, RangeBounds};
-use std::path::Path;
+use std::ops::Bound;
 
+use self::keys::{Channel, FileTable};
+use self::lengths::{Lengths, lengths};
+use self::part::{part, preparation};
+use self::reading::{Found, Reading};
 use super::checks::{single, surfaces};
 use super::growth::PlannedSurfaces;
-use super::keys::{self, FileTable};
-use super::mesh::{NODES, sides_within, square_cells};
-use super::{MeasuredSurface, Origin, PerAxis};
-use crate::contact::grid::Cell;
-use crate::contact::topography::measured::read_npy;
+use super::map_file::{ChannelChoice, Reader};
+use super::{MeasuredSurface, Origin, Params, PerAxis, SeenMap};
+use crate::contact::topography::level::Level;
 use crate::contact::topography::periodic::Edges;
-use crate::contact::topography::surface::Surface;
-use crate::diagnostics::{Problem, Span};
+use crate::contact::topography::preparation::Preparation;
+use crate::diagnostics::{Problem, Problems, Span};
 use crate::stages::Given;
-use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
+use crate::surface_files::{ContentHash, Recalled};
 use crate::written::checks::{Checks, QUANTITY};
-use crate::written::{OnAxes, Section, Written};
+use crate::written::{Key, Point, Section, Written};
+
+pub mod keys;
+mod lengths;
+mod part;
+mod reading;
 
 /// Measured surfaces.
 pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
-    let mut seen = BTreeMap::new();
-    let sources = &mut *given.sources;
-    surfaces(section, given.problems, |table, checks| {
+    let mut reading = Reading::new(given.sources);
+    let mut resolved = Vec::new();
+    let planned = surfaces(section, given.problems, |table, checks| {
         let path = checks.required("path", &table.path);
-        let sides = checks.required("side", &table.side);
-        let side = sides.and_then(|sides| sides_within(sides, checks));
         let height_scale = checks.number_or("height_scale", &table.height_scale, QUANTITY, 1.0);
         let edges = edges(table, checks);
+        let preparation = preparation(table, checks);
         let path = path?;
-        let scale = height_scale.unwrap_or(1.0);
-        let (content, nodes) = read_map(path, scale, edges.as_ref(), sources, checks)?;
-        let (sides, side) = (sides?, side?);
-        check_sides(path, sides, nodes, checks)?;
-        check_distinct(content, path, &mut seen, checks)?;
-        let unit = table.unit.written().map(|unit| unit.value.clone());
-        let surface = MeasuredSurface {
-            content,
-            unit: unit.unwrap_or_default(),
-            height_scale: height_scale?,
-            edges: edges?,
-            nodes: PerAxis(nodes),
+        let channel = channel(table, checks);
+        let found = reading.map(path, table, channel.as_ref()?.as_ref());
+        let found = found
+            .map_err(|problem| checks.problems.push(problem))
+            .ok()?;
+        let asked = Asked {
+            path,
+            table,
+            height_scale: height_scale.unwrap_or(1.0),
+            edges: edges.unwrap_or(Edges::Open),
+            preparation: preparation.clone().unwrap_or_default(),
         };
-        Some(single(&table.heights, PerAxis(side), Origin::File(surface)))
-    })
+        let surface = |content, reader, unit: String, seen| MeasuredSurface {
+            content,
+            unit,
+            height_scale: asked.height_scale,
+            edges: asked.edges,
+            reader,
+            channel: channel.clone().flatten(),
+            preparation: asked.preparation.clone(),
+            seen,
+        };
+        let (surface, side) = match &found {
+            Found::Map(content, map) => {
+                let Lengths { unit, side, cell } = lengths(&asked, map, checks)?;
+                let seen = part(&asked, map, cell, checks)?;
+                reading.check_distinct(*content, path, checks)?;
+                (surface(*content, map.reader.clone(), unit, seen), side)
+            }
+            Found::Recalled(recalled) => {
+                let side = lengths::written_side(table, checks)?;
+                (of_recalled(recalled, table, surface), side)
+            }
+        };
+        // What is wrong with other keys has been reported.
+        (height_scale?, edges?, preparation?);
+        let planned = single(&table.heights, side, Origin::File(surface));
+        resolved.push(without_synonyms(&planned.params));
+        Some(planned)
+    })?;
+    report_synonyms(section, &resolved, given.problems);
+    Some(planned)
 }
 
-/// A map of more nodes along one axis has two sides, and only its owner knows them.
-fn check_sides(
-    path: &Written<String>,
-    sides: &Written<OnAxes<f64>>,
-    [nodes_x, nodes_y]: [u32; 2],
-    checks: &mut Checks,
-) -> Option<()> {
-    let OnAxes::Both(side) = sides.value else {
-        return Some(());
-    };
-    if nodes_x == nodes_y {
-        return Some(());
+/// What a point asks of a file.
+struct Asked<'a> {
+    path: &'a Written<String>,
+    table: &'a FileTable,
+    height_scale: f64,
+    edges: Edges,
+    preparation: Preparation,
+}
+
+/// Reports points that come to the same in other words: they would count one surface twice.
+fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: &mut Problems) {
+    let mut seen: BTreeMap<String, &Point<FileTable>> = BTreeMap::new();
+    for (point, params) in section.points.iter().zip(resolved) {
+        let text = serde_json::to_string(params).expect("parameters are plain data");
+        let Some(before) = seen.insert(text, point) else {
+            continue;
+        };
+        let spans = [before, point].map(|point| spans(&point.table));
+        let differing = spans[0].iter().zip(&spans[1]).find(|(one, other)| one != other);
+        problems.push(match differing {
+            // Points that agree in every word have been reported.
+            None => continue,
+            Some(((name, Some(first)), (_, Some(again)))) => {
+                let message = format!("two values of `{name}` come to the same surface");
+                Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
+            }
+            Some(_) => Problem::new("two cases come to the same", point.place.clone(), "this case")
+                .and(before.place.clone(), "is equal to this one"),
+        });
     }
-    let message = format!("{:?} is a rectangle, and `side` is not", path.value);
-    let problem = Problem::new(message, sides.span.clone(), "one number")
-        .and(path.span.clone(), "has more nodes along one axis");
-    checks.problems.push(problem.help(format!(
-        "give both sides, along the first axis of the array and along the second; with \
-         `side = {}` cells are square",
-        square_cells([nodes_x, nodes_y], side)
-    )));
-    None
+}
+
+/// Where what can be said in several ways is written.
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
+    fn span<T>(key: &Key<T>) -> Option<Span> {
+        key.written().map(|written| written.span.clone())
+    }
+    [
+        ("channel", span(&table.channel)),
+        ("side", span(&table.side)),
+        ("crop", span(&table.crop)),
+        ("level", span(&table.level)),
+        ("fill", span(&table.fill)),
+    ]
+}
+
+/// A surface as its recipe would be if everything in it were written out: the map by its number, the
+/// part by its nodes, and nothing that does nothing. Two points that come to the same have one such
+/// recipe, in whichever words.
+fn without_synonyms(params: &Params) -> Params {
+    let mut params = params.clone();
+    if let Origin::File(file) = &mut params.origin {
+        if let Some(read) = &file.seen.channel {
+            let number = u32::try_from(read.number).unwrap_or(u32::MAX);
+            file.channel = Some(ChannelChoice::Number(number));
+        }
+        if let (Some(grid), Some(crop)) = (file.seen.file, &mut file.preparation.crop) {
+            let [x, y] = grid.spacing();
+            let rounded = |[a, b]: [f64; 2]| [(a / x).round() + 0.0, (b / y).round()];
+            (crop.from, crop.size) = (rounded(crop.from), rounded(crop.size));
+        }
+        params.side = file.seen.file.map(|grid| PerAxis(grid.cell().size()));
+        let level = file.preparation.level.take();
+        file.preparation.level = level.filter(|level| *level != Level::None);
+        let fill = file.preparation.fill.take();
+        file.preparation.fill = fill.filter(|_| file.seen.missing > 0);
+    }
+    params
+}
+
+fn of_recalled(
+    recalled: &Recalled,
+    table: &FileTable,
+    surface: impl Fn(ContentHash, Option<Reader>, String, SeenMap) -> MeasuredSurface,
+) -> MeasuredSurface {
+    let written = table.unit.written().map(|unit| unit.value.clone());
+    let seen = SeenMap {
+        nodes: PerAxis(recalled.nodes),
+        side: PerAxis(recalled.side),
+        ..SeenMap::default()
+    };
+    surface(
+        recalled.content,
+        recalled.format.as_deref().map(Reader::of_format),
+        written.unwrap_or_else(|| recalled.unit.clone()),
+        seen,
+    )
 }
 
 fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
@@ -98,100 +195,20 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     }
 }
 
-/// Reads the file once, to find now what would otherwise be found in the middle of a run; its
-/// content, and the nodes along x and y once its edges meet.
-fn read_map(
-    path: &Written<String>,
-    height_scale: f64,
-    edges: Option<&Edges>,
-    sources: &mut SurfaceFiles,
-    checks: &mut Checks,
-) -> Option<(ContentHash, [u32; 2])> {
-    let mut refuse = |reason: String, label: &str| {
-        let message = format!("{:?} {reason}", path.value);
-        checks.report("path", Problem::new(message, path.span.clone(), label));
-        None
+/// The channel that is asked for, if any.
+fn channel(table: &FileTable, checks: &mut Checks) -> Option<Option<ChannelChoice>> {
+    let Some(written) = table.channel.written() else {
+        return (!checks.is_excused("channel")).then_some(None);
     };
-    let (content, bytes) = match sources.add(Path::new(&path.value)) {
-        Ok(found) => found,
-        Err(SurfaceFileError::Read { source, .. }) => {
-            if let Some(recalled) = sources.recall(Path::new(&path.value)) {
-                return Some(recalled);
-            }
-            return refuse(
-                format!("cannot be read: {source}"),
-                "relative to the manifest",
-            );
+    Some(Some(match &written.value {
+        Channel::Name(name) => ChannelChoice::Name(name.clone()),
+        Channel::Number(number) => {
+            let number = Written {
+                value: *number,
+                span: written.span.clone(),
+            };
+            let number = checks.is_whole_in("channel", &number, &(1..=65535_u32))?;
+            ChannelChoice::Number(number)
         }
-        Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
-    };
-    // Sides scale lengths, and nothing that is looked at here.
-    let cell = Cell::square(1.0).expect("a side of one");
-    let surface = match read_npy(&bytes, cell) {
-        Ok(surface) => surface,
-        Err(error) => return refuse(format!("is no map of heights: {error}"), "this file"),
-    };
-    let copies = match edges {
-        Some(Edges::Mirror) => 2,
-        _ => 1,
-    };
-    let most = NODES.end() / copies;
-    let nodes = surface.grid().nodes();
-    let can_be = *NODES.start() as usize..=most as usize;
-    if !nodes.iter().all(|nodes| can_be.contains(nodes)) {
-        let found = match nodes {
-            [x, y] if x == y => format!("{x} nodes per side"),
-            [x, y] => format!("{x} × {y} nodes"),
-        };
-        let reason = format!(
-            "has {found}, here it must be from {} to {most}",
-            NODES.start()
-        );
-        return refuse(reason, "this file");
-    }
-    let spread = height_scale * spread(surface.heights());
-    if spread != 0.0 && !QUANTITY.contains(&spread) {
-        let reason = format!("has heights that spread over {spread:?}");
-        return refuse(reason, "must be from 1e-30 to 1e30; another unit may help");
-    }
-    if is_flat(surface, edges) {
-        let reason = "is flat: no roughness is left once its edges meet";
-        return refuse(reason.to_owned(), "this file");
-    }
-    Some((content, nodes.map(|nodes| nodes as u32 * copies)))
-}
-
-/// Whether a map has no roughness once its edges meet: an inclined plane has none.
-fn is_flat(map: Surface, edges: Option<&Edges>) -> bool {
-    let before = spread(map.heights());
-    let closed = edges.map_or(map.clone(), |edges| edges.close(map));
-    spread(closed.heights()) <= 1e-12 * before
-}
-
-fn spread(heights: &[f64]) -> f64 {
-    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
-    heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
-}
-
-/// Two paths to one content would count one surface as two.
-fn check_distinct(
-    content: ContentHash,
-    path: &Written<String>,
-    seen: &mut BTreeMap<ContentHash, (String, Span)>,
-    checks: &mut Checks,
-) -> Option<()> {
-    let here = (path.value.clone(), path.span.clone());
-    let Some((other, span)) = seen.insert(content, here) else {
-        return Some(());
-    };
-    if span == path.span {
-        return Some(());
-    }
-    let message = format!(
-        "{:?} and {other:?} are the same surface, byte for byte",
-        path.value
-    );
-    let problem = Problem::new(message, path.span.clone(), "this file").and(span, "and this one");
-    checks.problems.push(problem);
-    None
+    }))
 }

@@ -112,40 +112,6 @@ deserialize_either! {
     }
 }
 
-/// A measured surface.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct FileTable {
-    /// A NumPy `.npy` file of heights, a map of 64- or 32-bit floats with x along its first axis;
-    /// relative to the manifest.
-    #[schemars(required)]
-    pub path: Key<String>,
-    /// Side of the map, in any unit of length; of a rectangle those along x and along y,
-    /// `[2.0, 1.0]`.
-    #[schemars(required, extend("exclusiveMinimum" = 0), transform = or_a_pair)]
-    pub side: Key<OnAxes<f64>>,
-    /// Name of the unit of length; a label, it converts nothing.
-    #[schemars(extend("default" = ""))]
-    pub unit: Key<String>,
-    /// What the heights of the file are multiplied by to get them in the unit of `side`.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    pub height_scale: Key<f64>,
-    /// Whether the map repeats itself beyond its edges.
-    #[schemars(required)]
-    pub periodic: Key<bool>,
-    /// How the edges of a map that is not periodic are made to meet, its mean plane removed. When
-    /// left out it stays as it is, and can be pressed with `boundary = "free"` alone.
-    pub edges: Key<Edges>,
-    /// Share of the side over which `edges = "taper"` lets the heights fade, at each edge.
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0, "default" = 0.1))]
-    pub taper_fraction: Key<f64>,
-    /// Whether heights are stored or read again when needed.
-    #[schemars(extend("default" = "keep"))]
-    pub heights: Key<Heights>,
-}
-
-table!(FileTable, swept: ["path"], lists: []);
-
 /// A paraboloid, for the contact of Hertz.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -250,14 +216,4 @@ pub enum Heights {
     Keep,
     /// They are drawn, or read, again when needed.
     Redraw,
-}
-
-/// How the edges of a map that is not periodic are made to meet.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Edges {
-    /// The map is mirrored along both axes: a cell of twice the side.
-    Mirror,
-    /// The heights fade to zero near the edges.
-    Taper,
 }

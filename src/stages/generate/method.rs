@@ -4,10 +4,10 @@ use toml::de::DeTable;
 
 use super::checks::{self, WaveShape};
 use super::files;
+use super::files::keys::FileTable;
 use super::growth::PlannedSurfaces;
 use super::keys::{
-    FileTable, Growing, ParaboloidTable, PunchTable, RandomHeights, RandomTable, Realizations,
-    WaveTable,
+    Growing, ParaboloidTable, PunchTable, RandomHeights, RandomTable, Realizations, WaveTable,
 };
 use crate::contact::topography::random::Amplitude;
 use crate::diagnostics::{Problems, Span};

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::map_file::{ChannelChoice, ChannelRead, MapFile, Reader};
 use super::per_axis::PerAxis;
-use crate::contact::grid::Cell;
-use crate::contact::topography::measured;
+use crate::contact::grid::Grid;
 use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::preparation::{Preparation, Prepared};
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
@@ -50,9 +51,54 @@ pub struct MeasuredSurface {
     /// How the map's edges are made to meet.
     #[serde(flatten)]
     pub edges: Edges,
-    /// Nodes along x and y once its edges meet, as the content has them: for forecasts alone.
+    /// What reads the file; nothing where that is a NumPy array.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reader: Option<Reader>,
+    /// Which of its maps is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channel: Option<ChannelChoice>,
+    /// What is done to it before its edges are made to meet.
+    #[serde(flatten)]
+    pub preparation: Preparation,
+    /// What the content had when the study was read: for forecasts and messages alone.
     #[serde(skip)]
+    pub seen: SeenMap,
+}
+
+/// A measured map as it was seen when the study was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SeenMap {
+    /// Nodes along x and y once it is prepared.
     pub nodes: PerAxis<u32>,
+    /// Sides of its cell then.
+    pub side: PerAxis<f64>,
+    /// Which map of the file it is; nothing where the file cannot be read.
+    pub channel: Option<ChannelRead>,
+    /// Points of its part that were not measured.
+    pub missing: usize,
+    /// Points of its part.
+    pub points: usize,
+    /// Where the nodes of the map in the file lie.
+    pub file: Option<Grid>,
+}
+
+impl SeenMap {
+    /// Bytes that the file's map takes for each node of the prepared one, beyond those of a map that
+    /// is pressed as it is.
+    pub fn read_besides(&self) -> f64 {
+        let PerAxis([nodes_x, nodes_y]) = self.nodes;
+        let prepared = f64::from(nodes_x) * f64::from(nodes_y);
+        let more = self.file.map_or(0.0, |grid| grid.count() as f64) - prepared;
+        (24.0 * more / prepared.max(1.0)).max(0.0)
+    }
+}
+
+/// A measured surface, and what was found in its file.
+pub struct ReadSurface {
+    /// The prepared surface.
+    pub prepared: Prepared,
+    /// Which map of the file it is.
+    pub channel: ChannelRead,
 }
 
 impl Origin {
@@ -60,7 +106,7 @@ impl Origin {
     pub fn nodes(&self) -> [usize; 2] {
         let PerAxis(nodes) = match self {
             Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => *nodes,
-            Origin::File(file) => file.nodes,
+            Origin::File(file) => file.seen.nodes,
         };
         nodes.map(|nodes| nodes as usize)
     }
@@ -74,25 +120,49 @@ impl Origin {
     ///
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
-    pub fn draw(&self, side: [f64; 2], sources: &SurfaceFiles) -> Result<Surface, StageError> {
+    pub fn draw(
+        &self,
+        side: Option<[f64; 2]>,
+        sources: &SurfaceFiles,
+    ) -> Result<Surface, StageError> {
+        let grid = || grid(self.nodes(), side.unwrap_or_default());
         match self {
-            Origin::Random { surface, .. } => Ok(surface.draw(grid(self.nodes(), side)?)),
-            Origin::Shape { shape, .. } => Ok(shape.draw(grid(self.nodes(), side)?)),
-            Origin::File(file) => {
-                let bytes = sources.read(&file.content)?;
-                let cell = Cell::new(side).map_err(|error| StageError::Heights(error.into()))?;
-                let map = measured::read_npy(&bytes, cell).map_err(|source| {
-                    let path = sources.path_of(&file.content);
-                    StageError::Measured {
-                        path: path
-                            .map(|path| path.display().to_string())
-                            .unwrap_or_default(),
-                        source,
-                    }
-                })?;
-                let map = map.scaled(file.height_scale).map_err(StageError::Heights)?;
-                Ok(file.edges.close(map))
-            }
+            Origin::Random { surface, .. } => Ok(surface.draw(grid()?)),
+            Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
+            Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
         }
+    }
+}
+
+impl MeasuredSurface {
+    /// Reads the map, and prepares it; `side` is that of the map in the file, where that does not say
+    /// it.
+    ///
+    /// # Errors
+    /// When the file is gone, has changed, or holds no map that can be prepared so.
+    pub fn read(
+        &self,
+        side: Option<[f64; 2]>,
+        sources: &SurfaceFiles,
+    ) -> Result<ReadSurface, StageError> {
+        let bytes = sources.read(&self.content)?;
+        let path = || {
+            let path = sources.path_of(&self.content);
+            path.map(|path| path.display().to_string())
+                .unwrap_or_default()
+        };
+        let unusable = |source| StageError::Measured {
+            path: path(),
+            source,
+        };
+        let map = MapFile::read(&bytes, self.channel.as_ref()).map_err(unusable)?;
+        let channel = map.channel.clone();
+        let scan = map.scan(side, self.height_scale).map_err(unusable)?;
+        let prepared = self.preparation.prepare(scan, self.edges);
+        let prepared = prepared.map_err(|source| StageError::Preparation {
+            path: path(),
+            source,
+        })?;
+        Ok(ReadSurface { prepared, channel })
     }
 }

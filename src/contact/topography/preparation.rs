@@ -1,0 +1,194 @@
+//! What is done to a measured map before it is pressed, and in which order.
+//!
+//! 1. [`Crop`]: a part of it, of the nodes as they were measured.
+//! 2. [`Level`]: its form goes, fitted to the points that were measured. Before holes are filled, or
+//!    what fills them would be fitted, too.
+//! 3. [`Fill`]: heights for points that were not measured. After levelling, so that the lowest point is
+//!    that of the roughness and not the lower end of a slope.
+//! 4. [`high_pass`], [`low_pass`]: waves of the wanted lengths. They need a whole map, without the form
+//!    that filters follow badly at edges.
+//! 5. [`resampled`]: other nodes. After the low pass, which decides what they must carry.
+//! 6. [`Edges`]: they are made to meet, or left as they are.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::crop::{Crop, CropError};
+use super::fill::Fill;
+use super::gaussian::{high_pass, low_pass};
+use super::level::Level;
+use super::periodic::Edges;
+use super::resample::resampled;
+use super::scan::{MissingPoints, Scan};
+use super::surface::Surface;
+
+/// What is asked for; what is not there is not done.
+///
+/// That nothing is to be done may be asked for, too, as one of several levels that are compared: then
+/// it is a word in recipe and row.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Preparation {
+    /// Which part of the map, in the unit of its sides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crop: Option<Crop>,
+    /// The form that goes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub level: Option<Level>,
+    /// What becomes of missing points; without a word they are an error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Fill>,
+    /// Wavelength above which waves go.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub high_pass: Option<f64>,
+    /// Wavelength below which waves go.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low_pass: Option<f64>,
+    /// Nodes along x and y that the map is interpolated on; it is taken to be periodic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resample: Option<[u32; 2]>,
+}
+
+/// A map that can be pressed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// Its heights.
+    pub surface: Surface,
+    /// Nodes that were not measured and have been filled.
+    pub filled: usize,
+}
+
+/// Why a map cannot be prepared as asked.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
+pub enum PreparationError {
+    #[error("the part that is cut out is none of the map: {0}")]
+    Crop(#[from] CropError),
+    #[error(transparent)]
+    Missing(#[from] MissingPoints),
+    #[error("no roughness is left")]
+    Flat,
+}
+
+/// Spread of heights, over that before, of which only rounding is left.
+const FLAT: f64 = 1e-12;
+
+impl Preparation {
+    /// The part of the map that is asked for, without its form; points may be missing.
+    ///
+    /// # Errors
+    /// When the part reaches beyond the map.
+    pub fn levelled(&self, scan: Scan) -> Result<Scan, CropError> {
+        let part = match &self.crop {
+            Some(crop) => scan.cropped(crop.window(scan.grid())?),
+            None => scan,
+        };
+        Ok(self.level.unwrap_or(Level::None).level(part))
+    }
+
+    /// The map as it is to be pressed.
+    ///
+    /// # Errors
+    /// When it has no such part, or points are missing that nothing fills, or the preparation has
+    /// left no roughness of it.
+    pub fn prepare(&self, scan: Scan, edges: Edges) -> Result<Prepared, PreparationError> {
+        let before = spread(scan.heights());
+        let levelled = self.levelled(scan)?;
+        let filled = levelled.missing();
+        let is_periodic = edges == Edges::Periodic;
+        let fill = self.fill.unwrap_or_default();
+        let mut surface = fill.fill(levelled, is_periodic)?;
+        if let Some(cutoff) = self.high_pass {
+            surface = high_pass(&surface, cutoff, is_periodic);
+        }
+        if let Some(cutoff) = self.low_pass {
+            surface = low_pass(&surface, cutoff, is_periodic);
+        }
+        if let Some(nodes) = self.resample {
+            surface = resampled(&surface, nodes.map(|nodes| nodes as usize));
+        }
+        let surface = edges.close(surface);
+        match spread(surface.heights()) <= FLAT * before {
+            true => Err(PreparationError::Flat),
+            false => Ok(Prepared { surface, filled }),
+        }
+    }
+}
+
+/// How far the highest point lies above the lowest; missing ones do not count.
+pub fn spread(heights: &[f64]) -> f64 {
+    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::gaussian::transmission;
+    use super::super::scan::samples::scan;
+    use super::*;
+
+    #[test]
+    fn a_map_of_which_nothing_is_asked_stays_as_it_is() {
+        let map = scan([8, 6], [1.0, 1.0], |x, y| x * y + 3.0, |_, _| false);
+        let prepared = Preparation::default().prepare(map.clone(), Edges::Open);
+        let surface = map.whole().unwrap();
+        assert_eq!(prepared, Ok(Prepared { surface, filled: 0 }));
+        assert_eq!(
+            serde_json::to_string(&Preparation::default()).unwrap(),
+            "{}"
+        );
+    }
+
+    #[test]
+    fn a_tilted_wave_with_a_hole_becomes_the_wave_of_half_the_amplitude() {
+        // Whole waves within the part, so that its mean plane is nearly the tilt.
+        let height = |x: f64, y: f64| 0.01 * libm::cos(TAU * x / 0.5) + 3.0 * x - y;
+        let is_missing = |i: usize, j: usize| (i, j) == (40, 9);
+        let map = scan([96, 24], [3.0, 0.75], height, is_missing);
+        let preparation = Preparation {
+            crop: Some(Crop {
+                from: [0.5, 0.125],
+                size: [2.0, 0.5],
+            }),
+            level: Some(Level::Plane),
+            fill: Some(Fill::Harmonic),
+            low_pass: Some(0.5),
+            ..Preparation::default()
+        };
+        let prepared = preparation.prepare(map.clone(), Edges::Open).unwrap();
+        assert_eq!(prepared.filled, 1);
+        let grid = prepared.surface.grid();
+        assert_eq!(grid.nodes(), [64, 16]);
+        assert_eq!(grid.cell().size(), [2.0, 0.5]);
+        let middle = prepared.surface.heights()[32 * 16 + 8];
+        let expected = 0.01 * transmission(0.5, 0.5);
+        assert!((middle / expected - 1.0).abs() < 0.05, "{middle}");
+        let unfilled = Preparation {
+            fill: None,
+            ..preparation
+        };
+        let missing = MissingPoints {
+            missing: 1,
+            count: 1024,
+        };
+        assert_eq!(
+            unfilled.prepare(map, Edges::Open),
+            Err(PreparationError::Missing(missing))
+        );
+    }
+
+    #[test]
+    fn a_map_of_which_nothing_is_left_is_an_error() {
+        let plane = scan([8, 6], [1.0, 1.0], |x, y| x - y, |_, _| false);
+        let level = Some(Level::Plane);
+        let preparation = Preparation {
+            level,
+            ..Preparation::default()
+        };
+        let error = preparation.prepare(plane.clone(), Edges::Open);
+        assert_eq!(error, Err(PreparationError::Flat));
+        let error = Preparation::default().prepare(plane, Edges::Mirror);
+        assert_eq!(error, Err(PreparationError::Flat));
+    }
+}

@@ -1,0 +1,141 @@
+//! Recipes of surfaces.
+
+use super::map_file::{ChannelChoice, Reader};
+use super::*;
+use crate::contact::topography::crop::Crop;
+use crate::contact::topography::fill::Fill;
+use crate::contact::topography::level::Level;
+use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::preparation::Preparation;
+use crate::contact::topography::random::{Amplitude, RandomSurface};
+use crate::contact::topography::shapes::Shape;
+use crate::contact::topography::spectrum::Spectrum;
+use crate::surface_files::ContentHash;
+
+#[test]
+fn a_surface_is_known_from_its_recipe() {
+    let spectrum = Spectrum {
+        hurst: 0.8,
+        k_lower: 4,
+        k_rolloff: 4,
+        k_upper: 32,
+    };
+    let surface = RandomSurface {
+        spectrum,
+        amplitude: Amplitude::Deterministic,
+        rms_slope: 0.02,
+        seed: i64::MAX as u64,
+        realization: 7,
+    };
+    let measured = MeasuredSurface {
+        content: ContentHash::of(b"heights"),
+        unit: "µm".to_owned(),
+        height_scale: 1e-3,
+        edges: Edges::Taper {
+            taper_fraction: 0.1,
+        },
+        reader: None,
+        channel: None,
+        preparation: Preparation::default(),
+        seen: SeenMap::default(),
+    };
+    let shape = Shape::Punch {
+        radius: 0.25,
+        depth: 0.5,
+    };
+    let prepared = MeasuredSurface {
+        reader: Some(Reader::of_format("x3p")),
+        channel: Some(ChannelChoice::Name("2".to_owned())),
+        preparation: Preparation {
+            crop: Some(Crop {
+                from: [0.1, 0.0],
+                size: [0.25, 1e-7],
+            }),
+            level: Some(Level::Quadric),
+            fill: Some(Fill::Harmonic),
+            high_pass: Some(0.5),
+            low_pass: Some(0.1),
+            resample: Some([128, 64]),
+        },
+        ..measured.clone()
+    };
+    let open = MeasuredSurface {
+        edges: Edges::Open,
+        ..measured.clone()
+    };
+    let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
+    for origin in [
+        Origin::Random {
+            nodes: square,
+            surface,
+        },
+        Origin::Random {
+            nodes: rectangle,
+            surface,
+        },
+        Origin::File(measured),
+        Origin::File(open),
+        Origin::File(prepared),
+        Origin::Shape {
+            nodes: square,
+            shape,
+        },
+        Origin::Shape {
+            nodes: rectangle,
+            shape,
+        },
+    ] {
+        for side in [None, Some(PerAxis([1.0, 1.0])), Some(PerAxis([2.0, 1.0]))] {
+            let params = Params {
+                heights: Heights::Redraw,
+                side,
+                origin: origin.clone(),
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
+}
+
+#[test]
+fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
+    let content = ContentHash::of(b"heights");
+    let params = Params {
+        heights: Heights::Keep,
+        side: Some(PerAxis([2.0, 1.0])),
+        origin: Origin::File(MeasuredSurface {
+            content,
+            unit: "µm".to_owned(),
+            height_scale: 1e-3,
+            edges: Edges::Taper {
+                taper_fraction: 0.1,
+            },
+            reader: None,
+            channel: None,
+            preparation: Preparation::default(),
+            seen: SeenMap {
+                missing: 3,
+                ..SeenMap::default()
+            },
+        }),
+    };
+    let expected = format!(
+        r#"{{"heights":"keep","side":[2.0,1.0],"method":"file","content":"{content}","unit":"µm","height_scale":0.001,"edges":"taper","taper_fraction":0.1}}"#
+    );
+    assert_eq!(serde_json::to_string(&params).unwrap(), expected);
+}
+
+#[test]
+fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
+    let params = Params {
+        heights: Heights::Keep,
+        side: Some(PerAxis::same(1.0)),
+        origin: Origin::Shape {
+            nodes: PerAxis::same(64),
+            shape: Shape::Paraboloid { radius: 0.5 },
+        },
+    };
+    let recipe = serde_json::to_string(&params).unwrap();
+    let expected = r#"{"heights":"keep","side":1.0,"nodes":64,"method":"paraboloid","radius":0.5}"#;
+    assert_eq!(recipe, expected);
+}

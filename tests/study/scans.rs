@@ -1,0 +1,249 @@
+//! Files of instruments, from the file to the report.
+
+use std::fs;
+use std::io::{Cursor, Write};
+
+use arrow::array::AsArray;
+use arrow::datatypes::Float64Type;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
+
+use crate::bench::{Bench, text};
+
+const NODES: [usize; 2] = [24, 20];
+const STEP: f64 = 2e-6;
+
+/// Holes inside, at a corner and along an edge.
+fn is_hole(i: usize, j: usize) -> bool {
+    (5..9).contains(&i) && (7..12).contains(&j) || i + j < 3 || i == 23 && j > 15
+}
+
+fn height(i: usize, j: usize) -> f64 {
+    let [x, y] = [i, j].map(|node| node as f64);
+    1e-6 * (x * 1.3).sin() * (y * 0.9).cos() + 4e-7 * x - 2e-7 * y
+}
+
+/// An X3P of doubles, whose lines run along x; what was not measured is NaN.
+fn x3p() -> Vec<u8> {
+    let [nodes_x, nodes_y] = NODES;
+    let axis = |name: &str, kind: &str| {
+        format!(
+            "<{name}><AxisType>{kind}</AxisType><DataType>D</DataType><Increment>{}</Increment>\
+             <Offset>0</Offset></{name}>",
+            if kind == "I" { STEP } else { 1.0 }
+        )
+    };
+    let axes = [axis("CX", "I"), axis("CY", "I"), axis("CZ", "A")].concat();
+    let description = format!(
+        "<p:ISO5436_2 xmlns:p=\"http://www.opengps.eu/2008/ISO5436_2\"><Record1><FeatureType>SUR\
+         </FeatureType><Axes>{axes}</Axes></Record1><Record3><MatrixDimension><SizeX>{nodes_x}\
+         </SizeX><SizeY>{nodes_y}</SizeY><SizeZ>1</SizeZ></MatrixDimension><DataLink>\
+         <PointDataLink>bindata/data.bin</PointDataLink></DataLink></Record3></p:ISO5436_2>"
+    );
+    let nodes = (0..nodes_y).flat_map(|j| (0..nodes_x).map(move |i| (i, j)));
+    let heights = nodes.flat_map(|(i, j)| {
+        let height = if is_hole(i, j) {
+            f64::NAN
+        } else {
+            height(i, j)
+        };
+        height.to_le_bytes()
+    });
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default();
+    archive.start_file("main.xml", options).unwrap();
+    archive.write_all(description.as_bytes()).unwrap();
+    archive.start_file("bindata/data.bin", options).unwrap();
+    archive.write_all(&heights.collect::<Vec<u8>>()).unwrap();
+    archive.finish().unwrap().into_inner()
+}
+
+const STUDY: &str = r#"
+[study]
+name = "scanned"
+
+[stage.scan]
+kind = "generate"
+method = "file"
+path = "scan.x3p"
+periodic = false
+fill = "harmonic"
+level = ["none", "plane"]
+
+[stage.contact]
+kind = "solve"
+from = "scan"
+boundary = "free"
+effective_modulus = 1e9
+loads = [0.02, 0.1]
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.corrected]
+kind = "correct"
+from = "area"
+correction = "2017"
+"#;
+
+fn bench() -> Bench {
+    let bench = Bench::new();
+    fs::write(bench.path("scan.x3p"), x3p()).unwrap();
+    bench
+}
+
+fn holes() -> usize {
+    let [nodes_x, nodes_y] = NODES;
+    let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));
+    nodes.filter(|&(i, j)| is_hole(i, j)).count()
+}
+
+#[test]
+fn a_scan_with_holes_goes_all_the_way_to_a_report() {
+    let bench = bench();
+    let manifest = bench.write(STUDY);
+    let manifest = manifest.to_str().unwrap();
+    let checked = bench.output(&["check", manifest]);
+    assert!(checked.status.success(), "{}", text(&checked.stderr));
+    let told = text(&checked.stderr);
+    let share = format!("{} of 480 points of `scan.x3p` were not measured", holes());
+    assert!(told.contains(&share), "{told}");
+    let run = bench.output(&["run", manifest]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    let told = text(&run.stdout) + &text(&run.stderr);
+    let summary = format!("x3p, lengths in m, {} missing nodes filled", holes());
+    assert!(told.contains(&summary), "{told}");
+
+    let scan = bench.table("scanned", "scan");
+    assert_eq!(scan.rows(), 2);
+    for row in 0..2 {
+        let words = |name: &str| scan.texts(name).unwrap().value(row).to_owned();
+        assert_eq!(words("unit"), "m");
+        assert_eq!(words("format"), "x3p");
+        assert_eq!(words("fill"), "harmonic");
+        assert_eq!(words("level"), ["none", "plane"][row]);
+        let filled = scan.integers("filled_nodes").unwrap().value(row);
+        assert_eq!(filled as usize, holes());
+        assert_eq!(scan.integers("nodes_x").unwrap().value(row), 24);
+        let side = scan.reals("side_y").unwrap().value(row);
+        assert!((side / (20.0 * STEP) - 1.0).abs() < 1e-12);
+    }
+    let slopes = scan.reals("rms_slope").unwrap();
+    assert!(slopes.value(1) < slopes.value(0), "the tilt is gone");
+
+    // Levels go on to contacts and corrections, and make parameter points of their own.
+    for stage in ["contact", "area", "corrected"] {
+        let table = bench.table("scanned", stage);
+        assert_eq!(table.rows(), 4, "{stage}");
+        let levels: Vec<_> = table.texts("level").unwrap().iter().flatten().collect();
+        assert_eq!(levels.iter().filter(|level| **level == "plane").count(), 2);
+        let stops = table.texts("stop").unwrap();
+        assert!(
+            stops.iter().all(|stop| stop == Some("converged")),
+            "{stage}"
+        );
+    }
+
+    let report = bench.output(&["report", manifest, "--json"]);
+    assert!(report.status.success(), "{}", text(&report.stderr));
+    assert!(text(&report.stdout).contains("Contact maps"));
+    let page = fs::read_to_string(bench.data().join("results/scanned/report.html")).unwrap();
+    assert!(page.contains("scan.x3p"));
+    assert!(page.contains("level plane"));
+}
+
+/// The heights that a study's store keeps of its only surface.
+fn kept(bench: &Bench) -> Vec<f64> {
+    let files = bench.files();
+    let tables = files.iter().filter(|(path, _)| {
+        let path = path.to_str().unwrap();
+        path.contains("store") && path.ends_with(".parquet")
+    });
+    let mut found = tables.filter_map(|(path, _)| {
+        let file = fs::File::open(bench.data().join(path)).unwrap();
+        let (table, _) =
+            asperity::store::parquet::decode(file, asperity::store::parquet::Columns::All).ok()?;
+        let list = table.lists("heights").ok()?.value(0);
+        Some(list.as_primitive::<Float64Type>().values().to_vec())
+    });
+    found.next().expect("a table with heights")
+}
+
+#[test]
+fn heights_of_holes_solve_laplaces_equation_and_others_are_those_of_the_file() {
+    let bench = bench();
+    let stage = STUDY.split("[stage.contact]").next().unwrap();
+    bench.run(&stage.replace("level = [\"none\", \"plane\"]", ""));
+    let heights = kept(&bench);
+    let [nodes_x, nodes_y] = NODES;
+    let at = |i: usize, j: usize| heights[i * nodes_y + j];
+    for i in 0..nodes_x {
+        for j in 0..nodes_y {
+            if !is_hole(i, j) {
+                assert_eq!(at(i, j), height(i, j));
+                continue;
+            }
+            let mut beside = Vec::new();
+            let mut neighbour = |is_there: bool, i: usize, j: usize| {
+                if is_there {
+                    beside.push(at(i, j));
+                }
+            };
+            neighbour(i > 0, i.wrapping_sub(1), j);
+            neighbour(i + 1 < nodes_x, i + 1, j);
+            neighbour(j > 0, i, j.wrapping_sub(1));
+            neighbour(j + 1 < nodes_y, i, j + 1);
+            let mean = beside.iter().sum::<f64>() / beside.len() as f64;
+            assert!((at(i, j) - mean).abs() < 1e-20, "{i}, {j}");
+        }
+    }
+}
+
+#[test]
+fn a_scan_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
+    let bench = bench();
+    bench.run(STUDY);
+    let manifest = bench.path("study.toml");
+    let table = || {
+        let output = bench.output(&["table", manifest.to_str().unwrap(), "corrected", "--csv"]);
+        (
+            output.status.code(),
+            text(&output.stdout),
+            text(&output.stderr),
+        )
+    };
+    let whole = table();
+    assert_eq!(whole.0, Some(0));
+    fs::remove_dir_all(bench.data().join("store")).unwrap();
+    fs::remove_file(bench.path("scan.x3p")).unwrap();
+    let (code, rows, told) = table();
+    assert_eq!((code, rows), (Some(0), whole.1));
+    assert!(told.contains("`scan.x3p` cannot be read"), "{told}");
+}
+
+#[test]
+fn a_side_that_contradicts_the_file_needs_to_override_it() {
+    let bench = bench();
+    let stage = STUDY.split("[stage.contact]").next().unwrap();
+    // A side that agrees with the file, to a person's digits, is no contradiction.
+    let side = stage.replace("periodic", "side = [48e-6, 40e-6]\nunit = \"m\"\nperiodic");
+    bench.run(&side);
+    let scan = bench.table("scanned", "scan");
+    assert_eq!(scan.reals("side_x").unwrap().value(0), 48e-6);
+    assert!(
+        scan.texts("unit")
+            .unwrap()
+            .iter()
+            .all(|unit| unit == Some("m"))
+    );
+    // Overriding the file stretches the map and its moments.
+    let wide = side.replace("48e-6, 40e-6", "480e-6, 400e-6");
+    let refused = bench.output(&["check", bench.write(&wide).to_str().unwrap()]);
+    assert_eq!(refused.status.code(), Some(2));
+    let slope = scan.reals("rms_slope").unwrap().value(0);
+    bench.run(&wide.replace("periodic", "override = true\nperiodic"));
+    let scan = bench.table("scanned", "scan");
+    let stretched = scan.reals("rms_slope").unwrap().value(0);
+    assert!((10.0 * stretched / slope - 1.0).abs() < 1e-12);
+}
