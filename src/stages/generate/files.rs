@@ -97,7 +97,10 @@ fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: 
             continue;
         };
         let spans = [before, point].map(|point| spans(&point.table));
-        let differing = spans[0].iter().zip(&spans[1]).find(|(one, other)| one != other);
+        let differing = spans[0]
+            .iter()
+            .zip(&spans[1])
+            .find(|(one, other)| one != other);
         problems.push(match differing {
             // Points that agree in every word have been reported.
             None => continue,
@@ -105,8 +108,12 @@ fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: 
                 let message = format!("two values of `{name}` come to the same surface");
                 Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
             }
-            Some(_) => Problem::new("two cases come to the same", point.place.clone(), "this case")
-                .and(before.place.clone(), "is equal to this one"),
+            Some(_) => Problem::new(
+                "two cases come to the same",
+                point.place.clone(),
+                "this case",
+            )
+            .and(before.place.clone(), "is equal to this one"),
         });
     }
 }

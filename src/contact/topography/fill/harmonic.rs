@@ -201,13 +201,21 @@ impl Hole {
     fn preconditioned(&self, residual: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; residual.len()];
         for (at, neighbours) in self.neighbours.iter().enumerate() {
-            let before = neighbours.iter().filter(|(other, _)| (*other as usize) < at);
-            let sum: f64 = before.map(|(other, weight)| weight * values[*other as usize]).sum();
+            let before = neighbours
+                .iter()
+                .filter(|(other, _)| (*other as usize) < at);
+            let sum: f64 = before
+                .map(|(other, weight)| weight * values[*other as usize])
+                .sum();
             values[at] = (residual[at] + sum) / self.pivots[at];
         }
         for (at, neighbours) in self.neighbours.iter().enumerate().rev() {
-            let after = neighbours.iter().filter(|(other, _)| (*other as usize) > at);
-            let sum: f64 = after.map(|(other, weight)| weight * values[*other as usize]).sum();
+            let after = neighbours
+                .iter()
+                .filter(|(other, _)| (*other as usize) > at);
+            let sum: f64 = after
+                .map(|(other, weight)| weight * values[*other as usize])
+                .sum();
             values[at] += sum / self.pivots[at];
         }
         values
