@@ -11,19 +11,28 @@
 //!   that a table says of it, [`histogram`] how its heights are distributed, [`nayak`] the closed
 //!   forms of α and the density of summits; [`assumptions`] judge whether it is the isotropic
 //!   Gaussian roughness that theories speak of.
+//! - [`power_spectrum`], [`autocorrelation`], [`scales`] (slopes and curvatures by the distance over
+//!   which they are taken), [`bearing`] and [`roughness`] (the parameters of ISO 25178) are what
+//!   surveys of measured surfaces report, of periodic maps and of others, [`lines`] by lines.
 //!
 //! Heights are positive towards the elastic body.
 
 pub mod assumptions;
+pub mod autocorrelation;
+pub mod bearing;
 pub mod descriptors;
 pub mod differences;
 pub(crate) mod draw;
 pub mod histogram;
+pub mod lines;
 pub mod measured;
 pub mod moments;
 pub mod nayak;
 pub mod periodic;
+pub mod power_spectrum;
 pub mod random;
+pub mod roughness;
+pub mod scales;
 pub mod shapes;
 pub mod spectrum;
 pub mod surface;

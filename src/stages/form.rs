@@ -199,6 +199,7 @@ impl Points {
     pub fn makes(&self) -> Option<Rows> {
         match self {
             Points::Generate(points) if points.lack_heights() => Some(Rows::Spectra),
+            Points::Measure(section) => measure::keys::makes(section),
             _ => None,
         }
     }

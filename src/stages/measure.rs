@@ -1,4 +1,4 @@
-//! Counts contacts, or heights.
+//! Counts contacts, or heights, and measures surfaces.
 //!
 //! How a density of heights varies between surfaces takes the histograms of a thousand of them, and
 //! nobody looks at those one by one: as rows they would be millions. `pool` counts all surfaces of a
@@ -8,6 +8,8 @@
 use std::borrow::Cow;
 
 pub mod keys;
+pub mod statistics;
+mod surface_columns;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -29,10 +31,13 @@ use crate::store::column::{Column, Role, flags, integers, optional_reals, reals}
 use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
+use statistics::Statistic;
+use surface_columns::WAVENUMBER;
+
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 2;
 
-/// Counts contacts, or heights.
+/// Counts contacts, or heights, and measures surfaces.
 pub const STAGE: Definition = Definition {
     name: "measure",
     version: VERSION,
@@ -46,14 +51,24 @@ pub const STAGE: Definition = Definition {
     },
     columns: || {
         let contacts = contact_measures(true);
-        let lists: [&[Column]; 3] = [&contacts, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]];
+        let of_surfaces = statistics::all_columns();
+        let lists: [&[Column]; 4] = [
+            &contacts,
+            &HEIGHT_MEASURES,
+            &POOLED_HEIGHTS[1..],
+            &of_surfaces,
+        ];
         lists.concat()
     },
     summary: |table| {
         let rows = Some(counted(table.rows(), "row"));
         let area = range(table, AREA_FRACTION.name, "contact covers")?;
         let heights = range(table, BIN.name, "heights from")?;
-        Ok([rows, area, heights].into_iter().flatten().collect())
+        let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
+        let slopes = range(table, "slope_at_scale", "slopes from")?;
+        let roughness = range(table, "Sq", "Sq")?;
+        let parts = [rows, area, heights, spectrum, slopes, roughness];
+        Ok(parts.into_iter().flatten().collect())
     },
 };
 
@@ -77,6 +92,9 @@ pub enum Params {
         /// Half width of the histograms, in rms heights.
         range: f64,
     },
+    /// Another statistic of each surface.
+    #[serde(untagged)]
+    Surface(Statistic),
 }
 
 impl Stage for Params {
@@ -93,6 +111,7 @@ impl Stage for Params {
         };
         match *self {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
+            Params::Surface(statistic) => measured(input, statistic, context),
             Params::Contacts | Params::Pool { .. } => contacts(&input.table),
         }
     }
@@ -104,6 +123,7 @@ impl Stage for Params {
                 beside_coordinates(&measures, inputs)?
             }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
+            Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);
                 let names = points.names();
@@ -114,7 +134,7 @@ impl Stage for Params {
 
     fn reach(&self) -> Reach {
         match self {
-            Params::Contacts | Params::Heights { .. } => Reach::Single,
+            Params::Contacts | Params::Heights { .. } | Params::Surface(_) => Reach::Single,
             Params::Pool { .. } => Reach::Point,
         }
     }
@@ -122,15 +142,19 @@ impl Stage for Params {
     /// Pooled surfaces are drawn again, whether or not their heights were kept.
     fn columns_read(&self) -> Columns {
         match self {
-            Params::Contacts | Params::Heights { .. } => Columns::All,
+            Params::Contacts | Params::Heights { .. } | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
         }
     }
 
     /// A surface drawn again, or the labels of clusters.
     fn footprint(&self) -> Footprint {
+        let beside = match self {
+            Params::Surface(statistic) => statistic.bytes_per_node(),
+            Params::Contacts | Params::Heights { .. } | Params::Pool { .. } => 0.0,
+        };
         Footprint {
-            work: 36.0,
+            work: 36.0 + beside,
             table: 0.0,
         }
     }
@@ -140,6 +164,7 @@ impl Stage for Params {
         Effort::pairs(match self {
             Params::Contacts => 0.2 * extent.rows as f64,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
+            Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })
     }
 }
@@ -254,6 +279,13 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
     Ok(input.table.coordinates().pick(&rows).with(columns))
 }
 
+fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
+    let params = drawn(input);
+    let surface = params.surface(&input.table, context.sources)?;
+    let (rows, columns) = statistic.of(&surface, &params.origin);
+    Ok(input.table.coordinates().pick(&vec![0; rows]).with(columns))
+}
+
 fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
     let histogram = |input: &Input| {
         if (context.interrupted)() {
@@ -279,7 +311,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
 
 fn drawn<'a>(input: &Input<'a>) -> &'a generate::Params {
     let Recipe::Generate(drawn) = input.recipe else {
-        unreachable!("the study lets heights be measured of surfaces alone")
+        unreachable!("the study lets surfaces alone be measured so")
     };
     drawn
 }
