@@ -19,6 +19,7 @@ pub mod measure;
 pub mod solve;
 mod stage;
 pub mod summary;
+pub mod surface_columns;
 mod work;
 
 use std::borrow::Cow;

@@ -59,6 +59,7 @@ pub use self::channel::{Channel, HeightMap, Quantity, Size};
 pub use self::error::FormatError;
 pub use self::format::Format;
 pub use self::statistics::{Corners, HeightStatistics, Statistics};
+pub(crate) use self::unit::length_ratio;
 
 /// All that are read: those that are known by their first bytes, then those that are not.
 static FORMATS: [Format; 17] = [

@@ -25,6 +25,9 @@ const COMPARED: [&str; 9] = [
     COEFFICIENT.name,
 ];
 
+/// What tells of surfaces that no claim is about.
+const NOT_COMPARED: [&str; 3] = [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
+
 /// What all rows have in common that claims rest on, and what is left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Setting {
@@ -44,7 +47,7 @@ pub struct LeftOut {
 }
 
 impl Setting {
-    /// The setting of most rows of random surfaces in these tables; of several, the one of the
+    /// The setting of most rows of random isotropic surfaces in these tables; of several, the one of the
     /// tightest tolerance, or else the first.
     pub fn of<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
         let mut settings = Counts::default();
@@ -53,9 +56,10 @@ impl Setting {
             let parameters = table.in_role(Role::Parameter);
             for rows in grouped(&parameters) {
                 let point = Point::of_row(&parameters, rows[0]);
-                match point.get(HURST.name) {
+                let is_isotropic = point.get(ANISOTROPY_RATIO.name).is_none();
+                match point.get(HURST.name).filter(|_| is_isotropic) {
                     Some(_) => settings.add(point.without(&COMPARED), rows.len()),
-                    None => not_drawn.add(point.only(&[METHOD.name]), rows.len()),
+                    None => not_drawn.add(point.only(&NOT_COMPARED), rows.len()),
                 }
             }
         }

@@ -2,8 +2,9 @@
 //! anything is pressed.
 //!
 //! - [`spectrum`] has the power spectral density of a self-affine surface and the modes that it
-//!   occupies; `draw` the random numbers of each mode, the same on every mesh; [`random`] the
-//!   surface that follows from both, and [`surface`] its heights on a mesh.
+//!   occupies, [`anisotropy`] stretches it along a grain; `draw` the random numbers of each mode, the same on every mesh; [`random`] the
+//!   surface that follows from both, and [`surface`] its heights on a mesh; [`given_spectrum`] draws
+//!   surfaces whose [`spectral_density`] is given by numbers.
 //! - [`measured`] reads a height map from a file, and [`periodic`] makes it periodic; [`shapes`] are
 //!   punches and waves whose contact has a closed form.
 //! - [`moments`] are the spectral moments, slopes and curvatures of a surface, [`differences`] those
@@ -17,12 +18,14 @@
 //!
 //! Heights are positive towards the elastic body.
 
+pub mod anisotropy;
 pub mod assumptions;
 pub mod autocorrelation;
 pub mod bearing;
 pub mod descriptors;
 pub mod differences;
 pub(crate) mod draw;
+pub mod given_spectrum;
 pub mod histogram;
 pub mod lines;
 pub mod measured;
@@ -34,5 +37,7 @@ pub mod random;
 pub mod roughness;
 pub mod scales;
 pub mod shapes;
+pub mod spectral_density;
 pub mod spectrum;
 pub mod surface;
+mod waves;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use self::description::Description;
 pub use self::origin::{MeasuredSurface, Origin};
 pub use self::per_axis::PerAxis;
+use self::spectrum::{Source, SpectrumSurface};
 use super::columns::*;
 use super::grids::{self, Grids};
 use super::summary::range;
@@ -30,12 +31,16 @@ pub mod checks;
 mod cutoffs;
 mod description;
 pub mod files;
+mod grain;
 pub mod growth;
 pub mod keys;
 mod mesh;
 pub mod method;
 pub mod origin;
 pub mod per_axis;
+pub mod spectrum;
+mod spectrum_checks;
+pub mod spectrum_keys;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
@@ -50,10 +55,11 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Surfaces),
     columns: || {
-        let lists: [&[Column]; 8] = [
+        let lists: [&[Column]; 9] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &OF_RANDOM_SURFACES,
+            &[ANISOTROPY_RATIO, ANISOTROPY_ANGLE, SPECTRUM_OF],
             &OF_MEASURED_SURFACES,
             &OF_SHAPES,
             &DESCRIPTORS,
@@ -93,10 +99,32 @@ impl Params {
     /// The same surface of another realization; shapes and files have but one.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
-        if let Origin::Random { surface, .. } = &mut params.origin {
-            surface.realization = number;
+        match &mut params.origin {
+            Origin::Random { surface, .. } => surface.realization = number,
+            Origin::Spectrum { surface, .. } => surface.realization = number,
+            Origin::File(_) | Origin::Shape { .. } => {}
         }
         params
+    }
+
+    /// Draws the surface, or reads it; with the spectrum that another task has measured, if it has
+    /// such a one, and then with the name of the surface that it was measured of.
+    fn made(
+        &self,
+        inputs: &[Input],
+        sources: &SurfaceFiles,
+    ) -> Result<(Params, Surface), StageError> {
+        let mut params = self.clone();
+        let (Origin::Spectrum { surface, .. }, [measured]) = (&mut params.origin, inputs) else {
+            let surface = self.draw(sources)?;
+            return Ok((params, surface));
+        };
+        let name = measured.table.texts(SURFACE.name)?.value(0).to_owned();
+        let spectrum_of = Some(name);
+        surface.source = Source::Stage { spectrum_of };
+        let density = SpectrumSurface::density_measured(&measured.table)?;
+        let drawn = surface.draw(&density, self.grid()?)?;
+        Ok((params, drawn))
     }
 
     fn with(&self, heights: Heights) -> Params {
@@ -150,7 +178,15 @@ impl Params {
 
 /// The columns that place a surface among others of its method.
 pub fn own_columns(origin: &Origin) -> Vec<Column> {
-    let coordinates = description::own_coordinates(origin).into_iter();
+    let mut origin = Cow::Borrowed(origin);
+    if let Origin::Spectrum { surface, .. } = origin.as_ref()
+        && surface.source.is_unread()
+        && let Origin::Spectrum { surface, .. } = origin.to_mut()
+    {
+        let spectrum_of = Some(String::new());
+        surface.source = Source::Stage { spectrum_of };
+    }
+    let coordinates = description::own_coordinates(&origin).into_iter();
     coordinates.map(|(column, _)| column).collect()
 }
 
@@ -165,16 +201,16 @@ impl Stage for Params {
     }
 
     /// Draws one surface and describes it in one row.
-    fn run(&self, _: &[Input], context: &Context) -> Result<Table, StageError> {
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         if let (Origin::Random { surface, .. }, Heights::None) = (&self.origin, self.heights) {
             let grid = self.grid()?;
             let description = Description::of_modes(surface, grid.cell());
             let columns = description.row(self, grid);
             return Ok(Table::new(1, columns));
         }
-        let surface = self.draw(context.sources)?;
-        let description = Description::of_surface(&self.origin, &surface);
-        let mut columns = description.row(self, surface.grid());
+        let (params, surface) = self.made(inputs, context.sources)?;
+        let description = Description::of_surface(&params.origin, &surface);
+        let mut columns = description.row(&params, surface.grid());
         if self.heights == Heights::Keep {
             let heights = Float64Array::from(surface.into_heights());
             let length = heights.len();
@@ -290,92 +326,4 @@ fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contact::topography::periodic::Edges;
-    use crate::contact::topography::random::{Amplitude, RandomSurface};
-    use crate::contact::topography::shapes::Shape;
-    use crate::contact::topography::spectrum::Spectrum;
-    use crate::surface_files::ContentHash;
-
-    #[test]
-    fn a_surface_is_known_from_its_recipe() {
-        let spectrum = Spectrum {
-            hurst: 0.8,
-            k_lower: 4,
-            k_rolloff: 4,
-            k_upper: 32,
-        };
-        let surface = RandomSurface {
-            spectrum,
-            amplitude: Amplitude::Deterministic,
-            rms_slope: 0.02,
-            seed: i64::MAX as u64,
-            realization: 7,
-        };
-        let measured = MeasuredSurface {
-            content: ContentHash::of(b"heights"),
-            unit: "µm".to_owned(),
-            height_scale: 1e-3,
-            edges: Edges::Taper {
-                taper_fraction: 0.1,
-            },
-            nodes: PerAxis::same(0),
-        };
-        let shape = Shape::Punch {
-            radius: 0.25,
-            depth: 0.5,
-        };
-        let open = MeasuredSurface {
-            edges: Edges::Open,
-            ..measured.clone()
-        };
-        let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
-        for origin in [
-            Origin::Random {
-                nodes: square,
-                surface,
-            },
-            Origin::Random {
-                nodes: rectangle,
-                surface,
-            },
-            Origin::File(measured),
-            Origin::File(open),
-            Origin::Shape {
-                nodes: square,
-                shape,
-            },
-            Origin::Shape {
-                nodes: rectangle,
-                shape,
-            },
-        ] {
-            for side in [PerAxis([1.0, 1.0]), PerAxis([2.0, 1.0])] {
-                let params = Params {
-                    heights: Heights::Redraw,
-                    side,
-                    origin: origin.clone(),
-                };
-                let recipe = serde_json::to_string(&params).unwrap();
-                assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
-            }
-        }
-    }
-
-    #[test]
-    fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
-        let params = Params {
-            heights: Heights::Keep,
-            side: PerAxis::same(1.0),
-            origin: Origin::Shape {
-                nodes: PerAxis::same(64),
-                shape: Shape::Paraboloid { radius: 0.5 },
-            },
-        };
-        let recipe = serde_json::to_string(&params).unwrap();
-        let expected =
-            r#"{"heights":"keep","side":1.0,"nodes":64,"method":"paraboloid","radius":0.5}"#;
-        assert_eq!(recipe, expected);
-    }
-}
+mod tests;

@@ -10,6 +10,8 @@ use crate::surface_files::SurfaceFiles;
 pub struct Surfaces {
     /// Measured maps that are not periodic and have not been made so.
     pub open: Option<String>,
+    /// Random surfaces that cannot be drawn again: their spectra are in tables.
+    pub kept_alone: Option<String>,
     /// Surfaces whose nodes are not as far apart along x as along y, and Δx/Δy.
     pub oblong: Option<(String, f64)>,
 }
@@ -26,6 +28,9 @@ impl Surfaces {
         let oblong = grids.find(|grid| !grid.has_square_cells());
         Surfaces {
             open: is_open.then(|| stage.to_owned()),
+            kept_alone: params()
+                .any(|params| params.origin.reads_stage())
+                .then(|| stage.to_owned()),
             oblong: oblong.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)
@@ -37,6 +42,7 @@ impl Surfaces {
     pub fn and(self, other: &Surfaces) -> Surfaces {
         Surfaces {
             open: self.open.or_else(|| other.open.clone()),
+            kept_alone: self.kept_alone.or_else(|| other.kept_alone.clone()),
             oblong: self.oblong.or_else(|| other.oblong.clone()),
         }
     }
@@ -48,6 +54,8 @@ pub struct Given<'a> {
     pub seed: u64,
     /// The files of measured surfaces.
     pub sources: &'a mut SurfaceFiles,
+    /// Whether it names stages that it reads.
+    pub reads_stages: bool,
     /// What the rows that the stage reads are about, where that can be told.
     pub read: Option<Rows>,
     /// What it reads, without rows, where that is known.

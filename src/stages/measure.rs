@@ -9,7 +9,6 @@ use std::borrow::Cow;
 
 pub mod keys;
 pub mod statistics;
-mod surface_columns;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -17,6 +16,7 @@ use serde::Serialize;
 use super::columns::*;
 use super::grids::Grids;
 use super::summary::range;
+use super::surface_columns::{ROUGHNESS, SLOPE_AT_SCALE, WAVENUMBER};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, generate, grids, solve, stacked,
@@ -32,7 +32,6 @@ use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
 use statistics::Statistic;
-use surface_columns::WAVENUMBER;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 2;
@@ -65,8 +64,8 @@ pub const STAGE: Definition = Definition {
         let area = range(table, AREA_FRACTION.name, "contact covers")?;
         let heights = range(table, BIN.name, "heights from")?;
         let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
-        let slopes = range(table, "slope_at_scale", "slopes from")?;
-        let roughness = range(table, "Sq", "Sq")?;
+        let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
+        let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
         let parts = [rows, area, heights, spectrum, slopes, roughness];
         Ok(parts.into_iter().flatten().collect())
     },

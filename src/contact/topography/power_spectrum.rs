@@ -242,6 +242,7 @@ mod tests {
                 k_lower: 16,
                 k_rolloff: 32,
                 k_upper: 60,
+                anisotropy: None,
             },
             amplitude: Amplitude::Gaussian,
             rms_slope: 1.0,

@@ -9,6 +9,7 @@ use super::super::Given;
 use super::super::{Recipe, Rows};
 use super::Params;
 use super::statistics::Statistic;
+use crate::diagnostics::Problem;
 use crate::written::checks::{Checks, POSITIVE};
 use crate::written::{Key, Section, table};
 
@@ -97,7 +98,8 @@ fn params(section: &Section<MeasureTable>, given: &mut Given) -> Option<Params> 
     let bins = checks.whole_or("bins", &point.table.bins, 1..=MOST_BINS, DEFAULT_BINS);
     let range = checks.number_or("range", &point.table.range, POSITIVE, DEFAULT_RANGE);
     if given.read? == Rows::Surfaces {
-        return of_surfaces(&point.table, bins?, range?, checks);
+        let kept_alone = given.surfaces.kept_alone.as_deref();
+        return of_surfaces(&point.table, bins?, range?, kept_alone, checks);
     }
     let why = "for surfaces; this stage reads contacts";
     let what = checks.forbidden("what", &point.table.what, why);
@@ -107,15 +109,30 @@ fn params(section: &Section<MeasureTable>, given: &mut Given) -> Option<Params> 
     what.and(bins).map(|()| Params::Contacts)
 }
 
-fn of_surfaces(table: &MeasureTable, bins: u32, range: f64, checks: &mut Checks) -> Option<Params> {
+fn of_surfaces(
+    table: &MeasureTable,
+    bins: u32,
+    range: f64,
+    kept_alone: Option<&str>,
+    checks: &mut Checks,
+) -> Option<Params> {
     let what = table.what.written().map(|what| what.value);
     let what = what.unwrap_or(What::Heights);
     let Some(statistic) = what.statistic(bins, range) else {
-        let pool = table.pool.written().is_some_and(|pool| pool.value);
-        return Some(match pool {
-            true => Params::Pool { bins, range },
-            false => Params::Heights { bins, range },
-        });
+        let pool = table.pool.written().filter(|pool| pool.value);
+        let (Some(written), Some(stage)) = (pool, kept_alone) else {
+            return Some(match pool {
+                Some(_) => Params::Pool { bins, range },
+                None => Params::Heights { bins, range },
+            });
+        };
+        let message = "these surfaces cannot be drawn again to be pooled";
+        let label = format!("`{stage}` has their spectrum from another stage");
+        let problem = Problem::new(message, written.span.clone(), label);
+        checks
+            .problems
+            .push(problem.help("without `pool` each surface has its own histogram"));
+        return None;
     };
     let why = "for the distribution of heights, `what = \"heights\"`";
     let pool = checks.forbidden("pool", &table.pool, why);

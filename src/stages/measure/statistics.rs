@@ -11,7 +11,6 @@ use arrow::array::ArrayRef;
 use serde::Serialize;
 
 use super::super::Rows;
-use super::surface_columns::*;
 use crate::contact::grid::Boundary;
 use crate::contact::topography::autocorrelation::Autocorrelation;
 use crate::contact::topography::bearing;
@@ -22,6 +21,7 @@ use crate::contact::topography::roughness::Roughness;
 use crate::contact::topography::scales;
 use crate::contact::topography::surface::Surface;
 use crate::stages::generate::Origin;
+use crate::stages::surface_columns::*;
 use crate::store::column::{Column, integers, optional_reals, reals, texts};
 
 /// A statistic of one surface.

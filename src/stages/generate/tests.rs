@@ -1,0 +1,161 @@
+//! Recipes of surfaces: keys are made of their text.
+
+use super::*;
+use crate::contact::topography::anisotropy::Anisotropy;
+use crate::contact::topography::periodic::Edges;
+use crate::contact::topography::random::{Amplitude, RandomSurface};
+use crate::contact::topography::shapes::Shape;
+use crate::contact::topography::spectrum::Spectrum;
+use crate::surface_files::ContentHash;
+
+#[test]
+fn a_surface_is_known_from_its_recipe() {
+    let spectrum = Spectrum {
+        hurst: 0.8,
+        k_lower: 4,
+        k_rolloff: 4,
+        k_upper: 32,
+        anisotropy: None,
+    };
+    let surface = RandomSurface {
+        spectrum,
+        amplitude: Amplitude::Deterministic,
+        rms_slope: 0.02,
+        seed: i64::MAX as u64,
+        realization: 7,
+    };
+    let measured = MeasuredSurface {
+        content: ContentHash::of(b"heights"),
+        unit: "µm".to_owned(),
+        height_scale: 1e-3,
+        edges: Edges::Taper {
+            taper_fraction: 0.1,
+        },
+        nodes: PerAxis::same(0),
+    };
+    let shape = Shape::Punch {
+        radius: 0.25,
+        depth: 0.5,
+    };
+    let open = MeasuredSurface {
+        edges: Edges::Open,
+        ..measured.clone()
+    };
+    let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
+    for origin in [
+        Origin::Random {
+            nodes: square,
+            surface,
+        },
+        Origin::Random {
+            nodes: rectangle,
+            surface,
+        },
+        Origin::File(measured),
+        Origin::File(open),
+        Origin::Shape {
+            nodes: square,
+            shape,
+        },
+        Origin::Shape {
+            nodes: rectangle,
+            shape,
+        },
+    ] {
+        for side in [PerAxis([1.0, 1.0]), PerAxis([2.0, 1.0])] {
+            let params = Params {
+                heights: Heights::Redraw,
+                side,
+                origin: origin.clone(),
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
+}
+
+#[test]
+fn a_grain_is_written_where_there_is_one() {
+    let params = |anisotropy: Option<Anisotropy>| Params {
+        heights: Heights::Keep,
+        side: PerAxis::same(1.0),
+        origin: Origin::Random {
+            nodes: PerAxis::same(64),
+            surface: RandomSurface {
+                spectrum: Spectrum {
+                    hurst: 0.8,
+                    k_lower: 2,
+                    k_rolloff: 4,
+                    k_upper: 16,
+                    anisotropy,
+                },
+                amplitude: Amplitude::Gaussian,
+                rms_slope: 1.0,
+                seed: 1,
+                realization: 0,
+            },
+        },
+    };
+    let written = |params: &Params| serde_json::to_string(params).unwrap();
+    let head = r#"{"heights":"keep","side":1.0,"nodes":64,"hurst":0.8,"k_lower":2,"k_rolloff":4,"#;
+    let tail = r#""method":"filter","rms_slope":1.0,"seed":1,"realization":0}"#;
+    let isotropic = params(Anisotropy::new(1.0, 30.0));
+    assert_eq!(written(&isotropic), format!(r#"{head}"k_upper":16,{tail}"#));
+    let stretched = params(Anisotropy::new(2.0, 30.0));
+    let grain = r#""anisotropy_ratio":2.0,"anisotropy_angle":30.0"#;
+    assert_eq!(
+        written(&stretched),
+        format!(r#"{head}"k_upper":16,{grain},{tail}"#)
+    );
+    for params in [isotropic, stretched] {
+        assert_eq!(
+            serde_json::from_str::<Params>(&written(&params)).unwrap(),
+            params
+        );
+    }
+}
+
+#[test]
+fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
+    for source in [
+        Source::File {
+            content: ContentHash::of(b"spectrum"),
+            unit: "µm".to_owned(),
+            length_scale: 1e6,
+        },
+        Source::Stage { spectrum_of: None },
+    ] {
+        for rms_slope in [None, Some(0.1)] {
+            let params = Params {
+                heights: Heights::Keep,
+                side: PerAxis([2.0, 1.0]),
+                origin: Origin::Spectrum {
+                    nodes: PerAxis([64, 32]),
+                    surface: SpectrumSurface {
+                        source: source.clone(),
+                        rms_slope,
+                        seed: 5,
+                        realization: 2,
+                    },
+                },
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
+}
+
+#[test]
+fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
+    let params = Params {
+        heights: Heights::Keep,
+        side: PerAxis::same(1.0),
+        origin: Origin::Shape {
+            nodes: PerAxis::same(64),
+            shape: Shape::Paraboloid { radius: 0.5 },
+        },
+    };
+    let recipe = serde_json::to_string(&params).unwrap();
+    let expected = r#"{"heights":"keep","side":1.0,"nodes":64,"method":"paraboloid","radius":0.5}"#;
+    assert_eq!(recipe, expected);
+}
