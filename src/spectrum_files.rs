@@ -169,7 +169,28 @@ fn unit_of(units: [Option<&str>; 2]) -> Result<Option<(String, f64)>, SpectrumFi
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn any_bytes_do_no_harm(
+            is_parquet: bool,
+            bytes in proptest::collection::vec(any::<u8>(), 0..200),
+        ) {
+            let start: &[u8] = if is_parquet { b"PAR1" } else { b"" };
+            let _ = read(&[start, &bytes].concat());
+        }
+
+        #[test]
+        fn any_rows_below_a_header_are_numbers_or_an_error(rows in "[0-9eE.,;#\\-+ \n]{0,100}") {
+            let text = format!("wavenumber [1/m],density [m^4]\n{rows}");
+            if let Ok(found) = read(text.as_bytes()) {
+                prop_assert!(found.points.len() <= rows.lines().count());
+            }
+        }
+    }
 
     fn table(text: &str) -> Result<SpectrumTable, String> {
         read(text.as_bytes()).map_err(|error| error.to_string())
