@@ -90,6 +90,7 @@ fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> Vec<f64> {
             k_lower,
             k_rolloff: k_lower,
             k_upper,
+            anisotropy: None,
         },
         amplitude: Amplitude::Gaussian,
         rms_slope: 1.0,

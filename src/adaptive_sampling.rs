@@ -11,8 +11,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::plan::Plan;
+use crate::stages::StageError;
 use crate::stages::aggregate::{Groups, Statistic, grouped};
-use crate::stages::{Kind, StageError};
 use crate::store::table::Table;
 use crate::store::{StoreError, TaskTables};
 use crate::study::{Growth, Limit, Study, Until, Work};
@@ -282,12 +282,10 @@ fn condition(
     })
 }
 
-/// A task and those that it depends on, up to its surface: each reads one other.
+/// A task and those that it depends on, up to its surface and the spectrum of that: each reads one
+/// other.
 fn line(plan: &Plan, task: usize) -> Vec<usize> {
-    let above = |&task: &usize| match plan.tasks[task].recipe.kind() {
-        Kind::Generate => None,
-        _ => plan.tasks[task].inputs.first().copied(),
-    };
+    let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()
 }
 

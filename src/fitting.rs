@@ -9,6 +9,7 @@
 //! - [`mesh_convergence`]: what the mesh adds to the area, from several meshes of one surface;
 //! - [`load_separation`]: the exponential relation of load and mean gap;
 //! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
+//! - [`self_affine`]: Hurst exponent and roll-off of measured power spectra;
 //! - [`bootstrap`]: intervals of any of these, resampling whole surfaces;
 //! - [`student`]: intervals of means.
 //!
@@ -26,6 +27,7 @@ pub mod load_separation;
 pub mod mesh_convergence;
 pub mod pressure_growth;
 pub mod scaled_erf;
+pub mod self_affine;
 pub mod student;
 
 pub use curves::{Curves, Window};

@@ -29,7 +29,7 @@
 //! use asperity::contact::topography::spectrum::Spectrum;
 //!
 //! let grid = Grid::square(64, 1.0)?;
-//! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16 };
+//! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
 //! let amplitude = Amplitude::Gaussian;
 //! let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
 //! let mut solver = Solver::new(PeriodicHalfSpace::new(grid), surface.draw(grid).heights());
@@ -92,6 +92,7 @@ mod reasons;
 mod report;
 mod results;
 mod runner;
+mod spectrum_files;
 mod stages;
 mod surface_files;
 mod verify;

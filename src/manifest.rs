@@ -16,7 +16,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use crate::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use crate::stages::Kind;
-use crate::stages::form::{Form, Points, a_stage};
+use crate::stages::form::{Form, Points, Reading, a_stage};
 use crate::written::advice::{self, Wanted};
 use crate::written::{Key, Section, Written, reader, table};
 
@@ -143,12 +143,14 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     let Some(kind) = read_kind(&mut table, &place, problems) else {
         return StageTable::unreadable(name);
     };
-    let from = match kind {
-        Kind::Generate => Some(Vec::new()),
-        _ => read_from(&mut table, kind, &place, problems),
+    let form = Form::select(kind, &mut table, problems);
+    let reading = form.map_or(Reading::of(kind), Form::reading);
+    let from = match reading {
+        Reading::Nothing => Some(Vec::new()),
+        Reading::Perhaps if !table.contains_key("from") => Some(Vec::new()),
+        Reading::Perhaps | Reading::Stages => read_from(&mut table, kind, &place, problems),
     };
-    let points = Form::select(kind, &mut table, problems)
-        .map(|form| form.read(table, place.clone(), problems));
+    let points = form.map(|form| form.read(table, place.clone(), problems));
     StageTable {
         name,
         kind: Some(kind),

@@ -170,7 +170,8 @@ impl Plan {
         const CHUNK: usize = 1024;
         let Task { recipe, inputs, .. } = &self.tasks[task];
         let own = Table::row(&recipe.coordinates());
-        if inputs.is_empty() {
+        // A surface that is drawn has a place of its own, whatever its spectrum was measured of.
+        if inputs.is_empty() || recipe.kind() == Kind::Generate {
             return Ok(own);
         }
         let above = inputs.chunks(CHUNK).map(|inputs| {
@@ -207,11 +208,19 @@ impl Builder {
         match &stage.work {
             Work::Generate(surfaces) => {
                 let surfaces = surfaces.iter().flat_map(|surfaces| {
-                    let numbers = 0..surfaces.realizations;
-                    numbers.map(|number| surfaces.params.realization(number))
+                    // Those with a measured spectrum are drawn for each that is read.
+                    let read: Vec<Vec<usize>> = match surfaces.params.origin.reads_stage() {
+                        true => inputs.iter().map(|&input| vec![input]).collect(),
+                        false => vec![vec![]],
+                    };
+                    read.into_iter().flat_map(move |read| {
+                        let numbers = 0..surfaces.realizations;
+                        numbers
+                            .map(move |number| (surfaces.params.realization(number), read.clone()))
+                    })
                 });
                 surfaces
-                    .map(|params| self.add(Recipe::Generate(params), vec![]))
+                    .map(|(params, read)| self.add(Recipe::Generate(params), read))
                     .collect()
             }
             Work::Evaluate(recipes) => {

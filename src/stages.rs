@@ -19,6 +19,7 @@ pub mod measure;
 pub mod solve;
 mod stage;
 pub mod summary;
+pub mod surface_columns;
 mod work;
 
 use std::borrow::Cow;
@@ -46,7 +47,7 @@ pub enum Kind {
     Generate,
     /// Presses surfaces, load after load.
     Solve,
-    /// Counts contacts, or heights.
+    /// Counts contacts, or heights, and measures surfaces.
     Measure,
     /// Corrects the contact area for the mesh.
     Correct,
@@ -114,6 +115,18 @@ pub enum Rows {
     Contacts,
     /// Bins of heights.
     Heights,
+    /// Wavenumbers of surfaces.
+    PowerSpectra,
+    /// Wavenumbers of their profiles.
+    ProfileSpectra,
+    /// Lags of surfaces.
+    Autocorrelations,
+    /// Scales of surfaces.
+    Scales,
+    /// Planes that cut surfaces.
+    BearingCurves,
+    /// Surfaces and their roughness parameters.
+    Roughness,
     /// Areas, corrected for the mesh.
     Corrections,
     /// Fits.
@@ -124,12 +137,18 @@ pub enum Rows {
 
 impl Rows {
     /// All of them.
-    pub const ALL: [Rows; 8] = [
+    pub const ALL: [Rows; 14] = [
         Rows::Surfaces,
         Rows::Spectra,
         Rows::Loads,
         Rows::Contacts,
         Rows::Heights,
+        Rows::PowerSpectra,
+        Rows::ProfileSpectra,
+        Rows::Autocorrelations,
+        Rows::Scales,
+        Rows::BearingCurves,
+        Rows::Roughness,
         Rows::Corrections,
         Rows::Fits,
         Rows::Statistics,
@@ -143,6 +162,12 @@ impl Rows {
             Rows::Loads => "solved loads",
             Rows::Contacts => "measured contacts",
             Rows::Heights => "measured heights",
+            Rows::PowerSpectra => "power spectra",
+            Rows::ProfileSpectra => "power spectra of profiles",
+            Rows::Autocorrelations => "autocorrelations",
+            Rows::Scales => "slopes and curvatures by scale",
+            Rows::BearingCurves => "bearing curves",
+            Rows::Roughness => "roughness parameters",
             Rows::Corrections => "corrected areas",
             Rows::Fits => "fits",
             Rows::Statistics => "statistics",

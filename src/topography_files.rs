@@ -59,7 +59,7 @@ pub use self::channel::{Channel, HeightMap, Quantity, Size};
 pub use self::error::{ChannelError, FormatError};
 pub use self::format::Format;
 pub use self::statistics::{Corners, HeightStatistics, Statistics};
-pub(crate) use self::unit::is_metre;
+pub(crate) use self::unit::{is_metre, length_ratio};
 
 /// All that are read: those that are known by their first bytes, then those that are not.
 static FORMATS: [Format; 17] = [

@@ -111,6 +111,7 @@ fn summits() -> Claim {
                 k_lower: 2,
                 k_rolloff: 2,
                 k_upper: 8,
+                anisotropy: None,
             },
             amplitude: Amplitude::Gaussian,
             rms_slope: 1.0,

@@ -7,6 +7,8 @@
 use std::cmp::Reverse;
 use std::fmt;
 
+use arrow::array::Array;
+
 use crate::ensemble::{Point, grouped};
 use crate::stages::columns::*;
 use crate::store::column::{Role, Value};
@@ -24,6 +26,9 @@ const COMPARED: [&str; 9] = [
     CORRECTION.name,
     COEFFICIENT.name,
 ];
+
+/// What tells of surfaces that no claim is about.
+const NOT_COMPARED: [&str; 3] = [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
 /// What all rows have in common that claims rest on, and what is left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -44,7 +49,7 @@ pub struct LeftOut {
 }
 
 impl Setting {
-    /// The setting of most rows of random surfaces in these tables; of several, the one of the
+    /// The setting of most rows of random isotropic surfaces in these tables; of several, the one of the
     /// tightest tolerance, or else the first.
     pub fn of<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
         let mut settings = Counts::default();
@@ -53,9 +58,10 @@ impl Setting {
             let parameters = table.in_role(Role::Parameter);
             for rows in grouped(&parameters) {
                 let point = Point::of_row(&parameters, rows[0]);
-                match point.get(HURST.name) {
+                let is_isotropic = point.get(ANISOTROPY_RATIO.name).is_none();
+                match point.get(HURST.name).filter(|_| is_isotropic) {
                     Some(_) => settings.add(point.without(&COMPARED), rows.len()),
-                    None => not_drawn.add(point.only(&[METHOD.name]), rows.len()),
+                    None => not_drawn.add(point.only(&NOT_COMPARED), rows.len()),
                 }
             }
         }
@@ -76,12 +82,16 @@ impl Setting {
         }
     }
 
-    /// The rows of a table that are in the setting, as far as it has its columns.
+    /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
+    /// with a grain, which no claim is about.
     pub fn rows(&self, table: &Table) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
         let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
         let mut rows: Vec<usize> = (0..table.rows()).collect();
+        if let Some(ratio) = batch.column_by_name(ANISOTROPY_RATIO.name) {
+            rows.retain(|&row| ratio.is_null(row));
+        }
         for (column, value) in asked {
             rows.retain(|&row| Value::of(column, row).as_ref() == Some(value));
         }

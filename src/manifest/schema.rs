@@ -4,8 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::StudyTable;
 use crate::names;
-use crate::stages::Kind;
-use crate::stages::form::Form;
+use crate::stages::form::{Form, Reading};
 use crate::written::Table;
 
 /// The JSON Schema of a whole manifest (draft 7, which the TOML plug-ins of editors know).
@@ -52,8 +51,10 @@ fn stage(form: Form) -> Value {
             required.push(json!(key));
         }
     }
-    if kind != Kind::Generate {
+    if form.reading() != Reading::Nothing {
         properties.insert("from".to_owned(), from());
+    }
+    if form.reading() == Reading::Stages {
         required.push(json!("from"));
     }
     let own = layout.properties();

@@ -9,6 +9,7 @@ use crate::ensemble;
 use crate::stages::generate::{self, Origin};
 use crate::stages::{Recipe, Stage as _, StageError, grids};
 use crate::store::TaskTables;
+use crate::store::parquet::Columns;
 
 /// The most points that one figure shows.
 pub const MOST: usize = 9;
@@ -30,7 +31,7 @@ impl Sample<'_> {
     pub fn random(&self) -> Option<&RandomSurface> {
         match &self.params.origin {
             Origin::Random { surface, .. } => Some(surface),
-            Origin::File(_) | Origin::Shape { .. } => None,
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => None,
         }
     }
 
@@ -38,7 +39,7 @@ impl Sample<'_> {
     /// all meshes.
     ///
     /// # Errors
-    /// When the file of a measured surface cannot be read.
+    /// When the file of a measured surface cannot be read, or heights that were kept.
     pub fn draw(&self, data: &FigureData) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
@@ -51,7 +52,15 @@ impl Sample<'_> {
                 });
                 Ok(surface.draw(grids::grid(shown, grid.cell().size())?))
             }
-            Origin::File(_) | Origin::Shape { .. } => self.params.draw(data.finished.sources),
+            Origin::Spectrum { .. } if self.params.origin.reads_stage() => {
+                let store = data.finished.archive.store();
+                let table = store.read(data.finished.plan.tasks[self.task].key, Columns::All);
+                self.params
+                    .surface(&table.map_err(StageError::Store)?, data.finished.sources)
+            }
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => {
+                self.params.draw(data.finished.sources)
+            }
         }
     }
 }

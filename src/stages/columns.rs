@@ -76,6 +76,12 @@ pub const RMS_SLOPE_OF_DIFFERENCES: Column = parameter(
      not periodic, as all moments beside it; of periodic surfaces that of their Fourier modes",
 );
 pub const RMS_SLOPE: Column = parameter("rms_slope", "1", "root mean square of the gradient");
+pub const RMS_SLOPE_OF_SURFACE: Column = parameter(
+    "rms_slope",
+    "1",
+    "root mean square of the gradient of this very surface, which scatters about that of its spectrum",
+)
+.with_role(Role::Surface);
 pub const HURST: Column = parameter("hurst", "1", "Hurst exponent");
 pub const K_LOWER: Column =
     parameter_integer("k_lower", "2π/side", "lower cutoff wavenumber, inclusive");
@@ -86,6 +92,17 @@ pub const K_ROLLOFF: Column = parameter_integer(
 );
 pub const K_UPPER: Column =
     parameter_integer("k_upper", "2π/side", "upper cutoff wavenumber, inclusive");
+pub const ANISOTROPY_RATIO: Column = parameter(
+    "anisotropy_ratio",
+    "1",
+    "correlation length along the grain over that across; null without grain; theories of isotropic \
+     roughness are not about such surfaces",
+);
+pub const ANISOTROPY_ANGLE: Column = parameter(
+    "anisotropy_angle",
+    "°",
+    "direction of the grain from the x axis",
+);
 pub const SEED: Column =
     parameter_integer("seed", "", "seed of the draws").with_role(Role::Surface);
 pub const REALIZATION: Column = parameter_integer(
@@ -94,6 +111,12 @@ pub const REALIZATION: Column = parameter_integer(
     "number of the surface among those of one spectrum",
 )
 .with_role(Role::Surface);
+pub const CONTENT_OF_SPECTRUM: Column =
+    parameter_text("content", "hash of the file with the surface's spectrum");
+pub const SPECTRUM_OF: Column = parameter_text(
+    "spectrum_of",
+    "name of the surface whose measured spectrum it has",
+);
 pub const RADIUS: Column = parameter("radius", "length", "radius of the shape");
 pub const AMPLITUDE: Column = parameter("amplitude", "length", "amplitude of the wave");
 pub const WAVES: Column = parameter_integer("waves", "1", "wavelengths per side");

@@ -5,6 +5,7 @@ use super::generate::map_file::MapFileError;
 use crate::contact::morphology::map::MapError;
 use crate::contact::solver::HardnessError;
 use crate::contact::topography::preparation::PreparationError;
+use crate::contact::topography::spectral_density::SpectralDensityError;
 use crate::contact::topography::surface::SurfaceError;
 use crate::store::StoreError;
 use crate::store::table::TableError;
@@ -47,6 +48,30 @@ pub enum StageError {
         /// What is wrong with it.
         source: PreparationError,
     },
+    /// A file holds no power spectral density.
+    #[error("`{path}` {reason}")]
+    SpectrumFile {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A measured spectrum is no power spectral density.
+    #[error("a measured spectrum is no power spectral density")]
+    SpectralDensity(#[source] SpectralDensityError),
+    /// A mesh has no waves in the range of a spectrum.
+    #[error(
+        "no wave of the mesh has a density: the spectrum goes from wavenumber {from:.4e} to {to:.4e}"
+    )]
+    NoModes {
+        /// The smallest wavenumber with a density.
+        from: f64,
+        /// The largest.
+        to: f64,
+    },
+    /// Heights were to be drawn again whose spectrum is in another task's table.
+    #[error("heights with the spectrum of another stage were not kept")]
+    NotKept,
     /// A table that a query reads is damaged.
     #[error(transparent)]
     Store(StoreError),

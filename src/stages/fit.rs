@@ -26,6 +26,7 @@ mod parameter;
 pub mod points;
 pub mod row;
 pub mod rows;
+mod spectra;
 
 use contact_evolution::{EvolutionChoices, Kappa};
 use laws::{FitOfCurves, Fits, Law};
@@ -111,7 +112,7 @@ impl Stage for Params {
             Law::Plain(law) => law.definition(),
         };
         match law.fits {
-            Fits::Areas(_) | Fits::Gaps(_) => Reach::Point,
+            Fits::Areas(_) | Fits::Gaps(_) | Fits::Spectra => Reach::Point,
             Fits::Meshes => Reach::All,
         }
     }
@@ -179,6 +180,7 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
                 (points, rows)
             }
             Fits::Meshes => return meshes::run(table, params),
+            Fits::Spectra => return spectra::run(table, params),
         },
     };
     for (row, point) in rows.iter_mut().zip(&points) {

@@ -25,6 +25,27 @@ pub enum Form {
     Aggregate,
 }
 
+/// Whether a stage reads others, which `from` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// It has no `from`.
+    Nothing,
+    /// It may have.
+    Perhaps,
+    /// It must have.
+    Stages,
+}
+
+impl Reading {
+    /// What stages of a kind read, as far as it tells.
+    pub fn of(kind: Kind) -> Reading {
+        match kind {
+            Kind::Generate => Reading::Nothing,
+            _ => Reading::Stages,
+        }
+    }
+}
+
 /// The points of a stage's grid, by what they say.
 #[derive(Debug)]
 pub enum Points {
@@ -70,6 +91,14 @@ impl Form {
             Form::Correct => Kind::Correct,
             Form::Fit(_) => Kind::Fit,
             Form::Aggregate => Kind::Aggregate,
+        }
+    }
+
+    /// Whether it reads other stages.
+    pub fn reading(self) -> Reading {
+        match self {
+            Form::Generate(method) if method.may_read() => Reading::Perhaps,
+            _ => Reading::of(self.kind()),
         }
     }
 
@@ -135,7 +164,7 @@ impl Form {
     fn common_keys(self) -> Vec<&'static str> {
         let mut common = vec!["kind"];
         common.extend(self.selector().map(|(key, _)| key));
-        if self.kind() != Kind::Generate {
+        if self.reading() != Reading::Nothing {
             common.push("from");
         }
         if !self.layout().swept.is_empty() {
@@ -190,6 +219,7 @@ impl Points {
     /// What such a stage can read, if not what others of its kind can.
     pub fn reads(&self) -> Option<Reads> {
         match self {
+            Points::Generate(points) => points.reads(),
             Points::Fit(points) => points.reads(),
             _ => None,
         }
@@ -199,6 +229,7 @@ impl Points {
     pub fn makes(&self) -> Option<Rows> {
         match self {
             Points::Generate(points) if points.lack_heights() => Some(Rows::Spectra),
+            Points::Measure(section) => measure::keys::makes(section),
             _ => None,
         }
     }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use self::description::Description;
 pub use self::origin::{MeasuredSurface, Origin, SeenMap};
 pub use self::per_axis::PerAxis;
+use self::spectrum::{Source, SpectrumSurface};
 use super::columns::*;
 use super::grids::{self, Grids};
 use super::{
@@ -27,6 +28,7 @@ pub mod checks;
 mod cutoffs;
 mod description;
 pub mod files;
+mod grain;
 pub mod growth;
 pub mod keys;
 pub mod map_file;
@@ -34,6 +36,9 @@ mod mesh;
 pub mod method;
 pub mod origin;
 pub mod per_axis;
+pub mod spectrum;
+mod spectrum_checks;
+pub mod spectrum_keys;
 mod summary;
 
 /// Raise it when the numbers change, or what columns say of themselves.
@@ -49,10 +54,11 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Surfaces),
     columns: || {
-        let lists: [&[Column]; 9] = [
+        let lists: [&[Column]; 10] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &OF_RANDOM_SURFACES,
+            &[ANISOTROPY_RATIO, ANISOTROPY_ANGLE, SPECTRUM_OF],
             &OF_MEASURED_SURFACES,
             &OF_SHAPES,
             &DESCRIPTORS,
@@ -95,10 +101,32 @@ impl Params {
     /// The same surface of another realization; shapes and files have but one.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
-        if let Origin::Random { surface, .. } = &mut params.origin {
-            surface.realization = number;
+        match &mut params.origin {
+            Origin::Random { surface, .. } => surface.realization = number,
+            Origin::Spectrum { surface, .. } => surface.realization = number,
+            Origin::File(_) | Origin::Shape { .. } => {}
         }
         params
+    }
+
+    /// Draws the surface, or reads it; with the spectrum that another task has measured, if it has
+    /// such a one, and then with the name of the surface that it was measured of.
+    fn made(
+        &self,
+        inputs: &[Input],
+        sources: &SurfaceFiles,
+    ) -> Result<(Params, Surface), StageError> {
+        let mut params = self.clone();
+        let (Origin::Spectrum { surface, .. }, [measured]) = (&mut params.origin, inputs) else {
+            let surface = self.draw(sources)?;
+            return Ok((params, surface));
+        };
+        let name = measured.table.texts(SURFACE.name)?.value(0).to_owned();
+        let spectrum_of = Some(name);
+        surface.source = Source::Stage { spectrum_of };
+        let density = SpectrumSurface::density_measured(&measured.table)?;
+        let drawn = surface.draw(&density, self.grid()?)?;
+        Ok((params, drawn))
     }
 
     fn with(&self, heights: Heights) -> Params {
@@ -123,7 +151,9 @@ impl Params {
     pub fn size(&self) -> [f64; 2] {
         let PerAxis(size) = match &self.origin {
             Origin::File(file) => file.seen.side,
-            Origin::Random { .. } | Origin::Shape { .. } => self.side.unwrap_or_default(),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
+                self.side.unwrap_or_default()
+            }
         };
         size
     }
@@ -165,7 +195,15 @@ impl Params {
 
 /// The columns that place a surface among others of its method.
 pub fn own_columns(origin: &Origin) -> Vec<Column> {
-    let coordinates = description::own_coordinates(origin).into_iter();
+    let mut origin = Cow::Borrowed(origin);
+    if let Origin::Spectrum { surface, .. } = origin.as_ref()
+        && surface.source.is_unread()
+        && let Origin::Spectrum { surface, .. } = origin.to_mut()
+    {
+        let spectrum_of = Some(String::new());
+        surface.source = Source::Stage { spectrum_of };
+    }
+    let coordinates = description::own_coordinates(&origin).into_iter();
     coordinates.map(|(column, _)| column).collect()
 }
 
@@ -180,23 +218,26 @@ impl Stage for Params {
     }
 
     /// Draws one surface and describes it in one row.
-    fn run(&self, _: &[Input], context: &Context) -> Result<Table, StageError> {
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         if let (Origin::Random { surface, .. }, Heights::None) = (&self.origin, self.heights) {
             let grid = self.grid()?;
             let description = Description::of_modes(surface, grid.cell());
             let columns = description.row(self, grid);
             return Ok(Table::new(1, columns));
         }
-        let (surface, found) = match &self.origin {
+        let (params, surface, found) = match &self.origin {
             Origin::File(file) => {
                 let read = file.read(self.sides(), context.sources)?;
                 let found = description::found_in_file(file, &read);
-                (read.prepared.surface, found)
+                (self.clone(), read.prepared.surface, found)
             }
-            Origin::Random { .. } | Origin::Shape { .. } => (self.draw(context.sources)?, vec![]),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
+                let (params, surface) = self.made(inputs, context.sources)?;
+                (params, surface, vec![])
+            }
         };
-        let description = Description::of_surface(&self.origin, &surface);
-        let mut columns = description.row(self, surface.grid());
+        let description = Description::of_surface(&params.origin, &surface);
+        let mut columns = description.row(&params, surface.grid());
         columns.extend(found);
         if self.heights == Heights::Keep {
             let heights = Float64Array::from(surface.into_heights());
@@ -235,7 +276,7 @@ impl Stage for Params {
             work: match (&self.origin, self.heights) {
                 (_, Heights::None) => 0.0,
                 (Origin::File(file), _) => 28.0 + file.seen.read_besides(),
-                (Origin::Random { .. } | Origin::Shape { .. }, _) => 28.0,
+                (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
             },
             table: match self.heights {
                 Heights::Keep => 8.0,

@@ -11,6 +11,8 @@ use crate::surface_files::SurfaceFiles;
 pub struct Surfaces {
     /// Measured maps that are not periodic and have not been made so.
     pub open: Option<String>,
+    /// Random surfaces that cannot be drawn again: their spectra are in tables.
+    pub kept_alone: Option<String>,
     /// Surfaces whose nodes are not as far apart along x as along y, and Δx/Δy.
     pub oblong: Option<(String, f64)>,
     /// The smallest and the largest rms slope, of surfaces that are drawn to have one.
@@ -29,11 +31,15 @@ impl Surfaces {
         let oblong = grids.find(|grid| !grid.has_square_cells());
         let slopes = params().filter_map(|params| match &params.origin {
             Origin::Random { surface, .. } => Some([surface.rms_slope; 2]),
+            Origin::Spectrum { surface, .. } => surface.rms_slope.map(|slope| [slope; 2]),
             Origin::File(_) | Origin::Shape { .. } => None,
         });
         Surfaces {
             slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),
+            kept_alone: params()
+                .any(|params| params.origin.reads_stage())
+                .then(|| stage.to_owned()),
             oblong: oblong.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)
@@ -47,6 +53,7 @@ impl Surfaces {
         Surfaces {
             slopes: slopes.reduce(spanning),
             open: self.open.or_else(|| other.open.clone()),
+            kept_alone: self.kept_alone.or_else(|| other.kept_alone.clone()),
             oblong: self.oblong.or_else(|| other.oblong.clone()),
         }
     }
@@ -63,6 +70,8 @@ pub struct Given<'a> {
     pub seed: u64,
     /// The files of measured surfaces.
     pub sources: &'a mut SurfaceFiles,
+    /// Whether it names stages that it reads.
+    pub reads_stages: bool,
     /// What the rows that the stage reads are about, where that can be told.
     pub read: Option<Rows>,
     /// What it reads, without rows, where that is known.

@@ -1,4 +1,4 @@
-//! Counts contacts, or heights.
+//! Counts contacts, or heights, and measures surfaces.
 //!
 //! How a density of heights varies between surfaces takes the histograms of a thousand of them, and
 //! nobody looks at those one by one: as rows they would be millions. `pool` counts all surfaces of a
@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 
 pub mod keys;
+pub mod statistics;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -15,6 +16,7 @@ use serde::Serialize;
 use super::columns::*;
 use super::grids::Grids;
 use super::summary::range;
+use super::surface_columns::{ROUGHNESS, SLOPE_AT_SCALE, WAVENUMBER};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, generate, grids, solve, stacked,
@@ -29,10 +31,12 @@ use crate::store::column::{Column, Role, flags, integers, optional_reals, reals}
 use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
+use statistics::Statistic;
+
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
 
-/// Counts contacts, or heights.
+/// Counts contacts, or heights, and measures surfaces.
 pub const STAGE: Definition = Definition {
     name: "measure",
     version: VERSION,
@@ -46,14 +50,24 @@ pub const STAGE: Definition = Definition {
     },
     columns: || {
         let contacts = contact_measures(true, true);
-        let lists: [&[Column]; 3] = [&contacts, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..]];
+        let of_surfaces = statistics::all_columns();
+        let lists: [&[Column]; 4] = [
+            &contacts,
+            &HEIGHT_MEASURES,
+            &POOLED_HEIGHTS[1..],
+            &of_surfaces,
+        ];
         lists.concat()
     },
     summary: |table| {
         let rows = Some(counted(table.rows(), "row"));
         let area = range(table, AREA_FRACTION.name, "contact covers")?;
         let heights = range(table, BIN.name, "heights from")?;
-        Ok([rows, area, heights].into_iter().flatten().collect())
+        let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
+        let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
+        let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
+        let parts = [rows, area, heights, spectrum, slopes, roughness];
+        Ok(parts.into_iter().flatten().collect())
     },
 };
 
@@ -77,6 +91,9 @@ pub enum Params {
         /// Half width of the histograms, in rms heights.
         range: f64,
     },
+    /// Another statistic of each surface.
+    #[serde(untagged)]
+    Surface(Statistic),
 }
 
 impl Stage for Params {
@@ -93,6 +110,7 @@ impl Stage for Params {
         };
         match *self {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
+            Params::Surface(statistic) => measured(input, statistic, context),
             Params::Contacts | Params::Pool { .. } => contacts(&input.table),
         }
     }
@@ -106,6 +124,7 @@ impl Stage for Params {
                 beside_coordinates(&measures, inputs)?
             }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
+            Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);
                 let names = points.names();
@@ -116,7 +135,7 @@ impl Stage for Params {
 
     fn reach(&self) -> Reach {
         match self {
-            Params::Contacts | Params::Heights { .. } => Reach::Single,
+            Params::Contacts | Params::Heights { .. } | Params::Surface(_) => Reach::Single,
             Params::Pool { .. } => Reach::Point,
         }
     }
@@ -124,15 +143,19 @@ impl Stage for Params {
     /// Pooled surfaces are drawn again, whether or not their heights were kept.
     fn columns_read(&self) -> Columns {
         match self {
-            Params::Contacts | Params::Heights { .. } => Columns::All,
+            Params::Contacts | Params::Heights { .. } | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
         }
     }
 
     /// A surface drawn again, or the labels of clusters.
     fn footprint(&self) -> Footprint {
+        let beside = match self {
+            Params::Surface(statistic) => statistic.bytes_per_node(),
+            Params::Contacts | Params::Heights { .. } | Params::Pool { .. } => 0.0,
+        };
         Footprint {
-            work: 36.0,
+            work: 36.0 + beside,
             table: 0.0,
         }
     }
@@ -142,6 +165,7 @@ impl Stage for Params {
         Effort::pairs(match self {
             Params::Contacts => 0.2 * extent.rows as f64,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
+            Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })
     }
 }
@@ -272,6 +296,13 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
     Ok(input.table.coordinates().pick(&rows).with(columns))
 }
 
+fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
+    let params = drawn(input);
+    let surface = params.surface(&input.table, context.sources)?;
+    let (rows, columns) = statistic.of(&surface, &params.origin);
+    Ok(input.table.coordinates().pick(&vec![0; rows]).with(columns))
+}
+
 fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
     let histogram = |input: &Input| {
         if (context.interrupted)() {
@@ -297,7 +328,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
 
 fn drawn<'a>(input: &Input<'a>) -> &'a generate::Params {
     let Recipe::Generate(drawn) = input.recipe else {
-        unreachable!("the study lets heights be measured of surfaces alone")
+        unreachable!("the study lets surfaces alone be measured so")
     };
     drawn
 }

@@ -35,8 +35,14 @@ impl Work {
     pub fn tasks(&self, inputs: usize) -> usize {
         match self {
             Work::Generate(surfaces) => {
-                let realizations = surfaces.iter().map(|surfaces| surfaces.at_most() as usize);
-                realizations.fold(0, usize::saturating_add)
+                let tasks = surfaces.iter().map(|surfaces| {
+                    let spectra = match surfaces.params.origin.reads_stage() {
+                        true => inputs,
+                        false => 1,
+                    };
+                    spectra.saturating_mul(surfaces.at_most() as usize)
+                });
+                tasks.fold(0, usize::saturating_add)
             }
             Work::Evaluate(recipes) => {
                 let tasks = recipes.iter().map(|recipe| match recipe.reach() {

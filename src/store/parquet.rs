@@ -5,6 +5,7 @@ mod decode;
 #[doc(hidden)]
 pub mod digest;
 mod encode;
+mod foreign;
 mod parts;
 mod schema;
 
@@ -16,6 +17,7 @@ use crate::store::key::TaskKey;
 
 pub use decode::{decode, decode_bytes, metadata, verify};
 pub(crate) use encode::encode;
+pub(crate) use foreign::numbers;
 pub use parts::TableFile;
 
 /// Prefix of our entries in a file's metadata.

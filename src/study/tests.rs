@@ -211,8 +211,8 @@ fn surfaces(text: &str) -> Vec<(u32, RandomSurface)> {
     let Work::Generate(ensembles) = &study(text).stages[0].work else {
         panic!("no surfaces");
     };
-    let form = |ensemble: &PlannedSurfaces| match ensemble.params.origin {
-        generate::Origin::Random { nodes, surface } => (nodes.0[0], surface),
+    let form = |ensemble: &PlannedSurfaces| match &ensemble.params.origin {
+        generate::Origin::Random { nodes, surface } => (nodes.0[0], *surface),
         _ => panic!("not random"),
     };
     ensembles.iter().map(form).collect()

@@ -133,11 +133,17 @@ impl Validator<'_> {
         let stacked = read.as_deref().and_then(|read| stacked(read).ok());
         let stacked = stacked.filter(|table| !table.names().is_empty());
         let above = inputs.iter().map(|&input| &self.validated[input].surfaces);
-        let surfaces = above.fold(Surfaces::default(), Surfaces::and);
+        let above = above.fold(Surfaces::default(), Surfaces::and);
+        // What is drawn with a spectrum is another surface than the one that was measured.
+        let surfaces = match table.kind {
+            Some(Kind::Generate) => Surfaces::default(),
+            _ => above,
+        };
         let mut given = Given {
             surfaces: surfaces.clone(),
             seed: self.seed,
             sources: &mut self.sources,
+            reads_stages: table.from.as_ref().is_none_or(|from| !from.is_empty()),
             read: rows_read,
             input: stacked.as_ref(),
             problems,

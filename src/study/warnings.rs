@@ -70,7 +70,7 @@ impl ShortestWave {
         let steps = grid.larger_steps();
         let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
             Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
-            Origin::File(_) => return None,
+            Origin::Spectrum { .. } | Origin::File(_) => return None,
         };
         let [along_x, along_y] = [nodes_x, nodes_y].map(f64::from);
         let (nodes, key, wavenumber) = match &params.origin {
@@ -82,7 +82,7 @@ impl ShortestWave {
                 }
                 Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
             },
-            Origin::File(_) => return None,
+            Origin::Spectrum { .. } | Origin::File(_) => return None,
         };
         Some(ShortestWave {
             nodes: [nodes_x, nodes_y],

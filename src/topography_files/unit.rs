@@ -73,6 +73,12 @@ pub fn ratio(from: &str, to: &str) -> Option<f64> {
     })
 }
 
+/// What a number in the first unit of length is to be multiplied with to be one in the second.
+pub fn length_ratio(from: &str, to: &str) -> Option<f64> {
+    let [from, to] = [from, to].map(|unit| Unit::of(unit).per_metre());
+    Some(to? / from?)
+}
+
 /// One spelling of the many that µ has.
 fn normal(text: &str) -> String {
     let text = text.trim().trim_matches(['[', ']', '(', ')', '"']).trim();

@@ -30,6 +30,7 @@ mod separation;
 mod session;
 mod shipped;
 mod signals;
+mod statistics;
 mod tables;
 mod topography;
 mod units;

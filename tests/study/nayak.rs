@@ -39,6 +39,7 @@ fn table(name: &str) -> Vec<Cell> {
                 k_lower: k_lower as u32,
                 k_rolloff: k_lower as u32,
                 k_upper: k_upper as u32,
+                anisotropy: None,
             },
             numerical,
             analytic,

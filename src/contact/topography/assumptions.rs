@@ -96,6 +96,7 @@ mod tests {
                 k_lower,
                 k_rolloff: k_lower,
                 k_upper: 32,
+                anisotropy: None,
             },
             amplitude: Amplitude::Gaussian,
             rms_slope: 1.0,

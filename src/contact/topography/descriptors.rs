@@ -207,6 +207,7 @@ mod tests {
                     k_lower: radius,
                     k_rolloff: radius,
                     k_upper: radius,
+                    anisotropy: None,
                 },
                 amplitude: Amplitude::Deterministic,
                 rms_slope: 1.0,

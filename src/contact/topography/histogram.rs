@@ -120,6 +120,7 @@ mod tests {
                 k_lower: 16,
                 k_rolloff: 16,
                 k_upper: 32,
+                anisotropy: None,
             },
             amplitude: Amplitude::Gaussian,
             rms_slope: 1.0,

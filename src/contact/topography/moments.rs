@@ -197,7 +197,7 @@ pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
 
 /// How many modes of the full spectrum entry (i, k_y) stands for: two, but one where k and −k
 /// coincide on the mesh, and none for the mean and where −k has an entry of its own that counts.
-fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
+pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
     match (alone(k_y, nodes_y), alone(i, nodes_x)) {
         (true, true) if (i, k_y) == (0, 0) => 0.0,

@@ -124,7 +124,7 @@ pub fn taper(surface: &Surface, edge: f64) -> Surface {
 }
 
 /// Weights of a row of nodes: one, but at both ends.
-fn window(nodes: usize, edge: f64) -> Vec<f64> {
+pub(super) fn window(nodes: usize, edge: f64) -> Vec<f64> {
     let faded = edge.min(0.5) * nodes as f64;
     (0..nodes)
         .map(|index| index.min(nodes - 1 - index) as f64 + 0.5)

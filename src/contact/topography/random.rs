@@ -1,13 +1,12 @@
 //! A random surface, drawn mode by mode.
 
-use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::draw::{Draws, ModeDraw};
 use super::moments::{MomentSum, Moments};
 use super::spectrum::Spectrum;
 use super::surface::Surface;
-use crate::contact::fft::Transform;
+use super::waves::Waves;
 use crate::contact::grid::{Cell, Grid};
 
 /// What the moduli of the coefficients are.
@@ -29,7 +28,7 @@ pub enum Amplitude {
 /// use asperity::contact::topography::random::{Amplitude, RandomSurface};
 /// use asperity::contact::topography::spectrum::Spectrum;
 ///
-/// let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 8 };
+/// let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 8, anisotropy: None };
 /// let amplitude = Amplitude::Gaussian;
 /// let surface = RandomSurface { spectrum, amplitude, rms_slope: 0.1, seed: 7, realization: 0 };
 /// let coarse = surface.draw(Grid::square(32, 1.0)?);
@@ -87,25 +86,14 @@ impl RandomSurface {
                 "{nodes} nodes cannot carry {waves} waves"
             );
         }
-        let transform = Transform::new(grid.nodes());
-        let columns = transform.spectrum_columns();
-        let mut half = vec![Complex::default(); transform.spectrum_len()];
+        let mut waves = Waves::on(grid.nodes());
         let mut sum = MomentSum::on(grid.cell());
         self.for_each_pair(grid.cell(), |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
             sum.add_pair([k_x.into(), k_y.into()], 2.0 * power);
-            let coefficient = power.sqrt() * draw.phase();
-            half[row_of(k_x, nodes_x) * columns + k_y as usize] += coefficient;
-            // Of the opposite mode only these columns are stored. At Nyquist it is the same entry,
-            // which thus receives 2 Re(c), the sample that any finer mesh has there.
-            if k_y == 0 || 2 * k_y as usize == nodes_y {
-                half[row_of(-k_x, nodes_x) * columns + k_y as usize] += coefficient.conj();
-            }
+            waves.add([k_x, k_y as i32], power.sqrt() * draw.phase());
         });
-        let scale = self.scale(&sum);
-        let mut heights = vec![0.0; grid.count()];
-        transform.inverse(&mut half, &mut heights, &mut transform.scratch());
-        heights.iter_mut().for_each(|height| *height *= scale);
+        let heights = waves.heights(self.scale(&sum));
         Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
     }
 
@@ -159,12 +147,13 @@ impl RandomSurface {
     /// Visits one of each pair of modes ±k with its mean power, before scaling, and its draw.
     fn for_each_pair(&self, cell: Cell, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
         let mut densities = self.spectrum.densities();
+        let square_length = self.spectrum.square_length();
         let draws = Draws::new(self.seed, self.realization);
         for row in self.spectrum.rows(cell) {
             let draws = draws.row(row.k_x, *row.k_y.start());
             for (k_y, draw) in row.k_y.zip(draws) {
-                let [across, along] = cell.wavevector([row.k_x.into(), k_y.into()]);
-                let density = densities.at(across * across + along * along);
+                let wavevector = cell.wavevector([row.k_x.into(), k_y.into()]);
+                let density = densities.at(square_length.of(wavevector));
                 visit(row.k_x, k_y, density, draw);
             }
         }
@@ -189,15 +178,14 @@ impl RandomSurface {
     }
 }
 
-/// Row of a spectrum that holds the signed wavenumber.
-fn row_of(k_x: i32, nodes: usize) -> usize {
-    let k_x = k_x as isize;
-    k_x.rem_euclid(nodes as isize) as usize
-}
-
 #[cfg(test)]
 mod tests {
+    use rustfft::num_complex::Complex;
+
+    use super::super::anisotropy::Anisotropy;
+    use super::super::waves::row_of;
     use super::*;
+    use crate::contact::fft::Transform;
     use crate::contact::grid::samples::{cell, rectangle, square};
 
     fn random(amplitude: Amplitude, k_lower: u32, k_upper: u32) -> RandomSurface {
@@ -207,6 +195,7 @@ mod tests {
                 k_lower,
                 k_rolloff: k_lower,
                 k_upper,
+                anisotropy: None,
             },
             amplitude,
             rms_slope: 0.02,
@@ -377,6 +366,60 @@ mod tests {
         assert_close(moments.m40, moments.m04, 1e-13);
         // Over a circle ⟨cos² sin²⟩ is a third of ⟨cos⁴⟩; the lattice is nearly as round.
         assert_close(3.0 * moments.m22, moments.m40, 0.02);
+    }
+
+    #[test]
+    fn a_grain_divides_slopes_along_itself_by_its_ratio() {
+        let moments = |ratio: f64, angle: f64| {
+            let isotropic = random(Amplitude::Deterministic, 8, 64);
+            let anisotropy = Anisotropy::new(ratio, angle);
+            let spectrum = Spectrum {
+                anisotropy,
+                ..isotropic.spectrum
+            };
+            let surface = RandomSurface {
+                spectrum,
+                ..isotropic
+            };
+            surface.moments(cell(1.0))
+        };
+        let along_x = moments(2.0, 0.0);
+        // A sum over the lattice in place of an integral over the plane.
+        assert_close(along_x.m02 / along_x.m20, 4.0, 0.02);
+        assert_close(along_x.m04 / along_x.m40, 16.0, 0.02);
+        let along_y = moments(2.0, 90.0);
+        assert_close(along_y.m20, along_x.m02, 1e-12);
+        assert_close(along_y.m04, along_x.m40, 1e-12);
+        let between = moments(2.0, 45.0);
+        assert_close(between.m20, between.m02, 1e-12);
+        // m₂₂ : m₄₀ = (1/16 − 1/6 + 1) : (1/16 + 1/2 + 1) of a stretched isotropic spectrum.
+        assert_close(between.m22 / between.m40, 43.0 / 75.0, 0.02);
+    }
+
+    #[test]
+    fn a_grain_keeps_the_draws_of_the_modes_that_it_keeps() {
+        let isotropic = random(Amplitude::Gaussian, 4, 16);
+        let stretched = RandomSurface {
+            spectrum: Spectrum {
+                anisotropy: Anisotropy::new(1.0 + 1e-9, 30.0),
+                ..isotropic.spectrum
+            },
+            ..isotropic
+        };
+        let [one, other] = [isotropic, stretched].map(|surface| surface.draw(square(64, 1.0)));
+        let rms_height = isotropic.moments(cell(1.0)).rms_height();
+        for (one, other) in one.heights().iter().zip(other.heights()) {
+            // Modes on the cutoffs go, a hundredth of all.
+            assert!((one - other).abs() < rms_height);
+        }
+        let product: f64 = one
+            .heights()
+            .iter()
+            .zip(other.heights())
+            .map(|(a, b)| a * b)
+            .sum();
+        let squares = [&one, &other].map(|s| s.heights().iter().map(|h| h * h).sum::<f64>());
+        assert!(product / (squares[0] * squares[1]).sqrt() > 0.95);
     }
 
     #[test]

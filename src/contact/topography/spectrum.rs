@@ -4,10 +4,11 @@ use std::ops::{Range, RangeInclusive};
 
 use serde::{Deserialize, Serialize};
 
+use super::anisotropy::{Anisotropy, SquareLength};
 use super::nayak::Continuum;
 use crate::contact::grid::Cell;
 
-/// Isotropic power spectral density, eq. (PSD) of Yastrebov, Anciaux & Molinari 2015.
+/// Power spectral density, eq. (PSD) of Yastrebov, Anciaux & Molinari 2015, isotropic but for a grain.
 ///
 /// Constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))` for
 /// `k_rolloff ≤ |k| ≤ k_upper`, zero elsewhere; both cutoffs belong to the spectrum, which is what
@@ -23,6 +24,9 @@ pub struct Spectrum {
     pub k_rolloff: u32,
     /// Upper cutoff.
     pub k_upper: u32,
+    /// What stretches the surface; cutoffs are those across its grain.
+    #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
+    pub anisotropy: Option<Anisotropy>,
 }
 
 /// Densities of a spectrum, each computed once: the modes of a mesh are many times more than their
@@ -80,36 +84,52 @@ impl Spectrum {
         }
     }
 
+    /// What the square of a wavevector is, on which its density depends.
+    pub(super) fn square_length(&self) -> SquareLength {
+        let stretched = self.anisotropy.map(|grain| grain.square_length());
+        stretched.unwrap_or(SquareLength::ISOTROPIC)
+    }
+
     /// One of each pair of modes ±k of a cell: all with k_y > 0, and of those with k_y = 0 the ones
     /// with k_x > 0. Ascending in k_x, and in k_y within a row.
     pub fn rows(&self, cell: Cell) -> impl Iterator<Item = ModeRow> + use<> {
         let (lower, upper) = (square(self.k_lower), square(self.k_upper));
         let [most_x, most_y] = self.most_waves(cell);
         // Exact on a square, where wavenumbers are whole and their squares far below 2⁵³.
-        let k_squared = move |k_x: i32, k_y: u32| {
-            let [k_x, k_y] = cell.wavevector([k_x.into(), k_y.into()]);
-            k_x * k_x + k_y * k_y
-        };
-        (-(most_x as i32)..=most_x as i32).filter_map(move |k_x| {
-            let mut k_y = u32::from(k_x <= 0)..most_y + 1;
-            let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
-            k_y.start = first;
-            let end = partition_point(k_y, |k_y| k_squared(k_x, k_y) <= upper);
-            (first < end).then(|| ModeRow {
-                k_x,
-                k_y: first..=end - 1,
-            })
+        let square_length = self.square_length();
+        let k_squared =
+            move |k_x: i32, k_y: u32| square_length.of(cell.wavevector([k_x.into(), k_y.into()]));
+        let has_grain = self.anisotropy.is_some();
+        (-(most_x as i32)..=most_x as i32).flat_map(move |k_x| {
+            let k_y = u32::from(k_x <= 0)..most_y + 1;
+            let rows = match has_grain {
+                // Off the axes lengths need not ascend, and a row may cross the annulus twice.
+                true => runs(k_y, |k_y| (lower..=upper).contains(&k_squared(k_x, k_y))),
+                false => {
+                    let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
+                    let rest = first..k_y.end;
+                    let end = partition_point(rest, |k_y| k_squared(k_x, k_y) <= upper);
+                    Vec::from_iter((first < end).then(|| first..=end - 1))
+                }
+            };
+            rows.into_iter().map(move |k_y| ModeRow { k_x, k_y })
         })
     }
 
     /// The most waves of a mode along x and y.
     pub fn most_waves(&self, cell: Cell) -> [u32; 2] {
         // No more than the upper cutoff, for no side is longer than the longer one.
-        cell.aspect()
-            .map(|aspect| (f64::from(self.k_upper) / aspect) as u32)
+        let aspect = cell.aspect();
+        let Some(_) = self.anisotropy else {
+            return aspect.map(|aspect| (f64::from(self.k_upper) / aspect) as u32);
+        };
+        let most = self.square_length().most();
+        // A wave on the edge is not lost to rounding.
+        let waves = |axis: usize| f64::from(self.k_upper) * most[axis] / aspect[axis];
+        [waves(0), waves(1)].map(|waves| (waves * (1.0 + 1e-12)) as u32)
     }
 
-    /// The same density over continuous wavenumbers, where moments have closed forms.
+    /// The same density, but for its grain, over continuous wavenumbers, where moments have closed forms.
     pub fn continuum(&self) -> Continuum {
         let rolloff = f64::from(self.k_rolloff);
         Continuum {
@@ -122,6 +142,18 @@ impl Spectrum {
 
 fn square(k: u32) -> f64 {
     f64::from(k).powi(2)
+}
+
+/// Numbers that belong, as far as they follow each other.
+fn runs(numbers: Range<u32>, belongs: impl Fn(u32) -> bool) -> Vec<RangeInclusive<u32>> {
+    let mut runs: Vec<RangeInclusive<u32>> = Vec::new();
+    for number in numbers.filter(|&number| belongs(number)) {
+        match runs.last_mut() {
+            Some(run) if run.end() + 1 == number => *run = *run.start()..=number,
+            _ => runs.push(number..=number),
+        }
+    }
+    runs
 }
 
 /// The first of ascending numbers that is not `before`.
@@ -149,6 +181,7 @@ mod tests {
             k_lower,
             k_rolloff,
             k_upper,
+            anisotropy: None,
         }
     }
 
@@ -189,6 +222,35 @@ mod tests {
                 })
                 .collect();
             assert_eq!(modes(&spectrum(3, 3, 9), cell), expected);
+        }
+    }
+
+    #[test]
+    fn a_grain_leaves_the_modes_of_a_turned_ellipse() {
+        for angle in [0.0, 30.0, 90.0, 150.0] {
+            let anisotropy = Anisotropy::new(2.0, angle);
+            let spectrum = Spectrum {
+                anisotropy,
+                ..spectrum(4, 4, 12)
+            };
+            let square_length = spectrum.square_length();
+            let expected: Vec<_> = (-12..=12)
+                .flat_map(|k_x| (0..=12).map(move |k_y| (k_x, k_y)))
+                .filter(|&(k_x, k_y): &(i32, i32)| k_y > 0 || k_x > 0)
+                .filter(|&(k_x, k_y)| {
+                    let squared = square_length.of([k_x.into(), k_y.into()]);
+                    (16.0..=144.0).contains(&squared)
+                })
+                .collect();
+            let found = modes(&spectrum, cell(1.0));
+            assert_eq!(found, expected, "{angle}");
+            let most = spectrum.most_waves(cell(1.0)).map(|waves| waves as i32);
+            let reached = [
+                found.iter().map(|mode| mode.0.abs()).max(),
+                found.iter().map(|mode| mode.1).max(),
+            ];
+            let within = reached.into_iter().zip(most);
+            assert!(within.into_iter().all(|(found, most)| found <= Some(most)));
         }
     }
 

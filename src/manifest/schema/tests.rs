@@ -170,6 +170,7 @@ fn every_key_is_explained() {
 fn smallest(form: Form) -> &'static str {
     match form {
         Form::Generate(Method::Random(_)) => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
+        Form::Generate(Method::Spectrum) => "path = \"maps/spectrum.csv\"\nnodes = 64\nside = 1",
         Form::Generate(Method::File) => {
             "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\""
         }
@@ -186,7 +187,9 @@ fn smallest(form: Form) -> &'static str {
 fn manifest(form: Form) -> String {
     let mut text = "[study]\nname = \"s\"\n".to_owned();
     let can_read = |rows| form.kind().definition().reads.rows.contains(&rows);
+    let is_of_spectra = form.selector() == Some(("law", "self-affine"));
     let from = match () {
+        () if is_of_spectra => "from = \"spectra\"",
         () if can_read(Rows::Contacts) => "from = \"contacts\"",
         () if can_read(Rows::Surfaces) => "from = \"surfaces\"",
         () if can_read(Rows::Loads) => "from = \"loads\"",
@@ -196,6 +199,7 @@ fn manifest(form: Form) -> String {
     text += smallest(Form::Generate(Method::ALL[0]));
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
     text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
+    text += "[stage.spectra]\nkind = \"measure\"\nfrom = \"surfaces\"\nwhat = \"spectrum\"\n";
     text += &format!(
         "[stage.last]\nkind = \"{}\"\n{from}\n{}\n",
         form.kind(),

@@ -95,6 +95,14 @@ impl FitPoints {
         let law = law.definition();
         match law.fits {
             Fits::Areas(_) | Fits::Meshes => None,
+            Fits::Spectra => Some(Reads {
+                rows: &[Rows::PowerSpectra],
+                from: format!(
+                    "`measure` stages with `what = \"spectrum\"`, where its law is `{}`",
+                    law.word
+                )
+                .into(),
+            }),
             // A correction is one of the area: it knows no gap.
             Fits::Gaps(_) => Some(Reads {
                 rows: &[Rows::Contacts],

@@ -37,6 +37,8 @@ pub enum PlainLaw {
     LoadSeparation,
     /// A_N = A* + c S_d Δx, over meshes of the same surfaces.
     MeshConvergence,
+    /// C(q) = C₀ up to the roll-off q_r, C₀ (q/q_r)^(−2(1 + H)) beyond, of measured spectra.
+    SelfAffine,
 }
 
 /// What is known of a plain law.
@@ -60,6 +62,8 @@ pub enum Fits {
     Gaps(FitOfCurves),
     /// Areas on several meshes of the same surfaces, at all parameter points at once.
     Meshes,
+    /// Power spectra of the surfaces of one parameter point.
+    Spectra,
 }
 
 /// Fits the curves of the surfaces of one parameter point.
@@ -67,11 +71,12 @@ pub type FitOfCurves = fn(&Curves, &Params) -> Result<Row, FitError>;
 
 impl PlainLaw {
     /// Every one.
-    pub const ALL: [PlainLaw; 4] = [
+    pub const ALL: [PlainLaw; 5] = [
         PlainLaw::MeanPressure,
         PlainLaw::ScaledErf,
         PlainLaw::LoadSeparation,
         PlainLaw::MeshConvergence,
+        PlainLaw::SelfAffine,
     ];
 
     /// What is known of it.
@@ -102,6 +107,13 @@ impl PlainLaw {
                 window: [0.0, 10.0],
                 parameters: &[MESH_COEFFICIENT],
                 fits: Fits::Meshes,
+            },
+            PlainLaw::SelfAffine => LawDefinition {
+                word: "self-affine",
+                // Of wavenumbers: all that a quantity may be.
+                window: [0.0, 1e30],
+                parameters: &[HURST_EXPONENT, ROLLOFF, PLATEAU_DENSITY],
+                fits: Fits::Spectra,
             },
         }
     }
@@ -193,6 +205,39 @@ const MESH_COEFFICIENT: Parameter = Parameter::number(
     "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
 )
 .called("c");
+const HURST_EXPONENT: Parameter = Parameter::number(
+    [
+        "hurst_exponent",
+        "hurst_exponent_lower",
+        "hurst_exponent_upper",
+        "hurst_exponent_standard_error",
+    ],
+    "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; of a single \
+     surface its interval is that of independent modes",
+)
+.called("H");
+const ROLLOFF: Parameter = Parameter::of_unit(
+    "1/length",
+    [
+        "rolloff_wavenumber",
+        "rolloff_wavenumber_lower",
+        "rolloff_wavenumber_upper",
+        "rolloff_wavenumber_standard_error",
+    ],
+    "angular wavenumber up to which the measured spectrum is flat; null where it falls from its first \
+     ring on",
+)
+.called("q_r");
+const PLATEAU_DENSITY: Parameter = Parameter::of_unit(
+    "length⁴",
+    [
+        "plateau_density",
+        "plateau_density_lower",
+        "plateau_density_upper",
+        "plateau_density_standard_error",
+    ],
+    "spectral density up to the roll-off",
+);
 
 fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = PressureGrowthProblem::new(curves, params.window());

@@ -4,7 +4,7 @@ use arrow::array::ArrayRef;
 
 use super::Params;
 use super::contact_evolution::{Datum, EvolutionChoices, Kappa};
-use super::laws::Law;
+use super::laws::{Law, PlainLaw};
 use super::parameter::Parameter;
 use super::points::Point;
 use super::row::Row;
@@ -28,6 +28,18 @@ const WINDOW_UPPER: Column = Column::parameter(
     Real,
     "E* × rms slope",
     "largest load that counts",
+);
+const WAVENUMBER_LOWER: Column = Column::parameter(
+    "wavenumber_lower",
+    Real,
+    "1/length",
+    "smallest wavenumber that counts",
+);
+const WAVENUMBER_UPPER: Column = Column::parameter(
+    "wavenumber_upper",
+    Real,
+    "1/length",
+    "largest wavenumber that counts",
 );
 const KAPPA_CONVEX: Column = Column::result(
     "kappa_convex",
@@ -88,6 +100,8 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
         KAPPA_GIVEN,
         WINDOW_LOWER,
         WINDOW_UPPER,
+        WAVENUMBER_LOWER,
+        WAVENUMBER_UPPER,
     ];
     let estimates = parameters.into_iter().flat_map(Parameter::columns);
     let quality = [
@@ -125,8 +139,12 @@ pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
     let mut columns = vec![(LAW, texts(vec![params.law.word(); count]))];
     columns.extend(choices(&params.law, count));
     let [from, to] = params.window;
-    columns.push((WINDOW_LOWER, reals(vec![from; count])));
-    columns.push((WINDOW_UPPER, reals(vec![to; count])));
+    let [lower, upper] = match params.law {
+        Law::Plain(PlainLaw::SelfAffine) => [WAVENUMBER_LOWER, WAVENUMBER_UPPER],
+        _ => [WINDOW_LOWER, WINDOW_UPPER],
+    };
+    columns.push((lower, reals(vec![from; count])));
+    columns.push((upper, reals(vec![to; count])));
     columns
 }
 

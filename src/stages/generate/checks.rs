@@ -3,6 +3,7 @@
 use std::ops::Bound;
 
 use super::cutoffs::{self, Cutoff, WAVENUMBERS};
+use super::grain;
 use super::growth::{self, PlannedSurfaces};
 use super::keys::{self, ParaboloidTable, PunchTable, RandomHeights, RandomTable, WaveTable};
 use super::mesh::{self, Mesh, Wave, check_waves};
@@ -53,6 +54,7 @@ pub fn random(
             }
             None => None,
         };
+        let anisotropy = grain::anisotropy(&table.anisotropy, checks);
         let rms_slope = checks.number_or("rms_slope", &table.rms_slope, QUANTITY, 1.0);
         let seed = checks.whole_or("seed", &table.seed, 0..=i64::MAX as u64, study_seed);
         let realizations = growth::realizations(&table.realizations, checks);
@@ -62,6 +64,7 @@ pub fn random(
             k_lower: lower.waves,
             k_rolloff,
             k_upper: upper.waves,
+            anisotropy: anisotropy?,
         };
         check_cutoffs(table, [&lower, &upper], k_rolloff, checks)?;
         let mesh = mesh?;
@@ -71,6 +74,7 @@ pub fn random(
             waves: spectrum.most_waves(mesh.cell()),
         };
         check_waves(&wave, &table.nodes, &mesh, false, checks)?;
+        grain::check_modes(&table.anisotropy, &spectrum, mesh.cell(), checks)?;
         let surface = RandomSurface {
             spectrum,
             amplitude,

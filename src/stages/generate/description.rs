@@ -3,6 +3,7 @@
 use arrow::array::ArrayRef;
 
 use super::origin::ReadSurface;
+use super::spectrum::Source;
 use super::{MeasuredSurface, Origin, Params};
 use crate::contact::grid::{Cell, Grid};
 use crate::contact::topography::crop::Crop;
@@ -41,7 +42,8 @@ struct Seen {
 
 /// Reference values of a spectrum.
 struct Expected {
-    continuum: Continuum,
+    /// Closed forms know no grain.
+    continuum: Option<Continuum>,
     k_rolloff: f64,
     /// Of modes that have their mean power.
     lattice: Moments,
@@ -57,7 +59,10 @@ impl Description {
             rms_slope: surface.rms_slope,
             effective_modes: Some(moments.effective_modes()),
             expected: Some(Expected {
-                continuum: surface.spectrum.continuum(),
+                continuum: match surface.spectrum.anisotropy {
+                    Some(_) => None,
+                    None => Some(surface.spectrum.continuum()),
+                },
                 k_rolloff: f64::from(surface.spectrum.k_rolloff),
                 lattice,
             }),
@@ -75,9 +80,10 @@ impl Description {
             Origin::Random { surface: drawn, .. } => {
                 Description::of_modes(drawn, surface.grid().cell())
             }
-            Origin::File(_) | Origin::Shape { .. } => Description {
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => Description {
                 moments: seen.moments,
-                rms_slope: seen.rms_slope,
+                // What a surface is scaled to holds to rounding.
+                rms_slope: rms_slope_given(origin).unwrap_or(seen.rms_slope),
                 effective_modes: Some(seen.moments.effective_modes()),
                 expected: None,
                 seen: None,
@@ -162,8 +168,9 @@ impl Description {
 impl Expected {
     fn values(&self, cell: Cell) -> [Option<f64>; 5] {
         [
-            Some(self.continuum.nayak()),
-            Some(self.continuum.summit_density(self.k_rolloff)),
+            self.continuum.map(|continuum| continuum.nayak()),
+            self.continuum
+                .map(|continuum| continuum.summit_density(self.k_rolloff)),
             self.lattice.nayak(),
             Some(self.lattice.summit_density_integer(cell)),
             Some(self.lattice.effective_modes()),
@@ -173,11 +180,26 @@ impl Expected {
 
 /// What places a surface among others, as far as it is known before it is drawn.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
-    let rms_slope = match &params.origin {
+    let rms_slope = rms_slope_given(&params.origin);
+    let mut place = coordinates_of(params, params.nodes(), params.size(), rms_slope);
+    if is_unread(&params.origin) {
+        // It is named by what it reads.
+        place.retain(|(column, _)| *column != SURFACE);
+    }
+    place
+}
+
+/// The slope that a surface is scaled to, if it is.
+fn rms_slope_given(origin: &Origin) -> Option<f64> {
+    match origin {
         Origin::Random { surface, .. } => Some(surface.rms_slope),
+        Origin::Spectrum { surface, .. } => surface.rms_slope,
         Origin::File(_) | Origin::Shape { .. } => None,
-    };
-    coordinates_of(params, params.nodes(), params.size(), rms_slope)
+    }
+}
+
+fn is_unread(origin: &Origin) -> bool {
+    matches!(origin, Origin::Spectrum { surface, .. } if surface.source.is_unread())
 }
 
 /// The columns that say where its nodes lie.
@@ -188,9 +210,10 @@ pub fn columns_of_grid(params: &Params) -> Vec<Column> {
 
 /// The column of the slope, which says how it is taken.
 pub fn column_of_slope(origin: &Origin) -> Column {
-    match origin.is_open() {
-        true => RMS_SLOPE_OF_DIFFERENCES,
-        false => RMS_SLOPE,
+    match origin {
+        Origin::Spectrum { surface, .. } if surface.rms_slope.is_none() => RMS_SLOPE_OF_SURFACE,
+        _ if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES,
+        _ => RMS_SLOPE,
     }
 }
 
@@ -217,6 +240,7 @@ fn method(origin: &Origin) -> &'static str {
             Amplitude::Gaussian => "filter",
             Amplitude::Deterministic => "random-phase",
         },
+        Origin::Spectrum { .. } => "spectrum",
         Origin::File(_) => "file",
         Origin::Shape { shape, .. } => match shape {
             Shape::Paraboloid { .. } => "paraboloid",
@@ -289,14 +313,38 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let real = |column: Column, value: f64| (column, Value::Real(value));
     let text = |column: Column, value: String| (column, Value::Text(value));
     match origin {
-        Origin::Random { surface, .. } => vec![
-            real(HURST, surface.spectrum.hurst),
-            whole(K_LOWER, surface.spectrum.k_lower),
-            whole(K_ROLLOFF, surface.spectrum.k_rolloff),
-            whole(K_UPPER, surface.spectrum.k_upper),
-            (SEED, Value::Integer(surface.seed.cast_signed())),
-            whole(REALIZATION, surface.realization),
-        ],
+        Origin::Random { surface, .. } => {
+            let mut columns = vec![
+                real(HURST, surface.spectrum.hurst),
+                whole(K_LOWER, surface.spectrum.k_lower),
+                whole(K_ROLLOFF, surface.spectrum.k_rolloff),
+                whole(K_UPPER, surface.spectrum.k_upper),
+            ];
+            if let Some(grain) = surface.spectrum.anisotropy {
+                columns.push(real(ANISOTROPY_RATIO, grain.ratio()));
+                columns.push(real(ANISOTROPY_ANGLE, grain.angle()));
+            }
+            columns.push((SEED, Value::Integer(surface.seed.cast_signed())));
+            columns.push(whole(REALIZATION, surface.realization));
+            columns
+        }
+        Origin::Spectrum { surface, .. } => {
+            let mut columns = match &surface.source {
+                Source::File { content, unit, .. } => vec![
+                    text(CONTENT_OF_SPECTRUM, content.to_string()),
+                    text(UNIT, unit.clone()),
+                ],
+                Source::Stage { spectrum_of } => {
+                    let known = spectrum_of.iter();
+                    known.map(|name| text(SPECTRUM_OF, name.clone())).collect()
+                }
+            };
+            columns.extend([
+                (SEED, Value::Integer(surface.seed.cast_signed())),
+                whole(REALIZATION, surface.realization),
+            ]);
+            columns
+        }
         Origin::File(file) => {
             let mut columns = vec![
                 text(CONTENT, file.content.to_string()),

@@ -48,6 +48,11 @@ pub struct RandomTable {
     /// rectangle the longer one; instead of `k_upper`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub shortest_wavelength: Key<f64>,
+    /// A grain, `{ ratio = 2.0, angle = 30 }`: wavelengths and correlation lengths along it, at the
+    /// angle in degrees from x, are `ratio` times those across. The density at (k∥, k⊥) is the
+    /// isotropic one at √((ratio k∥)² + k⊥²), with k∥ = k_x cos angle + k_y sin angle; cutoffs are
+    /// those across. A ratio of 1 is none.
+    pub anisotropy: Key<AnisotropyTable>,
     /// Root mean square slope that each surface is scaled to.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     pub rms_slope: Key<f64>,
@@ -68,11 +73,23 @@ table!(
     RandomTable,
     swept: [
         "nodes", "side", "hurst", "k_lower", "longest_wavelength", "k_rolloff", "k_upper",
-        "shortest_wavelength", "rms_slope", "seed"
+        "shortest_wavelength", "anisotropy", "rms_slope", "seed"
     ],
     lists: [],
     pairs: ["nodes", "side"]
 );
+
+/// A grain.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AnisotropyTable {
+    /// Correlation length along the grain over that across, from 1 to 1000.
+    #[schemars(required, range(min = 1, max = 1000))]
+    pub ratio: Key<f64>,
+    /// Direction of the grain, in degrees from the x axis, from 0 up to but not with 180.
+    #[schemars(range(min = 0), extend("exclusiveMaximum" = 180, "default" = 0.0))]
+    pub angle: Key<f64>,
+}
 
 /// How many surfaces are drawn for each point of the grid.
 #[derive(Debug, Clone, JsonSchema)]
@@ -209,7 +226,7 @@ pub enum RandomHeights {
 }
 
 /// What becomes of the heights of a surface.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Heights {
     /// They are stored.

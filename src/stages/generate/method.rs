@@ -9,9 +9,11 @@ use super::growth::PlannedSurfaces;
 use super::keys::{
     Growing, ParaboloidTable, PunchTable, RandomHeights, RandomTable, Realizations, WaveTable,
 };
+use super::spectrum_checks;
+use super::spectrum_keys::SpectrumTable;
 use crate::contact::topography::random::Amplitude;
 use crate::diagnostics::{Problems, Span};
-use crate::stages::Given;
+use crate::stages::{Given, Reads, Rows};
 use crate::written::advice::Wanted;
 use crate::written::{Layout, Section, Table, Written, reader};
 
@@ -20,6 +22,8 @@ use crate::written::{Layout, Section, Table, Written, reader};
 pub enum Method {
     /// A random self-affine surface.
     Random(Amplitude),
+    /// A random one with a given spectrum.
+    Spectrum,
     /// A measured one.
     File,
     /// A paraboloid.
@@ -34,6 +38,7 @@ pub enum Method {
 #[derive(Debug)]
 pub enum SurfacePoints {
     Random(Amplitude, Section<RandomTable>),
+    Spectrum(Section<SpectrumTable>),
     File(Section<FileTable>),
     Paraboloid(Section<ParaboloidTable>),
     Wave(WaveShape, Section<WaveTable>),
@@ -42,9 +47,10 @@ pub enum SurfacePoints {
 
 impl Method {
     /// Every one, the one that is meant when nothing is said first.
-    pub const ALL: [Method; 8] = [
+    pub const ALL: [Method; 9] = [
         Method::Random(Amplitude::Gaussian),
         Method::Random(Amplitude::Deterministic),
+        Method::Spectrum,
         Method::File,
         Method::Paraboloid,
         Method::Wave(WaveShape::Single),
@@ -58,6 +64,7 @@ impl Method {
         match self {
             Method::Random(Amplitude::Gaussian) => "filter",
             Method::Random(Amplitude::Deterministic) => "random-phase",
+            Method::Spectrum => "spectrum",
             Method::File => "file",
             Method::Paraboloid => "paraboloid",
             Method::Wave(WaveShape::Single) => "wave",
@@ -67,10 +74,16 @@ impl Method {
         }
     }
 
+    /// Whether a stage may be read, which `from` names.
+    pub fn may_read(self) -> bool {
+        self == Method::Spectrum
+    }
+
     /// The keys beside it.
     pub fn layout(self) -> &'static Layout {
         match self {
             Method::Random(_) => RandomTable::layout(),
+            Method::Spectrum => SpectrumTable::layout(),
             Method::File => FileTable::layout(),
             Method::Paraboloid => ParaboloidTable::layout(),
             Method::Wave(_) => WaveTable::layout(),
@@ -91,6 +104,7 @@ impl Method {
             Method::Random(amplitude) => {
                 Points::Random(amplitude, reader::read(table, place, wanted, problems))
             }
+            Method::Spectrum => Points::Spectrum(reader::read(table, place, wanted, problems)),
             Method::File => Points::File(reader::read(table, place, wanted, problems)),
             Method::Paraboloid => Points::Paraboloid(reader::read(table, place, wanted, problems)),
             Method::Wave(shape) => {
@@ -106,6 +120,7 @@ impl SurfacePoints {
     pub fn surfaces(&self, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
         match self {
             SurfacePoints::Random(amplitude, section) => checks::random(*amplitude, section, given),
+            SurfacePoints::Spectrum(section) => spectrum_checks::spectra(section, given),
             SurfacePoints::File(section) => files::files(section, given),
             SurfacePoints::Paraboloid(section) => checks::paraboloid(section, given.problems),
             SurfacePoints::Wave(shape, section) => checks::wave(*shape, section, given.problems),
@@ -122,12 +137,23 @@ impl SurfacePoints {
         heights.any(|key| key.written().map(|heights| heights.value) == Some(RandomHeights::None))
     }
 
+    /// What the method reads of other stages; most read nothing.
+    pub fn reads(&self) -> Option<Reads> {
+        matches!(self, SurfacePoints::Spectrum(_)).then(|| Reads {
+            rows: &[Rows::PowerSpectra],
+            from: "`measure` stages with `what = \"spectrum\"`, where its method is `spectrum`"
+                .into(),
+        })
+    }
+
     /// Until when more surfaces are drawn, as it is written; the points of a grid share it.
     pub fn condition(&self) -> Option<&Written<String>> {
-        let SurfacePoints::Random(_, section) = self else {
-            return None;
+        let realizations = match self {
+            SurfacePoints::Random(_, section) => &section.points.first()?.table.realizations,
+            SurfacePoints::Spectrum(section) => &section.points.first()?.table.realizations,
+            _ => return None,
         };
-        let realizations = section.points.first()?.table.realizations.written()?;
+        let realizations = realizations.written()?;
         let Realizations::Until(Growing { until, .. }) = &realizations.value else {
             return None;
         };

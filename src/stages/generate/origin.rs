@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::map_file::{ChannelChoice, ChannelRead, MapFile, Reader};
 use super::per_axis::PerAxis;
+use super::spectrum::SpectrumSurface;
 use crate::contact::grid::Grid;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::preparation::{Preparation, Prepared};
@@ -28,6 +29,14 @@ pub enum Origin {
     },
     /// A measured surface.
     File(MeasuredSurface),
+    /// A random surface with a given spectrum.
+    Spectrum {
+        /// Nodes along x and y.
+        nodes: PerAxis<u32>,
+        /// Spectrum and draw.
+        #[serde(flatten)]
+        surface: SpectrumSurface,
+    },
     /// A shape with a closed-form solution.
     Shape {
         /// Nodes along x and y.
@@ -105,7 +114,9 @@ impl Origin {
     /// Nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         let PerAxis(nodes) = match self {
-            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => *nodes,
+            Origin::Random { nodes, .. }
+            | Origin::Spectrum { nodes, .. }
+            | Origin::Shape { nodes, .. } => *nodes,
             Origin::File(file) => file.seen.nodes,
         };
         nodes.map(|nodes| nodes as usize)
@@ -116,10 +127,16 @@ impl Origin {
         matches!(self, Origin::File(file) if file.edges == Edges::Open)
     }
 
+    /// Whether its spectrum is in the table of another task, which must be read to draw it.
+    pub fn reads_stage(&self) -> bool {
+        matches!(self, Origin::Spectrum { surface, .. } if surface.source.is_stage())
+    }
+
     /// Draws the surface, or reads it.
     ///
     /// # Errors
-    /// When the file is gone, has changed, or is no map of heights.
+    /// When the file is gone, has changed, or is no map of heights or no spectrum; and where the
+    /// spectrum is another task's.
     pub fn draw(
         &self,
         side: Option<[f64; 2]>,
@@ -129,6 +146,10 @@ impl Origin {
         match self {
             Origin::Random { surface, .. } => Ok(surface.draw(grid()?)),
             Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
+            Origin::Spectrum { surface, .. } => {
+                let density = surface.density_of_file(sources)?;
+                surface.draw(&density, grid()?)
+            }
             Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
         }
     }

@@ -1,7 +1,8 @@
-//! Recipes of surfaces.
+//! Recipes of surfaces: keys are made of their text.
 
 use super::map_file::{ChannelChoice, Reader};
 use super::*;
+use crate::contact::topography::anisotropy::Anisotropy;
 use crate::contact::topography::crop::Crop;
 use crate::contact::topography::fill::Fill;
 use crate::contact::topography::level::Level;
@@ -19,6 +20,7 @@ fn a_surface_is_known_from_its_recipe() {
         k_lower: 4,
         k_rolloff: 4,
         k_upper: 32,
+        anisotropy: None,
     };
     let surface = RandomSurface {
         spectrum,
@@ -123,6 +125,77 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
         r#"{{"heights":"keep","side":[2.0,1.0],"method":"file","content":"{content}","unit":"µm","height_scale":0.001,"edges":"taper","taper_fraction":0.1}}"#
     );
     assert_eq!(serde_json::to_string(&params).unwrap(), expected);
+}
+
+#[test]
+fn a_grain_is_written_where_there_is_one() {
+    let params = |anisotropy: Option<Anisotropy>| Params {
+        heights: Heights::Keep,
+        side: Some(PerAxis::same(1.0)),
+        origin: Origin::Random {
+            nodes: PerAxis::same(64),
+            surface: RandomSurface {
+                spectrum: Spectrum {
+                    hurst: 0.8,
+                    k_lower: 2,
+                    k_rolloff: 4,
+                    k_upper: 16,
+                    anisotropy,
+                },
+                amplitude: Amplitude::Gaussian,
+                rms_slope: 1.0,
+                seed: 1,
+                realization: 0,
+            },
+        },
+    };
+    let written = |params: &Params| serde_json::to_string(params).unwrap();
+    let head = r#"{"heights":"keep","side":1.0,"nodes":64,"hurst":0.8,"k_lower":2,"k_rolloff":4,"#;
+    let tail = r#""method":"filter","rms_slope":1.0,"seed":1,"realization":0}"#;
+    let isotropic = params(Anisotropy::new(1.0, 30.0));
+    assert_eq!(written(&isotropic), format!(r#"{head}"k_upper":16,{tail}"#));
+    let stretched = params(Anisotropy::new(2.0, 30.0));
+    let grain = r#""anisotropy_ratio":2.0,"anisotropy_angle":30.0"#;
+    assert_eq!(
+        written(&stretched),
+        format!(r#"{head}"k_upper":16,{grain},{tail}"#)
+    );
+    for params in [isotropic, stretched] {
+        assert_eq!(
+            serde_json::from_str::<Params>(&written(&params)).unwrap(),
+            params
+        );
+    }
+}
+
+#[test]
+fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
+    for source in [
+        Source::File {
+            content: ContentHash::of(b"spectrum"),
+            unit: "µm".to_owned(),
+            length_scale: 1e6,
+        },
+        Source::Stage { spectrum_of: None },
+    ] {
+        for rms_slope in [None, Some(0.1)] {
+            let params = Params {
+                heights: Heights::Keep,
+                side: Some(PerAxis([2.0, 1.0])),
+                origin: Origin::Spectrum {
+                    nodes: PerAxis([64, 32]),
+                    surface: SpectrumSurface {
+                        source: source.clone(),
+                        rms_slope,
+                        seed: 5,
+                        realization: 2,
+                    },
+                },
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
 }
 
 #[test]

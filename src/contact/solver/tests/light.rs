@@ -25,6 +25,7 @@ fn random(nodes: usize, hurst: f64, k_lower: u32, realization: u32) -> Vec<f64> 
             k_lower,
             k_rolloff: k_lower,
             k_upper: nodes as u32 / 2,
+            anisotropy: None,
         },
         amplitude: Amplitude::Gaussian,
         rms_slope: 1.0,
