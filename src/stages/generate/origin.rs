@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::map_file::{ChannelChoice, ChannelRead, MapFile, Reader};
+use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
 use super::per_axis::PerAxis;
 use super::spectrum::SpectrumSurface;
 use crate::contact::grid::Grid;
@@ -172,9 +172,9 @@ impl MeasuredSurface {
             path.map(|path| path.display().to_string())
                 .unwrap_or_default()
         };
-        let unusable = |source| StageError::Measured {
+        let unusable = |source: MapFileError| StageError::Measured {
             path: path(),
-            source,
+            source: Box::new(source),
         };
         let map = MapFile::read(&bytes, self.channel.as_ref()).map_err(unusable)?;
         let channel = map.channel.clone();
