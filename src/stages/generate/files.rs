@@ -70,8 +70,8 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
             }
         };
         // What is wrong with other keys has been reported.
-        (height_scale?, edges?, preparation?);
-        let planned = single(&table.heights, side, Origin::File(surface));
+        let (_, _, _) = (height_scale?, edges?, preparation?);
+        let planned = single(&table.heights, side, Origin::File(Box::new(surface)));
         resolved.push(without_synonyms(&planned.params));
         Some(planned)
     })?;

@@ -28,7 +28,7 @@ pub enum Origin {
         surface: RandomSurface,
     },
     /// A measured surface.
-    File(MeasuredSurface),
+    File(Box<MeasuredSurface>),
     /// A random surface with a given spectrum.
     Spectrum {
         /// Nodes along x and y.
