@@ -131,22 +131,23 @@ impl NormalEquations {
         let mut matrix = [[0.0; MOST_TERMS]; MOST_TERMS];
         for (node, _) in scan.measured() {
             let values = basis.at(node);
-            for k in 0..terms {
-                (0..=k).for_each(|l| matrix[k][l] += values[k] * values[l]);
+            for (row, one) in matrix.iter_mut().zip(&values) {
+                let sums = row.iter_mut().zip(&values);
+                sums.for_each(|(sum, other)| *sum += one * other);
             }
         }
         let mut factor = [[0.0; MOST_TERMS]; MOST_TERMS];
-        for k in 0..terms {
-            for l in 0..k {
+        for (k, row) in matrix.iter().enumerate().take(terms) {
+            for (l, value) in row.iter().enumerate().take(k) {
                 let sum: f64 = (0..l).map(|m| factor[k][m] * factor[l][m]).sum();
                 let diagonal = factor[l][l];
                 if diagonal > 0.0 {
-                    factor[k][l] = (matrix[k][l] - sum) / diagonal;
+                    factor[k][l] = (value - sum) / diagonal;
                 }
             }
             let sum: f64 = (0..k).map(|m| factor[k][m] * factor[k][m]).sum();
-            let left = matrix[k][k] - sum;
-            match left > INDEPENDENT * matrix[k][k] {
+            let left = row[k] - sum;
+            match left > INDEPENDENT * row[k] {
                 true => factor[k][k] = left.sqrt(),
                 false => factor[k] = [0.0; MOST_TERMS],
             }
@@ -157,10 +158,10 @@ impl NormalEquations {
     fn solve(&self, moments: &Terms) -> Terms {
         let factor = &self.factor;
         let mut solution = [0.0; MOST_TERMS];
-        for k in 0..self.terms {
+        for (k, moment) in moments.iter().enumerate().take(self.terms) {
             if factor[k][k] > 0.0 {
                 let sum: f64 = (0..k).map(|m| factor[k][m] * solution[m]).sum();
-                solution[k] = (moments[k] - sum) / factor[k][k];
+                solution[k] = (moment - sum) / factor[k][k];
             }
         }
         for k in (0..self.terms).rev() {

@@ -23,6 +23,9 @@ use super::scan::{MissingPoints, Scan};
 use super::surface::Surface;
 
 /// What is asked for; what is not there is not done.
+///
+/// That nothing is to be done may be asked for, too, as one of several levels that are compared: then
+/// it is a word in recipe and row.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Preparation {
     /// Which part of the map, in the unit of its sides.

@@ -3,9 +3,10 @@
 //! At each missing node Σ w (h − h′) = 0 over its neighbours along x and y, with w = 1/Δx² and 1/Δy²;
 //! heights that were measured are given, and beyond the edge of a map that is not periodic there is
 //! no neighbour, so that nothing flows over it. The matrix of each hole is symmetric and positive
-//! definite, since every hole has an edge: conjugate gradients, divided by the diagonal. Holes are
-//! solved one by one and all sums go in the order of the nodes, so that the result is the same
-//! whatever computes it.
+//! definite, since every hole has an edge: conjugate gradients, preconditioned by an incomplete
+//! Cholesky factor, in numbers of steps that grow with the root of a hole's width. Holes are solved
+//! one by one and all sums go in the order of the nodes, so that the result is the same whatever
+//! computes it.
 
 use crate::contact::topography::scan::Scan;
 
@@ -103,6 +104,8 @@ struct Hole {
     /// The unknown neighbours of each unknown, itself where there is none, and their weights.
     neighbours: Vec<[(u32, f64); 4]>,
     diagonal: Vec<f64>,
+    /// The diagonal of the incomplete factor.
+    pivots: Vec<f64>,
     given: Vec<f64>,
     /// The mean of the measured neighbours, from which heights are counted.
     reference: f64,
@@ -119,6 +122,7 @@ impl Hole {
         let mut hole = Hole {
             neighbours: Vec::with_capacity(nodes.len()),
             diagonal: Vec::with_capacity(nodes.len()),
+            pivots: Vec::new(),
             given: Vec::with_capacity(nodes.len()),
             reference,
         };
@@ -137,6 +141,7 @@ impl Hole {
             hole.diagonal.push(diagonal);
             hole.given.push(given);
         }
+        hole.pivots = pivots(&hole.neighbours, &hole.diagonal);
         hole
     }
 
@@ -165,7 +170,7 @@ impl Hole {
     /// Conjugate gradients from zero until the residual has become small.
     fn solution_of(&self, mut residual: Vec<f64>, least: f64) -> Vec<f64> {
         let mut solution = vec![0.0; residual.len()];
-        let mut direction = self.scaled(&residual);
+        let mut direction = self.preconditioned(&residual);
         let mut power = dot(&residual, &direction);
         // In exact arithmetic there are no more steps than unknowns.
         for _ in 0..2 * residual.len() + 10 {
@@ -175,28 +180,44 @@ impl Hole {
                 break;
             }
             let length = power / curvature;
-            for at in 0..solution.len() {
-                solution[at] += length * direction[at];
-                residual[at] -= length * product[at];
-            }
+            let steps = solution.iter_mut().zip(&direction);
+            steps.for_each(|(height, direction)| *height += length * direction);
+            let left = residual.iter_mut().zip(&product);
+            left.for_each(|(residual, product)| *residual -= length * product);
             if norm(&residual) <= least {
                 break;
             }
-            let scaled = self.scaled(&residual);
-            let next = dot(&residual, &scaled);
+            let towards = self.preconditioned(&residual);
+            let next = dot(&residual, &towards);
             let share = next / power;
             power = next;
-            let turned = direction.iter_mut().zip(scaled);
-            turned.for_each(|(direction, scaled)| *direction = scaled + share * *direction);
+            let turned = direction.iter_mut().zip(towards);
+            turned.for_each(|(direction, towards)| *direction = towards + share * *direction);
         }
         solution
     }
 
-    fn scaled(&self, residual: &[f64]) -> Vec<f64> {
-        let scaled = residual.iter().zip(&self.diagonal);
-        scaled
-            .map(|(residual, diagonal)| residual / diagonal)
-            .collect()
+    /// The residual through both triangles of the incomplete factor.
+    fn preconditioned(&self, residual: &[f64]) -> Vec<f64> {
+        let mut values = residual.to_vec();
+        for (at, neighbours) in self.neighbours.iter().enumerate() {
+            for &(other, weight) in neighbours {
+                if (other as usize) < at {
+                    values[at] += weight * values[other as usize];
+                }
+            }
+            values[at] /= self.pivots[at];
+        }
+        for (at, neighbours) in self.neighbours.iter().enumerate().rev() {
+            let mut sum = 0.0;
+            for &(other, weight) in neighbours {
+                if other as usize > at {
+                    sum += weight * values[other as usize];
+                }
+            }
+            values[at] += sum / self.pivots[at];
+        }
+        values
     }
 
     fn product(&self, heights: &[f64]) -> Vec<f64> {
@@ -209,6 +230,33 @@ impl Hole {
         });
         product.collect()
     }
+}
+
+/// The diagonal of the modified incomplete Cholesky factor, (D + L) D⁻¹ (D + Lᵀ) with the L of the
+/// matrix: what a complete one would fill in is taken off the diagonal, nearly all of it, so that
+/// smooth heights are all but solved for (Gustafsson 1978).
+fn pivots(neighbours: &[[(u32, f64); 4]], diagonal: &[f64]) -> Vec<f64> {
+    const TAKEN_OFF: f64 = 0.97;
+    const LEAST: f64 = 0.25;
+    let mut pivots: Vec<f64> = Vec::with_capacity(diagonal.len());
+    // Σ w over the neighbours that come later.
+    let mut later: Vec<f64> = Vec::with_capacity(diagonal.len());
+    for (at, neighbours) in neighbours.iter().enumerate() {
+        let (mut pivot, mut after) = (diagonal[at], 0.0);
+        for &(other, weight) in neighbours {
+            let other = other as usize;
+            if other < at {
+                let filled = TAKEN_OFF * (later[other] - weight);
+                pivot -= weight * (weight + filled) / pivots[other];
+            } else if other > at {
+                after += weight;
+            }
+        }
+        let is_safe = pivot > LEAST * diagonal[at];
+        pivots.push(if is_safe { pivot } else { diagonal[at] });
+        later.push(after);
+    }
+    pivots
 }
 
 fn dot(one: &[f64], other: &[f64]) -> f64 {
