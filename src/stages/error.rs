@@ -33,7 +33,7 @@ pub enum StageError {
         /// The file.
         path: String,
         /// What is wrong with it.
-        source: MapFileError,
+        source: Box<MapFileError>,
     },
     /// A measured surface cannot be prepared as asked.
     #[error("`{path}` cannot be prepared as asked")]

@@ -167,9 +167,9 @@ fn a_scan_without_its_short_waves_is_smoother_and_touches_more() {
     let table = bench.table("measured", "table");
     assert_eq!(table.rows(), 48);
     let [areas, pressures] = ["area_percent", "pressure_gpa"].map(|name| column(&table, name));
-    let slope = column(&table, "rms_slope");
-    for row in 0..table.rows() {
-        let kappa = areas[row] / 100.0 * slope[row] * 56.1 / pressures[row];
+    let slopes = column(&table, "rms_slope");
+    for ((area, pressure), slope) in areas.iter().zip(&pressures).zip(&slopes) {
+        let kappa = area / 100.0 * slope * 56.1 / pressure;
         assert!((1.2..3.5).contains(&kappa), "{kappa}");
     }
     let contact = bench.table("measured", "contact");

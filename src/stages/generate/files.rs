@@ -1,5 +1,6 @@
 //! Checks of the stages that read measured surfaces, and of their files.
 
+use std::collections::BTreeMap;
 use std::ops::Bound;
 
 use self::keys::{Channel, FileTable};
@@ -13,10 +14,11 @@ use super::{MeasuredSurface, Origin, Params, PerAxis, SeenMap};
 use crate::contact::topography::level::Level;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::preparation::Preparation;
+use crate::diagnostics::{Problem, Problems, Span};
 use crate::stages::Given;
 use crate::surface_files::{ContentHash, Recalled};
-use crate::written::checks::{Checks, QUANTITY, report_equal_points};
-use crate::written::{Section, Written};
+use crate::written::checks::{Checks, QUANTITY};
+use crate::written::{Key, Point, Section, Written};
 
 pub mod keys;
 mod lengths;
@@ -69,11 +71,11 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
         };
         // What is wrong with other keys has been reported.
         (height_scale?, edges?, preparation?);
-        let planned = single(&table.heights, side, Origin::File(surface));
+        let planned = single(&table.heights, side, Origin::File(Box::new(surface)));
         resolved.push(without_synonyms(&planned.params));
         Some(planned)
     })?;
-    report_equal_points(section, &resolved, given.problems);
+    report_synonyms(section, &resolved, given.problems);
     Some(planned)
 }
 
@@ -84,6 +86,47 @@ struct Asked<'a> {
     height_scale: f64,
     edges: Edges,
     preparation: Preparation,
+}
+
+/// Reports points that come to the same in other words: they would count one surface twice.
+fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: &mut Problems) {
+    let mut seen: BTreeMap<String, &Point<FileTable>> = BTreeMap::new();
+    for (point, params) in section.points.iter().zip(resolved) {
+        let text = serde_json::to_string(params).expect("parameters are plain data");
+        let Some(before) = seen.insert(text, point) else {
+            continue;
+        };
+        let [one, other] = [before, point].map(|point| spans(&point.table));
+        let mut both = one.iter().zip(&other);
+        let differing = both.find(|(one, other)| one != other);
+        problems.push(match differing {
+            // Points that agree in every word have been reported.
+            None => continue,
+            Some(((name, Some(first)), (_, Some(again)))) => {
+                let message = format!("two values of `{name}` come to the same surface");
+                Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
+            }
+            Some(_) => {
+                let place = point.place.clone();
+                Problem::new("two cases come to the same", place, "this case")
+                    .and(before.place.clone(), "is equal to this one")
+            }
+        });
+    }
+}
+
+/// Where what can be said in several ways is written.
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
+    fn span<T>(key: &Key<T>) -> Option<Span> {
+        key.written().map(|written| written.span.clone())
+    }
+    [
+        ("channel", span(&table.channel)),
+        ("side", span(&table.side)),
+        ("crop", span(&table.crop)),
+        ("level", span(&table.level)),
+        ("fill", span(&table.fill)),
+    ]
 }
 
 /// A surface as its recipe would be if everything in it were written out: the map by its number, the

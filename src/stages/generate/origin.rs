@@ -27,7 +27,7 @@ pub enum Origin {
         surface: RandomSurface,
     },
     /// A measured surface.
-    File(MeasuredSurface),
+    File(Box<MeasuredSurface>),
     /// A shape with a closed-form solution.
     Shape {
         /// Nodes along x and y.
@@ -153,7 +153,7 @@ impl MeasuredSurface {
         };
         let unusable = |source| StageError::Measured {
             path: path(),
-            source,
+            source: Box::new(source),
         };
         let map = MapFile::read(&bytes, self.channel.as_ref()).map_err(unusable)?;
         let channel = map.channel.clone();

@@ -73,9 +73,9 @@ fn a_surface_is_known_from_its_recipe() {
             nodes: rectangle,
             surface,
         },
-        Origin::File(measured),
-        Origin::File(open),
-        Origin::File(prepared),
+        Origin::File(Box::new(measured)),
+        Origin::File(Box::new(open)),
+        Origin::File(Box::new(prepared)),
         Origin::Shape {
             nodes: square,
             shape,
@@ -103,7 +103,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
     let params = Params {
         heights: Heights::Keep,
         side: Some(PerAxis([2.0, 1.0])),
-        origin: Origin::File(MeasuredSurface {
+        origin: Origin::File(Box::new(MeasuredSurface {
             content,
             unit: "µm".to_owned(),
             height_scale: 1e-3,
@@ -117,7 +117,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
                 missing: 3,
                 ..SeenMap::default()
             },
-        }),
+        })),
     };
     let expected = format!(
         r#"{{"heights":"keep","side":[2.0,1.0],"method":"file","content":"{content}","unit":"µm","height_scale":0.001,"edges":"taper","taper_fraction":0.1}}"#

@@ -237,7 +237,7 @@ fn a_map_of_more_nodes_along_one_axis_has_two_sides() {
     let grid = [([6, 4], [3.0, 2.0])];
     assert_eq!(of(head, "side = [3.0, 2.0]"), grid);
     let mirrored = head.replace("true", "false\nedges = \"mirror\"");
-    assert_eq!(of(&mirrored, "side = [3.0, 2.0]"), [([12, 8], [3.0, 2.0])]);
+    assert_eq!(of(&mirrored, "side = [3.0, 2.0]"), [([12, 8], [6.0, 4.0])]);
     let message = message(head, "side = 3.0");
     for part in ["is a rectangle, and `side` is not", "`side = [3, 2]`"] {
         assert!(message.contains(part), "{part} in {message}");

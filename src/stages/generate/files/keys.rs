@@ -48,13 +48,11 @@ pub struct FileTable {
     /// the unit of `side`.
     pub crop: Key<Part>,
     /// Which form is taken away, fitted to the measured points by least squares: `"mean"`, `"plane"` or
-    /// `"quadric"`.
-    #[schemars(extend("default" = "none"))]
+    /// `"quadric"`; none when left out or `"none"`.
     pub level: Key<Level>,
-    /// What becomes of points that were not measured: `"error"` refuses the map, `"harmonic"` solves
-    /// Laplace's equation in the holes, `"nearest"` takes the height of the nearest measured point,
-    /// `"lowest"` the lowest of the map.
-    #[schemars(extend("default" = "error"))]
+    /// What becomes of points that were not measured: `"harmonic"` solves Laplace's equation in the
+    /// holes, `"nearest"` takes the height of the nearest measured point, `"lowest"` the lowest of the
+    /// map; when left out, or `"error"`, a map that lacks points is refused.
     pub fill: Key<Fill>,
     /// Wavelength above which waves are removed, in the unit of `side`, by the areal Gaussian filter of
     /// ISO 16610-61: half of a wave of that length is left.

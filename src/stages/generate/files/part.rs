@@ -49,13 +49,6 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
     })
 }
 
-fn is_periodic(table: &FileTable) -> bool {
-    table
-        .periodic
-        .written()
-        .is_some_and(|periodic| periodic.value)
-}
-
 fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
     let Some(written) = table.crop.written() else {
         return (!checks.is_excused("crop")).then_some(None);
@@ -116,12 +109,21 @@ fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> 
     let Some(written) = table.resample.written() else {
         return (!checks.is_excused("resample")).then_some(None);
     };
-    if !is_periodic(table) {
-        checks.forbidden("resample", &table.resample, "only with `periodic = true`")?;
-    }
     let [x, y] = written.on_either();
     let along_x = checks.is_whole_in("resample", &x, &NODES)?;
-    Some(Some([along_x, checks.is_whole_in("resample", &y, &NODES)?]))
+    let along_y = checks.is_whole_in("resample", &y, &NODES)?;
+    let open = table.periodic.written().filter(|periodic| !periodic.value);
+    if let Some(open) = open {
+        let message = format!("`resample = {}` needs a periodic map", written.value);
+        let problem = Problem::new(message, written.span.clone(), "interpolates Fourier modes")
+            .and(open.span.clone(), "says that it is none");
+        checks.problems.push(problem.help(
+            "leave it out; with `low_pass` a map that is not periodic loses its short waves and keeps \
+             its nodes",
+        ));
+        return None;
+    }
+    Some(Some([along_x, along_y]))
 }
 
 /// What is left of the map once it is prepared; whatever leaves nothing is reported.
@@ -138,7 +140,7 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
         Err(error) => {
             let message = format!("`crop` is no part of {:?}: {error}", asked.path.value);
             let place = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
-            let [x, y] = cell.size();
+            let [x, y] = cell.size().map(decimal::nearest);
             let problem = Problem::new(message, place, "must lie within the map");
             checks
                 .problems
@@ -260,7 +262,7 @@ fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Check
 fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
     let [x, y] = grid.spacing();
     let least = decimal::nearest(2.0 * x.max(y));
-    let most = grid.cell().longer_side();
+    let most = decimal::nearest(grid.cell().longer_side());
     let table = asked.table;
     let both = [
         ("high_pass", asked.preparation.high_pass, &table.high_pass),
