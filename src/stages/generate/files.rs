@@ -96,11 +96,9 @@ fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: 
         let Some(before) = seen.insert(text, point) else {
             continue;
         };
-        let spans = [before, point].map(|point| spans(&point.table));
-        let differing = spans[0]
-            .iter()
-            .zip(&spans[1])
-            .find(|(one, other)| one != other);
+        let [one, other] = [before, point].map(|point| spans(&point.table));
+        let mut both = one.iter().zip(&other);
+        let differing = both.find(|(one, other)| one != other);
         problems.push(match differing {
             // Points that agree in every word have been reported.
             None => continue,
@@ -108,12 +106,11 @@ fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: 
                 let message = format!("two values of `{name}` come to the same surface");
                 Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
             }
-            Some(_) => Problem::new(
-                "two cases come to the same",
-                point.place.clone(),
-                "this case",
-            )
-            .and(before.place.clone(), "is equal to this one"),
+            Some(_) => {
+                let place = point.place.clone();
+                Problem::new("two cases come to the same", place, "this case")
+                    .and(before.place.clone(), "is equal to this one")
+            }
         });
     }
 }

@@ -67,7 +67,7 @@ pub enum MapFileError {
     #[error(transparent)]
     Npy(MeasuredError),
     #[error(transparent)]
-    Format(TopographyFileError),
+    Format(Box<TopographyFileError>),
     #[error(transparent)]
     Channel(ChannelError),
     #[error("none of its channels holds heights: {}", channels.join(", "))]
@@ -111,7 +111,7 @@ impl MapFile {
         if bytes.starts_with(b"\x93NUMPY") {
             return MapFile::of_npy(bytes, choice);
         }
-        let file = read(bytes).map_err(MapFileError::Format)?;
+        let file = read(bytes).map_err(|error| MapFileError::Format(Box::new(error)))?;
         let channels = file.channels();
         let place = match choice {
             Some(choice) => place_of(choice, channels.len(), |name| file.find(name))?,

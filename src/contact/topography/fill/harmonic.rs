@@ -199,23 +199,22 @@ impl Hole {
 
     /// The residual through both triangles of the incomplete factor.
     fn preconditioned(&self, residual: &[f64]) -> Vec<f64> {
-        let mut values = vec![0.0; residual.len()];
+        let mut values = residual.to_vec();
         for (at, neighbours) in self.neighbours.iter().enumerate() {
-            let before = neighbours
-                .iter()
-                .filter(|(other, _)| (*other as usize) < at);
-            let sum: f64 = before
-                .map(|(other, weight)| weight * values[*other as usize])
-                .sum();
-            values[at] = (residual[at] + sum) / self.pivots[at];
+            for &(other, weight) in neighbours {
+                if (other as usize) < at {
+                    values[at] += weight * values[other as usize];
+                }
+            }
+            values[at] /= self.pivots[at];
         }
         for (at, neighbours) in self.neighbours.iter().enumerate().rev() {
-            let after = neighbours
-                .iter()
-                .filter(|(other, _)| (*other as usize) > at);
-            let sum: f64 = after
-                .map(|(other, weight)| weight * values[*other as usize])
-                .sum();
+            let mut sum = 0.0;
+            for &(other, weight) in neighbours {
+                if other as usize > at {
+                    sum += weight * values[other as usize];
+                }
+            }
             values[at] += sum / self.pivots[at];
         }
         values

@@ -5,6 +5,7 @@ use std::ops::RangeBounds;
 use super::Asked;
 use super::keys::FileTable;
 use crate::contact::grid::Cell;
+use crate::decimal;
 use crate::diagnostics::Problem;
 use crate::stages::generate::PerAxis;
 use crate::stages::generate::map_file::MapFile;
@@ -181,7 +182,7 @@ fn check_same(
     } else {
         format!(" {unit}")
     };
-    let said = match known {
+    let said = match known.map(decimal::nearest) {
         [x, y] if x == y => format!("{x:?}"),
         [x, y] => format!("[{x:?}, {y:?}]"),
     };

@@ -140,7 +140,7 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
         Err(error) => {
             let message = format!("`crop` is no part of {:?}: {error}", asked.path.value);
             let place = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
-            let [x, y] = cell.size();
+            let [x, y] = cell.size().map(decimal::nearest);
             let problem = Problem::new(message, place, "must lie within the map");
             checks
                 .problems
@@ -262,7 +262,7 @@ fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Check
 fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
     let [x, y] = grid.spacing();
     let least = decimal::nearest(2.0 * x.max(y));
-    let most = grid.cell().longer_side();
+    let most = decimal::nearest(grid.cell().longer_side());
     let table = asked.table;
     let both = [
         ("high_pass", asked.preparation.high_pass, &table.high_pass),
