@@ -27,6 +27,17 @@ pub struct SpectrumTable {
     pub unit: Option<String>,
 }
 
+impl SpectrumTable {
+    /// How many of a unit of length that of the table is; one, where either is not named. None if
+    /// they are not both lengths.
+    pub fn length_scale(&self, unit: &str) -> Option<f64> {
+        match &self.unit {
+            Some(own) if !unit.is_empty() => length_ratio(own, unit),
+            _ => Some(1.0),
+        }
+    }
+}
+
 /// Why a file holds no spectrum.
 #[derive(Debug, Error)]
 pub enum SpectrumFileError {
@@ -169,7 +180,28 @@ fn unit_of(units: [Option<&str>; 2]) -> Result<Option<(String, f64)>, SpectrumFi
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn any_bytes_do_no_harm(
+            is_parquet: bool,
+            bytes in proptest::collection::vec(any::<u8>(), 0..200),
+        ) {
+            let start: &[u8] = if is_parquet { b"PAR1" } else { b"" };
+            let _ = read(&[start, &bytes].concat());
+        }
+
+        #[test]
+        fn any_rows_below_a_header_are_numbers_or_an_error(rows in "[0-9eE.,;#\\-+ \n]{0,100}") {
+            let text = format!("wavenumber [1/m],density [m^4]\n{rows}");
+            if let Ok(found) = read(text.as_bytes()) {
+                prop_assert!(found.points.len() <= rows.lines().count());
+            }
+        }
+    }
 
     fn table(text: &str) -> Result<SpectrumTable, String> {
         read(text.as_bytes()).map_err(|error| error.to_string())

@@ -7,6 +7,8 @@
 use std::cmp::Reverse;
 use std::fmt;
 
+use arrow::array::Array;
+
 use crate::ensemble::{Point, grouped};
 use crate::stages::columns::*;
 use crate::store::column::{Role, Value};
@@ -80,12 +82,16 @@ impl Setting {
         }
     }
 
-    /// The rows of a table that are in the setting, as far as it has its columns.
+    /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
+    /// with a grain, which no claim is about.
     pub fn rows(&self, table: &Table) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
         let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
         let mut rows: Vec<usize> = (0..table.rows()).collect();
+        if let Some(ratio) = batch.column_by_name(ANISOTROPY_RATIO.name) {
+            rows.retain(|&row| ratio.is_null(row));
+        }
         for (column, value) in asked {
             rows.retain(|&row| Value::of(column, row).as_ref() == Some(value));
         }

@@ -8,13 +8,24 @@ use crate::stages::aggregate::{self, Groups, Statistic};
 use crate::stages::columns::*;
 use crate::stages::fit;
 use crate::stages::fit::laws::{Law, PlainLaw};
+use crate::stages::surface_columns::*;
 use crate::stages::{Kind, columns_of};
 use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 
 const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 
 /// Coordinates that place rows about something else than the contact of one surface.
-const ELSEWHERE: [&str; 2] = [BIN.name, "pooled"];
+const ELSEWHERE: [&str; 7] = [
+    BIN.name,
+    ALONG.name,
+    WAVENUMBER.name,
+    LAG.name,
+    DISTANCE.name,
+    LEVEL.name,
+    "pooled",
+];
+/// Surfaces with a grain are all left out of claims.
+const GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
 /// Every column that places measured or corrected contacts.
 fn coordinates() -> Vec<Column> {
@@ -177,21 +188,29 @@ fn figures_show_every_row_once() {
 fn claims_take_every_row_once_or_name_it_as_left_out() {
     for column in coordinates() {
         // A coordinate of measured surfaces or shapes makes no other spectrum: it is left out, too.
-        let contacts = swept(&column).without(&["correction", "coefficient"]);
-        let finished = claims::evidence::KindTable {
-            kind: Kind::Measure,
-            table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
-        };
-        let evidence = claims::Evidence::of(&[finished]).unwrap();
-        let ensembles = evidence.ensembles.iter();
-        let taken: usize = ensembles.map(|one| one.surfaces() * one.loads.len()).sum();
-        let left_out: usize = evidence.setting.left_out.iter().map(|left| left.rows).sum();
+        let [taken, left_out] = claimed(swept(&column).without(&GRAIN));
         let expected = match column.name {
             "correction" | "coefficient" => 4,
+            name if GRAIN.contains(&name) => 4,
             _ => states(&column),
         };
         assert_eq!(taken + left_out, expected, "{}", column.name);
+        assert_eq!(claimed(swept(&column)), [0, 8], "{}", column.name);
     }
+}
+
+/// Rows of contacts that claims rest on, and those that are left out.
+fn claimed(contacts: Table) -> [usize; 2] {
+    let contacts = contacts.without(&["correction", "coefficient"]);
+    let finished = claims::evidence::KindTable {
+        kind: Kind::Measure,
+        table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
+    };
+    let evidence = claims::Evidence::of(&[finished]).unwrap();
+    let ensembles = evidence.ensembles.iter();
+    let taken = ensembles.map(|one| one.surfaces() * one.loads.len());
+    let left_out = evidence.setting.left_out.iter().map(|left| left.rows);
+    [taken.sum(), left_out.sum()]
 }
 
 #[test]

@@ -94,18 +94,24 @@ fn surfaces_drawn_from_a_measured_spectrum_have_it_within_their_scatter() {
     let (scan, drawn) = (table("spectrum"), table("drawn_spectrum"));
     let drawn = by(&drawn, "wavenumber", "spectral_density");
     let rings = values(&scan, "wavenumber").into_iter();
+    let densities = values(&scan, "spectral_density");
+    // Beyond the cutoff there is the rounding of transforms alone.
+    let least = 1e-20 * densities.iter().copied().fold(0.0, f64::max);
     let mut compared = 0;
-    for (wavenumber, density) in rings.zip(values(&scan, "spectral_density")) {
+    for (wavenumber, density) in rings.zip(densities).filter(|ring| ring.1 > least) {
         let (mean, sd) = drawn[&wavenumber.to_bits()];
-        // Of some 45 rings none deviates by four standard errors, of 20 skewed densities.
+        // Of 30 rings none deviates by four standard errors, of 20 skewed densities.
         let error = sd / 20_f64.sqrt();
         assert!(
             (mean - density).abs() <= 4.5 * error,
             "{wavenumber}: {mean} {density}"
         );
-        compared += usize::from(sd > 0.0);
+        compared += 1;
     }
-    assert!(compared >= 30, "{compared}");
+    assert_eq!(
+        compared, 30,
+        "rings from the second to the last before the cutoff"
+    );
 
     let (scan, drawn) = (table("scan_roughness"), table("drawn_roughness"));
     for name in ["Sq", "Sdq"] {
@@ -116,9 +122,6 @@ fn surfaces_drawn_from_a_measured_spectrum_have_it_within_their_scatter() {
             "{name}"
         );
     }
-    // One ensemble: nothing but seed and realization tells its surfaces apart.
-    let points = bench.output(&["table", bench.path("study.toml").to_str().unwrap(), "drawn"]);
-    assert!(points.status.success());
     assert_kept(&bench, "ensemble", &bench.path("study.toml"));
 }
 
@@ -181,7 +184,7 @@ what = "roughness"
         )
     };
     let (unit, micrometres) = heights("side = 20");
-    assert_eq!(unit, "µm");
+    assert_eq!(unit, "", "that of the file");
     let (unit, metres) = heights("side = 20e-6\nunit = \"m\"");
     assert_eq!(unit, "m");
     for (micrometre, metre) in micrometres.iter().zip(&metres) {
@@ -189,6 +192,12 @@ what = "roughness"
     }
     let (_, redrawn) = heights("side = 20\nheights = \"redraw\"");
     assert_eq!(micrometres, redrawn);
+    // Results can be read without the file.
+    fs::rename(bench.path("spectrum.csv"), bench.path("elsewhere.csv")).unwrap();
+    let path = bench.path("study.toml");
+    let shown = bench.output(&["table", path.to_str().unwrap(), "surfaces"]);
+    assert!(shown.status.success(), "{}", text(&shown.stderr));
+    fs::rename(bench.path("elsewhere.csv"), bench.path("spectrum.csv")).unwrap();
     heights("side = 20\nrms_slope = 0.25");
     let slopes = values(&bench.table("given", "surfaces"), "rms_slope");
     assert_eq!(slopes, [0.25; 2]);
@@ -235,7 +244,6 @@ from = "surfaces"
 over = ["m20", "m02"]
 "#;
     bench.run(manifest);
-    assert_kept(&bench, "grain", &bench.path("study.toml"));
     let mean = bench.table("grain", "mean");
     let (along_x, along_y) = (values(&mean, "m20_mean"), values(&mean, "m02_mean"));
     assert_eq!(along_x.len(), 3);

@@ -1,5 +1,7 @@
 //! Surfaces that are longer in one direction: a grain.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use serde::{Deserialize, Serialize};
 
 /// An isotropic surface that has been stretched along one direction.
@@ -62,7 +64,9 @@ impl Anisotropy {
     pub(super) fn square_length(&self) -> SquareLength {
         let (sine, cosine) = match self.angle {
             // Exactly, so that cutoffs hold to the wave.
+            45.0 => (FRAC_1_SQRT_2, FRAC_1_SQRT_2),
             90.0 => (1.0, 0.0),
+            135.0 => (FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
             angle => libm::sincos(angle.to_radians()),
         };
         let square = self.ratio * self.ratio;
