@@ -335,8 +335,19 @@ impl Layouts {
 
     fn add(&mut self, schema: &Schema) {
         for field in schema.fields() {
-            if !self.fields.iter().any(|known| known.name() == field.name()) {
-                self.fields.push(field.clone());
+            let known = self.fields.iter();
+            let place = known
+                .map(|known| known.name())
+                .position(|name| name == field.name());
+            match place {
+                None => self.fields.push(field.clone()),
+                // What tells surfaces of one table apart is no parameter beside another.
+                Some(place) => {
+                    let [known, new] = [&self.fields[place], field].map(|field| Role::of(field));
+                    if known == Some(Role::Parameter) && new == Some(Role::Surface) {
+                        self.fields[place] = field.clone();
+                    }
+                }
             }
         }
         let place = |known: &Arc<Field>| schema.index_of(known.name()).ok();
@@ -395,6 +406,17 @@ mod tests {
         assert_eq!(stacked.rows(), 4);
         assert_eq!(stacked.reals("area").unwrap().null_count(), 2);
         assert_eq!(stacked.reals("load").unwrap().null_count(), 0);
+    }
+
+    #[test]
+    fn what_tells_surfaces_apart_in_one_table_does_so_in_a_stack() {
+        let slope = Column::parameter("rms_slope", ColumnKind::Real, "1", "slope");
+        let of_surface = slope.with_role(Role::Surface);
+        let tables = [slope, of_surface].map(|column| Table::new(1, vec![(column, reals([0.1]))]));
+        for stack in [[0, 1], [1, 0]] {
+            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
+            assert_eq!(stacked.in_role(Role::Surface).names(), ["rms_slope"]);
+        }
     }
 
     #[test]
