@@ -18,7 +18,7 @@ use super::{FitError, Window};
 
 mod likelihood;
 
-use likelihood::{LEAST_PLATEAU, Likelihood, STEEPEST};
+use likelihood::{FLATTEST, LEAST_PLATEAU, Likelihood, STEEPEST};
 
 /// Fewer rings have nothing to say against the law.
 const LEAST_RINGS: usize = 4;
@@ -131,7 +131,7 @@ impl SelfAffineProblem {
             true => (likelihood.power(rolloff), rolloff),
             false => (likelihood.power(likelihood.logs[0]), likelihood.logs[0]),
         };
-        if !(power.exponent > 0.0 && power.exponent < STEEPEST) {
+        if !(power.exponent > FLATTEST && power.exponent < STEEPEST) {
             return Err(FitError::NotConverged);
         }
         let residuals = likelihood.residuals(start, &power);

@@ -4,6 +4,8 @@ use super::RingOfSurfaces;
 
 /// Fewer rings before the roll-off are no plateau.
 pub const LEAST_PLATEAU: usize = 2;
+/// Densities that fall less do not fall.
+pub const FLATTEST: f64 = 1e-6;
 /// The steepest power law that is looked for.
 pub const STEEPEST: f64 = 20.0;
 /// Steps of the searches for the exponent and for the roll-off, each of which gains digits.
