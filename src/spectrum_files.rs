@@ -27,6 +27,17 @@ pub struct SpectrumTable {
     pub unit: Option<String>,
 }
 
+impl SpectrumTable {
+    /// How many of a unit of length that of the table is; one, where either is not named. None if
+    /// they are not both lengths.
+    pub fn length_scale(&self, unit: &str) -> Option<f64> {
+        match &self.unit {
+            Some(own) if !unit.is_empty() => length_ratio(own, unit),
+            _ => Some(1.0),
+        }
+    }
+}
+
 /// Why a file holds no spectrum.
 #[derive(Debug, Error)]
 pub enum SpectrumFileError {

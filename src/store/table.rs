@@ -342,10 +342,12 @@ impl Layouts {
             match place {
                 None => self.fields.push(field.clone()),
                 // What tells surfaces of one table apart is no parameter beside another.
-                Some(place) if Role::of(field) == Some(Role::Surface) => {
-                    self.fields[place] = field.clone();
+                Some(place) => {
+                    let [known, new] = [&self.fields[place], field].map(|field| Role::of(field));
+                    if known == Some(Role::Parameter) && new == Some(Role::Surface) {
+                        self.fields[place] = field.clone();
+                    }
                 }
-                Some(_) => {}
             }
         }
         let place = |known: &Arc<Field>| schema.index_of(known.name()).ok();

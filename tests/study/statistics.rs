@@ -184,7 +184,7 @@ what = "roughness"
         )
     };
     let (unit, micrometres) = heights("side = 20");
-    assert_eq!(unit, "µm");
+    assert_eq!(unit, "", "that of the file");
     let (unit, metres) = heights("side = 20e-6\nunit = \"m\"");
     assert_eq!(unit, "m");
     for (micrometre, metre) in micrometres.iter().zip(&metres) {
@@ -192,6 +192,12 @@ what = "roughness"
     }
     let (_, redrawn) = heights("side = 20\nheights = \"redraw\"");
     assert_eq!(micrometres, redrawn);
+    // Results can be read without the file.
+    fs::rename(bench.path("spectrum.csv"), bench.path("elsewhere.csv")).unwrap();
+    let path = bench.path("study.toml");
+    let shown = bench.output(&["table", path.to_str().unwrap(), "surfaces"]);
+    assert!(shown.status.success(), "{}", text(&shown.stderr));
+    fs::rename(bench.path("elsewhere.csv"), bench.path("spectrum.csv")).unwrap();
     heights("side = 20\nrms_slope = 0.25");
     let slopes = values(&bench.table("given", "surfaces"), "rms_slope");
     assert_eq!(slopes, [0.25; 2]);

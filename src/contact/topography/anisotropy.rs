@@ -88,7 +88,8 @@ impl SquareLength {
 
     /// Of a wavevector.
     pub fn of(&self, [x, y]: [f64; 2]) -> f64 {
-        self.xx * (x * x) + 2.0 * self.xy * (x * y) + self.yy * (y * y)
+        // In this order, x and y may change places.
+        self.xx * (x * x) + self.yy * (y * y) + 2.0 * self.xy * (x * y)
     }
 
     /// The largest components of any wavevector whose length is at most one.

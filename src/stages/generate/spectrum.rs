@@ -37,10 +37,8 @@ pub enum Source {
     File {
         /// Hash of the file's content; its path decides nothing.
         content: ContentHash,
-        /// Unit of length of the surface, a label.
+        /// Unit of length of the surface; empty, where it is that of the table.
         unit: String,
-        /// How many of this unit the unit of the table is.
-        length_scale: f64,
     },
     /// The measured spectrum that the task reads.
     Stage {
@@ -85,12 +83,7 @@ impl SpectrumSurface {
     /// # Errors
     /// When the file is gone, has changed, or holds none; and where the density is another task's.
     pub fn density_of_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
-        let Source::File {
-            content,
-            length_scale,
-            ..
-        } = &self.source
-        else {
+        let Source::File { content, unit } = &self.source else {
             return Err(StageError::NotKept);
         };
         let unusable = |reason: String| {
@@ -101,9 +94,12 @@ impl SpectrumSurface {
         };
         let bytes = sources.read(content)?;
         let table = spectrum_files::read(&bytes).map_err(|error| unusable(error.to_string()))?;
+        let Some(factor) = table.length_scale(unit) else {
+            return Err(unusable(format!("cannot be had in {unit:?}")));
+        };
         let density = SpectralDensity::through(table.points);
         let density = density.map_err(|error| unusable(error.to_string()))?;
-        Ok(density.in_unit(*length_scale))
+        Ok(density.in_unit(factor))
     }
 
     /// The density of a measured spectrum, ring by ring.

@@ -17,7 +17,6 @@ use crate::diagnostics::Problem;
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
 use crate::stages::Given;
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
-use crate::topography_files::length_ratio;
 use crate::written::checks::{Checks, QUANTITY};
 use crate::written::{Section, Written};
 
@@ -102,6 +101,10 @@ fn of_file(
     let (content, bytes) = match sources.add(Path::new(&path.value)) {
         Ok(found) => found,
         Err(SurfaceFileError::Read { source, .. }) => {
+            if let Some((content, _)) = sources.recall(Path::new(&path.value)) {
+                let unit = written_unit(table);
+                return Some(Source::File { content, unit });
+            }
             let reason = format!("cannot be read: {source}");
             refuse(reason, "relative to the manifest", checks);
             return None;
@@ -118,7 +121,7 @@ fn of_file(
             return None;
         }
     };
-    let (unit, length_scale) = unit_of(table, path, &spectrum, checks)?;
+    let length_scale = length_scale(table, path, &spectrum, checks)?;
     let density = match SpectralDensity::through(spectrum.points) {
         Ok(density) => density.in_unit(length_scale),
         Err(error) => {
@@ -128,38 +131,33 @@ fn of_file(
         }
     };
     check_occupied(&density, path, mesh?, checks)?;
-    Some(Source::File {
-        content,
-        unit,
-        length_scale,
-    })
+    let unit = written_unit(table);
+    Some(Source::File { content, unit })
 }
 
-/// The unit of length of the surface, and how many of it the file's are.
-fn unit_of(
+fn written_unit(table: &SpectrumTable) -> String {
+    let unit = table.unit.written().map(|unit| unit.value.clone());
+    unit.unwrap_or_default()
+}
+
+/// How many of the unit of length of the surface that of the file is.
+fn length_scale(
     table: &SpectrumTable,
     path: &Written<String>,
     spectrum: &Spectrum,
     checks: &mut Checks,
-) -> Option<(String, f64)> {
-    let written = table.unit.written().filter(|unit| !unit.value.is_empty());
-    let (of_file, written) = match (&spectrum.unit, written) {
-        (None, None) => return Some((String::new(), 1.0)),
-        (None, Some(unit)) => return Some((unit.value.clone(), 1.0)),
-        (Some(unit), None) => return Some((unit.clone(), 1.0)),
-        (Some(of_file), Some(written)) => (of_file, written),
-    };
-    let ratio = length_ratio(of_file, &written.value);
-    if ratio.is_none() {
+) -> Option<f64> {
+    let scale = spectrum.length_scale(&written_unit(table));
+    if let (None, Some(written), Some(own)) = (scale, table.unit.written(), &spectrum.unit) {
         let message = format!(
-            "`unit = {:?}` is no unit for a file in {of_file:?}",
+            "`unit = {:?}` is no unit for a file in {own:?}",
             written.value
         );
         let problem = Problem::new(message, written.span.clone(), "must be a unit of length")
             .and(path.span.clone(), "names its own unit");
         checks.report("unit", problem);
     }
-    Some((written.value.clone(), ratio?))
+    scale
 }
 
 /// Some mode of the mesh must have a density.

@@ -20,8 +20,8 @@ pub struct SpectrumTable {
     /// `density [µm^4]`. Where the spectrum has been measured, `from` names the stage instead, and
     /// modes have the densities of their rings.
     pub path: Key<String>,
-    /// Name of the unit of length of `side`, and of the file where it names none; that of the file
-    /// when left out.
+    /// Name of the unit of length of `side`; when left out that of the file, which is converted where
+    /// it names another.
     #[schemars(extend("default" = ""))]
     pub unit: Key<String>,
     /// Nodes per side of the mesh; of a rectangle those along x and along y, `[1024, 512]`, beside

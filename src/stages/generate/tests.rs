@@ -174,7 +174,6 @@ fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
         Source::File {
             content: ContentHash::of(b"spectrum"),
             unit: "µm".to_owned(),
-            length_scale: 1e6,
         },
         Source::Stage { spectrum_of: None },
     ] {
