@@ -155,7 +155,8 @@ impl TaskTables for Archive {
 /// nodes and sides are for forecasts alone.
 fn files(table: &Table) -> Result<Recollection, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
-    let units = table.texts(UNIT.name)?;
+    let units = table.has(UNIT.name).then(|| table.texts(UNIT.name));
+    let units = units.transpose()?;
     let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name));
     let formats = formats.transpose()?;
     let grids = Grids::of(table)?;
@@ -165,7 +166,7 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
         let recalled = Recalled {
             content: ContentHash::from_hex(contents.value(row))?,
             format: format.map(|formats| formats.value(row).to_owned()),
-            unit: units.value(row).to_owned(),
+            unit: units.map_or_else(String::new, |units| units.value(row).to_owned()),
             nodes: grid
                 .nodes()
                 .map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX)),

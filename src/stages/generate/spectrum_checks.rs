@@ -101,8 +101,8 @@ fn of_file(
     let (content, bytes) = match sources.add(Path::new(&path.value)) {
         Ok(found) => found,
         Err(SurfaceFileError::Read { source, .. }) => {
-            if let Some((content, _)) = sources.recall(Path::new(&path.value)) {
-                let unit = written_unit(table);
+            if let Some(recalled) = sources.recall(Path::new(&path.value)) {
+                let (content, unit) = (recalled.content, written_unit(table));
                 return Some(Source::File { content, unit });
             }
             let reason = format!("cannot be read: {source}");
