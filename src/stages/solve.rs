@@ -6,6 +6,7 @@ mod solved;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -126,7 +127,7 @@ impl Stage for Params {
         let scales = Scales::of(&surface, table, self)?;
         let grid = surface.grid();
         let heights = scales.reduced(surface);
-        let (mut solver, mut rows) = match self.boundary {
+        let begin = || match self.boundary {
             Boundary::Periodic => {
                 let body = PeriodicHalfSpace::new(grid);
                 (Solver::new(body, &heights), Solved::default())
@@ -137,9 +138,15 @@ impl Stage for Params {
                 (Solver::new(body, &heights), rows)
             }
         };
+        let (mut solver, mut rows) = begin();
+        if let Some(kept) = context.checkpoints.last()
+            && rows.restore(&mut solver, &kept).is_err()
+        {
+            (solver, rows) = begin();
+        }
         drop(heights);
         let expected = |loads: &[f64]| cost::expected_pairs(scales.nodes, loads, self.tolerance);
-        for (index, &given) in self.loads.iter().enumerate() {
+        for (index, &given) in self.loads.iter().enumerate().skip(rows.count()) {
             let load = scales.load(given, self.load_unit);
             let outcome = solver.press(load, &self.settings(), context.interrupted);
             if outcome.stop == Stop::Interrupted {
@@ -150,6 +157,10 @@ impl Stage for Params {
             (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
             if outcome.stop == Stop::FullContact {
                 break;
+            }
+            if context.checkpoints.is_due() && index + 1 < self.loads.len() {
+                let save = &mut |out: &mut dyn Write| rows.save(&solver, out);
+                context.checkpoints.keep(save);
             }
         }
         Ok(rows.table(self, table, &scales))

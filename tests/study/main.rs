@@ -4,6 +4,7 @@
 mod adaptive_sampling;
 mod bench;
 mod caching;
+mod checkpoints;
 mod columns;
 mod commands;
 mod crashes;
@@ -26,8 +27,10 @@ mod reference;
 mod report;
 mod separation;
 mod session;
+mod shards;
 mod shipped;
 mod signals;
+mod slurm;
 mod tables;
 mod topography;
 mod units;
