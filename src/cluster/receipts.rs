@@ -17,8 +17,8 @@ use crate::store::StoreError;
 use crate::store::files::{Existing, names, write_whole};
 use crate::store::writer::Writer;
 
-/// How often a receipt is written anew.
-pub const EVERY: Duration = Duration::from_secs(20);
+/// After what time a receipt is written anew, the first time and later.
+pub const EVERY: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
 
 /// Nobody who lives leaves a receipt untouched for so long, but one whom a scheduler has suspended.
 const LONG: Duration = Duration::from_secs(86400);

@@ -223,10 +223,7 @@ fn cure(told: &str) -> String {
 /// The partitions that there are, if Slurm tells.
 fn partitions() -> Option<String> {
     let told = run_quietly("sinfo", &["--noheader", "--format=%R"])?;
-    let names: Vec<String> = told
-        .lines()
-        .map(|name| format!("`{}`", name.trim()))
-        .collect();
+    let names: Vec<String> = told.lines().map(|name| name.trim().to_owned()).collect();
     (!names.is_empty()).then(|| listed(names.iter().map(String::as_str), "and"))
 }
 

@@ -88,7 +88,8 @@ fn a_block_whose_process_was_killed_goes_on_from_its_checkpoint() {
         .spawn()
         .unwrap();
     let checkpoints = bench.data().join("store/checkpoints");
-    while !checkpoints.exists() {
+    let is_kept = || fs::read_dir(&checkpoints).is_ok_and(|kept| kept.count() > 0);
+    while !is_kept() {
         sleep(Duration::from_millis(5));
     }
     run.kill().unwrap();

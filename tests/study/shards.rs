@@ -56,7 +56,7 @@ fn all_shards_and_a_last_run_write_what_one_run_writes() {
                 .iter()
                 .all(|stage| counts[*stage].computed == 0)
         );
-        assert_eq!((counts["law"].computed, counts["curves"].computed), (4, 1));
+        assert_eq!((counts["law"].computed, counts["curves"].computed), (2, 1));
         assert_same_files(&finished(&bench), &finished(&alone));
     }
 }

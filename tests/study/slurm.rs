@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, text};
+use crate::bench::{Bench, STUDY, assert_same_files, text};
 
 /// A folder of commands by the names of Slurm's.
 struct Slurm {
@@ -163,18 +163,7 @@ fn the_last_job_computes_what_is_little_and_submits_again_what_is_much() {
     let output = slurm.output("finish", &["--jobs", "1", "--round", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_eq!(slurm.log().lines().count(), 4);
-    let alone = Bench::new();
-    alone.run(STUDY);
-    for (path, bytes) in alone
-        .files()
-        .iter()
-        .filter(|(path, _)| path.starts_with("results"))
-    {
-        assert!(
-            fs::read(slurm.bench.data().join(path)).unwrap() == *bytes,
-            "{path:?}"
-        );
-    }
+    slurm.compare(STUDY);
 }
 
 #[test]
@@ -261,30 +250,64 @@ impl Slurm {
     }
 }
 
+impl Slurm {
+    /// Runs the script of each element as a scheduler would.
+    fn compute_elements(&self) {
+        let script = self.bench.data().join("cluster/small/element.sh");
+        for element in ["1", "2", "3"] {
+            let mut bash = Command::new("bash");
+            bash.arg(&script)
+                .env("SLURM_ARRAY_TASK_ID", element)
+                .env("SLURM_ARRAY_JOB_ID", "11");
+            assert!(bash.output().unwrap().status.success());
+        }
+    }
+
+    /// Fails unless the tables are those that a plain run of the manifest writes.
+    #[track_caller]
+    fn compare(&self, manifest: &str) {
+        let alone = Bench::new();
+        alone.run(manifest);
+        let results = |bench: &Bench| {
+            let mut files = bench.files();
+            files.retain(|path, _| path.starts_with("results"));
+            files
+        };
+        assert_same_files(&results(&self.bench), &results(&alone));
+    }
+}
+
 #[test]
 fn scripts_compute_the_study_under_any_scheduler_that_counts() {
     let slurm = Slurm::willing();
     assert!(slurm.output("submit", &SHORT).status.success());
-    let script = slurm.bench.data().join("cluster/small/element.sh");
-    for element in ["1", "2", "3"] {
-        let mut bash = Command::new("bash");
-        bash.arg(&script)
-            .env("SLURM_ARRAY_TASK_ID", element)
-            .env("SLURM_ARRAY_JOB_ID", "11");
-        assert!(bash.output().unwrap().status.success());
-    }
+    slurm.compute_elements();
     let output = slurm.output("finish", &[]);
     assert!(output.status.success() && !text(&output.stderr).contains("no receipt"));
-    let alone = Bench::new();
-    alone.run(STUDY);
-    for (path, bytes) in alone
-        .files()
-        .iter()
-        .filter(|(path, _)| path.starts_with("results"))
+    slurm.compare(STUDY);
+}
+
+#[test]
+fn surfaces_are_drawn_until_a_mean_is_known_in_rounds_of_the_last_job() {
+    let growing = STUDY.replace(
+        "realizations = 2",
+        "realizations = { at_least = 3, at_most = 200, until = \"sem(area.area_fraction) < 4 %\" }",
+    );
+    let slurm = Slurm::willing();
+    slurm.bench.write(&growing);
+    assert!(slurm.output("submit", &SHORT).status.success());
+    let mut rounds = 0;
+    while !slurm
+        .bench
+        .data()
+        .join("results/small/area.parquet")
+        .exists()
     {
-        assert!(
-            fs::read(slurm.bench.data().join(path)).unwrap() == *bytes,
-            "{path:?}"
-        );
+        slurm.compute_elements();
+        let output = slurm.output("finish", &["--jobs", "1", "--round", &rounds.to_string()]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        rounds += 1;
     }
+    assert!(rounds > 1, "at least one more array");
+    slurm.compare(&growing);
 }

@@ -88,7 +88,9 @@ impl<'a> Ledger<'a> {
         let (at_work, has_ended) = mpsc::channel::<()>();
         thread::scope(|scope| {
             scope.spawn(move || {
-                while has_ended.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
+                let [mut wait, later] = EVERY;
+                while has_ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                    wait = later;
                     self.enter(receipt, &[]);
                     // What cannot be written now is written in the end, or an error then.
                     let _ = receipt.write(folder);
@@ -132,7 +134,9 @@ impl<'a> Ledger<'a> {
         let lasting = work.under_way.values();
         let lasting = lasting.map(|begun| begun.elapsed().as_secs_f64());
         let finished = work.finished.iter().map(|(_, seconds)| *seconds);
-        receipt.seconds = finished.chain(lasting).sum();
+        receipt.seconds = finished
+            .chain(lasting)
+            .fold(0.0, |sum, seconds| sum + seconds);
         receipt.computed = work.finished.len();
         receipt.under_way = work.under_way.keys().map(|&task| key(task)).collect();
         let mut paces = Paces::default();
