@@ -96,7 +96,9 @@ class Cluster:
         """Ends all of it."""
         for name in ("n1", "n2", "controller"):
             try:
-                os.kill(int((self.folder / f"{name}.pid").read_text()), signal.SIGTERM)
+                daemon = int((self.folder / f"{name}.pid").read_text())
+                os.kill(daemon, signal.SIGTERM)
+                wait_until(f"{name} has ended", lambda: not Path(f"/proc/{daemon}").exists())
             except (OSError, ValueError):
                 pass
 
@@ -281,7 +283,7 @@ exec {program} "$@"
 
 def main():
     program = Path(sys.argv[1]).resolve()
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         folder = Path(folder)
         alone = folder / "alone"
         manifest = HERE / "cluster/study.toml"

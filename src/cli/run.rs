@@ -159,7 +159,14 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
-        return format!("stopped after {computed} of {all}; run again to go on");
+        let cure = match outcome.halted {
+            true => {
+                "nothing more can be stored: make room or ask for a larger quota, `asperity prune` \
+                 shows what nobody needs, and "
+            }
+            false => "",
+        };
+        return format!("stopped after {computed} of {all}; {cure}run again to go on");
     }
     match computed {
         0 if outcome.failed.is_empty() => "nothing to do: every table was there".to_owned(),

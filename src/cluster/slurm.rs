@@ -126,7 +126,13 @@ pub fn queue(names: &[&str]) -> Result<Vec<Queued>, SlurmError> {
     let names = format!("--name={}", names.join(","));
     let told = run(
         "squeue",
-        &["--noheader", "--array", &names, "--format=%A|%F|%K|%T|%r"],
+        &[
+            "--noheader",
+            "--me",
+            "--array",
+            &names,
+            "--format=%A|%F|%K|%T|%r",
+        ],
     )?;
     Ok(told.lines().filter_map(queued).collect())
 }
