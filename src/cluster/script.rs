@@ -94,12 +94,12 @@ impl Scripts {
             report: extras.report,
             replace: extras.replace,
         };
-        let common = rendered(include_str!("script/common.sh"), &values);
-        values.common = common;
-        Scripts {
-            element: rendered(include_str!("script/element.sh"), &values) + "\n",
-            finish: rendered(include_str!("script/finish.sh"), &values) + "\n",
-        }
+        values.common = rendered(include_str!("script/common.sh"), &values);
+        let element = rendered(include_str!("script/element.sh"), &values) + "\n";
+        values.minutes = duration(sizing.minutes_after);
+        values.common = rendered(include_str!("script/common.sh"), &values);
+        let finish = rendered(include_str!("script/finish.sh"), &values) + "\n";
+        Scripts { element, finish }
     }
 }
 
@@ -167,6 +167,7 @@ mod tests {
             cores: 4,
             memory: ByteSize::gib(4),
             minutes: 125,
+            minutes_after: 140,
         };
         let settings = Settings {
             partition: Some("short".to_owned()),
@@ -201,7 +202,7 @@ mod tests {
         let manifest = "manifest=\"/scratch/a da's 100%/quarter.toml\"";
         assert!(element.contains(manifest), "{element}");
         assert!(
-            element.contains("100%%/data/cluster/quarter/logs/"),
+            element.contains("100%%/data/cluster/quarter/logs\"/%A_%a.txt"),
             "{element}"
         );
         assert!(element.contains("logs\"/%A_%a.txt"), "{element}");

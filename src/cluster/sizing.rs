@@ -21,6 +21,9 @@ const MARGIN: f64 = 2.0;
 /// The shortest time limit, in minutes: a program starts, a file system is slow.
 const SHORTEST: f64 = 10.0;
 
+/// The shortest time limit of the job after them, in minutes: it computes what is little, too.
+const SHORTEST_AFTER: f64 = 60.0;
+
 /// Elements of one array, and what they are expected to take.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sizing {
@@ -38,6 +41,8 @@ pub struct Sizing {
     pub memory: ByteSize,
     /// Minutes after which Slurm ends one.
     pub minutes: u32,
+    /// Minutes after which it ends the job after them.
+    pub minutes_after: u32,
 }
 
 impl Sizing {
@@ -61,6 +66,12 @@ impl Sizing {
         let longest = hours.values().copied().fold(0.0, f64::max);
         let limit = settings.time_limit.map(|hours| 60.0 * hours);
         let limit = limit.unwrap_or(SHORTEST.max(60.0 * MARGIN * longest));
+        let minutes = limit.ceil().max(1.0) as u32;
+        let hours_after = after / 3600.0 / f64::from(cores);
+        let minutes_after = match settings.time_limit {
+            Some(_) => minutes,
+            None => minutes.max((SHORTEST_AFTER + 60.0 * MARGIN * hours_after).ceil() as u32),
+        };
         Sizing {
             elements,
             hours,
@@ -70,7 +81,8 @@ impl Sizing {
             memory: settings
                 .memory
                 .unwrap_or_else(|| enough(plan, missing, cores)),
-            minutes: limit.ceil().max(1.0) as u32,
+            minutes,
+            minutes_after,
         }
     }
 
