@@ -3,12 +3,14 @@
 //! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
 //! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
 
+mod cancel;
 mod check;
 mod claims;
 mod columns;
 mod completions;
 mod explain;
 mod failure_report;
+mod finish;
 mod forecast;
 mod grid;
 mod json;
@@ -20,6 +22,8 @@ mod run;
 mod schema;
 mod show;
 mod signals;
+mod status;
+mod submit;
 mod summary;
 mod surface;
 mod table;
@@ -73,6 +77,15 @@ enum Command {
     Explain(explain::Arguments),
     /// Compute what is missing and write the tables.
     Run(run::Arguments),
+    /// Share a study out among the nodes of a Slurm cluster.
+    Submit(submit::Arguments),
+    /// Say how far a study is, wherever it is computed.
+    Status(status::Arguments),
+    /// Take a study's jobs out of the queue of Slurm; what is finished is kept.
+    Cancel(cancel::Arguments),
+    /// What the last job of `submit` runs: compute what is little, submit again what is much, write
+    /// the tables.
+    Finish(finish::Arguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
     Claims(claims::Arguments),
     /// Write a page of figures and tables, and each figure as SVG and PNG.
@@ -113,6 +126,10 @@ pub fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments, &data),
         Command::Explain(arguments) => explain::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
+        Command::Submit(arguments) => submit::run(&arguments, &data),
+        Command::Status(arguments) => status::run(&arguments, &data),
+        Command::Cancel(arguments) => cancel::run(&arguments, &data),
+        Command::Finish(arguments) => finish::run(&arguments, &data),
         Command::Claims(arguments) => claims::run(&arguments, &data),
         Command::Report(arguments) => report::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),

@@ -17,6 +17,13 @@ pub struct CostModel {
 }
 
 impl CostModel {
+    /// One that knows what a pair takes on some meshes, from where the work is done.
+    pub fn measured(seconds_per_pair: BTreeMap<[usize; 2], f64>) -> CostModel {
+        CostModel {
+            seconds_per_pair: RefCell::new(seconds_per_pair),
+        }
+    }
+
     /// Seconds of one core for a task.
     pub fn seconds(&self, task: &Task) -> f64 {
         let effort = effort(task);
@@ -42,6 +49,11 @@ impl CostModel {
             .entry(nodes)
             .or_insert_with(|| cost::seconds_per_pair(nodes))
     }
+}
+
+/// Pairs of transforms that a task is expected to take.
+pub fn expected_pairs(task: &Task) -> f64 {
+    effort(task).pairs
 }
 
 fn effort(task: &Task) -> Effort {

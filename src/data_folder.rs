@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use crate::results;
 use crate::store::{Store, StoreError};
 
-/// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, and in
-/// `plans/` what studies were when they last ran. It need not exist.
+/// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, in
+/// `plans/` what studies were when they last ran, and in `cluster/STUDY/` what shares one out among
+/// machines. It need not exist.
 ///
 /// ```
 /// use std::path::Path;
@@ -53,6 +54,16 @@ impl DataFolder {
     /// What studies were when they last ran.
     pub fn records(&self) -> PathBuf {
         self.0.join("plans")
+    }
+
+    /// What the machines of a cluster leave of one study: scripts, and receipts of what they did.
+    pub fn cluster_of(&self, study: &str) -> PathBuf {
+        self.0.join("cluster").join(study)
+    }
+
+    /// A receipt of each process that has computed a shard of one study.
+    pub fn receipts_of(&self, study: &str) -> PathBuf {
+        self.cluster_of(study).join("receipts")
     }
 
     /// The store, to be looked at: nothing is made.

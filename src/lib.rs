@@ -75,7 +75,9 @@ pub mod cli;
 
 mod adaptive_sampling;
 mod caveats;
+mod checkpoints;
 mod claims;
+mod cluster;
 mod cost;
 mod data_folder;
 mod decimal;
@@ -87,6 +89,7 @@ mod figures;
 mod manifest;
 mod memory;
 mod names;
+mod processor;
 mod prune;
 mod reasons;
 mod report;

@@ -5,7 +5,7 @@
 //! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
 
 mod schema;
-mod syntax;
+pub mod syntax;
 
 pub use schema::schema;
 

@@ -4,6 +4,8 @@
 //! everything that decides its table. More surfaces, one more block or one more cutoff add tasks
 //! and rename none.
 
+mod surfaces;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 

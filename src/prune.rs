@@ -6,6 +6,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use crate::cluster;
+use crate::cluster::receipts::Receipt;
 use crate::data_folder::DataFolder;
 use crate::plan::Plan;
 use crate::reasons::record::Record;
@@ -30,18 +32,29 @@ pub fn unneeded(
     let mut found = listing::of_store(&data.store())?;
     found.extend(results::files(&data.results())?);
     found.extend(Record::files(&data.records())?);
+    found.extend(cluster::files::all(data.path())?);
     let is_needed = |found: &Found| match &found.what {
         What::Quarantined => false,
         What::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
-        What::Task(key) => keys.contains(key),
+        What::Task(key) | What::Checkpoint(key) => keys.contains(key),
         What::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
-        What::Owner { study } | What::Record { study } => {
+        What::Owner { study } | What::Record { study } | What::Cluster { study } => {
             plans.iter().any(|plan| plan.study == *study)
         }
     };
     found.retain(|found| !is_needed(found));
     Ok(found)
+}
+
+/// Receipts of elements that may be at work on other machines, which no lock may tell of.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn at_work(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
+    let mut receipts = cluster::files::receipts(data.path())?;
+    receipts.retain(Receipt::may_be_at_work);
+    Ok(receipts)
 }
 
 /// Deletes files, and folders that become empty. Whoever calls it has the store alone.
@@ -68,6 +81,7 @@ pub fn sweep(data: &DataFolder, moment: &Moment) -> Result<(), StoreError> {
     let mut left = listing::unfinished(&data.store())?;
     left.extend(results::files(&data.results())?);
     left.extend(Record::files(&data.records())?);
+    left.extend(cluster::files::all(data.path())?);
     left.retain(|found| found.what == What::Unfinished && moment.is_abandoned(&found.path));
     if left.is_empty() {
         return Ok(());

@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
 
 use bytesize::ByteSize;
 use rayon::Scope;
@@ -17,6 +18,7 @@ use crate::memory;
 use crate::plan::{Plan, Task};
 use crate::results::archive::Archive;
 use crate::stages::{Context, Input, StageError};
+use crate::store::checkpoint::StoredCheckpoints;
 use crate::store::key::TaskKey;
 use crate::store::parquet::Columns;
 use crate::store::{Store, StoreError};
@@ -69,6 +71,8 @@ pub struct Resources {
     pub threads: usize,
     /// Memory that the tasks at work may take together.
     pub room: ByteSize,
+    /// How often a long task keeps how far it has come.
+    pub checkpoint_every: Duration,
 }
 
 /// Computes the missing tasks.
@@ -121,6 +125,7 @@ struct Run<'a> {
     observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
     threads: usize,
+    checkpoint_every: Duration,
     room: Room,
     dependents: Vec<Vec<usize>>,
     /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
@@ -137,7 +142,11 @@ impl<'a> Run<'a> {
         missing: &[usize],
         archive: &'a Archive,
         sources: &'a SurfaceFiles,
-        Resources { threads, room }: Resources,
+        Resources {
+            threads,
+            room,
+            checkpoint_every,
+        }: Resources,
         observer: &'a dyn TaskObserver,
         interrupted: &'a AtomicBool,
     ) -> Run<'a> {
@@ -162,6 +171,7 @@ impl<'a> Run<'a> {
             observer,
             interrupted,
             threads,
+            checkpoint_every,
             room: Room::new(room.0, sizes),
             dependents: plan.dependents(),
             waits_for: waits_for.collect(),
@@ -227,16 +237,18 @@ impl<'a> Run<'a> {
                 },
             )
             .collect::<Result<Vec<_>, _>>()?;
+        let (store, key) = (self.archive.store(), self.plan.tasks[task].key);
+        let checkpoints = StoredCheckpoints::of(store, key, self.checkpoint_every);
         let context = Context {
             sources: self.sources,
+            checkpoints: &checkpoints,
             interrupted: &|| self.is_stopped(),
             advance: &|share| self.observer.advanced(task, share),
         };
         let table = recipe.run(&inputs, &context)?;
-        Ok(self
-            .archive
-            .store()
-            .publish(&self.plan.provenance(task), &table)?)
+        store.publish(&self.plan.provenance(task), &table)?;
+        checkpoints.remove();
+        Ok(())
     }
 
     /// A table that an earlier run has published, out of that of its stage.

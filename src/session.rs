@@ -54,10 +54,13 @@ pub mod columns;
 pub mod error;
 pub mod events;
 mod failures;
+pub mod finish;
 pub mod options;
+pub mod progress;
 mod report;
 pub mod run;
 pub mod status;
+pub mod submission;
 pub mod tables;
 pub mod task_names;
 
@@ -73,16 +76,20 @@ use crate::store::table::Table;
 use crate::store::writer::Moment;
 use crate::study::Study;
 
+pub use crate::cluster::shard::{NoShard, Shard};
 pub use crate::data_folder::DataFolder;
 pub use crate::results::reading::{Reading, StageRows};
 pub use claims::StudyClaims;
 pub use columns::DescribedColumns;
 pub use error::{SessionError, UnknownName};
 pub use events::{Event, Notice, Observer};
+pub use finish::{FinishOptions, FinishOutcome, Finished};
 pub use options::{RunOptions, Selection};
+pub use progress::Progress;
 pub use report::{Bars, Report, ReportOptions};
 pub use run::{PreparedRun, RunReport, SampledStudy};
 pub use status::Status;
+pub use submission::{PlannedSubmission, SubmitOptions};
 pub use tables::Tables;
 
 /// A manifest and a folder of data, as whoever works with both has them.

@@ -7,6 +7,7 @@
 //! follows from.
 
 pub(crate) mod cells;
+pub(crate) mod checkpoint;
 pub mod column;
 pub(crate) mod files;
 pub mod key;

@@ -37,7 +37,12 @@ pub fn tables(plan: Option<&Plan>, store: &Path, results: &Path) -> Result<Vec<F
     found.retain(|found| match &found.what {
         What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
         What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
-        What::Owner { .. } | What::Record { .. } | What::Quarantined | What::Unfinished => false,
+        What::Owner { .. }
+        | What::Record { .. }
+        | What::Cluster { .. }
+        | What::Checkpoint(_)
+        | What::Quarantined
+        | What::Unfinished => false,
     });
     Ok(found)
 }
@@ -108,6 +113,11 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
                 }),
             }
         }
-        What::Owner { .. } | What::Record { .. } | What::Quarantined | What::Unfinished => Ok(()),
+        What::Owner { .. }
+        | What::Record { .. }
+        | What::Cluster { .. }
+        | What::Checkpoint(_)
+        | What::Quarantined
+        | What::Unfinished => Ok(()),
     }
 }

@@ -29,6 +29,11 @@ pub struct Arguments {
     #[arg(long)]
     yes: bool,
 
+    /// Delete even while elements may be at work on other machines, as their receipts say: no lock
+    /// tells of them.
+    #[arg(long, requires = "yes")]
+    force: bool,
+
     /// Print JSON: `{"deleted", "files", "bytes", "kinds": [{"name", "files", "bytes"}, …]}`.
     #[arg(long)]
     json: bool,
@@ -44,7 +49,11 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     }
     // Who has the store alone looks at it without sharing it: nothing changes until the end.
     let alone = match arguments.yes {
-        true => Some(alone(data)?),
+        true => {
+            let alone = alone(data)?;
+            refuse_beside_elements(arguments, data)?;
+            Some(alone)
+        }
         false => None,
     };
     let unneeded = prune::unneeded(&plans, data, &Moment::here())?;
@@ -69,6 +78,21 @@ fn alone(data: &DataFolder) -> Result<Lock, Failure> {
         )
     };
     Ok(Lock::alone(&store)?.ok_or_else(in_use)?)
+}
+
+/// Locks may hold on one machine only: of other machines nothing is known but receipts.
+fn refuse_beside_elements(arguments: &Arguments, data: &DataFolder) -> Result<(), Failure> {
+    let at_work = prune::at_work(data)?;
+    let Some(receipt) = at_work.first().filter(|_| !arguments.force) else {
+        return Ok(());
+    };
+    let several = counted(at_work.len(), "element");
+    Err(format!(
+        "{several} may be at work on other machines, shard {} of `{}` on {} among them, and no lock \
+         tells of those; prune afterwards, or with `--force` if you know that they have ended",
+        receipt.shard, receipt.study, receipt.machine
+    )
+    .into())
 }
 
 /// Files and bytes, by what the files are.
@@ -130,7 +154,9 @@ fn name(file: &Found) -> String {
     match file.what {
         What::Task(_) => kind().unwrap_or_else(|| "unreadable".to_owned()),
         What::Stage { .. } | What::Owner { .. } => "results".to_owned(),
+        What::Checkpoint(_) => "checkpoints".to_owned(),
         What::Record { .. } => "plans".to_owned(),
+        What::Cluster { .. } => "cluster".to_owned(),
         What::Quarantined => "set aside".to_owned(),
         What::Unfinished => "unfinished".to_owned(),
     }

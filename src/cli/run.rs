@@ -4,17 +4,18 @@ use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use bytesize::ByteSize;
 use serde_json::json;
 
 use super::progress::Console;
-use super::signals::StopSignal;
+use super::signals::{Patience, StopSignal};
 use super::{Failure, chain, counted, json, summary};
 use crate::data_folder::DataFolder;
 use crate::runner::RunOutcome;
 use crate::session::status::StageCount;
-use crate::session::{RunOptions, RunReport, Selection, Session};
+use crate::session::{RunOptions, RunReport, Selection, Session, Shard};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -36,6 +37,22 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY")]
     only: Option<String>,
 
+    /// Compute one part of the surfaces alone: the I-th of N, as in `3/16`, with everything that hangs
+    /// on each of them by itself. Which part a surface is in follows from its key and N. No table of
+    /// a stage is written, but a receipt in `cluster/STUDY/receipts`; a last run without `--shard`
+    /// computes the rest and writes the tables.
+    #[arg(long, value_name = "I/N", conflicts_with = "only")]
+    shard: Option<Shard>,
+
+    /// The job of a scheduler that a shard belongs to, as its receipt names it.
+    #[arg(long, value_name = "NAME", requires = "shard")]
+    job: Option<String>,
+
+    /// Seconds after which a block of loads keeps how far it has come, again and again, to go on from
+    /// there when the process has ended; 600 when left out. The tables' bytes do not depend on it.
+    #[arg(long, value_name = "SECONDS")]
+    checkpoint_every: Option<u32>,
+
     /// Take the place of another manifest whose study has the same name, even if tables of it are
     /// lost.
     #[arg(long)]
@@ -52,41 +69,59 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let console = Console::default();
     let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
-    let stop = StopSignal::on_signal()?;
+    let patience = match arguments.shard {
+        Some(_) => Patience::OfANode,
+        None => Patience::OfAPerson,
+    };
+    let stop = StopSignal::on_signal(patience)?;
     let report = run.execute(stop.asked())?;
     let mut out = stdout().lock();
     if arguments.json {
         let mut json = as_json(&report);
         json["failures"] = json!(report.failures);
+        if let Some(receipt) = &report.receipt {
+            json["receipt"] = json!(receipt);
+        }
         writeln!(out, "{json:#}")?;
     } else {
-        if let Some(tables) = &report.tables {
-            let only = arguments.only.as_ref().map(|_| report.wanted.as_slice());
-            write!(
-                out,
-                "{}",
-                summary::text(&report.sampled.plan, tables, only)?
-            )?;
-        }
-        for stage in &report.sampled.stages {
-            writeln!(out, "{stage}")?;
-        }
-        if let Some(path) = &report.failures {
-            writeln!(out, "failures: {}", path.display())?;
-        }
-        writeln!(out, "{}", closing(&report.wanted, &report.outcome))?;
+        write!(out, "{}", told(&report, arguments.only.as_deref())?)?;
     }
     Ok(exit_code(&report.outcome, &stop))
 }
 
+/// What came of a run, in a few lines; of one task if `only` one was asked for.
+pub fn told(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
+    let mut text = String::new();
+    if let Some(tables) = &report.tables {
+        let only = only.map(|_| report.wanted.as_slice());
+        text += &summary::text(&report.sampled.plan, tables, only)?;
+    }
+    for stage in &report.sampled.stages {
+        text += &format!("{stage}\n");
+    }
+    if let Some(path) = &report.failures {
+        text += &format!("failures: {}\n", path.display());
+    }
+    if let Some(path) = &report.receipt {
+        text += &format!("receipt: {}\n", path.display());
+    }
+    Ok(text + &closing(&report.wanted, &report.outcome) + "\n")
+}
+
 impl Arguments {
     fn options(&self) -> RunOptions {
-        let selection = self.only.clone().map(Selection::Task);
+        let only = self.only.clone().map(Selection::Task);
+        let selection = only.or(self.shard.map(Selection::Shard));
         RunOptions {
             jobs: self.jobs.map(usize::from).and_then(NonZeroUsize::new),
             memory: self.memory,
             selection: selection.unwrap_or_default(),
             replace: self.replace,
+            job: self.job.clone(),
+            checkpoint_every: self
+                .checkpoint_every
+                .map(u64::from)
+                .map(Duration::from_secs),
         }
     }
 }
@@ -124,7 +159,14 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
-        return format!("stopped after {computed} of {all}; run again to go on");
+        let cure = match outcome.halted {
+            true => {
+                "nothing more can be stored: make room or ask for a larger quota, `asperity prune` \
+                 shows what nobody needs, and "
+            }
+            false => "",
+        };
+        return format!("stopped after {computed} of {all}; {cure}run again to go on");
     }
     match computed {
         0 if outcome.failed.is_empty() => "nothing to do: every table was there".to_owned(),
@@ -132,7 +174,7 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
     }
 }
 
-fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
+pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     if outcome.interrupted {
         ExitCode::from(stop.exit_code())
     } else if outcome.failed.is_empty() {

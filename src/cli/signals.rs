@@ -13,7 +13,23 @@ use signal_hook::iterator::Signals;
 use super::warn;
 
 /// How long a stopped run may take to end.
-const PATIENCE: Duration = Duration::from_millis(1500);
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Patience {
+    /// Somebody sits before it.
+    OfAPerson,
+    /// A scheduler waits: Slurm half a minute for who is cancelled, a whole one, as scripts ask it
+    /// to, for who is out of time.
+    OfANode,
+}
+
+impl Patience {
+    fn duration(self) -> Duration {
+        match self {
+            Patience::OfAPerson => Duration::from_millis(1500),
+            Patience::OfANode => Duration::from_secs(20),
+        }
+    }
+}
 
 /// Makes a file that grows beyond `ulimit -f` an error of whoever writes it, who knows its name;
 /// otherwise the system would end the process without a word.
@@ -29,10 +45,10 @@ pub struct StopSignal {
 }
 
 impl StopSignal {
-    /// The first signal asks tasks to stop. Those that do not within [`PATIENCE`], and those under
+    /// The first signal asks tasks to stop. Those that do not before patience ends, and those under
     /// way at a second signal, are dropped: whatever moment a process ends, nothing stored is
     /// harmed. What `nohup` has started outlives its terminal.
-    pub fn on_signal() -> io::Result<StopSignal> {
+    pub fn on_signal(patience: Patience) -> io::Result<StopSignal> {
         let stop = StopSignal::default();
         let mut heard = vec![SIGINT, SIGTERM];
         heard.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
@@ -40,7 +56,7 @@ impl StopSignal {
         let asked = stop.clone();
         thread::spawn(move || {
             for signal in signals.forever() {
-                asked.hear(signal);
+                asked.hear(signal, patience);
             }
         });
         Ok(stop)
@@ -57,7 +73,7 @@ impl StopSignal {
         u8::try_from(128 + signal).unwrap_or(u8::MAX)
     }
 
-    fn hear(&self, signal: i32) {
+    fn hear(&self, signal: i32, patience: Patience) {
         self.signal.store(signal, Ordering::SeqCst);
         if self.asked.swap(true, Ordering::SeqCst) {
             exit(self.exit_code().into());
@@ -65,7 +81,7 @@ impl StopSignal {
         warn("stopping; finished tasks are kept");
         let stop = self.clone();
         thread::spawn(move || {
-            thread::sleep(PATIENCE);
+            thread::sleep(patience.duration());
             warn("stopped; unfinished tasks are dropped, run again to go on");
             exit(stop.exit_code().into());
         });

@@ -41,6 +41,7 @@ mod press;
 mod saturation;
 mod shift;
 mod start;
+mod state;
 mod steps;
 mod survey;
 

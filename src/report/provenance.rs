@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::Subject;
 use super::tables::FinishedStages;
+use crate::processor;
 use crate::stages::columns::STOP;
 use crate::stages::solve::GIVEN_UP;
 
@@ -102,11 +103,7 @@ fn converged(finished: &FinishedStages) -> (usize, usize) {
 
 /// Processor, cores and system, as far as the system tells.
 fn machine() -> String {
-    let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = information
-        .lines()
-        .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
-        .map_or(std::env::consts::ARCH, |(_, model)| model.trim());
+    let model = processor::model();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let plural = if cores == 1 { "" } else { "s" };
     format!("{model}, {cores} core{plural}, {}", std::env::consts::OS)

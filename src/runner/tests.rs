@@ -42,6 +42,7 @@ fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     let means = Resources {
         threads: 2,
         room: ByteSize(u64::MAX),
+        checkpoint_every: Duration::MAX,
     };
     let missing = missing(&plan, &store);
     let stopped = AtomicBool::new(false);

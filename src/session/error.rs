@@ -9,6 +9,7 @@ use crate::store::key::{NoKey, TaskKey};
 use crate::store::table::TableError;
 
 pub use crate::adaptive_sampling::SamplingError;
+pub use crate::cluster::slurm::SlurmError;
 pub use crate::figures::pixels::PixelsError;
 pub use crate::memory::TooLarge;
 pub use crate::report::ReportError;
@@ -64,6 +65,32 @@ pub enum SessionError {
     /// The page cannot be written.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// Slurm cannot do what it was asked.
+    #[error(transparent)]
+    Slurm(#[from] SlurmError),
+    /// Jobs of the study are in the queue, or at work.
+    #[error(
+        "`{study}` is in the queue already, as job {job}: `asperity status {}` says how far it is, \
+         `asperity cancel {}` ends it",
+        manifest.display(),
+        manifest.display()
+    )]
+    InQueue {
+        /// The study's name.
+        study: String,
+        /// One of its jobs.
+        job: String,
+        /// The study's manifest.
+        manifest: PathBuf,
+    },
+    /// Nothing of the study has been submitted.
+    #[error("`{study}` has not been submitted; `asperity submit {}` does it", manifest.display())]
+    NotSubmitted {
+        /// The study's name.
+        study: String,
+        /// The study's manifest.
+        manifest: PathBuf,
+    },
     /// A stage has no table yet.
     #[error(
         "nothing of `{stage}` is computed yet; `asperity run {}` does it",
@@ -92,6 +119,8 @@ impl SessionError {
             | SessionError::Memory(_)
             | SessionError::Unknown(_)
             | SessionError::Query(_)
+            | SessionError::InQueue { .. }
+            | SessionError::NotSubmitted { .. }
             | SessionError::Report(ReportError::ShowsLess { .. }) => true,
             SessionError::Task(error) => !matches!(error, TaskNameError::NotFinished { .. }),
             SessionError::Text(_)
@@ -101,6 +130,7 @@ impl SessionError {
             | SessionError::Table(_)
             | SessionError::Stage(_)
             | SessionError::Threads(_)
+            | SessionError::Slurm(_)
             | SessionError::Report(_)
             | SessionError::NotComputed { .. } => false,
         }

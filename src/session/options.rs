@@ -1,11 +1,13 @@
 //! What a run shall do, and with what.
 
 use std::num::NonZeroUsize;
+use std::time::Duration;
 
 use bytesize::ByteSize;
 
 use super::error::TaskNameError;
 use super::task_names::planned;
+use crate::cluster::shard::Shard;
 use crate::plan::Plan;
 use crate::runner;
 use crate::store::Store;
@@ -22,7 +24,15 @@ pub struct RunOptions {
     pub selection: Selection,
     /// Whether to take the place of another manifest whose study has the same name.
     pub replace: bool,
+    /// The job of a scheduler that the run belongs to, as the receipt of a shard names it.
+    pub job: Option<String>,
+    /// How often a long block of loads keeps how far it has come, to go on from there when its
+    /// process has ended; every ten minutes when left out.
+    pub checkpoint_every: Option<Duration>,
 }
+
+/// Nobody minds to compute so long again.
+pub(super) const CHECKPOINT_EVERY: Duration = Duration::from_secs(600);
 
 /// Which tasks of a study a run computes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -33,6 +43,9 @@ pub enum Selection {
     /// One task, even if its table is there, and what it lacks: its key, or the first digits of
     /// it.
     Task(String),
+    /// What the store lacks of one part of the surfaces, as far as it hangs on one surface alone. No
+    /// table of a stage is written, but a receipt.
+    Shard(Shard),
 }
 
 impl RunOptions {
@@ -55,6 +68,7 @@ impl Selection {
         Ok(match self {
             Selection::Missing => missing.to_vec(),
             Selection::Task(key) => runner::alone(plan, planned(key, plan)?, store),
+            Selection::Shard(shard) => shard.tasks(plan, missing),
         })
     }
 }

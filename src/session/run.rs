@@ -1,11 +1,14 @@
 //! Computing what a study lacks, and writing its tables.
 
+mod shard;
+
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
-use super::options::{RunOptions, Selection};
+use super::options::{CHECKPOINT_EVERY, RunOptions, Selection};
 use super::{Session, failures};
 use crate::exceeded_hardness;
 use crate::memory::{self, Allowance};
@@ -32,6 +35,8 @@ pub struct PreparedRun<'a> {
     store: Store,
     jobs: usize,
     memory: Allowance,
+    job: Option<String>,
+    checkpoint_every: Duration,
 }
 
 /// What came of a run.
@@ -48,10 +53,12 @@ pub struct RunReport {
     pub wanted: Vec<usize>,
     /// What became of them.
     pub outcome: RunOutcome,
-    /// The stages' tables; none where nothing can be stored.
+    /// The stages' tables; none where nothing can be stored, and none of a shard.
     pub tables: Option<Vec<PublishedTable>>,
     /// Where the table of failures is, if there is one.
     pub failures: Option<PathBuf>,
+    /// Where the receipt of a shard is.
+    pub receipt: Option<PathBuf>,
 }
 
 impl<'a> PreparedRun<'a> {
@@ -83,6 +90,8 @@ impl<'a> PreparedRun<'a> {
             store,
             jobs,
             memory,
+            job: options.job.clone(),
+            checkpoint_every: options.checkpoint_every.unwrap_or(CHECKPOINT_EVERY),
         })
     }
 
@@ -98,10 +107,13 @@ impl<'a> PreparedRun<'a> {
     /// When the data cannot be read or written. Tasks that fail are no errors, but rows of the
     /// table of failures.
     pub fn execute(mut self, stop: &AtomicBool) -> Result<RunReport, SessionError> {
+        if let Selection::Shard(shard) = self.selection {
+            return self.execute_shard(shard, stop);
+        }
         self.remember();
         let settled = match self.selection {
             Selection::Missing => self.settle_surfaces(stop)?,
-            Selection::Task(_) => RunOutcome::default(),
+            _ => RunOutcome::default(),
         };
         let missing = self.missing.clone();
         let wanted = self.selection.tasks(self.plan(), &missing, &self.store)?;
@@ -148,6 +160,7 @@ impl<'a> PreparedRun<'a> {
             outcome,
             tables,
             failures,
+            receipt: None,
         })
     }
 
@@ -189,6 +202,15 @@ impl<'a> PreparedRun<'a> {
     }
 
     fn compute(&self, wanted: &[usize], stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
+        self.compute_heard_by(wanted, stop, &Relay(self.session.observer))
+    }
+
+    fn compute_heard_by(
+        &self,
+        wanted: &[usize],
+        stop: &AtomicBool,
+        observer: &dyn runner::TaskObserver,
+    ) -> Result<RunOutcome, SessionError> {
         if wanted.is_empty() {
             return Ok(RunOutcome::default());
         }
@@ -207,7 +229,7 @@ impl<'a> PreparedRun<'a> {
             &archive,
             &self.sampled.study.sources,
             resources,
-            &Relay(self.session.observer),
+            observer,
             stop,
         );
         self.session.tell(Event::Ended);
@@ -232,6 +254,7 @@ impl<'a> PreparedRun<'a> {
         Resources {
             threads: memory::threads(plan, wanted, room, jobs),
             room,
+            checkpoint_every: self.checkpoint_every,
         }
     }
 

@@ -7,6 +7,7 @@ mod solved;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -170,11 +171,24 @@ impl Stage for Params {
             .collect();
         let heaviest = *loads.last().expect("a block has a load");
         body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
-        let mut solver = body.solver(surface.grid(), &scales.reduced(surface));
-        let mut rows = Solved::of(hardness, solver.under_unit_pressure());
+        let grid = surface.grid();
+        let heights = scales.reduced(surface);
+        let begin = || {
+            let mut solver = body.solver(grid, &heights);
+            let rows = Solved::of(hardness, solver.under_unit_pressure());
+            (solver, rows)
+        };
+        let (mut solver, mut rows) = begin();
+        if let Some(kept) = context.checkpoints.last()
+            && rows.restore(&mut solver, &kept).is_err()
+        {
+            (solver, rows) = begin();
+        }
+        drop(heights);
         let expected =
             |loads: &[f64]| cost::expected_pairs(&body, scales.nodes, loads, self.tolerance);
-        for (index, (&given, &load)) in self.loads.iter().zip(&loads).enumerate() {
+        let done = rows.count();
+        for (index, (&given, &load)) in self.loads.iter().zip(&loads).enumerate().skip(done) {
             let outcome = solver.press(load, &self.settings(), context.interrupted);
             if outcome.stop == Stop::Interrupted {
                 return Err(StageError::Interrupted);
@@ -184,6 +198,10 @@ impl Stage for Params {
             (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
             if outcome.stop == Stop::FullContact && solver.is_flattened_by(heaviest) {
                 break;
+            }
+            if context.checkpoints.is_due() && index + 1 < self.loads.len() {
+                let save = &mut |out: &mut dyn Write| rows.save(&solver, out);
+                context.checkpoints.keep(save);
             }
         }
         Ok(rows.table(self, table, &scales))

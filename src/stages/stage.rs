@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Kind, Recipe, Rows, StageError};
+use crate::checkpoints::Checkpoints;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
@@ -152,6 +153,8 @@ pub struct Context<'a> {
     pub sources: &'a SurfaceFiles,
     /// Whether the user asked to stop.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
+    /// Where a long task keeps how far it has come.
+    pub checkpoints: &'a dyn Checkpoints,
     /// Hears which share of the task is done, from 0 to 1.
     pub advance: &'a (dyn Fn(f64) + Sync),
 }

@@ -50,6 +50,19 @@ pub fn write_file(
     existing: Existing,
     workshop: &Path,
 ) -> Result<(), StoreError> {
+    write_with(path, existing, workshop, |file| file.write_all(bytes))
+}
+
+/// Like [`write_file`], of what is not in memory as a whole.
+///
+/// # Errors
+/// As [`write_file`], and those of `write`.
+pub fn write_with(
+    path: &Path,
+    existing: Existing,
+    workshop: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), StoreError> {
     make_folder(path.parent().unwrap_or(Path::new(".")))?;
     make_folder(workshop)?;
     let result = (|| {
@@ -57,7 +70,7 @@ pub fn write_file(
             .prefix(&Writer::own().prefix())
             .permissions(readable())
             .tempfile_in(workshop)?;
-        file.write_all(bytes)?;
+        write(file.as_file_mut())?;
         file.as_file().sync_all()?;
         match existing {
             Existing::Replace => drop(file.persist(path)?),

@@ -67,6 +67,11 @@ impl TaskKey {
     pub fn first_byte(self) -> u8 {
         self.0[0]
     }
+
+    /// What its first sixteen digits say.
+    pub(crate) fn first_word(self) -> u64 {
+        (u128::from_be_bytes(self.0) >> 64) as u64
+    }
 }
 
 impl fmt::Display for TaskKey {

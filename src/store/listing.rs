@@ -7,7 +7,7 @@ use std::{fs, io};
 use super::files::{DAMAGED, names};
 use super::key::TaskKey;
 use super::writer::UNFINISHED;
-use super::{StoreError, WORKSHOP, path};
+use super::{StoreError, WORKSHOP, checkpoint, path};
 
 /// A file that this program has written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub struct Found {
 pub enum What {
     /// The table of a task.
     Task(TaskKey),
+    /// How far a task had come whose process has ended since, unless it is at work.
+    Checkpoint(TaskKey),
     /// The table of a study's stage.
     Stage {
         /// Name of the study.
@@ -39,6 +41,11 @@ pub enum What {
     },
     /// What a study was when it last ran.
     Record {
+        /// Name of the study.
+        study: String,
+    },
+    /// What shares a study out among machines, or what they left of it.
+    Cluster {
         /// Name of the study.
         study: String,
     },
@@ -62,6 +69,10 @@ pub fn of_store(root: &Path) -> Result<Vec<Found>, StoreError> {
         };
         files.extend(known(&folder, table)?);
     }
+    files.extend(known(&root.join(checkpoint::FOLDER), |name| {
+        let key = name.strip_suffix(checkpoint::ENDING)?.parse().ok()?;
+        Some(What::Checkpoint(key))
+    })?);
     Ok(files)
 }
 

@@ -4,6 +4,7 @@
 mod adaptive_sampling;
 mod bench;
 mod caching;
+mod checkpoints;
 mod columns;
 mod commands;
 mod crashes;
@@ -28,8 +29,10 @@ mod report;
 mod scans;
 mod separation;
 mod session;
+mod shards;
 mod shipped;
 mod signals;
+mod slurm;
 mod statistics;
 mod tables;
 mod topography;

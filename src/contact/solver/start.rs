@@ -219,7 +219,7 @@ impl Solver {
 
     /// Single precision tells displacements from heights best where heights are small: under a light
     /// load, they are to be so in the highest nodes.
-    fn count_heights_from(&mut self, height: f64) {
+    pub(super) fn count_heights_from(&mut self, height: f64) {
         if self.height_reference == height {
             return;
         }

@@ -24,6 +24,20 @@ impl Steps {
         self.0[iteration.min(STEPS - 1)]
     }
 
+    /// All of them, in the order of iterations.
+    pub fn all(&self) -> &[f64] {
+        &self.0
+    }
+
+    /// Those that [`Steps::all`] has told, one after the other.
+    pub fn restored<E>(mut next: impl FnMut() -> Result<f64, E>) -> Result<Steps, E> {
+        let mut steps = Steps::default();
+        for step in &mut steps.0 {
+            *step = next()?;
+        }
+        Ok(steps)
+    }
+
     /// Learns, by half, that `best` times the step would have been right.
     pub fn learn(&mut self, iteration: usize, best: f64) {
         let (least, most) = STEP_RANGE;

@@ -1,5 +1,7 @@
 //! What has been solved for, in the user's units and as a table.
 
+mod checkpoint;
+
 use arrow::array::{ArrayRef, Float64Builder};
 
 use super::hardness::{GivenHardness, SurfaceHardness};

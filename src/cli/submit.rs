@@ -1,0 +1,257 @@
+//! `asperity submit`: share a study out among the nodes of a Slurm cluster.
+
+use std::env;
+use std::io::{Write, stdout};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use bytesize::ByteSize;
+
+use super::forecast::core_hours;
+use super::{Failure, Misused, counted};
+use crate::cluster::settings::{self, Settings};
+use crate::cluster::submission::Submission;
+use crate::data_folder::DataFolder;
+use crate::diagnostics::listed;
+use crate::session::{PlannedSubmission, SubmitOptions};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The manifest.
+    manifest: PathBuf,
+
+    /// Print the scripts, and what they are expected to take; write and submit nothing.
+    #[arg(long)]
+    dry_run: bool,
+
+    /// Write the page of figures in the end, too.
+    #[arg(long)]
+    report: bool,
+
+    /// Take the place of another manifest whose study has the same name, even if tables of it are
+    /// lost.
+    #[arg(long)]
+    replace: bool,
+
+    /// The program that the nodes run; this one when left out.
+    #[arg(long, value_name = "PATH")]
+    program: Option<PathBuf>,
+
+    #[command(flatten)]
+    cluster: ClusterArguments,
+}
+
+/// What `[cluster]` of `asperity.toml` may say, once more.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Instead of what `[cluster]` in asperity.toml says")]
+struct ClusterArguments {
+    /// Partition whose nodes compute.
+    #[arg(long, value_name = "NAME", value_parser = settings::name)]
+    partition: Option<String>,
+
+    /// Account that pays for the core-hours.
+    #[arg(long, value_name = "NAME", value_parser = settings::name)]
+    account: Option<String>,
+
+    /// Quality of service.
+    #[arg(long, value_name = "NAME", value_parser = settings::name)]
+    qos: Option<String>,
+
+    /// Cores of an element, and surfaces that it works on at once.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    cores: Option<u32>,
+
+    /// Memory of an element, as in `16GB`.
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<ByteSize>,
+
+    /// Hours after which Slurm ends an element.
+    #[arg(long, value_name = "HOURS", value_parser = hours)]
+    time_limit: Option<f64>,
+
+    /// Hours that an element is to take.
+    #[arg(long, value_name = "HOURS", value_parser = hours)]
+    per_element: Option<f64>,
+
+    /// The most elements.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    at_most: Option<u32>,
+
+    /// How often what is missing is submitted again.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100))]
+    rounds: Option<u32>,
+
+    /// A line of shell before the command; may be given several times.
+    #[arg(long, value_name = "LINE", value_parser = settings::line)]
+    before: Vec<String>,
+
+    /// One more option of `sbatch`, as in `--directive=--constraint=avx2`; may be given several
+    /// times.
+    #[arg(long, value_name = "OPTION", value_parser = settings::directive, allow_hyphen_values = true)]
+    directive: Vec<String>,
+}
+
+pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let session = super::session(&arguments.manifest, data);
+    let program = match &arguments.program {
+        Some(program) => program.clone(),
+        None => env::current_exe()?,
+    };
+    let planned = session.plan_submission(&SubmitOptions {
+        settings: arguments.settings()?,
+        program,
+        report: arguments.report,
+        replace: arguments.replace,
+    })?;
+    let mut out = stdout().lock();
+    if planned.missing == 0 {
+        writeln!(
+            out,
+            "nothing to submit: every table is in the store; `asperity run` writes those of the stages"
+        )?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if arguments.dry_run {
+        let scripts = &planned.scripts;
+        for (path, text) in [
+            (
+                Submission::element_script(&planned.folder),
+                &scripts.element,
+            ),
+            (Submission::finish_script(&planned.folder), &scripts.finish),
+        ] {
+            writeln!(out, "==> {} <==\n{text}", path.display())?;
+        }
+        write!(out, "{}", expected(&planned))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let submission = session.submit(&planned)?;
+    write!(
+        out,
+        "{}{}",
+        expected(&planned),
+        submitted(&planned, &submission, &arguments.manifest)
+    )?;
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    /// What the command line says; else the file beside the manifest, and else that of the user.
+    fn settings(&self) -> Result<Settings, Failure> {
+        let mut settings = self.cluster.settings();
+        let beside = self
+            .manifest
+            .parent()
+            .map(|folder| folder.join(settings::FILE));
+        for path in beside.into_iter().chain(of_user()) {
+            let read = Settings::read(&path).map_err(crate::session::SessionError::from)?;
+            settings = settings.or(read.unwrap_or_default());
+        }
+        Ok(settings)
+    }
+}
+
+impl ClusterArguments {
+    fn settings(&self) -> Settings {
+        let some = |list: &[String]| (!list.is_empty()).then(|| list.to_vec());
+        Settings {
+            partition: self.partition.clone(),
+            account: self.account.clone(),
+            qos: self.qos.clone(),
+            cores: self.cores,
+            memory: self.memory,
+            time_limit: self.time_limit,
+            per_element: self.per_element,
+            at_most: self.at_most,
+            rounds: self.rounds,
+            before: some(&self.before),
+            directives: some(&self.directive),
+        }
+    }
+}
+
+/// Where the user's configuration is, as the XDG Base Directory Specification has it.
+fn of_user() -> Option<PathBuf> {
+    let named = env::var_os("XDG_CONFIG_HOME").filter(|folder| Path::new(folder).is_absolute());
+    let folder = named
+        .map(PathBuf::from)
+        .or_else(|| Some(env::home_dir()?.join(".config")));
+    Some(folder?.join("asperity").join(settings::FILE))
+}
+
+fn hours(word: &str) -> Result<f64, Misused> {
+    let hours = word
+        .parse()
+        .ok()
+        .filter(|hours: &f64| *hours > 0.0 && hours.is_finite());
+    hours.ok_or_else(|| Misused("must be a number of hours above 0".to_owned()))
+}
+
+/// What a submission is expected to take, in a few lines.
+fn expected(planned: &PlannedSubmission) -> String {
+    let sizing = &planned.sizing;
+    let elements = sizing.hours.len();
+    let each = match elements {
+        0 => "nothing is left for elements".to_owned(),
+        _ => format!(
+            "{} of {}, at most {} each; Slurm ends one after {}",
+            counted(elements, "element"),
+            counted(sizing.cores as usize, "core"),
+            in_hours(sizing.longest()),
+            in_hours(f64::from(sizing.minutes) / 60.0),
+        ),
+    };
+    let total = core_hours(3600.0 * (sizing.core_hours + sizing.core_hours_after));
+    let paced = match planned.processors.as_slice() {
+        [] => "at the pace of this machine; nothing has been computed on a node yet".to_owned(),
+        processors => {
+            let names = processors.iter().map(String::as_str);
+            format!("at the pace of {}", listed(names, "and"))
+        }
+    };
+    let mut text = format!(
+        "{}: {} to compute\n{each}\n{total} expected, {paced}\n",
+        planned.study,
+        counted(planned.missing, "task")
+    );
+    if f64::from(sizing.minutes) / 60.0 < sizing.longest() {
+        text += "note: the time limit is shorter than that; what an element does not finish goes into \
+                 the next round\n";
+    }
+    text
+}
+
+fn submitted(planned: &PlannedSubmission, submission: &Submission, manifest: &Path) -> String {
+    let rounds = submission.submitted.iter().map(|round| match round.array {
+        Some(array) => format!("job {array} computes, job {} finishes\n", round.finish),
+        None => format!("job {} finishes\n", round.finish),
+    });
+    let rounds: String = rounds.collect();
+    let (folder, manifest) = (planned.folder.display(), manifest.display());
+    format!(
+        "{rounds}scripts and what the nodes print: {folder}\n\
+         `asperity status {manifest}` says how far it is, `asperity cancel {manifest}` ends it\n"
+    )
+}
+
+/// Hours in the unit that suits them.
+pub fn in_hours(hours: f64) -> String {
+    match hours {
+        hours if hours < 1.0 / 60.0 => format!("{:.0} s", (3600.0 * hours).ceil()),
+        hours if hours < 1.0 => format!("{:.0} min", (60.0 * hours).ceil()),
+        hours => format!("{hours:.1} h"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hours_are_told_in_the_unit_that_suits_them() {
+        assert_eq!(
+            [0.001, 0.5, 1.25, 48.0].map(in_hours),
+            ["4 s", "30 min", "1.2 h", "48.0 h"]
+        );
+    }
+}

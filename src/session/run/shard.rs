@@ -1,0 +1,190 @@
+//! Computing one shard: tables of tasks and a receipt, and no other file.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Instant;
+
+use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
+use crate::cluster::pace::{Pace, Paces};
+use crate::cluster::receipts::{EVERY, FailedTask, Receipt};
+use crate::cluster::shard::Shard;
+use crate::cost;
+use crate::diagnostics::chain;
+use crate::plan::Plan;
+use crate::runner::TaskObserver;
+use crate::session::error::SessionError;
+use crate::session::events::{Event, Notice};
+use crate::session::failures;
+
+impl PreparedRun<'_> {
+    /// Computes what the store lacks of a shard. Results, the record of the plan and the table of
+    /// failures are for the last run, which is one for all shards.
+    pub(super) fn execute_shard(
+        self,
+        shard: Shard,
+        stop: &AtomicBool,
+    ) -> Result<RunReport, SessionError> {
+        let folder = self.session.data().receipts_of(&self.plan().study);
+        let wanted = self
+            .selection
+            .tasks(self.plan(), &self.missing, &self.store)?;
+        let threads = self.jobs.min(wanted.len().max(1));
+        let mut receipt = Receipt::begin(&self.plan().study, shard, self.job.clone(), threads);
+        receipt.wanted = wanted.len();
+        receipt.write(&folder)?;
+        let ledger = Ledger::new(Relay(self.session.observer), self.plan());
+        let outcome = ledger.kept_in(&mut receipt, &folder, || {
+            self.compute_heard_by(&wanted, stop, &ledger)
+        });
+        let outcome = ledger.close(outcome, &mut receipt, &folder)?;
+        for damage in &outcome.damaged {
+            self.notice(Notice::Damaged(damage));
+        }
+        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
+        if failed.rows() > 0 {
+            self.session.tell(Event::Failed(&failed));
+        }
+        Ok(RunReport {
+            receipt: Some(receipt.path(&folder)),
+            warnings: self.sampled.study.warnings(),
+            sampled: self.sampled,
+            missing: self.missing,
+            wanted,
+            outcome,
+            tables: None,
+            failures: None,
+        })
+    }
+}
+
+/// Hears what tasks do, hands it on, and knows what they have taken.
+struct Ledger<'a> {
+    relay: Relay<'a>,
+    plan: &'a Plan,
+    work: Mutex<Work>,
+}
+
+#[derive(Default)]
+struct Work {
+    under_way: BTreeMap<usize, Instant>,
+    /// Seconds that each finished task took.
+    finished: Vec<(usize, f64)>,
+}
+
+impl<'a> Ledger<'a> {
+    fn new(relay: Relay<'a>, plan: &'a Plan) -> Ledger<'a> {
+        Ledger {
+            relay,
+            plan,
+            work: Mutex::default(),
+        }
+    }
+
+    /// Does the work, and writes what it has come to into the receipt from time to time.
+    fn kept_in<T>(&self, receipt: &mut Receipt, folder: &Path, work: impl FnOnce() -> T) -> T {
+        let (at_work, has_ended) = mpsc::channel::<()>();
+        thread::scope(|scope| {
+            scope.spawn(move || {
+                let [mut wait, later] = EVERY;
+                while has_ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                    wait = later;
+                    self.enter(receipt, &[]);
+                    // What cannot be written now is written in the end, or an error then.
+                    let _ = receipt.write(folder);
+                }
+            });
+            let done = work();
+            drop(at_work);
+            done
+        })
+    }
+
+    /// Writes down what came of the work, and that it has ended.
+    fn close(
+        &self,
+        outcome: Result<RunOutcome, SessionError>,
+        receipt: &mut Receipt,
+        folder: &Path,
+    ) -> Result<RunOutcome, SessionError> {
+        let failed = outcome.as_ref().map_or(&[][..], |outcome| &outcome.failed);
+        self.enter(receipt, failed);
+        if let Ok(outcome) = &outcome {
+            receipt.computed = outcome.computed.len();
+            receipt.interrupted = outcome.interrupted;
+            receipt.halted = outcome.halted;
+        }
+        receipt.under_way.clear();
+        receipt.end();
+        let written = receipt.write(folder);
+        let outcome = outcome?;
+        // On a full disk the run has told why it ended.
+        match outcome.halted {
+            true => drop(written),
+            false => written?,
+        }
+        Ok(outcome)
+    }
+
+    fn enter(&self, receipt: &mut Receipt, failed: &[(usize, TaskError)]) {
+        let work = self.work();
+        let key = |task: usize| self.plan.tasks[task].key.to_string();
+        let lasting = work.under_way.values();
+        let lasting = lasting.map(|begun| begun.elapsed().as_secs_f64());
+        let finished = work.finished.iter().map(|(_, seconds)| *seconds);
+        receipt.seconds = finished
+            .chain(lasting)
+            .fold(0.0, |sum, seconds| sum + seconds);
+        receipt.computed = work.finished.len();
+        receipt.under_way = work.under_way.keys().map(|&task| key(task)).collect();
+        let mut paces = Paces::default();
+        for &(task, seconds) in &work.finished {
+            if !failed.iter().any(|(failed, _)| *failed == task) {
+                let planned = &self.plan.tasks[task];
+                paces.add(Pace {
+                    nodes: planned.nodes,
+                    pairs: cost::expected_pairs(planned),
+                    seconds,
+                });
+            }
+        }
+        receipt.pace = paces.all();
+        let stages = self.plan.stage_names();
+        let own = failed
+            .iter()
+            .filter(|(_, error)| !matches!(error, TaskError::Upstream(_)));
+        let failed = own.map(|(task, error)| FailedTask {
+            task: key(*task),
+            stage: stages[*task].to_owned(),
+            reason: chain(error),
+        });
+        receipt.failed = failed.collect();
+    }
+
+    fn work(&self) -> std::sync::MutexGuard<'_, Work> {
+        self.work.lock().expect("no panic happens while it is held")
+    }
+}
+
+impl TaskObserver for Ledger<'_> {
+    fn started(&self, task: usize) {
+        self.work().under_way.insert(task, Instant::now());
+        self.relay.started(task);
+    }
+
+    fn advanced(&self, task: usize, share: f64) {
+        self.relay.advanced(task, share);
+    }
+
+    fn finished(&self, task: usize) {
+        let mut work = self.work();
+        if let Some(begun) = work.under_way.remove(&task) {
+            work.finished.push((task, begun.elapsed().as_secs_f64()));
+        }
+        drop(work);
+        self.relay.finished(task);
+    }
+}

@@ -1,0 +1,138 @@
+//! How far a long task has come, as a file of the store: `checkpoints/KEY.checkpoint`.
+//!
+//! It ends with the digest of all that comes before, and is there until the task's table is.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::Store;
+use super::files::{Existing, write_with};
+use super::key::TaskKey;
+use crate::checkpoints::{Checkpoints, Clock};
+
+/// The folder of checkpoints in a store.
+pub const FOLDER: &str = "checkpoints";
+/// What their names end with.
+pub const ENDING: &str = ".checkpoint";
+
+/// Bytes of a digest.
+const DIGEST: usize = blake3::OUT_LEN;
+
+/// The checkpoints of one task, one in the place of the other.
+#[derive(Debug)]
+pub struct StoredCheckpoints<'a> {
+    store: &'a Store,
+    key: TaskKey,
+    clock: Clock,
+    is_kept: AtomicBool,
+}
+
+impl<'a> StoredCheckpoints<'a> {
+    /// Those of a task that begins now, one after every so long.
+    pub fn of(store: &'a Store, key: TaskKey, every: Duration) -> StoredCheckpoints<'a> {
+        StoredCheckpoints {
+            store,
+            key,
+            clock: Clock::new(every),
+            is_kept: AtomicBool::new(false),
+        }
+    }
+
+    /// Removes what is kept: the task's table is there. What cannot be removed does no harm.
+    pub fn remove(&self) {
+        if self.is_kept.load(Ordering::Relaxed) {
+            let _ = fs::remove_file(self.path());
+        }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.store
+            .root
+            .join(FOLDER)
+            .join(format!("{}{ENDING}", self.key))
+    }
+}
+
+impl Checkpoints for StoredCheckpoints<'_> {
+    fn last(&self) -> Option<Vec<u8>> {
+        let mut bytes = fs::read(self.path()).ok()?;
+        self.is_kept.store(true, Ordering::Relaxed);
+        let end = bytes.len().checked_sub(DIGEST)?;
+        let digest = blake3::hash(&bytes[..end]);
+        let is_whole = digest.as_bytes().as_slice() == &bytes[end..];
+        bytes.truncate(end);
+        is_whole.then_some(bytes)
+    }
+
+    fn is_due(&self) -> bool {
+        self.clock.is_due()
+    }
+
+    fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) {
+        let written = write_with(
+            &self.path(),
+            Existing::Replace,
+            &self.store.workshop(),
+            |file| {
+                let mut out = Hashing {
+                    hasher: blake3::Hasher::new(),
+                    out: io::BufWriter::with_capacity(1 << 16, file),
+                };
+                write(&mut out)?;
+                let digest = out.hasher.finalize();
+                out.out.write_all(digest.as_bytes())?;
+                out.out.flush()
+            },
+        );
+        // A full disk is told of by the task's table.
+        drop(written);
+        self.is_kept.store(true, Ordering::Relaxed);
+        self.clock.reset();
+    }
+}
+
+/// Hands bytes on, and knows their digest.
+struct Hashing<W> {
+    hasher: blake3::Hasher,
+    out: W,
+}
+
+impl<W: Write> Write for Hashing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.out.write(bytes)?;
+        self.hasher.update(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::key::Digest;
+
+    #[test]
+    fn what_is_kept_is_read_whole_or_not_at_all() {
+        let root = tempfile::tempdir().unwrap();
+        let store = Store::open(root.path()).unwrap();
+        let key = TaskKey::of("test", 1, Digest::of(&()), &[]);
+        let checkpoints = StoredCheckpoints::of(&store, key, Duration::ZERO);
+        assert!(checkpoints.is_due() && checkpoints.last().is_none());
+        for content in [b"first".as_slice(), b"", b"second"] {
+            checkpoints.keep(&mut |out| out.write_all(content));
+            assert_eq!(checkpoints.last().as_deref(), Some(content));
+        }
+        let mut bytes = fs::read(checkpoints.path()).unwrap();
+        bytes[2] ^= 1;
+        fs::write(checkpoints.path(), &bytes).unwrap();
+        assert_eq!(checkpoints.last(), None);
+        checkpoints.remove();
+        assert!(!checkpoints.path().exists());
+    }
+}

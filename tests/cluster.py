@@ -1,0 +1,318 @@
+"""Studies by `asperity submit` on a Slurm cluster of two nodes, both on this machine.
+
+`python3 tests/cluster.py PROGRAM [WHAT …]` starts the cluster, which takes root, `slurm-wlm` and `munge`, and
+compares the tables of each study with those of one plain run: undisturbed, with a node that dies,
+with an element cancelled, with one whose disk is full. One of the nodes is told to use AVX2.
+"""
+
+import json
+import os
+import shutil
+import socket
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+PATIENCE = 120
+
+
+def output(*command, **options):
+    """What a command prints; it must succeed."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+    if done.returncode != 0:
+        raise SystemExit(f"{' '.join(map(str, command))}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def wait_until(what, is_so):
+    """Looks again and again until something is so."""
+    until = time.monotonic() + PATIENCE
+    while not is_so():
+        if time.monotonic() > until:
+            raise SystemExit(f"{what}: not within {PATIENCE} s\n{output('squeue', '--array')}{output('sinfo', '-N')}")
+        time.sleep(0.2)
+
+
+def free_ports(count):
+    """Ports that nobody listens to."""
+    sockets = [socket.socket() for _ in range(count)]
+    for one in sockets:
+        one.bind(("127.0.0.1", 0))
+    ports = [one.getsockname()[1] for one in sockets]
+    for one in sockets:
+        one.close()
+    return ports
+
+
+class Cluster:
+    """Slurm with its controller and two nodes, in a folder."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        controller, first, second = free_ports(3)
+        names = {
+            "HOST": socket.gethostname().split(".")[0],
+            "FOLDER": str(folder),
+            "CONTROLLER": str(controller),
+            "FIRST": str(first),
+            "SECOND": str(second),
+        }
+        text = (HERE / "cluster/slurm.conf").read_text()
+        lines = [line for line in text.splitlines() if not line.startswith("#")]
+        for name, value in names.items():
+            lines = [line.replace(name, value) for line in lines]
+        (folder / "slurm.conf").write_text("\n".join(lines) + "\n")
+        for inner in ("controller", "n1", "n2"):
+            (folder / inner).mkdir()
+        os.environ["SLURM_CONF"] = str(folder / "slurm.conf")
+        munge()
+        output("slurmctld")
+        for node in ("n1", "n2"):
+            self.start(node)
+
+    def start(self, node):
+        """Starts a node, and waits until it is there."""
+        output("slurmd", "-N", node)
+        wait_until(f"{node} is idle", lambda: self.state(node) == "idle")
+
+    @staticmethod
+    def state(node):
+        """What a node does, as Slurm has it."""
+        told = subprocess.run(["sinfo", "-h", "-n", node, "-o", "%T"], capture_output=True, text=True, check=False)
+        return told.stdout.strip()
+
+    def kill(self, node):
+        """Ends a node as a cut of its power would, with all that it runs."""
+        daemon = int((self.folder / f"{node}.pid").read_text())
+        stop(daemon)
+        for process in steps_of(node):
+            stop(process)
+
+    def stop(self):
+        """Ends all of it."""
+        for name in ("n1", "n2", "controller"):
+            try:
+                daemon = int((self.folder / f"{name}.pid").read_text())
+                os.kill(daemon, signal.SIGTERM)
+                wait_until(f"{name} has ended", lambda: not Path(f"/proc/{daemon}").exists())
+            except (OSError, ValueError):
+                pass
+
+
+def munge():
+    """The daemon by which Slurm knows who asks, with a key of its own."""
+    if subprocess.run(["pgrep", "-x", "munged"], capture_output=True, check=False).returncode == 0:
+        return
+    os.makedirs("/run/munge", exist_ok=True)
+    shutil.chown("/run/munge", "munge", "munge")
+    key = Path("/etc/munge/munge.key")
+    if not key.exists():
+        key.write_bytes(os.urandom(1024))
+    shutil.chown(key, "munge", "munge")
+    key.chmod(0o400)
+    output("su", "-s", "/bin/sh", "munge", "-c", "munged")
+
+
+def steps_of(node):
+    """Processes that a node of ours has started: they know its name, and our configuration."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            known = (entry / "environ").read_bytes().split(b"\0")
+            name = (entry / "comm").read_text().strip()
+        except OSError:
+            continue
+        own = f"SLURM_CONF={os.environ['SLURM_CONF']}".encode() in known
+        if own and (f"SLURMD_NODENAME={node}".encode() in known or name == "slurmstepd"):
+            if name != "slurmstepd" or node_of_step(entry.name) == node:
+                found.append(int(entry.name))
+    return found
+
+
+def node_of_step(process):
+    """The node of a `slurmstepd`, as that of a process that it has started."""
+    try:
+        children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    except OSError:
+        return None
+    for child in children:
+        try:
+            for word in Path(f"/proc/{child}/environ").read_bytes().split(b"\0"):
+                if word.startswith(b"SLURMD_NODENAME="):
+                    return word.split(b"=")[1].decode()
+        except OSError:
+            continue
+    return None
+
+
+def stop(process):
+    """Kills one process, if it lives."""
+    try:
+        os.kill(process, signal.SIGKILL)
+    except OSError:
+        pass
+
+
+class Study:
+    """A study with data of its own."""
+
+    def __init__(self, program, folder, *options):
+        self.program, self.data = program, folder / "data"
+        folder.mkdir()
+        self.manifest = folder / "study.toml"
+        shutil.copy(HERE / "cluster/study.toml", self.manifest)
+        # The second node has another processor, as far as arithmetic goes.
+        (folder / "asperity.toml").write_text(
+            "[cluster]\n"
+            "per_element = 0.0005\n"
+            "at_most = 6\n"
+            'before = "case $SLURMD_NODENAME in n2) export ASPERITY_SIMD=avx2 ;; esac"\n'
+        )
+        print(self.asperity("submit", *options), end="")
+
+    def asperity(self, command, *options):
+        """What the program prints."""
+        return output(self.program, "--data", self.data, command, self.manifest, *options)
+
+    def status(self):
+        """How far it is."""
+        return json.loads(self.asperity("status", "--json"))
+
+    def wait_until_running(self):
+        """Waits until an element computes."""
+        wait_until("an element computes", lambda: self.status()["cores"] > 0)
+
+    def wait(self):
+        """Waits until no job is left."""
+        def is_over():
+            queue = self.status()["queue"]
+            return queue["running"] + queue["waiting"] == 0 and queue["finish"] is None
+        wait_until("the last job has ended", is_over)
+
+    def jobs(self):
+        """The arrays that were submitted."""
+        kept = json.loads((self.data / "cluster/shared/submission.json").read_text())
+        return [turn["array"] for turn in kept["submitted"]]
+
+    def compare(self, expected):
+        """Fails unless every table is that of the plain run."""
+        tables = sorted(expected.glob("*.parquet"))
+        assert len(tables) == 6, tables
+        for table in tables:
+            own = self.data / "results/shared" / table.name
+            if not own.exists() or own.read_bytes() != table.read_bytes():
+                logs = sorted((self.data / "cluster/shared/logs").iterdir())
+                told = "\n".join(f"{log.name}:\n{log.read_text()}" for log in logs)
+                raise SystemExit(f"{own} is not that of a plain run\n{told}")
+
+
+def undisturbed(program, folder, _cluster):
+    """An array, and a job after it."""
+    study = Study(program, folder, "--report")
+    study.wait_until_running()
+    print(study.asperity("status"), end="")
+    study.wait()
+    status = study.status()
+    assert all(stage["waiting"] + stage["failed"] == 0 for stage in status["stages"]), status
+    assert status["core_hours_spent"] > 0, status
+    receipts = sorted((study.data / "cluster/shared/receipts").glob("*.json"))
+    nodes = {json.loads(receipt.read_text())["job"] for receipt in receipts}
+    assert len(nodes) == len(receipts), "a receipt of each element"
+    assert (study.data / "results/shared/report.html").exists()
+    return study
+
+
+def by_hand(program, folder, expected):
+    """GNU parallel in the place of a scheduler, as docs/cluster.md has it."""
+    folder.mkdir()
+    run = f"{program} --data {folder}/data run {HERE}/cluster/study.toml"
+    output("bash", "-c", f"parallel -j 2 {run} --jobs 1 --shard {{}}/5 ::: $(seq 5) && {run}")
+    for table in sorted(expected.glob("*.parquet")):
+        assert (folder / "data/results/shared" / table.name).read_bytes() == table.read_bytes(), table
+    print("GNU parallel: the same bytes")
+
+
+def node_dies(program, folder, cluster):
+    """What ran on a node that dies runs elsewhere."""
+    study = Study(program, folder)
+    wait_until("the second node computes", lambda: steps_of("n2"))
+    study.wait_until_running()
+    cluster.kill("n2")
+    study.wait()
+    cluster.start("n2")
+    return study
+
+
+def element_cancelled(program, folder, _cluster):
+    """What an element has not done, the next round does."""
+    study = Study(program, folder)
+    study.wait_until_running()
+    output("scancel", f"{study.jobs()[0]}_2", f"{study.jobs()[0]}_5")
+    study.wait()
+    assert len(study.jobs()) > 1, "something was submitted again"
+    return study
+
+
+def disk_full(program, folder, _cluster):
+    """An element that can store nothing ends, and the others go on."""
+    wrapper = folder.parent / "full.sh"
+    # The first process of the third element finds a full disk where tables are written.
+    wrapper.write_text(f"""#!/bin/bash
+once={folder}/once
+if [ "${{SLURM_ARRAY_TASK_ID:-}}" = 3 ] && mkdir "$once" 2> /dev/null; then
+    mkdir -p {folder}/data/store/unfinished
+    exec unshare --mount sh -c '
+        mount -t tmpfs -o size=4k full {folder}/data/store/unfinished && exec "$0" "$@"' {program} "$@"
+fi
+exec {program} "$@"
+""")
+    wrapper.chmod(0o755)
+    study = Study(program, folder, "--program", wrapper)
+    study.wait()
+    receipts = (study.data / "cluster/shared/receipts").glob("*.json")
+    halted = [receipt for receipt in receipts if json.loads(receipt.read_text())["halted"]]
+    assert len(halted) == 1, "one element found the disk full"
+    return study
+
+
+def may_mount():
+    """Whether a process may have a small disk that others do not see."""
+    mount = "mount -t tmpfs -o size=4k full /mnt"
+    return subprocess.run(["unshare", "--mount", "sh", "-c", mount], capture_output=True, check=False).returncode == 0
+
+
+def main():
+    program = Path(sys.argv[1]).resolve()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        folder = Path(folder)
+        alone = folder / "alone"
+        manifest = HERE / "cluster/study.toml"
+        output(program, "--data", alone, "run", manifest)
+        by_hand(program, folder / "by_hand", alone / "results/shared")
+        slurm = folder / "slurm"
+        slurm.mkdir()
+        cluster = Cluster(slurm)
+        try:
+            for what in (undisturbed, node_dies, element_cancelled, disk_full):
+                if sys.argv[2:] and what.__name__ not in sys.argv[2:]:
+                    continue
+                if what is disk_full and not may_mount():
+                    print("NOT TESTED, because no disk can be mounted: disk_full")
+                    continue
+                begun = time.monotonic()
+                study = what(program, folder / what.__name__, cluster)
+                study.compare(alone / "results/shared")
+                took = time.monotonic() - begun
+                print(f"{what.__name__}: the same bytes, {len(study.jobs())} rounds, {took:.0f} s")
+        finally:
+            cluster.stop()
+
+
+if __name__ == "__main__":
+    main()

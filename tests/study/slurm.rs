@@ -1,0 +1,313 @@
+//! What is submitted to Slurm, and what its users meet first, with commands that stand in for those of
+//! Slurm; `tests/cluster.py` has real ones.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY, assert_same_files, text};
+
+/// A folder of commands by the names of Slurm's.
+struct Slurm {
+    bench: Bench,
+    manifest: PathBuf,
+}
+
+impl Slurm {
+    /// With these commands, each a script of shell.
+    fn with(commands: &[(&str, &str)]) -> Slurm {
+        let bench = Bench::new();
+        let manifest = bench.write(STUDY);
+        fs::create_dir(bench.path("bin")).unwrap();
+        for (name, script) in commands {
+            let path = bench.path("bin").join(name);
+            fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        Slurm { bench, manifest }
+    }
+
+    /// One that takes every script, with jobs from 11 on, and writes down what it was asked for.
+    fn willing() -> Slurm {
+        Slurm::with(&[
+            (
+                "sbatch",
+                "echo \"$@\" >> \"$LOG\"; echo $((10 + $(/usr/bin/wc -l < \"$LOG\")))",
+            ),
+            ("squeue", "exit 0"),
+            ("scancel", "echo cancel \"$@\" >> \"$LOG\""),
+            ("scontrol", "echo 'MaxArraySize            = 4'"),
+        ])
+    }
+
+    fn output(&self, command: &str, options: &[&str]) -> Output {
+        let manifest = self.manifest.to_str().unwrap();
+        let mut asperity = self
+            .bench
+            .asperity(&[&[command, manifest], options].concat());
+        asperity
+            // A machine of a cluster has commands of Slurm in the usual places.
+            .env("PATH", self.bench.path("bin"))
+            .env("XDG_CONFIG_HOME", self.bench.path("config"))
+            .env("LOG", self.bench.path("log"));
+        asperity.output().unwrap()
+    }
+
+    /// What a command that fails says, without the names of temporary folders.
+    fn refused(&self, command: &str, options: &[&str]) -> String {
+        let output = self.output(command, options);
+        assert!(!output.status.success(), "{}", text(&output.stdout));
+        self.plain(&output.stderr)
+    }
+
+    fn plain(&self, bytes: &[u8]) -> String {
+        let folder = self.bench.path("");
+        let folder = folder.to_str().unwrap().trim_end_matches('/');
+        text(bytes)
+            .replace(folder, "FOLDER")
+            .replace(env!("CARGO_BIN_EXE_asperity"), "ASPERITY")
+            .replace(
+                &text(&Command::new("hostname").output().unwrap().stdout)
+                    .trim()
+                    .to_owned(),
+                "HOST",
+            )
+    }
+
+    fn log(&self) -> String {
+        self.plain(&fs::read(self.bench.path("log")).unwrap_or_default())
+    }
+}
+
+const SHORT: [&str; 2] = ["--per-element", "0.0000001"];
+
+#[test]
+fn an_array_is_submitted_and_a_job_after_it_however_it_ends() {
+    let slurm = Slurm::willing();
+    let output = slurm.output("submit", &SHORT);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let log = slurm.log();
+    let lines: Vec<&str> = log.lines().collect();
+    assert_eq!(lines.len(), 2, "{log}");
+    assert!(lines[0].starts_with("--parsable --array="), "{log}");
+    assert!(
+        lines[0].ends_with("FOLDER/data/cluster/small/element.sh"),
+        "{log}"
+    );
+    let last = "--parsable --dependency=afterany:11 FOLDER/data/cluster/small/finish.sh 0";
+    assert_eq!(lines[1], last);
+    let told = slurm.plain(&output.stdout);
+    assert!(told.contains("job 11 computes, job 12 finishes"), "{told}");
+    let element = fs::read_to_string(slurm.bench.data().join("cluster/small/element.sh")).unwrap();
+    // `MaxArraySize` is one more than the largest number.
+    assert!(element.contains("$SLURM_ARRAY_TASK_ID/3\""), "{element}");
+}
+
+#[test]
+fn a_dry_run_prints_the_scripts_and_writes_nothing() {
+    let slurm = Slurm::with(&[]);
+    let output = slurm.output("submit", &["--dry-run", "--partition", "short", "--report"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let told = text(&output.stdout);
+    assert!(
+        told.contains("#SBATCH --partition=short") && told.contains(" --report"),
+        "{told}"
+    );
+    assert!(told.contains("core-hours expected"), "{told}");
+    assert!(slurm.bench.files().is_empty());
+}
+
+#[test]
+fn what_is_said_on_the_command_line_counts_before_the_manifests_folder_and_that_before_the_users() {
+    let slurm = Slurm::with(&[]);
+    fs::create_dir_all(slurm.bench.path("config/asperity")).unwrap();
+    let user = "[cluster]\npartition = \"far\"\naccount = \"far\"\nqos = \"far\"";
+    fs::write(slurm.bench.path("config/asperity/asperity.toml"), user).unwrap();
+    let near = "[cluster]\npartition = \"near\"\naccount = \"near\"";
+    fs::write(slurm.bench.path("asperity.toml"), near).unwrap();
+    let output = slurm.output("submit", &["--dry-run", "--partition", "nearest"]);
+    let told = text(&output.stdout);
+    for line in ["--partition=nearest", "--account=near", "--qos=far"] {
+        assert!(told.contains(&format!("#SBATCH {line}\n")), "{told}");
+    }
+    fs::write(slurm.bench.path("asperity.toml"), "[cluster]\ncores = 0").unwrap();
+    insta::assert_snapshot!("configuration", slurm.refused("submit", &["--dry-run"]));
+}
+
+#[test]
+fn the_last_job_computes_what_is_little_and_submits_again_what_is_much() {
+    let slurm = Slurm::willing();
+    assert!(
+        slurm
+            .output("submit", &[&SHORT[..], &["--rounds", "1"]].concat())
+            .status
+            .success()
+    );
+    let output = slurm.output("finish", &["--jobs", "1"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("left no receipt"),
+        "{}",
+        text(&output.stderr)
+    );
+    assert!(
+        slurm
+            .log()
+            .ends_with("--dependency=afterany:13 FOLDER/data/cluster/small/finish.sh 1\n")
+    );
+    assert!(!slurm.bench.data().join("results").exists());
+    // No round is left: what is missing is computed here, and all tables are those of a plain run.
+    let output = slurm.output("finish", &["--jobs", "1", "--round", "1"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(slurm.log().lines().count(), 4);
+    slurm.compare(STUDY);
+}
+
+#[test]
+fn status_counts_what_is_there_without_slurm_too() {
+    let slurm = Slurm::with(&[]);
+    let status = || -> Value {
+        let output = slurm.output("status", &["--json"]);
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let counts = |status: &Value| {
+        let stage = &status["stages"][1];
+        ["done", "running", "waiting", "failed"].map(|name| stage[name].as_u64().unwrap())
+    };
+    assert_eq!(counts(&status()), [0, 0, 4, 0]);
+    slurm.output("run", &["--shard", "1/1"]);
+    let after = status();
+    assert_eq!(counts(&after), [4, 0, 0, 0]);
+    assert_eq!(after["queue"], Value::Null);
+    assert!(after["core_hours_spent"].as_f64() > Some(0.0));
+    let told = slurm.plain(&slurm.output("status", &[]).stdout);
+    assert!(
+        told.contains("light") && told.contains("core-hours spent on shards"),
+        "{told}"
+    );
+}
+
+#[test]
+fn errors_that_users_meet_first_name_the_cure() {
+    let nowhere = Slurm::with(&[]);
+    insta::assert_snapshot!("no-slurm", nowhere.refused("submit", &[]));
+    insta::assert_snapshot!("not-submitted", nowhere.refused("finish", &[]));
+
+    let refusing = |words: &str| {
+        Slurm::with(&[
+            (
+                "sbatch",
+                &format!("echo 'sbatch: error: {words}' >&2; exit 1"),
+            ),
+            ("squeue", "exit 0"),
+            ("sinfo", "printf 'short\\nlong\\n'"),
+        ])
+    };
+    let partition = refusing("Batch job submission failed: Invalid partition name specified");
+    insta::assert_snapshot!(
+        "partition",
+        partition.refused("submit", &["--partition", "shrot"])
+    );
+    let account =
+        "Batch job submission failed: Invalid account or account/partition combination specified";
+    insta::assert_snapshot!("account", refusing(account).refused("submit", &[]));
+    let quota = "Batch job submission failed: Job violates accounting/QOS policy (job submit limit, user's size and/or time limits)".replace('\'', "");
+    insta::assert_snapshot!("limit", refusing(&quota).refused("submit", &[]));
+
+    let queued = Slurm::with(&[("squeue", "echo '15|12|3|RUNNING|None'")]);
+    insta::assert_snapshot!("in-queue", queued.refused("submit", &[]));
+}
+
+#[test]
+fn a_node_without_the_program_or_the_data_says_so() {
+    let slurm = Slurm::willing();
+    let options = [&SHORT[..], &["--program", "/opt/asperity/bin/asperity"]].concat();
+    assert!(slurm.output("submit", &options).status.success());
+    let script = slurm.bench.data().join("cluster/small/element.sh");
+    insta::assert_snapshot!("no-program", slurm.printed_by(&script));
+
+    let slurm = Slurm::willing();
+    assert!(slurm.output("submit", &SHORT).status.success());
+    let script = slurm.bench.path("element.sh");
+    fs::copy(slurm.bench.data().join("cluster/small/element.sh"), &script).unwrap();
+    fs::rename(slurm.bench.data(), slurm.bench.path("elsewhere")).unwrap();
+    insta::assert_snapshot!("no-data", slurm.printed_by(&script));
+}
+
+impl Slurm {
+    /// What a script that fails prints where it is an element.
+    fn printed_by(&self, script: &Path) -> String {
+        let mut bash = Command::new("bash");
+        bash.arg(script)
+            .env("SLURM_ARRAY_TASK_ID", "1")
+            .env("SLURM_ARRAY_JOB_ID", "11");
+        let output = bash.output().unwrap();
+        assert!(!output.status.success());
+        self.plain(&output.stderr)
+    }
+}
+
+impl Slurm {
+    /// Runs the script of each element as a scheduler would.
+    fn compute_elements(&self) {
+        let script = self.bench.data().join("cluster/small/element.sh");
+        for element in ["1", "2", "3"] {
+            let mut bash = Command::new("bash");
+            bash.arg(&script)
+                .env("SLURM_ARRAY_TASK_ID", element)
+                .env("SLURM_ARRAY_JOB_ID", "11");
+            assert!(bash.output().unwrap().status.success());
+        }
+    }
+
+    /// Fails unless the tables are those that a plain run of the manifest writes.
+    #[track_caller]
+    fn compare(&self, manifest: &str) {
+        let alone = Bench::new();
+        alone.run(manifest);
+        let results = |bench: &Bench| {
+            let mut files = bench.files();
+            files.retain(|path, _| path.starts_with("results"));
+            files
+        };
+        assert_same_files(&results(&self.bench), &results(&alone));
+    }
+}
+
+#[test]
+fn scripts_compute_the_study_under_any_scheduler_that_counts() {
+    let slurm = Slurm::willing();
+    assert!(slurm.output("submit", &SHORT).status.success());
+    slurm.compute_elements();
+    let output = slurm.output("finish", &[]);
+    assert!(output.status.success() && !text(&output.stderr).contains("no receipt"));
+    slurm.compare(STUDY);
+}
+
+#[test]
+fn surfaces_are_drawn_until_a_mean_is_known_in_rounds_of_the_last_job() {
+    let growing = STUDY.replace(
+        "realizations = 2",
+        "realizations = { at_least = 3, at_most = 200, until = \"sem(area.area_fraction) < 4 %\" }",
+    );
+    let slurm = Slurm::willing();
+    slurm.bench.write(&growing);
+    assert!(slurm.output("submit", &SHORT).status.success());
+    let mut rounds = 0;
+    while !slurm
+        .bench
+        .data()
+        .join("results/small/area.parquet")
+        .exists()
+    {
+        slurm.compute_elements();
+        let output = slurm.output("finish", &["--jobs", "1", "--round", &rounds.to_string()]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        rounds += 1;
+    }
+    assert!(rounds > 1, "at least one more array");
+    slurm.compare(&growing);
+}
