@@ -170,7 +170,8 @@ fn a_scan_without_its_short_waves_is_smoother_and_touches_more() {
     let slopes = column(&table, "rms_slope");
     for ((area, pressure), slope) in areas.iter().zip(&pressures).zip(&slopes) {
         let kappa = area / 100.0 * slope * 56.1 / pressure;
-        assert!((1.2..3.5).contains(&kappa), "{kappa}");
+        // Near 2.5 for the first contacts, and up to 1.7 times that on two nodes to the shortest wave.
+        assert!((1.2..4.3).contains(&kappa), "{kappa}");
     }
     let contact = bench.table("measured", "contact");
     let stops = contact.texts("stop").unwrap();
