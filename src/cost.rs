@@ -36,10 +36,9 @@ impl CostModel {
 
     /// Seconds of one core for several tasks of a plan.
     pub fn seconds_of(&self, plan: &Plan, tasks: &[usize]) -> f64 {
-        tasks
-            .iter()
-            .map(|&task| self.seconds(&plan.tasks[task]))
-            .sum()
+        let seconds = tasks.iter().map(|&task| self.seconds(&plan.tasks[task]));
+        // Not the sum, which is negative zero of nothing.
+        seconds.fold(0.0, |sum, seconds| sum + seconds)
     }
 
     /// Measured once for each mesh.

@@ -27,6 +27,9 @@ fn cost(status: &Status) -> String {
 
 /// Time of one core, with two digits that mean something.
 pub fn core_hours(seconds: f64) -> String {
+    if seconds == 0.0 {
+        return "0 core-hours".to_owned();
+    }
     let hours = seconds / 3600.0;
     let decimals = (1.0 - hours.max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{hours:.decimals$} core-hours")
@@ -39,7 +42,7 @@ mod tests {
     #[test]
     fn core_hours_have_two_digits() {
         let told = |hours: f64| core_hours(3600.0 * hours);
-        assert_eq!(told(0.0), "0.000000 core-hours");
+        assert_eq!(told(0.0), "0 core-hours");
         assert_eq!(told(0.000_123), "0.00012 core-hours");
         assert_eq!(told(0.27), "0.27 core-hours");
         assert_eq!(told(3.07), "3.1 core-hours");

@@ -114,11 +114,12 @@ impl Session<'_> {
         let cores: usize = at_work.iter().map(|receipt| receipt.threads).sum();
         let cost = measured(&self.all_receipts()?);
         let core_hours_left = cost.seconds_of(plan, &missing) / 3600.0;
+        let seconds = own.iter().fold(0.0, |sum, receipt| sum + receipt.seconds);
         let failures = own.iter().rev().flat_map(|receipt| receipt.failed.clone());
         Ok(Progress {
             study: study.name.clone(),
             stages: stages.collect(),
-            core_hours_spent: own.iter().map(|receipt| receipt.seconds).sum::<f64>() / 3600.0,
+            core_hours_spent: seconds / 3600.0,
             core_hours_left,
             hours_left: (cores > 0).then(|| core_hours_left / cores as f64),
             cores,
