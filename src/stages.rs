@@ -19,7 +19,6 @@ pub mod measure;
 pub mod solve;
 mod stage;
 pub mod summary;
-pub mod surface_columns;
 mod work;
 
 use std::borrow::Cow;

@@ -8,7 +8,6 @@ use crate::stages::aggregate::{self, Groups, Statistic};
 use crate::stages::columns::*;
 use crate::stages::fit;
 use crate::stages::fit::laws::{Law, PlainLaw};
-use crate::stages::surface_columns::*;
 use crate::stages::{Kind, columns_of};
 use crate::store::column::{Column, ColumnKind, integers, reals, texts};
 

@@ -16,7 +16,6 @@ use serde::Serialize;
 use super::columns::*;
 use super::grids::Grids;
 use super::summary::range;
-use super::surface_columns::{ROUGHNESS, SLOPE_AT_SCALE, WAVENUMBER};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, generate, grids, solve, stacked,

@@ -9,7 +9,7 @@ use super::rows;
 use crate::ensemble::{Member, Members, grouped};
 use crate::fitting::FitError;
 use crate::fitting::self_affine::{RingOfSurfaces, SelfAffineProblem};
-use crate::stages::surface_columns::{DEGREES_OF_FREEDOM, SPECTRAL_DENSITY, WAVENUMBER};
+use crate::stages::columns::{DEGREES_OF_FREEDOM, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::store::column::Role;
 use crate::store::table::{Table, TableError};
 

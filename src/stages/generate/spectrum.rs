@@ -8,8 +8,8 @@ use crate::contact::topography::spectral_density::SpectralDensity;
 use crate::contact::topography::surface::Surface;
 use crate::spectrum_files;
 use crate::stages::StageError;
+use crate::stages::columns::{SPECTRAL_DENSITY, WAVENUMBER};
 use crate::stages::grids::Grids;
-use crate::stages::surface_columns::{SPECTRAL_DENSITY, WAVENUMBER};
 use crate::store::table::Table;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 

@@ -20,8 +20,8 @@ use crate::contact::topography::power_spectrum;
 use crate::contact::topography::roughness::Roughness;
 use crate::contact::topography::scales;
 use crate::contact::topography::surface::Surface;
+use crate::stages::columns::*;
 use crate::stages::generate::Origin;
-use crate::stages::surface_columns::*;
 use crate::store::column::{Column, integers, optional_reals, reals, texts};
 
 /// A statistic of one surface.

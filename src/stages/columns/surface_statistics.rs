@@ -1,15 +1,38 @@
-//! What is measured of surfaces, besides the distribution of their heights: columns.
+//! Columns of what is measured of surfaces.
 
+use super::{integer, parameter, real};
 use crate::store::column::Column;
-use crate::store::column::ColumnKind::{Integer, Real, Text};
+use crate::store::column::ColumnKind::Text;
 
-const fn place(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
-    Column::parameter(name, Real, unit, meaning)
-}
+pub const BIN: Column = parameter("bin", "rms height", "centre of the bin");
+pub const COUNT: Column = integer("nodes_in_bin", "1", "nodes whose height lies in the bin");
+pub const DENSITY: Column = real(
+    "density",
+    "1/rms height",
+    "probability density of the height in the bin",
+);
+pub const SURFACES: Column = integer("surfaces", "1", "surfaces of the parameter point");
+pub const DENSITY_MEAN: Column = real(
+    "density_mean",
+    "1/rms height",
+    "mean over the surfaces of the probability density of the height in the bin",
+);
+pub const DENSITY_SD: Column = real(
+    "density_sd",
+    "1/rms height",
+    "standard deviation of that density between surfaces",
+);
+pub const DENSITY_NORMAL: Column = real(
+    "density_normal",
+    "1/rms height",
+    "probability density of a normal height, averaged over the bin",
+);
 
-const fn real(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
-    Column::result(name, Real, unit, meaning)
-}
+/// What is counted in the heights of one surface.
+pub const HEIGHT_MEASURES: [Column; 3] = [BIN, COUNT, DENSITY];
+
+/// What is counted in the heights of all surfaces of a parameter point.
+pub const POOLED_HEIGHTS: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
 
 pub const ALONG: Column = Column::parameter(
     "along",
@@ -17,15 +40,14 @@ pub const ALONG: Column = Column::parameter(
     "",
     "direction of the lines: x, y, or radial for the mean over all directions",
 );
-pub const WAVENUMBER: Column = place(
+pub const WAVENUMBER: Column = parameter(
     "wavenumber",
     "1/length",
     "angular wavenumber q = 2π/λ; of rings, whose width is 2π over the longer side, that in their \
      middle",
 );
-pub const MODES: Column = Column::result(
+pub const MODES: Column = integer(
     "modes",
-    Integer,
     "1",
     "modes of the lattice in the ring, q and −q both counted; beyond the Nyquist wavenumber rings \
      lack those along the axes",
@@ -50,7 +72,7 @@ pub const PROFILE_DENSITY: Column = real(
      lines, with ∫ C₁ dq/π over q > 0 = h_rms² of the profiles; of a map that is not periodic under \
      Hann's window, over the mean square of the window",
 );
-pub const LAG: Column = place(
+pub const LAG: Column = parameter(
     "lag",
     "length",
     "distance of the points whose heights are multiplied; radial: rounded to steps of the mesh",
@@ -61,7 +83,7 @@ pub const AUTOCORRELATION: Column = real(
     "mean product of the heights about their mean at two points that far apart: h_rms² at lag 0; of a \
      map that is not periodic over the pairs inside it",
 );
-pub const DISTANCE: Column = place(
+pub const DISTANCE: Column = parameter(
     "distance",
     "length",
     "distance ℓ of the points whose heights are compared, the scale",
@@ -76,7 +98,7 @@ pub const CURVATURE_AT_SCALE: Column = real(
     "1/length",
     "scale-dependent curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩",
 );
-pub const BEARING_LEVEL: Column = place(
+pub const BEARING_LEVEL: Column = parameter(
     "bearing_level",
     "rms height",
     "height of a plane above the mean of the surface",
