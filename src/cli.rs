@@ -20,6 +20,7 @@ mod prune;
 mod report;
 mod run;
 mod schema;
+mod share;
 mod show;
 mod signals;
 mod status;
@@ -96,6 +97,8 @@ enum Command {
     Columns(columns::Arguments),
     /// Show how a table was made, and its first rows.
     Show(show::Arguments),
+    /// Put a study into one archive: manifest, input files, tables, plan, checksums.
+    Share(share::Arguments),
     /// Draw the surface, the contact map or the pressures of one task.
     View(view::Arguments),
     /// Say what a file of surface topography holds, and draw it.
@@ -135,6 +138,7 @@ pub fn main() -> ExitCode {
         Command::Table(arguments) => table::run(&arguments, &data),
         Command::Columns(arguments) => columns::run(&arguments, &data),
         Command::Show(arguments) => show::run(&arguments, &data),
+        Command::Share(arguments) => share::run(&arguments, &data),
         Command::View(arguments) => view::run(&arguments, &data),
         Command::Surface(arguments) => surface::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments, &data),

@@ -95,6 +95,7 @@ mod reasons;
 mod report;
 mod results;
 mod runner;
+mod share;
 mod spectrum_files;
 mod stages;
 mod surface_files;

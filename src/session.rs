@@ -59,6 +59,7 @@ pub mod options;
 pub mod progress;
 mod report;
 pub mod run;
+mod share;
 pub mod status;
 pub mod submission;
 pub mod tables;
@@ -88,6 +89,7 @@ pub use options::{RunOptions, Selection};
 pub use progress::Progress;
 pub use report::{Bars, Report, ReportOptions};
 pub use run::{PreparedRun, RunReport, SampledStudy};
+pub use share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
 pub use status::Status;
 pub use submission::{PlannedSubmission, SubmitOptions};
 pub use tables::Tables;
@@ -258,6 +260,16 @@ impl Session<'_> {
     /// more or is another manifest's.
     pub fn report(&self, options: &ReportOptions) -> Result<Report, SessionError> {
         report::write(self, options)
+    }
+
+    /// Writes one archive of the study, which unpacks to a folder that it can be run in: see
+    /// [`ShareOptions`].
+    ///
+    /// # Errors
+    /// When the manifest or a file that it names cannot be read, a table is damaged or not that of
+    /// the study as it is now, or the archive cannot be written.
+    pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
+        share::write(self, options)
     }
 
     /// The store, for work: what ended processes have left unfinished is swept away.

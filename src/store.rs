@@ -297,7 +297,7 @@ impl TaskTables for Store {
 
 /// Where a task's table is, or would be. Folders by the key's first two digits keep listings
 /// short.
-fn path(root: &Path, key: TaskKey) -> PathBuf {
+pub(crate) fn path(root: &Path, key: TaskKey) -> PathBuf {
     let name = key.to_string();
     let mut path = root.join(&name[..2]);
     path.push(name + ".parquet");

@@ -80,6 +80,8 @@ pub struct SurfaceFiles {
     known: Recollection,
     /// Files that cannot be read, and of which only their content's hash is known.
     recalled: BTreeSet<PathBuf>,
+    /// Files that were read.
+    read: BTreeSet<PathBuf>,
 }
 
 /// Why the file of a surface cannot be used.
@@ -126,12 +128,18 @@ impl SurfaceFiles {
         &self.recalled
     }
 
+    /// Every file that was read, as the manifest names it, also those whose contents are equal.
+    pub fn read_files(&self) -> &BTreeSet<PathBuf> {
+        &self.read
+    }
+
     /// Reads a file for the first time and remembers where its content lies. Of several files
     /// with equal content the first is kept.
     pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SurfaceFileError> {
         let bytes = self.load(path)?;
         let content = ContentHash::of(&bytes);
         self.paths.entry(content).or_insert_with(|| path.to_owned());
+        self.read.insert(path.to_owned());
         Ok((content, bytes))
     }
 

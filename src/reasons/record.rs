@@ -115,13 +115,18 @@ impl Record {
         })
     }
 
+    /// What the file says.
+    pub fn bytes(&self) -> Vec<u8> {
+        serde_json::to_vec(self).expect("a record is plain data")
+    }
+
     /// Writes the record, unless it is there already.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self, folder: &Path, study: &str) -> Result<(), StoreError> {
         let path = Record::path(folder, study);
-        let bytes = serde_json::to_vec(self).expect("a record is plain data");
+        let bytes = self.bytes();
         match fs::read(&path) {
             Ok(written) if written == bytes => Ok(()),
             _ => write_whole(&path, &bytes, Existing::Replace, folder),

@@ -61,10 +61,20 @@ fn place(manifest: &Path, folder: &Path) -> String {
 impl Owner {
     /// A manifest, as the owner of the tables in a folder.
     pub fn of(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
+        Owner::at(place(manifest, folder), study, plan)
+    }
+
+    /// A manifest, as the owner of tables from whose folder it is at `place`.
+    pub fn at(place: String, study: &Study, plan: &Plan) -> Owner {
         Owner {
-            manifest: place(manifest, folder),
+            manifest: place,
             study: Record::of(study, plan, &[]),
         }
+    }
+
+    /// What the file says.
+    pub fn bytes(&self) -> Vec<u8> {
+        serde_json::to_vec(self).expect("an owner is plain data")
     }
 
     /// Who owns the tables in a folder, as far as that is known.
@@ -79,7 +89,7 @@ impl Owner {
     /// When the file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let path = folder.join(FILE);
-        let bytes = serde_json::to_vec(self).expect("an owner is plain data");
+        let bytes = self.bytes();
         match fs::read(&path) {
             Ok(written) if written == bytes => Ok(()),
             _ => write_whole(&path, &bytes, Existing::Replace, folder),

@@ -15,6 +15,7 @@ pub use crate::memory::TooLarge;
 pub use crate::report::ReportError;
 pub use crate::results::ResultsError;
 pub use crate::results::owner::Taken;
+pub use crate::share::ShareError;
 pub use crate::stages::StageError;
 pub use crate::stages::aggregate::sql::QueryError;
 pub use crate::stages::generate::map_file::MapFileError;
@@ -65,6 +66,9 @@ pub enum SessionError {
     /// The page cannot be written.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// The study cannot be put into an archive.
+    #[error(transparent)]
+    Share(#[from] ShareError),
     /// Slurm cannot do what it was asked.
     #[error(transparent)]
     Slurm(#[from] SlurmError),
@@ -122,6 +126,9 @@ impl SessionError {
             | SessionError::InQueue { .. }
             | SessionError::NotSubmitted { .. }
             | SessionError::Report(ReportError::ShowsLess { .. }) => true,
+            SessionError::Share(error) => {
+                !matches!(error, ShareError::Store(_) | ShareError::Results(_))
+            }
             SessionError::Task(error) => !matches!(error, TaskNameError::NotFinished { .. }),
             SessionError::Text(_)
             | SessionError::Store(_)

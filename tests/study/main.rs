@@ -30,6 +30,7 @@ mod scans;
 mod separation;
 mod session;
 mod shards;
+mod sharing;
 mod shipped;
 mod signals;
 mod slurm;

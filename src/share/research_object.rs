@@ -1,0 +1,236 @@
+//! The metadata file that repositories understand: RO-Crate 1.1, <https://w3id.org/ro/crate/1.1>.
+//!
+//! It says what the archive as a whole is, what each file in it is, and which program made which of
+//! them from which.
+
+use serde_json::{Value, json};
+
+use super::archive::CHECKSUMS;
+use super::day::Day;
+
+/// Its name, which the specification gives.
+pub const FILE: &str = "ro-crate-metadata.json";
+
+/// What a file is to the study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// What was asked for.
+    Manifest,
+    /// What was measured by others.
+    Input,
+    /// What was found.
+    Table,
+    /// Anything else.
+    Other,
+}
+
+/// A file of the archive.
+#[derive(Debug)]
+pub struct Described {
+    /// Its path, with `/` between folders.
+    pub path: String,
+    /// How many bytes it has.
+    pub size: u64,
+    /// What it is to the study.
+    pub role: Role,
+    /// What it holds, in a phrase.
+    pub about: String,
+}
+
+/// What the archive as a whole is.
+#[derive(Debug)]
+pub struct Whole<'a> {
+    /// The study's name.
+    pub study: &'a str,
+    /// What was computed, in a sentence.
+    pub about: String,
+    /// When it was put together.
+    pub day: Day,
+    /// An identifier of SPDX, or an address.
+    pub license: Option<&'a str>,
+}
+
+/// The text of the file.
+pub fn metadata(whole: &Whole, files: &[Described]) -> String {
+    let of = |role: Role| {
+        let files = files.iter().filter(move |file| file.role == role);
+        files
+            .map(|file| reference(&address(&file.path)))
+            .collect::<Vec<_>>()
+    };
+    let manifest = of(Role::Manifest);
+    let mut graph = vec![
+        json!({
+            "@id": FILE,
+            "@type": "CreativeWork",
+            "about": reference("./"),
+            "conformsTo": reference("https://w3id.org/ro/crate/1.1"),
+        }),
+        root(whole, files, &manifest),
+    ];
+    graph.extend(whole.license.map(|license| {
+        json!({ "@id": license_address(license), "@type": "CreativeWork", "name": license })
+    }));
+    graph.push(json!({
+        "@id": "#asperity",
+        "@type": "SoftwareApplication",
+        "name": "asperity",
+        "softwareVersion": env!("CARGO_PKG_VERSION"),
+        "description": env!("CARGO_PKG_DESCRIPTION"),
+    }));
+    let read = [manifest, of(Role::Input)].concat();
+    graph.push(json!({
+        "@id": "#run",
+        "@type": "CreateAction",
+        "name": format!("asperity run of the study {}", whole.study),
+        "instrument": reference("#asperity"),
+        "object": read,
+        "result": of(Role::Table),
+    }));
+    graph.extend(files.iter().map(file));
+    let text = json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph });
+    format!("{text:#}\n")
+}
+
+fn root(whole: &Whole, files: &[Described], manifest: &[Value]) -> Value {
+    let parts = files.iter().map(|file| reference(&address(&file.path)));
+    let mut root = json!({
+        "@id": "./",
+        "@type": "Dataset",
+        "name": format!("{}: a statistical study of rough contact", whole.study),
+        "description": whole.about,
+        "datePublished": whole.day.to_string(),
+        "keywords": ["contact mechanics", "roughness", "tribology", "boundary element method"],
+        "hasPart": parts.collect::<Vec<_>>(),
+        "mentions": [reference("#run")],
+    });
+    if let Some(manifest) = manifest.first() {
+        root["mainEntity"] = manifest.clone();
+    }
+    if let Some(license) = whole.license {
+        root["license"] = reference(&license_address(license));
+    }
+    root
+}
+
+fn file(file: &Described) -> Value {
+    json!({
+        "@id": address(&file.path),
+        "@type": "File",
+        "name": file.path,
+        "description": file.about,
+        "contentSize": file.size.to_string(),
+        "encodingFormat": format_of(&file.path),
+    })
+}
+
+fn format_of(path: &str) -> &'static str {
+    match path.rsplit_once('.').map_or("", |(_, ending)| ending) {
+        "parquet" => "application/vnd.apache.parquet",
+        "toml" => "application/toml",
+        "json" => "application/json",
+        "csv" => "text/csv",
+        "txt" => "text/plain",
+        _ if path == CHECKSUMS => "text/plain",
+        _ => "application/octet-stream",
+    }
+}
+
+fn reference(id: &str) -> Value {
+    json!({ "@id": id })
+}
+
+/// A license is known by its identifier, or has an address of its own.
+fn license_address(license: &str) -> String {
+    match license.contains("://") {
+        true => license.to_owned(),
+        false => format!("https://spdx.org/licenses/{}", address(license)),
+    }
+}
+
+/// A path as a relative address (RFC 3986).
+fn address(path: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte);
+    let letters = path.bytes().map(|byte| match plain(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02X}"),
+    });
+    letters.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn described(path: &str, role: Role) -> Described {
+        Described {
+            path: path.to_owned(),
+            size: 3,
+            role,
+            about: String::new(),
+        }
+    }
+
+    fn graph(license: Option<&str>) -> Vec<Value> {
+        let whole = Whole {
+            study: "small",
+            about: "A study.".to_owned(),
+            day: "2026-11-22".parse().unwrap(),
+            license,
+        };
+        let files = [
+            described("small.toml", Role::Manifest),
+            described("maps/Größe 1.x3p", Role::Input),
+            described("data/results/small/area.parquet", Role::Table),
+        ];
+        let text: Value = serde_json::from_str(&metadata(&whole, &files)).unwrap();
+        text["@graph"].as_array().unwrap().clone()
+    }
+
+    #[test]
+    fn whatever_is_referred_to_is_there_once() {
+        let graph = graph(Some("CC-BY-4.0"));
+        let known: Vec<&str> = graph
+            .iter()
+            .map(|entity| entity["@id"].as_str().unwrap())
+            .collect();
+        let outside = "https://w3id.org/ro/crate/1.1";
+        for entity in &graph {
+            let id = entity["@id"].as_str().unwrap();
+            assert_eq!(
+                known.iter().filter(|known| **known == id).count(),
+                1,
+                "{id}"
+            );
+            let values = entity.as_object().unwrap().values();
+            let lists =
+                values.flat_map(|value| value.as_array().cloned().unwrap_or(vec![value.clone()]));
+            for named in lists.filter_map(|value| Some(value.get("@id")?.as_str()?.to_owned())) {
+                assert!(
+                    known.contains(&named.as_str()) || named == outside,
+                    "{named}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_run_makes_tables_from_manifest_and_inputs() {
+        let graph = graph(None);
+        let run = graph.iter().find(|entity| entity["@id"] == "#run").unwrap();
+        let inputs = json!([{ "@id": "small.toml" }, { "@id": "maps/Gr%C3%B6%C3%9Fe%201.x3p" }]);
+        assert_eq!(run["object"], inputs);
+        assert_eq!(
+            run["result"],
+            json!([{ "@id": "data/results/small/area.parquet" }])
+        );
+    }
+
+    #[test]
+    fn a_license_is_one_of_spdx_or_has_an_address() {
+        let address = |license| graph(Some(license))[1]["license"]["@id"].clone();
+        assert_eq!(address("CC-BY-4.0"), "https://spdx.org/licenses/CC-BY-4.0");
+        assert_eq!(address("https://example.org/l"), "https://example.org/l");
+        assert_eq!(graph(None)[1].get("license"), None);
+    }
+}

@@ -1,0 +1,270 @@
+//! Archives of studies: what is unpacked is whole, can be checked, and runs.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+use zip::ZipArchive;
+
+use crate::bench::{Bench, STUDY, is_idle, text};
+
+const DAY: &str = "2026-11-22";
+
+/// Shares the study in `study.toml`, with these options, as `NAME.zip`.
+fn share(bench: &Bench, name: &str, options: &[&str]) -> PathBuf {
+    let archive = bench.path(&format!("{name}.zip"));
+    let [manifest, output] = [bench.path("study.toml"), archive.clone()];
+    let mut arguments = vec!["share", manifest.to_str().unwrap(), "--date", DAY];
+    arguments.extend(["--output", output.to_str().unwrap()]);
+    arguments.extend(options);
+    let shared = bench.output(&arguments);
+    assert!(shared.status.success(), "{}", text(&shared.stderr));
+    archive
+}
+
+fn unpack(archive: &Path) -> Bench {
+    let bench = Bench::new();
+    let mut archive = ZipArchive::new(File::open(archive).unwrap()).unwrap();
+    archive.extract(bench.path("")).unwrap();
+    bench
+}
+
+#[test]
+fn an_archive_with_its_store_has_nothing_left_to_compute() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let unpacked = unpack(&share(&bench, "whole", &["--store"]));
+    let before = unpacked.files();
+    assert!(unpacked.run(STUDY).values().all(is_idle));
+    let mut after = unpacked.files();
+    after.retain(|path, _| !path.ends_with("lock"));
+    crate::bench::assert_same_files(&after, &before);
+}
+
+#[test]
+fn an_archive_without_its_store_can_be_read_and_computes_the_same_bytes() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let unpacked = unpack(&share(&bench, "light", &[]));
+    assert!(!unpacked.data().join("store").exists());
+    let manifest = unpacked.path("study.toml");
+    let read = ["table", manifest.to_str().unwrap(), "area", "--csv"];
+    let (there, here) = (
+        unpacked.output(&read),
+        bench.output(&[
+            "table",
+            bench.path("study.toml").to_str().unwrap(),
+            "area",
+            "--csv",
+        ]),
+    );
+    assert!(there.status.success(), "{}", text(&there.stderr));
+    assert_eq!(there.stdout, here.stdout);
+    let counts = unpacked.run(STUDY);
+    assert_eq!(counts["light"].computed, 4);
+    let tables = |bench: &Bench| {
+        let mut files = bench.files();
+        files.retain(|path, _| {
+            path.starts_with("results")
+                && path.extension().is_some_and(|ending| ending == "parquet")
+        });
+        files
+    };
+    crate::bench::assert_same_files(&tables(&unpacked), &tables(&bench));
+}
+
+#[test]
+fn sha256sum_finds_every_file_as_it_was() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let unpacked = unpack(&share(&bench, "checked", &["--store"]));
+    let check = |arguments: &[&str]| {
+        let mut command = Command::new("sha256sum");
+        command
+            .args(arguments)
+            .current_dir(unpacked.path(""))
+            .output()
+            .unwrap()
+    };
+    let listed = fs::read_to_string(unpacked.path("SHA256SUMS")).unwrap();
+    let files = walk(&unpacked.path("")).len();
+    assert_eq!(listed.lines().count(), files - 1, "all but the list itself");
+    assert!(
+        check(&["--check", "--strict", "SHA256SUMS"])
+            .status
+            .success()
+    );
+    fs::write(unpacked.path("study.toml"), STUDY.replace("0.8", "0.7")).unwrap();
+    assert!(
+        !check(&["--check", "--strict", "SHA256SUMS"])
+            .status
+            .success()
+    );
+}
+
+fn walk(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    entries
+        .flat_map(|path| {
+            if path.is_dir() {
+                walk(&path)
+            } else {
+                vec![path]
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn the_same_study_and_day_make_the_same_bytes() {
+    let [first, second] = [Bench::new(), Bench::new()];
+    let archives = [&first, &second].map(|bench| {
+        bench.run(STUDY);
+        fs::read(share(
+            bench,
+            "again",
+            &["--store", "--license", "CC-BY-4.0"],
+        ))
+        .unwrap()
+    });
+    assert!(archives[0] == archives[1]);
+}
+
+#[test]
+fn the_description_names_every_file_and_the_day() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let unpacked = unpack(&share(&bench, "described", &[]));
+    let description = fs::read(unpacked.path("ro-crate-metadata.json")).unwrap();
+    let description: Value = serde_json::from_slice(&description).unwrap();
+    let graph = description["@graph"].as_array().unwrap();
+    let root = graph.iter().find(|entity| entity["@id"] == "./").unwrap();
+    assert_eq!(root["datePublished"], DAY);
+    let parts: Vec<&str> = root["hasPart"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|part| part["@id"].as_str().unwrap())
+        .collect();
+    let own = ["ro-crate-metadata.json", "SHA256SUMS"];
+    for path in walk(&unpacked.path("")) {
+        let path = path
+            .strip_prefix(unpacked.path(""))
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .to_owned();
+        assert!(own.contains(&&*path) || parts.contains(&&*path), "{path}");
+    }
+    assert_eq!(parts.len(), walk(&unpacked.path("")).len() - own.len());
+}
+
+#[test]
+fn input_files_lie_where_the_manifest_finds_them() {
+    let bench = Bench::new();
+    let [maps, manifests] = ["maps", "manifests"].map(|folder| bench.path(folder));
+    fs::create_dir_all(&maps).unwrap();
+    fs::create_dir_all(&manifests).unwrap();
+    let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/topography/pyramid.x3p");
+    fs::copy(scan, maps.join("scan.x3p")).unwrap();
+    let manifest = manifests.join("scan.toml");
+    fs::write(
+        &manifest,
+        r#"
+        [study]
+        name = "scan"
+        [stage.scan]
+        kind = "generate"
+        method = "file"
+        path = "../maps/scan.x3p"
+        periodic = false
+        fill = "nearest"
+    "#,
+    )
+    .unwrap();
+    let manifest = manifest.to_str().unwrap();
+    let run = bench.output(&["run", manifest]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    let archive = bench.path("scan.zip");
+    let shared = bench.output(&[
+        "share",
+        manifest,
+        "--store",
+        "--output",
+        archive.to_str().unwrap(),
+    ]);
+    assert!(shared.status.success(), "{}", text(&shared.stderr));
+    let unpacked = unpack(&archive);
+    let moved = unpacked.path("manifests/scan.toml");
+    assert!(unpacked.path("maps/scan.x3p").is_file());
+    let again = unpacked.output(&["run", moved.to_str().unwrap()]);
+    assert!(
+        text(&again.stdout).contains("nothing to do"),
+        "{}",
+        text(&again.stdout)
+    );
+}
+
+#[test]
+fn what_is_not_the_study_as_it_is_now_is_not_shared() {
+    let bench = Bench::new();
+    let share = |bench: &Bench| {
+        let output = bench.path("s.zip");
+        let manifest = bench.path("study.toml");
+        let output = bench.output(&[
+            "share",
+            manifest.to_str().unwrap(),
+            "--output",
+            output.to_str().unwrap(),
+        ]);
+        (output.status.code(), text(&output.stderr))
+    };
+    bench.write(STUDY);
+    let (code, told) = share(&bench);
+    assert!(
+        code == Some(2) && told.contains("`small` has no tables yet"),
+        "{told}"
+    );
+    bench.run(STUDY);
+    assert_eq!(share(&bench).0, Some(0));
+    let (code, told) = share(&bench);
+    assert!(
+        code == Some(2) && told.contains("s.zip` is there already"),
+        "{told}"
+    );
+    fs::remove_file(bench.path("s.zip")).unwrap();
+    // Another level of the intervals is another table, which no run has written.
+    bench.write(&STUDY.replace("bootstrap = 20", "bootstrap = 21"));
+    let (code, told) = share(&bench);
+    assert_eq!(code, Some(0), "what is not computed is told of: {told}");
+    assert!(told.contains("`law` is not complete"), "{told}");
+}
+
+#[test]
+fn a_damaged_table_is_not_shared() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let table = bench.data().join("results/small/area.parquet");
+    let mut bytes = fs::read(&table).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&table, bytes).unwrap();
+    let manifest = bench.path("study.toml");
+    let output = bench.path("s.zip");
+    let shared = bench.output(&[
+        "share",
+        manifest.to_str().unwrap(),
+        "--output",
+        output.to_str().unwrap(),
+    ]);
+    assert!(!shared.status.success());
+    assert!(
+        text(&shared.stderr).contains("area"),
+        "{}",
+        text(&shared.stderr)
+    );
+    assert!(!output.exists());
+}
