@@ -69,7 +69,12 @@ pub fn metadata(whole: &Whole, files: &[Described]) -> String {
         root(whole, files, &manifest),
     ];
     graph.extend(whole.license.map(|license| {
-        json!({ "@id": license_address(license), "@type": "CreativeWork", "name": license })
+        json!({
+            "@id": license_address(license),
+            "@type": "CreativeWork",
+            "name": license,
+            "description": format!("The license of this study: {license}"),
+        })
     }));
     graph.push(json!({
         "@id": "#asperity",
@@ -84,8 +89,8 @@ pub fn metadata(whole: &Whole, files: &[Described]) -> String {
         "@type": "CreateAction",
         "name": format!("asperity run of the study {}", whole.study),
         "instrument": reference("#asperity"),
-        "object": read,
-        "result": of(Role::Table),
+        "object": as_value(read),
+        "result": as_value(of(Role::Table)),
     }));
     graph.extend(files.iter().map(file));
     let text = json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph });
@@ -101,15 +106,17 @@ fn root(whole: &Whole, files: &[Described], manifest: &[Value]) -> Value {
         "description": whole.about,
         "datePublished": whole.day.to_string(),
         "keywords": ["contact mechanics", "roughness", "tribology", "boundary element method"],
-        "hasPart": parts.collect::<Vec<_>>(),
-        "mentions": [reference("#run")],
+        "hasPart": as_value(parts.collect()),
+        "mentions": reference("#run"),
     });
     if let Some(manifest) = manifest.first() {
         root["mainEntity"] = manifest.clone();
     }
-    if let Some(license) = whole.license {
-        root["license"] = reference(&license_address(license));
-    }
+    // The specification asks for one, or for a text.
+    root["license"] = match whole.license {
+        Some(license) => reference(&license_address(license)),
+        None => json!("No license is given: ask the authors."),
+    };
     root
 }
 
@@ -133,6 +140,14 @@ fn format_of(path: &str) -> &'static str {
         "txt" => "text/plain",
         _ if path == CHECKSUMS => "text/plain",
         _ => "application/octet-stream",
+    }
+}
+
+/// One value is no list, as the specification recommends.
+fn as_value(mut values: Vec<Value>) -> Value {
+    match values.len() {
+        1 => values.remove(0),
+        _ => values.into(),
     }
 }
 
@@ -222,7 +237,7 @@ mod tests {
         assert_eq!(run["object"], inputs);
         assert_eq!(
             run["result"],
-            json!([{ "@id": "data/results/small/area.parquet" }])
+            json!({ "@id": "data/results/small/area.parquet" })
         );
     }
 
@@ -231,6 +246,6 @@ mod tests {
         let address = |license| graph(Some(license))[1]["license"]["@id"].clone();
         assert_eq!(address("CC-BY-4.0"), "https://spdx.org/licenses/CC-BY-4.0");
         assert_eq!(address("https://example.org/l"), "https://example.org/l");
-        assert_eq!(graph(None)[1].get("license"), None);
+        assert!(graph(None)[1]["license"].is_string());
     }
 }
