@@ -13,10 +13,13 @@ mod failure_report;
 mod finish;
 mod forecast;
 mod grid;
+mod init;
 mod json;
+mod man;
 mod plan;
 mod progress;
 mod prune;
+mod reference;
 mod report;
 mod run;
 mod schema;
@@ -70,6 +73,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Write a manifest to start from.
+    Init(init::Arguments),
     /// Say whether a manifest makes sense, and what it amounts to.
     Check(check::Arguments),
     /// List what a study has and what it would compute.
@@ -111,6 +116,11 @@ enum Command {
     Schema(schema::Arguments),
     /// Print completions for a shell.
     Completions(completions::Arguments),
+    /// Write manual pages, one for each command.
+    Man(man::Arguments),
+    /// Write the pages of the guide that follow from the program.
+    #[command(hide = true)]
+    Reference(reference::Arguments),
 }
 
 /// Runs the command that the process was started with.
@@ -125,6 +135,7 @@ pub fn main() -> ExitCode {
         return report(error.as_ref());
     }
     let result = match arguments.command {
+        Command::Init(arguments) => init::run(&arguments),
         Command::Check(arguments) => check::run(&arguments, &data),
         Command::Plan(arguments) => plan::run(&arguments, &data),
         Command::Explain(arguments) => explain::run(&arguments, &data),
@@ -145,6 +156,8 @@ pub fn main() -> ExitCode {
         Command::Prune(arguments) => prune::run(&arguments, &data),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
+        Command::Man(arguments) => man::run::<Arguments>(&arguments),
+        Command::Reference(arguments) => reference::run::<Arguments>(&arguments),
     };
     result.unwrap_or_else(|failure| report(failure.as_ref()))
 }

@@ -6,8 +6,10 @@
 
 mod schema;
 pub mod syntax;
+mod template;
 
 pub use schema::schema;
+pub use template::{SCHEMA, template};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
