@@ -1,0 +1,167 @@
+"""Whether the guide is true: every block of it runs, every manifest makes sense, every link leads somewhere.
+
+    python3 tests/guide.py run README.md          the blocks of one page, here
+    python3 tests/guide.py run                    those of the guide, with the manifests on its pages
+    python3 tests/guide.py links                  links and anchors of all pages, and the table of contents
+    python3 tests/guide.py reference              whether the generated pages are those of the program
+    python3 tests/guide.py reference --write      write them
+
+The program is `asperity` on the PATH, or what ASPERITY names.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+# Its blocks need a scheduler: tests/cluster.py runs what they say.
+NOT_RUN = {DOCS / "cluster.md"}
+GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md"]
+
+
+def program():
+    named = os.environ.get("ASPERITY") or shutil.which("asperity")
+    assert named, "no asperity on the PATH"
+    return str(Path(named).resolve())
+
+
+def pages():
+    """The pages of the guide, in the order of its table of contents."""
+    names = re.findall(r"\]\(([^)]+\.md)\)", (DOCS / "SUMMARY.md").read_text(encoding="utf-8"))
+    return [DOCS / name for name in names]
+
+
+def blocks(page, *languages):
+    words = "|".join(languages)
+    return re.findall(rf"^```({words})\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
+
+
+def run_blocks(page, folder, environment):
+    """One shell for all blocks of a page, so that `export` in one holds in the next."""
+    shell = "set -euo pipefail\n"
+    for language, text in blocks(page, "sh", "python"):
+        if language == "python":
+            text = f"python3 - <<'END_OF_BLOCK'\n{text}END_OF_BLOCK\n"
+        shown = text.strip().replace("'", "'\\''")
+        shell += f"printf '%s\\n' '--- {language}' '{shown}' '---'\n{text}"
+    print(f"\n=== {page.relative_to(ROOT)}", flush=True)
+    done = subprocess.run(["bash", "-c", shell], cwd=folder, env=environment, stdin=subprocess.DEVNULL)
+    assert done.returncode == 0, f"{page.relative_to(ROOT)}: a block ended with {done.returncode}"
+
+
+def check_manifests(page, asperity):
+    """Manifests on a page, and parts of them: their paths are those of `manifests/`."""
+    manifests = [text for _, text in blocks(page, "toml") if not text.startswith("[cluster]")]
+    with tempfile.TemporaryDirectory() as folder:
+        os.symlink(ROOT / "data", Path(folder) / "data")
+        for number, text in enumerate(manifests):
+            whole = text if "[study]" in text else f'[study]\nname = "part"\n\n{text}'
+            path = Path(folder) / "manifests" / f"{page.stem}-{number}.toml"
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(whole, encoding="utf-8")
+            subprocess.run([asperity, "check", path], check=True)
+
+
+def run_guide():
+    asperity = program()
+    environment = os.environ | {"PATH": f"{Path(asperity).parent}:{os.environ['PATH']}"}
+    with tempfile.TemporaryDirectory() as empty:
+        for page in pages():
+            check_manifests(page, asperity)
+            if page in NOT_RUN or not blocks(page, "sh", "python"):
+                continue
+            # The tutorial begins in an empty folder and goes on from page to page.
+            is_tutorial = page.parent.name == "tutorial"
+            run_blocks(page, empty if is_tutorial else ROOT, environment)
+
+
+def anchors(text):
+    """Those that forges and mdBook make of headings."""
+    found = set()
+    for heading in re.findall(r"^#+ (.+)$", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S), re.M):
+        heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
+        heading = re.sub(r"[^\w\- ]", "", heading)
+        found.add(heading.replace(" ", "-"))
+    return found
+
+
+def check_links():
+    listed = pages()
+    unlisted = {page for page in DOCS.rglob("*.md")} - set(listed) - {DOCS / "SUMMARY.md"}
+    problems = [f"docs/SUMMARY.md lacks {page.relative_to(DOCS)}" for page in sorted(unlisted)]
+    outside = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "benches/README.md", DOCS / "SUMMARY.md"]
+    count = 0
+    for page in listed + outside:
+        text = page.read_text(encoding="utf-8") if page.is_file() else None
+        if text is None:
+            problems.append(f"{page.relative_to(ROOT)} is not there")
+            continue
+        prose = re.sub(r"^```.*?^```|`[^`\n]*`", "", text, flags=re.M | re.S)
+        for target in re.findall(r"\]\(([^)\s]+)\)|<img[^>]*\ssrc=\"([^\"]+)\"", prose):
+            target = target[0] or target[1]
+            if re.match(r"https?:|mailto:", target):
+                continue
+            count += 1
+            path, _, anchor = target.partition("#")
+            goal = (page.parent / path).resolve() if path else page
+            if not goal.exists():
+                problems.append(f"{page.relative_to(ROOT)}: {target} leads nowhere")
+            elif anchor and goal.suffix == ".md" and anchor not in anchors(goal.read_text(encoding="utf-8")):
+                problems.append(f"{page.relative_to(ROOT)}: {target} has no such heading")
+    assert not problems, "\n".join(problems)
+    print(f"{len(listed)} pages, {count} links")
+
+
+def errors_page():
+    """What wrong manifests are told: the messages that the tests keep."""
+    text = (
+        "# What manifests are told\n\n"
+        "<!-- Written by `tests/guide.py reference --write` from `tests/manifests/`, which the tests keep true. -->\n\n"
+        "Every mistake that can be told at once is told at once, with its place and what would do, and nothing is\n"
+        "run. Below is a manifest with each mistake that the tests know, by the name of its file in\n"
+        "`tests/manifests/`, and what it is told.\n"
+    )
+    for manifest in sorted((ROOT / "tests/manifests").glob("*.toml")):
+        message = (ROOT / f"tests/manifests/messages/{manifest.stem}.snap").read_text(encoding="utf-8")
+        message = message.split("---\n", 2)[2].rstrip()
+        text += f"\n## {manifest.stem}\n\n```text\n{message}\n```\n"
+    return text
+
+
+def check_reference(write):
+    with tempfile.TemporaryDirectory() as folder:
+        output = DOCS / "reference" if write else Path(folder)
+        subprocess.run([program(), "reference", "--output", output], check=True, stdout=subprocess.DEVNULL)
+        (output / "errors.md").write_text(errors_page(), encoding="utf-8")
+        for name in GENERATED:
+            committed = (DOCS / "reference" / name).read_text(encoding="utf-8")
+            assert committed == (output / name).read_text(encoding="utf-8"), (
+                f"docs/reference/{name} is not as the program has it: python3 tests/guide.py reference --write"
+            )
+    print(f"{len(GENERATED)} pages are as the program has them")
+
+
+def main(command=None, *arguments):
+    match command:
+        case "run" if arguments:
+            run_blocks((ROOT / arguments[0]).resolve(), ROOT, os.environ)
+        case "run":
+            run_guide()
+        case "links":
+            check_links()
+        case "reference":
+            check_reference(write="--write" in arguments)
+        case _:
+            sys.exit(__doc__)
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except (AssertionError, subprocess.CalledProcessError) as error:
+        sys.exit(f"error: {error}")
