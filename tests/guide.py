@@ -50,8 +50,24 @@ def run_blocks(page, folder, environment):
         shown = text.strip().replace("'", "'\\''")
         shell += f"printf '%s\\n' '--- {language}' '{shown}' '---'\n{text}"
     print(f"\n=== {page.relative_to(ROOT)}", flush=True)
-    done = subprocess.run(["bash", "-c", shell], cwd=folder, env=environment, stdin=subprocess.DEVNULL)
-    assert done.returncode == 0, f"{page.relative_to(ROOT)}: a block ended with {done.returncode}"
+    command = ["bash", "-c", shell]
+    said = []
+    with subprocess.Popen(
+        command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+    ) as process:
+        for line in process.stdout:
+            print(line, end="", flush=True)
+            said.append(line.strip())
+    assert process.returncode == 0, f"{page.relative_to(ROOT)}: a block ended with {process.returncode}"
+    return said
+
+
+def check_outputs(page, said):
+    """What a page shows of its blocks' output must be in it; forecasts depend on the machine."""
+    for _, text in blocks(page, "text"):
+        for line in text.splitlines():
+            is_there = line.strip() in said or "core-hours" in line
+            assert is_there, f"{page.relative_to(ROOT)}: no block prints `{line}`"
 
 
 def check_manifests(page, asperity):
@@ -77,7 +93,9 @@ def run_guide():
                 continue
             # The tutorial begins in an empty folder and goes on from page to page.
             is_tutorial = page.parent.name == "tutorial"
-            run_blocks(page, empty if is_tutorial else ROOT, environment)
+            said = run_blocks(page, empty if is_tutorial else ROOT, environment)
+            if is_tutorial:
+                check_outputs(page, said)
 
 
 def anchors(text):
@@ -109,7 +127,9 @@ def check_links():
             count += 1
             path, _, anchor = target.partition("#")
             goal = (page.parent / path).resolve() if path else page
-            if not goal.exists():
+            if DOCS in page.parents and DOCS not in goal.parents:
+                problems.append(f"{page.relative_to(ROOT)}: {target} leads out of the book")
+            elif not goal.exists():
                 problems.append(f"{page.relative_to(ROOT)}: {target} leads nowhere")
             elif anchor and goal.suffix == ".md" and anchor not in anchors(goal.read_text(encoding="utf-8")):
                 problems.append(f"{page.relative_to(ROOT)}: {target} has no such heading")
@@ -149,7 +169,8 @@ def check_reference(write):
 def main(command=None, *arguments):
     match command:
         case "run" if arguments:
-            run_blocks((ROOT / arguments[0]).resolve(), ROOT, os.environ)
+            page = (ROOT / arguments[0]).resolve()
+            check_outputs(page, run_blocks(page, ROOT, os.environ))
         case "run":
             run_guide()
         case "links":

@@ -44,7 +44,7 @@ fn stage(form: Form) -> Value {
     if let Some((key, word)) = form.selector() {
         properties.insert(
             key.to_owned(),
-            json!({ "description": "How it does that.", "const": word }),
+            json!({ "description": form.about(), "const": word }),
         );
         // The first form is meant when nothing is said.
         if !form.is_default() {

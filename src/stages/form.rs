@@ -111,6 +111,15 @@ impl Form {
         }
     }
 
+    /// What that word means, in a sentence.
+    pub fn about(self) -> Option<&'static str> {
+        match self {
+            Form::Generate(method) => Some(method.about()),
+            Form::Fit(law) => Some(law.about()),
+            _ => None,
+        }
+    }
+
     /// `a `generate` stage with `method = "file"``.
     pub fn describe(self) -> String {
         match self.selector() {

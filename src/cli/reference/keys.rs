@@ -76,7 +76,11 @@ fn of_kind(kind: &str, forms: &[Value]) -> String {
         text += &format!("| `{key}` | what it is |\n|---|---|\n");
         for (place, form) in forms.iter().enumerate() {
             let default = if place == 0 { ", when left out" } else { "" };
-            text += &format!("| `\"{}\"`{default} | {} |\n", word(form, key), about(form));
+            text += &format!(
+                "| `\"{}\"`{default} | {} |\n",
+                word(form, key),
+                about(&form["properties"][key])
+            );
         }
         text.push('\n');
     } else {

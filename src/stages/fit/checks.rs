@@ -51,6 +51,17 @@ impl LawWord {
         }
     }
 
+    /// What it is, in a sentence for editors and the guide.
+    pub fn about(self) -> &'static str {
+        match self {
+            LawWord::ContactEvolution => {
+                "The contact evolution law, a = κy (1 + β(κy)^μ)^(−1/μ), of Yastrebov, Anciaux & \
+                 Molinari (2015)."
+            }
+            LawWord::Plain(law) => law.definition().about,
+        }
+    }
+
     /// The keys beside it.
     pub fn layout(self) -> &'static Layout {
         match self {

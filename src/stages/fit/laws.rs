@@ -45,6 +45,8 @@ pub enum PlainLaw {
 pub struct LawDefinition {
     /// The word in manifests and tables.
     pub word: &'static str,
+    /// What it is, in a sentence for editors and the guide.
+    pub about: &'static str,
     /// Smallest and largest load that count when none are given, in units of E* × rms slope.
     pub window: [f64; 2],
     /// Its parameters, in the order of their values.
@@ -84,18 +86,21 @@ impl PlainLaw {
         match self {
             PlainLaw::MeanPressure => LawDefinition {
                 word: "mean-pressure",
+                about: "dp̄/dp₀ = β a^(μ − 1): the growth of the mean contact pressure.",
                 window: contact_evolution::WINDOW,
                 parameters: &[EXPONENT, PREFACTOR],
                 fits: Fits::Areas(mean_pressure),
             },
             PlainLaw::ScaledErf => LawDefinition {
                 word: "scaled-erf",
+                about: "a = erf(β√2 y), near full contact.",
                 window: [0.3, 2.0],
                 parameters: &[ERF_SCALE],
                 fits: Fits::Areas(scaled_erf),
             },
             PlainLaw::LoadSeparation => LawDefinition {
                 word: "load-separation",
+                about: "p₀ = p_c exp(−ū/u₀), of the mean gap ū.",
                 // Where the mean gap falls in proportion to the logarithm of the load.
                 window: [0.01, 0.1],
                 parameters: &[DECAY_LENGTH, CLOSING_LOAD],
@@ -103,6 +108,7 @@ impl PlainLaw {
             },
             PlainLaw::MeshConvergence => LawDefinition {
                 word: "mesh-convergence",
+                about: "a_N = a* + c S_d Δx/L², over meshes of the same surfaces.",
                 // No surface is out of full contact under ten times its rms slope × E*.
                 window: [0.0, 10.0],
                 parameters: &[MESH_COEFFICIENT],
@@ -110,6 +116,7 @@ impl PlainLaw {
             },
             PlainLaw::SelfAffine => LawDefinition {
                 word: "self-affine",
+                about: "C(q) = C₀ up to q_r, C₀ (q/q_r)^(−2(1 + H)) beyond, of measured spectra.",
                 // Of wavenumbers: all that a quantity may be.
                 window: [0.0, 1e30],
                 parameters: &[HURST_EXPONENT, ROLLOFF, PLATEAU_DENSITY],

@@ -74,6 +74,37 @@ impl Method {
         }
     }
 
+    /// What it makes, in a sentence for editors and the guide.
+    pub fn about(self) -> &'static str {
+        match self {
+            Method::Random(Amplitude::Gaussian) => {
+                "Random self-affine surfaces, a plateau up to `k_rolloff` and a power law up to \
+                 `k_upper`: complex Gaussian amplitudes with the spectrum as their mean power."
+            }
+            Method::Random(Amplitude::Deterministic) => {
+                "The same with exactly the spectrum, and random phases."
+            }
+            Method::Spectrum => {
+                "Gaussian random surfaces with a given isotropic power spectral density C(q), \
+                 normalised so that ∫ C d²q/(2π)² is their mean square height."
+            }
+            Method::File => {
+                "A measured surface, of the file that the instrument wrote. What is asked for is done \
+                 in this order: channel, unit and side, `crop`, `level`, `fill`, `high_pass`, \
+                 `low_pass`, `resample`, `edges`."
+            }
+            Method::Paraboloid => "A paraboloid, −r²/(2R): the contact of Hertz.",
+            Method::Wave(WaveShape::Single) => "Δ cos(2πnx/L): the contact of Westergaard.",
+            Method::Wave(WaveShape::Product) => {
+                "Δ cos(2πnx/L) cos(2πny/L): the contact of Johnson, Greenwood & Higginson."
+            }
+            Method::Wave(WaveShape::Sum) => {
+                "Δ (cos(2πnx/L) + cos(2πny/L)): the same, turned by 45°."
+            }
+            Method::FlatPunch => "A flat disc in the middle of the cell.",
+        }
+    }
+
     /// Whether a stage may be read, which `from` names.
     pub fn may_read(self) -> bool {
         self == Method::Spectrum
