@@ -154,7 +154,7 @@ def corrected_area(
     >>> square[4:8, 4:8] = True
     >>> area = corrected_area(square)
     >>> area.counted, round(area.corrected, 6)
-    (0.0625, 0.055138)
+    (0.0625, 0.055118)
     """
     if boundary not in ("periodic", "free"):
         raise ValueError(f'boundary is "{boundary}", it must be "periodic" or "free"')

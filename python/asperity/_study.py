@@ -36,7 +36,7 @@ class Study:
     >>> study = Study.parse({
     ...     "study": {"name": "small", "seed": 1},
     ...     "stage": {
-    ...         "surfaces": {"kind": "generate", "nodes": 16, "hurst": 0.8, "k_lower": 1, "k_upper": 4},
+    ...         "surfaces": {"kind": "generate", "nodes": 32, "hurst": 0.8, "k_lower": 1, "k_upper": 2},
     ...         "contact": {"kind": "solve", "from": "surfaces", "loads": [0.05, 0.1]},
     ...     },
     ... }, data=folder.name)
@@ -92,9 +92,7 @@ class Study:
             raise FileExistsError(f"`{place}` is another manifest")
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text, encoding="utf-8")
-        study = cls(place, data)
-        study.check()
-        return study
+        return cls(place, data)
 
     @property
     def path(self) -> Path:

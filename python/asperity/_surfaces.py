@@ -50,9 +50,9 @@ def read(
 
     Examples
     --------
-    >>> pyramid = read("data/topography/pyramid.x3p")
-    >>> pyramid.nodes, pyramid.unit
-    ((99, 99), 'm')
+    >>> scan = read("data/topography/di-3.di", channel="ZSensor")
+    >>> scan.nodes, scan.size, scan.unit
+    ((256, 256), (1e-05, 1e-05), 'm')
     """
     name = None if channel is None else str(channel)
     heights, found, own_unit, name, names, format = _asperity.read(os.fspath(path), name)
@@ -138,7 +138,7 @@ def surface(
     >>> surface(nodes=128, hurst=0.8, k_lower=2, k_upper=100)
     Traceback (most recent call last):
     ...
-    asperity.errors.KeyErrors: `k_upper = 100` does not fit 128 nodes ...
+    asperity.errors.KeyErrors: `k_upper = 100` needs at least 200 nodes per side, ...
     """
     written: Dict[str, Any] = {
         "nodes": nodes,

@@ -7,7 +7,7 @@ in units of the rms height, loads y in units of E* × rms slope, areas are fract
 >>> model = models.bush_gibson_thomas(5.0)
 >>> contact = model.at_load([0.001, 0.01])
 >>> (contact.area / contact.load).round(3)
-array([2.271, 2.154])
+array([2.171, 1.987])
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class AsperityModel:
         Examples
         --------
         >>> round(bush_gibson_thomas(5.0).at_separation(2.0).load, 5)
-        0.01265
+        0.00416
         """
         return self._at("separation", separation)
 

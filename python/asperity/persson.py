@@ -122,7 +122,7 @@ def load_leaving(noncontact: ArrayLike) -> Any:
     Examples
     --------
     >>> round(load_leaving(1e-20), 6)
-    4.636958
+    4.668022
     """
     return _of("load_leaving", noncontact)
 

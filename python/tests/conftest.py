@@ -18,8 +18,8 @@ kind = "generate"
 nodes = 64
 side = 2.0
 hurst = 0.8
-k_lower = 2
-k_upper = 16
+k_lower = 1
+k_upper = 4
 rms_slope = 0.1
 realizations = 2
 

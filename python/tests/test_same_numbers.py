@@ -10,7 +10,7 @@ import asperity
 
 polars = pytest.importorskip("polars")
 
-KEYS = dict(nodes=64, side=2.0, hurst=0.8, k_lower=2, k_upper=16, rms_slope=0.1, seed=2015)
+KEYS = dict(nodes=64, side=2.0, hurst=0.8, k_lower=1, k_upper=4, rms_slope=0.1, seed=2015)
 LOADS = [0.01, 0.1, 0.5]
 
 

@@ -42,7 +42,8 @@ def test_a_mistake_has_file_line_and_column(study):
 @pytest.mark.parametrize("wrong, error", [
     (lambda study: study.table("contacts"), asperity.UnknownNameError),
     (lambda study: study.table("contact"), asperity.NotComputedError),
-    (lambda study: study.sql("select nonsense"), asperity.QueryError),
+    (lambda study: study.sql("select load, from contact where"), asperity.QueryError),
+    (lambda study: study.sql("select load from contacts"), asperity.UnknownNameError),
     (lambda study: study.run(jobs=0, progress=False), asperity.KeyErrors),
     (lambda study: study.run(memory="much", progress=False), asperity.KeyErrors),
     (lambda study: study.run(memory="1KB", progress=False), asperity.Error),
@@ -72,7 +73,7 @@ def test_tables_of_a_manifest_are_one(tmp_path, study):
     assert parsed.path == tmp_path / "other" / "small.toml"
     tables = {
         "study": {"name": "small"},
-        "stage": {"surfaces": {"kind": "generate", "nodes": 16, "hurst": 0.8, "k_lower": 1, "k_upper": 4}},
+        "stage": {"surfaces": {"kind": "generate", "nodes": 32, "hurst": 0.8, "k_lower": 1, "k_upper": 2}},
     }
     assert asperity.Study.parse(tables, data=tmp_path / "other").plan().to_run == 1
     with pytest.raises(asperity.ManifestError, match="hurst"):
@@ -113,9 +114,9 @@ def test_arguments_of_contacts_are_checked_as_keys_are():
 
 
 def test_a_map_that_is_not_periodic_is_pressed_free_alone(repository):
-    pyramid = asperity.read(repository / "data/topography/pyramid.x3p")
+    scan = asperity.read(repository / "data/topography/testing.x3p")
     with pytest.raises(asperity.SurfaceError, match="not periodic"):
-        asperity.press(pyramid, loads=0.1)
+        asperity.press(scan, loads=0.1)
 
 
 def test_missing_points_are_named_and_filled():
