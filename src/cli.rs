@@ -35,6 +35,7 @@ mod verify;
 mod view;
 
 use std::error::Error;
+use std::ffi::OsString;
 use std::io::{IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -125,8 +126,16 @@ enum Command {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
+    run(env::args_os(), None)
+}
+
+/// Runs a command line, whose first word is what the program is called. `program` is what starts it
+/// again, where that is not the file of this process: an interpreter may have called.
+///
+/// The process is the command's: its signals are heard, and what is misspelt ends it.
+pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
     leave_panics_of_queries_to_their_errors();
-    let arguments = Arguments::parse();
+    let arguments = Arguments::parse_from(line);
     let data = DataFolder::new(arguments.data);
     if let Err(error) = signals::survive_large_files() {
         return report(&error);
@@ -140,7 +149,7 @@ pub fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments, &data),
         Command::Explain(arguments) => explain::run(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
-        Command::Submit(arguments) => submit::run(&arguments, &data),
+        Command::Submit(arguments) => submit::run(&arguments, &data, program),
         Command::Status(arguments) => status::run(&arguments, &data),
         Command::Cancel(arguments) => cancel::run(&arguments, &data),
         Command::Finish(arguments) => finish::run(&arguments, &data),

@@ -7,6 +7,7 @@ use std::ops::Range;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use thiserror::Error;
 
+mod place;
 mod words;
 use words::harmless;
 pub use words::{chain, counted, did_you_mean, listed, words_of_panic, wrapped};
@@ -60,6 +61,11 @@ impl Problem {
     /// What is wrong, in a sentence.
     pub fn message(&self) -> &str {
         &self.message
+    }
+
+    /// What would do, if it is said.
+    pub fn advice(&self) -> Option<&str> {
+        self.help.as_deref()
     }
 
     fn start(&self) -> usize {
@@ -116,6 +122,11 @@ impl ManifestErrors {
     /// The problems, in the order of the lines that they point at.
     pub fn problems(&self) -> &[Problem] {
         &self.problems
+    }
+
+    /// What messages call the manifest.
+    pub fn file(&self) -> &str {
+        &self.file
     }
 
     /// Every problem with file, line, column, the text around it and a caret; drawn in ASCII and

@@ -14,6 +14,7 @@
 //! | maps of heights in the files of instruments | [`read`](topography_files::read), [`TopographyFile`](topography_files::TopographyFile) |
 //! | what heights are like | [`Descriptors`](contact::topography::descriptors::Descriptors), [`Moments`](contact::topography::moments::Moments) |
 //! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`](contact::elasticity::PeriodicHalfSpace) |
+//! | surfaces and contacts by the keys of a manifest, without one | [`direct::draw`], [`direct::Pressing`] |
 //! | what contact looks like | [`ContactMap`](contact::morphology::map::ContactMap), [`ContactArea`](contact::morphology::area::ContactArea), [`Clusters`](contact::morphology::clusters::Clusters) |
 //! | what it should be | [`persson`](contact::theory::persson), [`Asperities`](contact::theory::models::asperities::Asperities), [`ContactEvolution`](contact::theory::law::ContactEvolution) |
 //! | laws fitted to curves of many surfaces | [`fitting`] |
@@ -62,6 +63,7 @@
     reason = "sealed: the numbers that transforms are for"
 )]
 pub mod contact;
+pub mod direct;
 pub mod fitting;
 pub mod plan;
 pub mod session;

@@ -1,6 +1,5 @@
 //! How far a run has come, and how long it will go on.
 
-use std::collections::{BTreeMap, HashMap};
 use std::io::{IsTerminal, stderr};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -8,10 +7,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{counted, failure_report, tell_notice, warn};
-use crate::cost::CostModel;
 use crate::session::events::Batch;
-use crate::session::{Event, Observer};
-use crate::stages::Kind;
+use crate::session::{Event, Observer, RunProgress};
 
 /// Seconds between lines where there is no terminal to redraw.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -50,76 +47,40 @@ impl Observer for Console {
 
 /// A bar on a terminal, plain lines elsewhere.
 struct Progress {
-    total: usize,
-    /// What each task is expected to be.
-    expected: HashMap<usize, Expected>,
-    /// Seconds of one core that all of them are expected to take.
-    expected_in_all: f64,
+    run: RunProgress,
     bar: Option<ProgressBar>,
-    begun: Instant,
-    finished: usize,
-    /// Expected seconds of finished tasks.
-    done: f64,
-    /// Expected seconds done of tasks under way.
-    under_way: BTreeMap<usize, f64>,
     last_line: Instant,
-}
-
-/// What a task is, and how many seconds of one core it is expected to take.
-struct Expected {
-    kind: Kind,
-    seconds: f64,
 }
 
 impl Progress {
     /// Begins to count the tasks that are to run, among cached ones that are not.
     fn new(batch: Batch) -> Progress {
-        let Batch {
-            plan,
-            tasks,
-            cached,
-        } = batch;
-        let (total, cost) = (tasks.len(), CostModel::default());
-        let expected = |&task: &usize| {
-            let kind = plan.tasks[task].recipe.kind();
-            let seconds = cost.seconds(&plan.tasks[task]);
-            (task, Expected { kind, seconds })
-        };
-        let expected: HashMap<usize, Expected> = tasks.iter().map(expected).collect();
+        let total = batch.tasks.len();
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
-            let begun = begun(total, cached, plan.tasks.len());
-            warn(&format!("{}: {begun}", plan.study));
+            let begun = begun(total, batch.cached, batch.plan.tasks.len());
+            warn(&format!("{}: {begun}", batch.plan.study));
         }
-        let now = Instant::now();
         Progress {
-            total,
-            expected_in_all: expected.values().map(|expected| expected.seconds).sum(),
-            expected,
+            run: RunProgress::new(batch),
             bar,
-            begun: now,
-            finished: 0,
-            done: 0.0,
-            under_way: BTreeMap::new(),
-            last_line: now,
+            last_line: Instant::now(),
         }
     }
 
     fn started(&self, task: usize) {
-        if let (Some(bar), Some(expected)) = (&self.bar, self.expected.get(&task)) {
-            bar.set_prefix(expected.kind.name());
+        if let (Some(bar), Some(kind)) = (&self.bar, self.run.kind(task)) {
+            bar.set_prefix(kind.name());
         }
     }
 
     fn advanced(&mut self, task: usize, share: f64) {
-        self.under_way.insert(task, share * self.expected(task));
+        self.run.advanced(task, share);
         self.tell();
     }
 
     fn finished(&mut self, task: usize) {
-        self.finished += 1;
-        self.done += self.expected(task);
-        self.under_way.remove(&task);
+        self.run.finished(task);
         self.tell();
     }
 
@@ -130,22 +91,16 @@ impl Progress {
         }
     }
 
-    fn expected(&self, task: usize) -> f64 {
-        let expected = self.expected.get(&task);
-        expected.map_or(0.0, |expected| expected.seconds)
-    }
-
     fn tell(&mut self) {
-        let done = self.done + self.under_way.values().sum::<f64>();
-        let share = done / self.expected_in_all;
-        let left = time_left(self.begun.elapsed(), share);
+        let left = self.run.time_left();
         let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
+        let finished = self.run.tasks_done();
         if let Some(bar) = &self.bar {
-            bar.set_position(self.finished as u64);
+            bar.set_position(finished as u64);
             bar.set_message(left);
         } else if self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();
-            let (finished, total) = (self.finished, counted(self.total, "task"));
+            let total = counted(self.run.tasks(), "task");
             warn(&format!("{finished} of {total}, {left}"));
         }
     }
@@ -168,12 +123,6 @@ fn bar(total: usize) -> ProgressBar {
     bar
 }
 
-/// Time that the rest takes at the pace so far, once there is a pace.
-fn time_left(elapsed: Duration, share_done: f64) -> Option<Duration> {
-    let seconds = elapsed.as_secs_f64() * (1.0 - share_done) / share_done;
-    (share_done > 0.01).then(|| Duration::from_secs_f64(seconds.max(0.0)))
-}
-
 /// A duration in the two units that matter.
 pub fn duration(duration: Duration) -> String {
     let seconds = duration.as_secs();
@@ -187,17 +136,6 @@ pub fn duration(duration: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_tenth_done_in_a_minute_leaves_nine() {
-        let left = time_left(Duration::from_secs(60), 0.1);
-        assert_eq!(left.map(|left| left.as_secs()), Some(540));
-    }
-
-    #[test]
-    fn nothing_done_promises_nothing() {
-        assert_eq!(time_left(Duration::from_secs(60), 0.0), None);
-    }
 
     #[test]
     fn what_is_left_for_later_is_not_cached() {

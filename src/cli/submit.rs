@@ -91,10 +91,15 @@ struct ClusterArguments {
     directive: Vec<String>,
 }
 
-pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+/// `own` is what starts this program, where that is not the file of the process.
+pub fn run(
+    arguments: &Arguments,
+    data: &DataFolder,
+    own: Option<&Path>,
+) -> Result<ExitCode, Failure> {
     let session = super::session(&arguments.manifest, data);
-    let program = match &arguments.program {
-        Some(program) => program.clone(),
+    let program = match arguments.program.as_deref().or(own) {
+        Some(program) => program.to_owned(),
         None => env::current_exe()?,
     };
     let planned = session.plan_submission(&SubmitOptions {

@@ -20,8 +20,8 @@ pub use half_space::PeriodicHalfSpace;
 /// An elastic body under the pressures on a grid: all that a solver asks of it.
 ///
 /// Pressure p lowers its surface by u, a convolution with an even kernel: a factor for each wave of
-/// the mesh on which pressures are convolved.
-pub trait ElasticOperator {
+/// the mesh on which pressures are convolved. Threads may hand it on, and with it a solver.
+pub trait ElasticOperator: Send {
     /// Where pressures act.
     fn grid(&self) -> Grid;
 

@@ -28,6 +28,7 @@ mod balance;
 mod conjugate_gradients;
 pub(crate) mod cost;
 mod evaluation;
+mod fields;
 mod flags;
 mod half_space;
 mod hardness;

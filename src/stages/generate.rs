@@ -178,6 +178,12 @@ impl Params {
         self.origin.draw(self.sides(), sources)
     }
 
+    /// The row of this surface once it is drawn, but for its heights and what only its file tells.
+    pub fn described(&self, surface: &Surface) -> Table {
+        let description = Description::of_surface(&self.origin, surface);
+        Table::new(1, description.row(self, surface.grid()))
+    }
+
     /// The heights that `table` kept, or else the surface drawn again.
     ///
     /// # Errors

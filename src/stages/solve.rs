@@ -1,5 +1,6 @@
 //! Presses a surface through a block of loads.
 
+pub mod block;
 pub mod checks;
 mod hardness;
 pub mod keys;
@@ -18,12 +19,12 @@ use super::{
     StageError, beside_coordinates, summary::range,
 };
 use crate::contact::grid::Boundary;
-use crate::contact::solver::{HalfSpace, Hardness, Settings, Stop, cost};
+use crate::contact::solver::{HalfSpace, Hardness, Settings, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
-use solved::{Scales, Solved};
+use block::Block;
 
 pub use hardness::GivenHardness;
 
@@ -144,9 +145,6 @@ impl Stage for Params {
 
     /// Presses one surface, load after load, up to the first from which on every node touches and none
     /// yields.
-    ///
-    /// The problem is linear and homogeneous, so the solver knows neither lengths nor moduli: heights
-    /// go in in units of side × rms slope, pressures come out in units of E* × rms slope.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let [
             Input {
@@ -158,53 +156,22 @@ impl Stage for Params {
             unreachable!("the plan gives one surface to each block of loads")
         };
         let surface = drawn.surface(table, context.sources)?;
-        let scales = Scales::of(&surface, table, self)?;
-        let hardness = self.hardness.map(|given| scales.hardness(given));
-        let hardness = hardness.transpose()?;
-        let body = HalfSpace {
-            boundary: self.boundary,
-            hardness: hardness.map(|hardness| hardness.reduced),
-        };
-        let loads = self.loads.iter();
-        let loads: Vec<f64> = loads
-            .map(|&given| scales.reduced_pressure(given, self.load_unit))
-            .collect();
-        let heaviest = *loads.last().expect("a block has a load");
-        body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
-        let grid = surface.grid();
-        let heights = scales.reduced(surface);
-        let begin = || {
-            let mut solver = body.solver(grid, &heights);
-            let rows = Solved::of(hardness, solver.under_unit_pressure());
-            (solver, rows)
-        };
-        let (mut solver, mut rows) = begin();
-        if let Some(kept) = context.checkpoints.last()
-            && rows.restore(&mut solver, &kept).is_err()
-        {
-            (solver, rows) = begin();
-        }
-        drop(heights);
+        let nodes = surface.grid().nodes();
+        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
+        let kept = context.checkpoints.last();
+        let mut block = Block::new(self, surface, rms_slope, kept.as_deref())?;
+        drop(kept);
         let expected =
-            |loads: &[f64]| cost::expected_pairs(&body, scales.nodes, loads, self.tolerance);
-        let done = rows.count();
-        for (index, (&given, &load)) in self.loads.iter().zip(&loads).enumerate().skip(done) {
-            let outcome = solver.press(load, &self.settings(), context.interrupted);
-            if outcome.stop == Stop::Interrupted {
-                return Err(StageError::Interrupted);
-            }
-            let keep = self.keeps_pressures_at(given);
-            rows.push(load, outcome, solver.pressure(), keep, &scales);
-            (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
-            if outcome.stop == Stop::FullContact && solver.is_flattened_by(heaviest) {
-                break;
-            }
-            if context.checkpoints.is_due() && index + 1 < self.loads.len() {
-                let save = &mut |out: &mut dyn Write| rows.save(&solver, out);
+            |loads: &[f64]| cost::expected_pairs(&self.body(), nodes, loads, self.tolerance);
+        while block.press(context.interrupted)?.is_some() {
+            let done = &self.loads[..block.count()];
+            (context.advance)(expected(done) / expected(&self.loads));
+            if block.goes_on() && context.checkpoints.is_due() {
+                let save = &mut |out: &mut dyn Write| block.save(out);
                 context.checkpoints.keep(save);
             }
         }
-        Ok(rows.table(self, table, &scales))
+        Ok(block.table(table))
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {

@@ -6,12 +6,11 @@ use arrow::array::{ArrayRef, Float64Builder};
 
 use super::hardness::{GivenHardness, SurfaceHardness};
 use super::{GIVEN_UP, Params, PressureUnit, Pressures};
-use crate::contact::grid::Boundary;
+use crate::contact::grid::{Boundary, Grid};
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::solver::{Hardness, HardnessError, Outcome, Stop};
 use crate::contact::topography::surface::Surface;
 use crate::decimal;
-use crate::stages::StageError;
 use crate::stages::columns::*;
 use crate::store::column::{Column, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
@@ -28,15 +27,14 @@ pub struct Scales {
 }
 
 impl Scales {
-    pub fn of(surface: &Surface, table: &Table, params: &Params) -> Result<Scales, StageError> {
-        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
+    pub fn of(grid: Grid, rms_slope: f64, effective_modulus: f64) -> Scales {
         let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
-        Ok(Scales {
-            nodes: surface.grid().nodes(),
-            side: surface.grid().cell().longer_side(),
+        Scales {
+            nodes: grid.nodes(),
+            side: grid.cell().longer_side(),
             slope,
-            pressure: params.effective_modulus * slope,
-        })
+            pressure: effective_modulus * slope,
+        }
     }
 
     pub fn reduced(&self, surface: Surface) -> Vec<f64> {
@@ -46,8 +44,14 @@ impl Scales {
         heights
     }
 
+    /// The unit of lengths: side × rms slope.
     pub fn length(&self) -> f64 {
         self.side * self.slope
+    }
+
+    /// The unit of pressures: E* × rms slope.
+    pub fn pressure(&self) -> f64 {
+        self.pressure
     }
 
     /// A pressure in units of E* × rms slope; blocks in either unit agree on it.
@@ -148,7 +152,13 @@ impl Solved {
         }
     }
 
-    pub fn table(mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
+    /// Which nodes are in contact under a load, by its number, as the column of contact maps has it.
+    pub fn contact(&self, load: usize) -> Option<&[u8]> {
+        self.maps.get(load).map(Vec::as_slice)
+    }
+
+    /// The rows so far; pressure fields that were kept go into it and are kept no longer.
+    pub fn table(&mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
         let count = self.loads.len();
         let column = |value: fn(&Outcome) -> f64, unit: f64| {
             reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))

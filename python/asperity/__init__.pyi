@@ -1,0 +1,28 @@
+from asperity import errors as errors, models as models, persson as persson
+from asperity._asperity import __version__ as __version__
+from asperity._command import main as main
+from asperity._laws import (
+    CorrectedArea as CorrectedArea,
+    EvolutionLaw as EvolutionLaw,
+    corrected_area as corrected_area,
+)
+from asperity._contact import Contact as Contact, ContactState as ContactState
+from asperity._plan import Plan as Plan, Report as Report, Run as Run
+from asperity._press import press as press, press_each as press_each
+from asperity._study import Study as Study
+from asperity._surfaces import read as read, surface as surface
+from asperity._table import Column as Column, Table as Table
+from asperity._topography import Topography as Topography
+from asperity.errors import (
+    Error as Error,
+    FitError as FitError,
+    KeyErrors as KeyErrors,
+    ManifestError as ManifestError,
+    NotComputedError as NotComputedError,
+    Problem as Problem,
+    QueryError as QueryError,
+    StoreError as StoreError,
+    StudyWarning as StudyWarning,
+    SurfaceError as SurfaceError,
+    UnknownNameError as UnknownNameError,
+)

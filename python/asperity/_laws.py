@@ -1,0 +1,162 @@
+"""The contact evolution law, and corrections of the contact area."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from asperity import _asperity
+from asperity._arrays import each
+
+
+@dataclass(frozen=True)
+class EvolutionLaw:
+    """The contact evolution law a = [β + (κy)^(−μ)]^(−1/μ).
+
+    Eq. (cel) of Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83. Loads y are in units
+    of E* × rms slope, areas fractions of the apparent one. All parameters are positive; a law is trusted
+    where it was fitted.
+
+    Attributes
+    ----------
+    kappa : float
+        Slope of the area at zero load: √(2π) of asperity models, √(8/π) of Persson's theory.
+    beta, mu : float
+        Factor and exponent of the growth of the mean pressure, dp̄/dp₀ = β a^(μ−1).
+
+    Examples
+    --------
+    >>> law = EvolutionLaw(kappa=2.5, beta=1.0, mu=1.0)
+    >>> round(law.area(0.4), 12)
+    0.5
+    >>> round(law.load(0.5), 12)
+    0.4
+    """
+
+    kappa: float
+    beta: float
+    mu: float
+
+    def area(self, load: ArrayLike) -> Any:
+        """Area fraction under loads ≥ 0."""
+        return self._of("area", load)
+
+    def slope(self, load: ArrayLike) -> Any:
+        """da/dy."""
+        return self._of("slope", load)
+
+    def curvature(self, load: ArrayLike) -> Any:
+        """d²a/dy², never positive."""
+        return self._of("curvature", load)
+
+    def load(self, area: ArrayLike) -> Any:
+        """The load under which the area fraction is `area`; NaN where the law never reaches it."""
+        return self._of("load", area)
+
+    def mean_pressure(self, load: ArrayLike) -> Any:
+        """Mean contact pressure y/a, in units of E* × rms slope."""
+        return self._of("mean_pressure", load)
+
+    @classmethod
+    def fit(
+        cls,
+        loads: ArrayLike,
+        areas: ArrayLike,
+        *,
+        kappa: Union[float, str] = math.sqrt(2 * math.pi),
+        window: Tuple[float, float] = (0.0, math.inf),
+        quantity: str = "area",
+    ) -> "EvolutionLaw":
+        """Fits the law to curves of area against load, weighted by their scatter.
+
+        Parameters
+        ----------
+        loads : array_like, shape (n,)
+            Loads, ascending, in units of E* × rms slope.
+        areas : array_like, shape (n,) or (surfaces, n)
+            Area fractions of one surface, or of several under the same loads.
+        kappa : float or ``"free"`` or ``"least-convex"``
+            Kept at a value, fitted too, or the least one for which the fitted slope is convex.
+        window : tuple of float
+            Loads from and up to which data count.
+        quantity : ``"area"`` or ``"slope"``
+            What is fitted: areas, or difference quotients of them.
+
+        Raises
+        ------
+        FitError
+            If there are too few data, or nothing fits.
+
+        Examples
+        --------
+        >>> law = EvolutionLaw(kappa=2.5, beta=1.2, mu=0.6)
+        >>> loads = np.linspace(0.01, 0.2, 20)
+        >>> found = EvolutionLaw.fit(loads, law.area(loads), kappa=2.5)
+        >>> round(found.beta, 6), round(found.mu, 6)
+        (1.2, 0.6)
+        """
+        rows = np.ascontiguousarray(np.atleast_2d(np.asarray(areas, dtype=np.float64)))
+        abscissae = np.ascontiguousarray(loads, dtype=np.float64)
+        value: Optional[float] = None if isinstance(kappa, str) else float(kappa)
+        if isinstance(kappa, str) and kappa not in ("free", "least-convex"):
+            raise ValueError(f'kappa is "{kappa}", it must be a number, "free" or "least-convex"')
+        parameters, _, _, _ = _asperity.fit_evolution(
+            abscissae, rows, *window, quantity, value, kappa == "least-convex"
+        )
+        return cls(*parameters)
+
+    def _of(self, function: str, values: ArrayLike) -> Any:
+        law = (self.kappa, self.beta, self.mu)
+        return each(lambda values: _asperity.evolution(law, function, values), values)
+
+
+class CorrectedArea(NamedTuple):
+    """The area of a contact map, as fractions of all nodes.
+
+    Attributes
+    ----------
+    counted : float
+        Share of the nodes in contact, which is too large.
+    corrected : float
+        The same less c S_d Δx, the coefficient times the Manhattan perimeter of the map.
+    lower, upper : float
+        Bounds: without the nodes on the edge, and with them.
+    """
+
+    counted: float
+    corrected: float
+    lower: float
+    upper: float
+
+
+def corrected_area(
+    contact: ArrayLike, *, coefficient: str = "2017", boundary: str = "periodic"
+) -> CorrectedArea:
+    """Corrects the area of a contact map for its mesh, whose cells are square.
+
+    Parameters
+    ----------
+    contact : array_like of bool, shape (n_x, n_y)
+        Which nodes are in contact.
+    coefficient : ``"2017"``, ``"pi/8"`` or ``"none"``
+        (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, *Tribol. Int.* 114 (2017) 161; π/8 of their paper
+        of 2015; nothing.
+    boundary : ``"periodic"`` or ``"free"``
+        What lies beyond the edges.
+
+    Examples
+    --------
+    >>> square = np.zeros((16, 16), dtype=bool)
+    >>> square[4:8, 4:8] = True
+    >>> area = corrected_area(square)
+    >>> area.counted, round(area.corrected, 6)
+    (0.0625, 0.055118)
+    """
+    if boundary not in ("periodic", "free"):
+        raise ValueError(f'boundary is "{boundary}", it must be "periodic" or "free"')
+    contact = np.ascontiguousarray(contact, dtype=bool)
+    return CorrectedArea(*_asperity.corrected_area(contact, coefficient, boundary == "periodic"))

@@ -1,0 +1,98 @@
+"""How far a run has come, in a terminal and in a notebook."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any, Callable, Dict, Optional, Union
+
+#: Hears ``{"study", "doing", "tasks", "tasks_done", "cached", "share", "seconds_left"}``.
+Teller = Callable[[Dict[str, Any]], object]
+
+#: Seconds between lines where nothing can be drawn anew.
+_LINE_EVERY = 10.0
+
+
+class Progress:
+    """Tells how far a run has come; ``with`` ends what is drawn."""
+
+    def __init__(self, wanted: Union[bool, Teller]) -> None:
+        self._tell: Optional[Teller] = None
+        self._end: Callable[[], None] = lambda: None
+        if callable(wanted):
+            self._tell = wanted
+        elif wanted and _is_notebook():
+            self._tell, self._end = _in_notebook()
+        elif wanted and _is_terminal():
+            self._tell, self._end = _in_terminal, _clear_line
+        elif wanted:
+            self._tell = _lines()
+
+    def __enter__(self) -> Optional[Teller]:
+        return self._tell
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+
+def _words(advance: Dict[str, Any]) -> str:
+    left = advance["seconds_left"]
+    told = "…" if left is None else f"{_duration(left)} left"
+    return f"{advance['tasks_done']} of {advance['tasks']} tasks, {told}"
+
+
+def _duration(seconds: float) -> str:
+    hours, rest = divmod(int(seconds), 3600)
+    minutes, seconds = divmod(rest, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
+
+
+def _is_notebook() -> bool:
+    # Whoever is in a notebook has loaded it.
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return shell is not None and hasattr(shell, "kernel")
+
+
+def _is_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
+def _in_terminal(advance: Dict[str, Any]) -> None:
+    bar = "━" * round(30 * min(advance["share"], 1.0))
+    print(f"\r{advance['doing']:9} {bar:30} {_words(advance)}\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _clear_line() -> None:
+    print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _lines() -> Teller:
+    last = time.monotonic()
+
+    def tell(advance: Dict[str, Any]) -> None:
+        nonlocal last
+        if time.monotonic() - last >= _LINE_EVERY:
+            last = time.monotonic()
+            print(_words(advance), file=sys.stderr, flush=True)
+
+    return tell
+
+
+def _in_notebook() -> "tuple[Teller, Callable[[], None]]":
+    import IPython.display
+
+    # Its types are not said.
+    HTML: Any = IPython.display.HTML
+    display: Any = IPython.display.display
+    handle = display(HTML(""), display_id=True)
+
+    def tell(advance: Dict[str, Any]) -> None:
+        share = min(advance["share"], 1.0)
+        handle.update(
+            HTML(f'<progress value="{share:.3f}" max="1"></progress> {advance["doing"]} {_words(advance)}')
+        )
+
+    return tell, lambda: handle.update(HTML(""))

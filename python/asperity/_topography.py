@@ -1,0 +1,274 @@
+"""Maps of heights: prepared, described, drawn on axes."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from asperity import _asperity
+from asperity._arrays import Reals, Size, heights_of, sides_of
+from asperity._table import Table
+from asperity.errors import SurfaceError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class PowerSpectrum(NamedTuple):
+    """A power spectral density over rings of wavevectors.
+
+    Attributes
+    ----------
+    wavenumber : ndarray, shape (n,)
+        Angular wavenumbers q = 2π/λ, in 1/length.
+    density : ndarray, shape (n,)
+        Mean of C(q) over each ring, in length⁴: ∫ C d²q/(2π)² is the mean square height.
+    modes : ndarray of int, shape (n,)
+        How many modes a ring has.
+    """
+
+    wavenumber: Reals
+    density: Reals
+    modes: NDArray[np.int64]
+
+
+class Topography:
+    """Heights on the nodes of a rectangle, peaks towards the elastic body.
+
+    Parameters
+    ----------
+    heights : array_like, shape (n_x, n_y)
+        Heights; what is masked or not finite was not measured. An array of 64-bit numbers, row after
+        row, is not copied: leave it alone afterwards, or hand over a copy.
+    size : float or (float, float)
+        Sides of the map along x and y, in the unit of the heights: nodes × distance.
+    unit : str, optional
+        Unit of heights and sides, a label.
+    is_periodic : bool
+        Whether the map repeats itself.
+
+    Raises
+    ------
+    SurfaceError
+        If `heights` are not a map, or a side is not positive.
+
+    Examples
+    --------
+    >>> import numpy
+    >>> x = numpy.arange(64) / 64
+    >>> wave = Topography(0.01 * numpy.cos(2 * numpy.pi * x)[:, None] * numpy.ones(64), size=1.0,
+    ...                   is_periodic=True)
+    >>> wave.nodes, wave.spacing
+    ((64, 64), (0.015625, 0.015625))
+    >>> round(wave.statistics()["rms_slope"], 6)
+    0.044429
+    """
+
+    def __init__(
+        self,
+        heights: ArrayLike,
+        size: Size,
+        *,
+        unit: Optional[str] = None,
+        is_periodic: bool = False,
+    ) -> None:
+        self._heights = heights_of(heights)
+        self._size = sides_of(size)
+        self.unit = unit
+        self._is_periodic = bool(is_periodic)
+        self._rms_slope: Optional[float] = None
+        self._description: Optional[Table] = None
+        if not (min(self._size) > 0 and np.isfinite(self._size).all()):
+            raise SurfaceError(f"size is {self._size}, both sides must be positive and finite")
+        if self._heights.size == 0:
+            raise SurfaceError("a surface needs at least one node")
+
+    @property
+    def heights(self) -> "np.ma.MaskedArray[Any, np.dtype[np.float64]]":
+        """Heights [x, y]; what was not measured is masked. The memory is that of the topography."""
+        return np.ma.masked_invalid(self._heights, copy=False)
+
+    @property
+    def nodes(self) -> Tuple[int, int]:
+        """Nodes along x and y."""
+        along_x, along_y = self._heights.shape
+        return along_x, along_y
+
+    @property
+    def size(self) -> Tuple[float, float]:
+        """Sides along x and y: nodes × distance."""
+        return self._size
+
+    @property
+    def spacing(self) -> Tuple[float, float]:
+        """Distance of neighbours along x and y."""
+        (nodes_x, nodes_y), (size_x, size_y) = self.nodes, self.size
+        return size_x / nodes_x, size_y / nodes_y
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether the map repeats itself."""
+        return self._is_periodic
+
+    @property
+    def missing(self) -> int:
+        """Nodes that were not measured."""
+        return int(np.count_nonzero(~np.isfinite(self._heights)))
+
+    @property
+    def description(self) -> Optional[Table]:
+        """The row that the table of a `generate` stage has of a drawn surface; None of any other."""
+        return self._description
+
+    def detrend(self, form: str = "plane") -> "Topography":
+        """The map without a form, fitted to the points that were measured.
+
+        Parameters
+        ----------
+        form : ``"plane"``, ``"mean"``, ``"quadric"`` or ``"none"``
+            What is taken away: the mean plane, the mean height, or the mean quadric. (In
+            SurfaceTopography: ``height``, ``center``, ``curvature``.)
+
+        Examples
+        --------
+        >>> tilted = Topography([[0.0, 1.0], [1.0, 2.0]], size=1.0)
+        >>> bool(abs(tilted.detrend().heights).max() < 1e-15)
+        True
+        """
+        return self._changed(_asperity.level(self._heights, self._size, form))
+
+    def fill(self, method: str = "harmonic") -> "Topography":
+        """The map with heights at points that were not measured.
+
+        Parameters
+        ----------
+        method : ``"harmonic"``, ``"nearest"`` or ``"lowest"``
+            The solution of Laplace's equation in each hole, the nearest measured height, or the lowest.
+
+        Raises
+        ------
+        SurfaceError
+            If nothing was measured.
+
+        Examples
+        --------
+        >>> holey = Topography([[1.0, 1.0, 1.0], [1.0, float("nan"), 1.0], [1.0, 1.0, 1.0]], size=1.0)
+        >>> holey.missing, float(holey.fill().heights[1, 1])
+        (1, 1.0)
+        """
+        filled = _asperity.fill(self._heights, self._size, method, self._is_periodic)
+        return self._changed(filled)
+
+    def crop(self, origin: Sequence[float], size: Size) -> "Topography":
+        """A part of the map, which is not periodic.
+
+        Parameters
+        ----------
+        origin : (float, float)
+            Where its first node lies, from that of the map.
+        size : float or (float, float)
+            Its sides; all are rounded to whole nodes.
+
+        Raises
+        ------
+        SurfaceError
+            If the part reaches beyond the map.
+
+        Examples
+        --------
+        >>> import numpy
+        >>> whole = Topography(numpy.zeros((8, 8)), size=4.0)
+        >>> whole.crop((1.0, 0.0), (2.0, 4.0)).nodes
+        (4, 8)
+        """
+        along_x, along_y = origin
+        start = (float(along_x), float(along_y))
+        heights, sides = _asperity.crop(self._heights, self._size, start, sides_of(size))
+        return Topography(heights, sides, unit=self.unit, is_periodic=False)
+
+    def statistics(self) -> Dict[str, float]:
+        """Statistics of the heights, by the names of columns.
+
+        Of a periodic map moments are those of its Fourier modes, of any other those of differences between
+        nodes. Lengths are in the unit of the map.
+
+        Returns
+        -------
+        dict
+            ``rms_height``, ``rms_slope`` √⟨|∇h|²⟩, ``nayak`` m0 m4/m2², ``skewness``, ``excess_kurtosis``,
+            ``sa``, ``sz``, ``summit_density`` (1/length²), and of periodic maps ``effective_modes`` and
+            ``full_contact_load`` (E* × rms slope). NaN for what a flat map has not.
+
+        Raises
+        ------
+        SurfaceError
+            If points are missing: fill them first.
+        """
+        found = _asperity.statistics(self._heights, self._size, self._is_periodic)
+        return {name: np.nan if value is None else value for name, value in found}
+
+    def power_spectrum(self) -> PowerSpectrum:
+        """The power spectral density over rings of wavevectors.
+
+        A map that is not periodic is seen through Hann's window.
+
+        Raises
+        ------
+        SurfaceError
+            If points are missing: fill them first.
+
+        Examples
+        --------
+        >>> import asperity
+        >>> rough = asperity.surface(nodes=64, hurst=0.8, k_lower=2, k_upper=16, seed=1)
+        >>> spectrum = rough.power_spectrum()
+        >>> square_height = (spectrum.density * spectrum.modes).sum()
+        >>> bool(abs(square_height / rough.statistics()["rms_height"] ** 2 - 1) < 1e-12)
+        True
+        """
+        return PowerSpectrum(*_asperity.power_spectrum(self._heights, self._size, self._is_periodic))
+
+    def plot(self, axes: "Optional[Axes]" = None, **image: Any) -> "Axes":
+        """Draws the heights; takes matplotlib.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; new ones when left out.
+        **image
+            For ``Axes.imshow``.
+        """
+        if axes is None:
+            import matplotlib.pyplot
+
+            axes = matplotlib.pyplot.figure(figsize=(4, 3.2)).subplots()
+        unit = self.unit or "length"
+        extent = (0.0, self._size[0], 0.0, self._size[1])
+        # Rows of pictures go down, y goes up.
+        shown = axes.imshow(self.heights.T, **{"origin": "lower", "extent": extent, **image})
+        axes.set_xlabel(f"x ({unit})")
+        axes.set_ylabel(f"y ({unit})")
+        if axes.figure is not None:
+            axes.figure.colorbar(shown, ax=axes, label=f"height ({unit})")
+        return axes
+
+    def _changed(self, heights: Reals) -> "Topography":
+        return Topography(heights, self._size, unit=self.unit, is_periodic=self._is_periodic)
+
+    def __repr__(self) -> str:
+        (nodes_x, nodes_y), (size_x, size_y) = self.nodes, self.size
+        unit = f" {self.unit}" if self.unit else ""
+        kind = "periodic" if self._is_periodic else "not periodic"
+        missing = f", {self.missing} points missing" if self.missing else ""
+        return (
+            f"<asperity.Topography: {nodes_x} × {nodes_y} nodes, {size_x:g} × {size_y:g}{unit}, "
+            f"{kind}{missing}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from asperity._picture import picture
+
+        return f"<p>{escape(repr(self))}</p>{picture(self.plot)}"

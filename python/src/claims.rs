@@ -1,0 +1,55 @@
+//! Claims as dictionaries.
+
+use asperity::session::StudyClaims;
+use asperity::session::claims::{Bound as Quantity, Claim, ClaimOutcome};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// A dictionary for each claim, with the words of `asperity claims --json`.
+pub fn all<'py>(py: Python<'py>, study: &StudyClaims) -> PyResult<Bound<'py, PyList>> {
+    let claims = study.claims.iter().map(|claim| one(py, study, claim));
+    PyList::new(py, claims.collect::<PyResult<Vec<_>>>()?)
+}
+
+fn one<'py>(py: Python<'py>, study: &StudyClaims, claim: &Claim) -> PyResult<Bound<'py, PyDict>> {
+    let statement = &claim.statement;
+    let dict = PyDict::new(py);
+    dict.set_item("name", statement.name)?;
+    dict.set_item("kind", statement.origin.name())?;
+    dict.set_item("says", statement.says)?;
+    dict.set_item("where", statement.place)?;
+    dict.set_item("quantity", statement.quantity)?;
+    dict.set_item("because", statement.because)?;
+    dict.set_item("data", claim.data)?;
+    dict.set_item("expected", statement.expected.to_string())?;
+    match &claim.outcome {
+        ClaimOutcome::Judged(judgement) => {
+            let all = judgement.bounds.len();
+            let bounds = judgement
+                .bounds
+                .iter()
+                .map(|bound| quantity(py, bound, all));
+            dict.set_item("verdict", judgement.verdict.name())?;
+            dict.set_item("quantities", bounds.collect::<PyResult<Vec<_>>>()?)?;
+            let more = study.more_surfaces(claim, judgement);
+            dict.set_item("more_surfaces", more.map(|(surfaces, _)| surfaces))?;
+        }
+        ClaimOutcome::NotComputed(needs) => {
+            dict.set_item("verdict", "not computed")?;
+            dict.set_item("needs", needs)?;
+        }
+        ClaimOutcome::Noted => dict.set_item("verdict", "noted")?,
+    }
+    Ok(dict)
+}
+
+fn quantity<'py>(py: Python<'py>, bound: &Quantity, all: usize) -> PyResult<Bound<'py, PyDict>> {
+    let [lower, upper] = bound.together(all);
+    let dict = PyDict::new(py);
+    dict.set_item("label", &bound.label)?;
+    dict.set_item("value", bound.value)?;
+    dict.set_item("lower", lower)?;
+    dict.set_item("upper", upper)?;
+    dict.set_item("n", bound.surfaces)?;
+    Ok(dict)
+}

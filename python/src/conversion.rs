@@ -1,0 +1,94 @@
+//! Numbers and words between Python and the library.
+
+use asperity::contact::grid::{Cell, Grid};
+use asperity::contact::topography::scan::Scan;
+use asperity::contact::topography::surface::Surface;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
+use toml::{Table, Value};
+
+use crate::errors::surface_error;
+
+/// Keys of a stage. What is `None` was left out.
+pub fn keys(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
+    let mut table = Table::new();
+    for (key, value) in dict {
+        if !value.is_none() {
+            table.insert(key.extract()?, toml_value(&value)?);
+        }
+    }
+    Ok(table)
+}
+
+/// A value as a manifest would have it: numbers, words, truth, lists and tables, and what NumPy and
+/// `pathlib` have in their place.
+fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(truth) = value.cast::<PyBool>() {
+        return Ok(Value::Boolean(truth.is_true()));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return Ok(Value::Integer(value.extract()?));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if let Ok(dict) = value.cast::<PyDict>() {
+        return Ok(Value::Table(keys(dict)?));
+    }
+    if value.hasattr("__fspath__")? {
+        return toml_value(&value.call_method0("__fspath__")?);
+    }
+    // Arrays and numbers of NumPy.
+    if value.hasattr("tolist")? {
+        return toml_value(&value.call_method0("tolist")?);
+    }
+    if let Ok(items) = value.try_iter() {
+        let items = items.map(|item| toml_value(&item?));
+        return Ok(Value::Array(items.collect::<PyResult<_>>()?));
+    }
+    let kind = value.get_type().name()?;
+    let message = format!("{value} is a `{kind}`, which no manifest has");
+    Err(PyTypeError::new_err(message))
+}
+
+/// Nodes along x and y of a cell.
+pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid> {
+    let grid = Cell::new(size).and_then(|cell| Grid::new(nodes, cell));
+    grid.map_err(|error| surface_error(py, &error))
+}
+
+/// Heights as they lie in an array of Python's, copied: whoever changes that later changes nothing
+/// here. NaN where they are missing.
+pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
+    let grid = grid(py, nodes(heights), size)?;
+    Scan::new(grid, heights.as_slice()?.to_vec()).map_err(|error| surface_error(py, &error))
+}
+
+/// The same without missing points.
+pub fn surface(
+    py: Python<'_>,
+    heights: &PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+) -> PyResult<Surface> {
+    let grid = grid(py, nodes(heights), size)?;
+    Surface::new(grid, heights.as_slice()?.to_vec()).map_err(|error| surface_error(py, &error))
+}
+
+fn nodes(heights: &PyReadonlyArray2<'_, f64>) -> [usize; 2] {
+    let shape = heights.shape();
+    [shape[0], shape[1]]
+}
+
+/// A map as an array [x, y], which takes over the memory of its numbers.
+pub fn map<T: numpy::Element>(
+    py: Python<'_>,
+    values: Vec<T>,
+    nodes: [usize; 2],
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    PyArray1::from_vec(py, values).reshape(nodes)
+}

@@ -1,0 +1,102 @@
+//! Errors of the library as exceptions of `asperity.errors`.
+
+use std::error::Error;
+
+use asperity::direct::DirectError;
+use asperity::session::SessionError;
+use asperity::study::ManifestErrors;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+/// An exception of `asperity.errors`, or what went wrong on the way to it.
+fn exception(
+    py: Python<'_>,
+    name: &str,
+    arguments: impl for<'py> pyo3::call::PyCallArgs<'py>,
+) -> PyErr {
+    let class = py
+        .import("asperity.errors")
+        .and_then(|module| module.getattr(name));
+    match class.and_then(|class| class.call1(arguments)) {
+        Ok(exception) => PyErr::from_value(exception),
+        Err(error) => error,
+    }
+}
+
+/// An error and its causes, in one sentence.
+pub fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let words = error.to_string();
+        if !text.ends_with(&words) {
+            text += &format!(": {words}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
+/// `SurfaceError`: heights are no surface, or a file holds none.
+pub fn surface_error(py: Python<'_>, error: &dyn Error) -> PyErr {
+    exception(py, "SurfaceError", (chain(error),))
+}
+
+/// Of what stages compute without a study.
+pub fn direct_error(py: Python<'_>, error: &DirectError) -> PyErr {
+    match error {
+        DirectError::Keys(errors) => exception(py, "KeyErrors", (errors.to_string(),)),
+        other => surface_error(py, other),
+    }
+}
+
+/// `FitError`: no law can be fitted.
+pub fn fit_error(py: Python<'_>, error: &dyn Error) -> PyErr {
+    exception(py, "FitError", (chain(error),))
+}
+
+/// `KeyErrors`: a value makes no sense.
+pub fn value_error(py: Python<'_>, message: String) -> PyErr {
+    exception(py, "KeyErrors", (message,))
+}
+
+/// `ManifestError`, with every problem and its place.
+pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
+    let problems = errors.problems().iter().map(|problem| {
+        let place = errors.place(problem);
+        let advice = problem.advice().map(str::to_owned);
+        (problem.message().to_owned(), place, advice)
+    });
+    let problems: Vec<_> = problems.collect();
+    let arguments = (errors.render(false), errors.file().to_owned(), problems);
+    exception(py, "ManifestError", arguments)
+}
+
+/// Of a study in use.
+pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
+    let name = match error {
+        SessionError::Manifest(errors) => return manifest_error(py, errors),
+        SessionError::Text(_)
+        | SessionError::Store(_)
+        | SessionError::Results(_)
+        | SessionError::Table(_) => "StoreError",
+        SessionError::Unknown(_) | SessionError::Task(_) => "UnknownNameError",
+        SessionError::Query(_) => "QueryError",
+        SessionError::NotComputed { .. } => "NotComputedError",
+        SessionError::Sampling(_)
+        | SessionError::Stage(_)
+        | SessionError::Taken(_)
+        | SessionError::Memory(_)
+        | SessionError::Threads(_)
+        | SessionError::Report(_)
+        | SessionError::Slurm(_)
+        | SessionError::InQueue { .. }
+        | SessionError::NotSubmitted { .. } => "Error",
+    };
+    exception(py, name, (chain(error),))
+}
+
+/// A thread of ours has panicked: its words are on standard error.
+pub fn bug() -> PyErr {
+    PyRuntimeError::new_err("asperity has a bug: a thread ended in a panic, see standard error")
+}

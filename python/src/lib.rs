@@ -1,0 +1,46 @@
+//! `asperity._asperity`: what the Python package hands on to the library, and nothing else. Every
+//! number, table and message is the library's; the package around it, in `python/asperity`, has
+//! what users see.
+
+mod claims;
+mod command;
+mod conversion;
+mod errors;
+mod interruption;
+mod manifest;
+mod pressing;
+mod progress;
+mod session;
+mod statistics;
+mod surfaces;
+mod table;
+mod theories;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _asperity {
+    use super::*;
+
+    #[pymodule_export]
+    use super::command::main;
+    #[pymodule_export]
+    use super::manifest::{study_name, toml};
+    #[pymodule_export]
+    use super::pressing::Pressing;
+    #[pymodule_export]
+    use super::session::Session;
+    #[pymodule_export]
+    use super::statistics::{power_spectrum, statistics};
+    #[pymodule_export]
+    use super::surfaces::{crop, draw, fill, level, read};
+    #[pymodule_export]
+    use super::table::Table;
+    #[pymodule_export]
+    use super::theories::{asperities, corrected_area, evolution, fit_evolution, persson};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

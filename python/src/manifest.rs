@@ -1,0 +1,27 @@
+//! Manifests that are in memory and not in a file yet.
+
+use std::path::PathBuf;
+
+use asperity::study::Study;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::conversion;
+use crate::errors::{manifest_error, value_error};
+
+/// Tables as the text of a manifest.
+#[pyfunction]
+pub fn toml(py: Python<'_>, tables: &Bound<'_, PyDict>) -> PyResult<String> {
+    let tables = conversion::keys(tables)?;
+    ::toml::to_string(&tables).map_err(|error| value_error(py, error.to_string()))
+}
+
+/// The name of the study that a manifest's text asks for, once that is checked; surface files are
+/// relative to a folder.
+#[pyfunction]
+pub fn study_name(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<String> {
+    let study = Study::parse(text, "manifest", &folder);
+    study
+        .map(|study| study.name)
+        .map_err(|errors| manifest_error(py, &errors))
+}

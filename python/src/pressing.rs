@@ -1,0 +1,123 @@
+//! One surface, pressed by one load after the other.
+
+use std::sync::{Mutex, MutexGuard};
+
+use asperity::direct;
+use asperity::session::error::StageError;
+use numpy::{PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::conversion;
+use crate::errors::{direct_error, surface_error};
+use crate::interruption::Signals;
+use crate::table::Table;
+
+/// A surface under a block of loads, as far as it has been pressed.
+#[pyclass(frozen, module = "asperity._asperity")]
+pub struct Pressing(Mutex<direct::Pressing>);
+
+impl Pressing {
+    fn lock(&self) -> MutexGuard<'_, direct::Pressing> {
+        self.0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn field<'py>(
+        &self,
+        py: Python<'py>,
+        load: usize,
+        of: impl FnOnce(&mut direct::Pressing) -> Option<Vec<f64>> + Send,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (values, nodes) = py.detach(|| {
+            let mut pressing = self.lock();
+            (of(&mut pressing), pressing.grid().nodes())
+        });
+        conversion::map(py, values.ok_or_else(|| not_kept(load))?, nodes)
+    }
+}
+
+#[pymethods]
+impl Pressing {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        heights: PyReadonlyArray2<'_, f64>,
+        size: [f64; 2],
+        rms_slope: Option<f64>,
+        is_periodic: bool,
+        keys: &Bound<'_, PyDict>,
+        keeps_fields: bool,
+    ) -> PyResult<Pressing> {
+        let keys = conversion::keys(keys)?;
+        let map = direct::Map {
+            surface: conversion::surface(py, &heights, size)?,
+            rms_slope,
+            is_periodic,
+        };
+        let pressing = py.detach(|| direct::Pressing::new(map, &keys));
+        let mut pressing = pressing.map_err(|error| direct_error(py, &error))?;
+        if !keeps_fields {
+            pressing = pressing.without_fields();
+        }
+        Ok(Pressing(Mutex::new(pressing)))
+    }
+
+    /// Presses by the next load, and says whether there was one.
+    fn press(&self, py: Python<'_>) -> PyResult<bool> {
+        let (pressed, signals) = py.detach(|| {
+            let signals = Signals::new();
+            let pressed = self.lock().press(&|| signals.came());
+            (pressed, signals.exception())
+        });
+        match (pressed, signals) {
+            (Ok(outcome), None) => Ok(outcome.is_some()),
+            (Err(StageError::Interrupted), Some(exception)) | (Ok(_), Some(exception)) => {
+                Err(exception)
+            }
+            (Err(error), _) => Err(surface_error(py, &error)),
+        }
+    }
+
+    /// How many loads are done.
+    fn count(&self, py: Python<'_>) -> usize {
+        py.detach(|| self.lock().count())
+    }
+
+    fn table(&self, py: Python<'_>) -> Table {
+        Table::from(py.detach(|| self.lock().table()))
+    }
+
+    fn contact<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<bool>>> {
+        let (contact, nodes) = py.detach(|| {
+            let pressing = self.lock();
+            (pressing.contact(load), pressing.grid().nodes())
+        });
+        conversion::map(py, contact.ok_or_else(|| not_kept(load))?, nodes)
+    }
+
+    fn pressure<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.field(py, load, |pressing| pressing.pressure(load))
+    }
+
+    fn displacement<'py>(
+        &self,
+        py: Python<'py>,
+        load: usize,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.field(py, load, |pressing| pressing.displacement(load))
+    }
+
+    fn gap<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.field(py, load, |pressing| pressing.gap(load))
+    }
+}
+
+fn not_kept(load: usize) -> PyErr {
+    PyIndexError::new_err(format!(
+        "nothing is kept of load {load}: it has not been pressed, or `fields=False` keeps contact \
+         maps alone"
+    ))
+}

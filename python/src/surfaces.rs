@@ -1,0 +1,165 @@
+//! Maps of heights: drawn, read, prepared.
+
+use std::fs;
+use std::path::PathBuf;
+
+use asperity::contact::topography::crop::Crop;
+use asperity::contact::topography::fill::Fill;
+use asperity::contact::topography::level::Level;
+use asperity::direct;
+use asperity::topography_files::{Quantity, Size};
+use numpy::{PyArray2, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::conversion::{self, map, scan};
+use crate::errors::{direct_error, surface_error, value_error};
+use crate::interruption::interruptible;
+use crate::table::Table;
+
+/// Heights, sides, rms slope and row of a drawn surface.
+type Drawn<'py> = (Bound<'py, PyArray2<f64>>, [f64; 2], f64, Table);
+
+/// Draws the surface that keys of a `generate` stage describe.
+#[pyfunction]
+pub fn draw<'py>(
+    py: Python<'py>,
+    keys: &Bound<'py, PyDict>,
+    realization: u32,
+) -> PyResult<Drawn<'py>> {
+    let keys = conversion::keys(keys)?;
+    let drawn = interruptible(py, move || direct::draw(&keys, realization))?;
+    let drawn = drawn.map_err(|error| direct_error(py, &error))?;
+    let grid = drawn.surface.grid();
+    let heights = map(py, drawn.surface.into_heights(), grid.nodes())?;
+    Ok((
+        heights,
+        grid.cell().size(),
+        drawn.rms_slope,
+        drawn.row.into(),
+    ))
+}
+
+/// What a file holds: heights (NaN where missing), sides, unit of the heights, whether sides are in
+/// that unit, the channel, all channels, and the format.
+type Read<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Option<[f64; 2]>,
+    Option<String>,
+    String,
+    Vec<String>,
+    &'static str,
+);
+
+/// Reads a map of a file of an instrument.
+#[pyfunction]
+#[pyo3(signature = (path, channel=None))]
+pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyResult<Read<'py>> {
+    let bytes = py.detach(|| fs::read(&path))?;
+    let file = py.detach(|| asperity::topography_files::read(&bytes));
+    let file = file.map_err(|error| surface_error(py, &error))?;
+    let place = match &channel {
+        Some(channel) => file
+            .find(channel)
+            .map_err(|error| surface_error(py, &error))?,
+        None => file.first_heights().ok_or_else(|| {
+            let message = format!("`{}` has no channel of heights", path.display());
+            value_error(py, message)
+        })?,
+    };
+    let channels = file.channels();
+    let chosen = &channels[place];
+    let unit = chosen.unit().map(str::to_owned);
+    // Sides in another unit than the heights are no sides of them.
+    let size = match (chosen.quantity(), chosen.size()) {
+        (Quantity::Unitless, Size::Unitless(sides)) => Some(sides),
+        (Quantity::Height | Quantity::Other(_), Size::Metres(sides)) => Some(sides),
+        _ => None,
+    };
+    let decoded = py.detach(|| chosen.map());
+    let nodes = decoded.nodes();
+    let (heights, _) = decoded.into_parts();
+    let names = channels.iter().map(|channel| channel.name().to_owned());
+    Ok((
+        map(py, heights, nodes)?,
+        size,
+        unit,
+        chosen.name().to_owned(),
+        names.collect(),
+        file.format().name(),
+    ))
+}
+
+/// Takes away a form.
+#[pyfunction]
+pub fn level<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    form: &str,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let form = named(
+        py,
+        [Level::None, Level::Mean, Level::Plane, Level::Quadric],
+        Level::name,
+        form,
+    )?;
+    let scan = scan(py, &heights, size)?;
+    let nodes = scan.grid().nodes();
+    let levelled = py.detach(|| form.level(scan));
+    map(py, levelled.heights().to_vec(), nodes)
+}
+
+/// Gives heights to missing points.
+#[pyfunction]
+pub fn fill<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    method: &str,
+    is_periodic: bool,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let method = named(
+        py,
+        [Fill::Harmonic, Fill::Nearest, Fill::Lowest],
+        Fill::name,
+        method,
+    )?;
+    let scan = scan(py, &heights, size)?;
+    let nodes = scan.grid().nodes();
+    let filled = py.detach(|| method.fill(scan, is_periodic));
+    let filled = filled.map_err(|error| surface_error(py, &error))?;
+    map(py, filled.into_heights(), nodes)
+}
+
+/// A part of a map, and its sides.
+#[pyfunction]
+pub fn crop<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    from: [f64; 2],
+    part: [f64; 2],
+) -> PyResult<(Bound<'py, PyArray2<f64>>, [f64; 2])> {
+    let scan = scan(py, &heights, size)?;
+    let window = Crop { from, size: part }.window(scan.grid());
+    let part = scan.cropped(window.map_err(|error| surface_error(py, &error))?);
+    let grid = part.grid();
+    let heights = map(py, part.heights().to_vec(), grid.nodes())?;
+    Ok((heights, grid.cell().size()))
+}
+
+/// The one of these that a manifest calls so.
+fn named<T: Copy, const N: usize>(
+    py: Python<'_>,
+    all: [T; N],
+    name: fn(T) -> &'static str,
+    wanted: &str,
+) -> PyResult<T> {
+    let mut known = all.into_iter();
+    let found = known.find(|one| name(*one) == wanted);
+    found.ok_or_else(|| {
+        let names = all.map(|one| format!("\"{}\"", name(one)));
+        value_error(py, format!("\"{wanted}\" is none of {}", names.join(", ")))
+    })
+}

@@ -1,0 +1,170 @@
+//! Tables, over Arrow's interface for Python.
+
+use arrow::array::{Array, AsArray};
+use arrow::datatypes::{DataType, Float64Type, Int64Type};
+use arrow::ffi::FFI_ArrowSchema;
+use arrow::ffi_stream::FFI_ArrowArrayStream;
+use arrow::record_batch::RecordBatchIterator;
+use arrow::util::display::array_value_to_string;
+use asperity::store::table;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyCapsule, PyList};
+
+use crate::errors::{surface_error, value_error};
+
+/// Rows under named, typed and explained columns.
+#[pyclass(frozen, module = "asperity._asperity")]
+pub struct Table(table::Table);
+
+impl From<table::Table> for Table {
+    fn from(table: table::Table) -> Table {
+        Table(table)
+    }
+}
+
+#[pymethods]
+impl Table {
+    /// The rows as a stream of Arrow's, which reads the memory of this table.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        // Whoever asks for other types has to cast: the interface allows to give what there is.
+        drop(requested_schema);
+        let batch = self.0.batch().clone();
+        let schema = batch.schema();
+        let stream = RecordBatchIterator::new([Ok(batch)], schema);
+        let stream = FFI_ArrowArrayStream::new(Box::new(stream));
+        PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
+    }
+
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
+        let schema = FFI_ArrowSchema::try_from(self.0.batch().schema().as_ref());
+        let schema = schema.map_err(|error| surface_error(py, &error))?;
+        PyCapsule::new_with_value(py, schema, c"arrow_schema")
+    }
+
+    fn rows(&self) -> usize {
+        self.0.rows()
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.0.names().into_iter().map(str::to_owned).collect()
+    }
+
+    /// Name, type, role, unit and meaning of every column.
+    fn descriptions(&self) -> Vec<(String, &'static str, String, String, String)> {
+        let described = self.0.descriptions().into_iter();
+        let described = described.map(|column| {
+            (
+                column.name,
+                column.kind,
+                column.role,
+                column.unit,
+                column.meaning,
+            )
+        });
+        described.collect()
+    }
+
+    /// A column as an array of NumPy's, copied: NaN where a number is not known. Text, bytes and lists
+    /// are lists of Python's.
+    fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let Some(array) = self.0.batch().column_by_name(name) else {
+            let message = format!(
+                "the table has no column `{name}`: {}",
+                self.0.names().join(", ")
+            );
+            return Err(value_error(py, message));
+        };
+        values(py, array.as_ref())
+    }
+
+    /// The address of the first value of a column, which is what readers without copies see.
+    fn address(&self, name: &str) -> Option<usize> {
+        let array = self.0.batch().column_by_name(name)?.to_data();
+        Some(array.buffers().first()?.as_ptr() as usize)
+    }
+
+    /// The first rows, as a person reads them.
+    fn cells(&self, rows: usize) -> Vec<Vec<String>> {
+        let batch = self.0.batch();
+        let cell = |array: &dyn Array, row: usize| match array.data_type() {
+            _ if array.is_null(row) => String::new(),
+            DataType::Float64 => {
+                let number = array.as_primitive::<Float64Type>().value(row);
+                format!("{number:.6e}")
+                    .parse()
+                    .map_or(String::new(), |n: f64| n.to_string())
+            }
+            DataType::LargeBinary => format!("{} bytes", array.as_binary::<i64>().value(row).len()),
+            DataType::LargeList(_) => format!("{} values", array.as_list::<i64>().value(row).len()),
+            _ => array_value_to_string(array, row).unwrap_or_default(),
+        };
+        let line = |row: usize| {
+            let columns = batch.columns().iter();
+            columns.map(|array| cell(array.as_ref(), row)).collect()
+        };
+        (0..rows.min(self.0.rows())).map(line).collect()
+    }
+}
+
+fn values<'py>(py: Python<'py>, array: &dyn Array) -> PyResult<Bound<'py, PyAny>> {
+    let list = |values: Vec<Bound<'py, PyAny>>| Ok(PyList::new(py, values)?.into_any());
+    match array.data_type() {
+        DataType::Float64 => Ok(reals(py, array)),
+        DataType::Int64 if array.null_count() == 0 => {
+            let values = array.as_primitive::<Int64Type>().values();
+            Ok(PyArray1::from_slice(py, values).into_any())
+        }
+        DataType::Int64 => {
+            let values = array.as_primitive::<Int64Type>().iter();
+            let values = values.map(|value| value.map_or(f64::NAN, |value| value as f64));
+            Ok(PyArray1::from_iter(py, values).into_any())
+        }
+        DataType::Boolean if array.null_count() == 0 => {
+            let values = array.as_boolean().iter().flatten();
+            Ok(PyArray1::from_vec(py, values.collect::<Vec<bool>>()).into_any())
+        }
+        DataType::Boolean => {
+            let values: Vec<Option<bool>> = array.as_boolean().iter().collect();
+            Ok(PyList::new(py, values)?.into_any())
+        }
+        DataType::LargeBinary => list(
+            array
+                .as_binary::<i64>()
+                .iter()
+                .map(|value| match value {
+                    Some(bytes) => PyBytes::new(py, bytes).into_any(),
+                    None => py.None().into_bound(py),
+                })
+                .collect(),
+        ),
+        DataType::LargeList(_) => list(
+            array
+                .as_list::<i64>()
+                .iter()
+                .map(|value| match value {
+                    Some(values) => reals(py, values.as_ref()),
+                    None => py.None().into_bound(py),
+                })
+                .collect(),
+        ),
+        _ => {
+            let values: Vec<Option<&str>> = array.as_string::<i32>().iter().collect();
+            Ok(PyList::new(py, values)?.into_any())
+        }
+    }
+}
+
+fn reals<'py>(py: Python<'py>, array: &dyn Array) -> Bound<'py, PyAny> {
+    let array = array.as_primitive::<Float64Type>();
+    if array.null_count() == 0 {
+        return PyArray1::from_slice(py, array.values()).into_any();
+    }
+    let values = array.iter().map(|value| value.unwrap_or(f64::NAN));
+    PyArray1::from_iter(py, values).into_any()
+}

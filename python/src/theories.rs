@@ -1,0 +1,190 @@
+//! Theories, laws and corrections, value by value.
+
+use asperity::contact::grid::Boundary;
+use asperity::contact::morphology::area::ContactArea;
+use asperity::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity::contact::morphology::map::ContactMap;
+use asperity::contact::theory::law::ContactEvolution;
+use asperity::contact::theory::models::AsperityModel;
+use asperity::contact::theory::models::asperities::{Asperities, Contact};
+use asperity::contact::theory::persson as theory;
+use asperity::fitting::evolution::{EvolutionProblem, Kappa, Quantity};
+use asperity::fitting::{Curves, Window};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::{fit_error, value_error};
+
+/// A function of Persson's theory, of each value. NaN where it is not defined.
+#[pyfunction]
+pub fn persson<'py>(
+    py: Python<'py>,
+    function: &str,
+    values: PyReadonlyArray1<'py, f64>,
+    load: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let of: Box<dyn Fn(f64) -> f64> = match function {
+        "area" => Box::new(theory::area),
+        "noncontact" => Box::new(theory::noncontact),
+        "slope" => Box::new(theory::slope),
+        "curvature" => Box::new(theory::curvature),
+        "slope_curvature" => Box::new(theory::slope_curvature),
+        "load" => Box::new(|area| theory::load(area).unwrap_or(f64::NAN)),
+        "load_leaving" => Box::new(|left| theory::load_leaving(left).unwrap_or(f64::NAN)),
+        "approach" => Box::new(theory::approach),
+        "pressure_density" => Box::new(move |pressure| theory::pressure_density(load, pressure)),
+        other => return Err(value_error(py, format!("no function `{other}`"))),
+    };
+    Ok(each(py, values.as_slice()?, of))
+}
+
+/// Separation, load, area, slope and stiffness of an asperity model, at these separations or loads. NaN
+/// where no separation has the load.
+#[pyfunction]
+pub fn asperities<'py>(
+    py: Python<'py>,
+    model: &str,
+    nayak: f64,
+    at: &str,
+    values: PyReadonlyArray1<'py, f64>,
+) -> PyResult<[Bound<'py, PyArray1<f64>>; 5]> {
+    let model = match model {
+        "bush-gibson-thomas" => AsperityModel::BushGibsonThomas,
+        "simplified-elliptic" => AsperityModel::SimplifiedElliptic,
+        "mean-curvature" => AsperityModel::MeanCurvature,
+        "greenwood-williamson" => AsperityModel::GreenwoodWilliamson,
+        other => return Err(value_error(py, format!("no model `{other}`"))),
+    };
+    let asperities = Asperities::new(model, nayak);
+    let asperities = asperities.map_err(|error| value_error(py, error.to_string()))?;
+    let values = values.as_slice()?.to_vec();
+    let at_separations = at == "separation";
+    let contacts: Vec<Option<Contact>> = py.detach(|| {
+        let contacts = values.iter().map(|&value| match at_separations {
+            true => Some(asperities.at_separation(value)),
+            false => asperities.at_load(value),
+        });
+        contacts.collect()
+    });
+    let column = |of: fn(&Contact) -> f64| {
+        let values = contacts
+            .iter()
+            .map(|contact| contact.as_ref().map_or(f64::NAN, of));
+        PyArray1::from_iter(py, values)
+    };
+    Ok([
+        column(|contact| contact.separation),
+        column(|contact| contact.load),
+        column(|contact| contact.area),
+        column(|contact| contact.slope),
+        column(|contact| contact.stiffness),
+    ])
+}
+
+/// A function of a contact evolution law, of each value. NaN where it is not defined.
+#[pyfunction]
+pub fn evolution<'py>(
+    py: Python<'py>,
+    law: [f64; 3],
+    function: &str,
+    values: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let [kappa, beta, mu] = law;
+    let law = ContactEvolution { kappa, beta, mu };
+    let of: Box<dyn Fn(f64) -> f64> = match function {
+        "area" => Box::new(move |load| law.area(load)),
+        "slope" => Box::new(move |load| law.slope(load)),
+        "curvature" => Box::new(move |load| law.curvature(load)),
+        "load" => Box::new(move |area| law.load(area).unwrap_or(f64::NAN)),
+        "mean_pressure" => Box::new(move |load| law.mean_pressure(load)),
+        other => return Err(value_error(py, format!("no function `{other}`"))),
+    };
+    Ok(each(py, values.as_slice()?, of))
+}
+
+fn each<'py>(
+    py: Python<'py>,
+    values: &[f64],
+    of: impl Fn(f64) -> f64,
+) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_iter(py, values.iter().map(|value| of(*value)))
+}
+
+/// κ, β and μ, rms residual, R², number of data.
+type Fitted = ([f64; 3], f64, f64, usize);
+
+/// Fits a contact evolution law to the areas, a row each, of surfaces under the same loads.
+#[pyfunction]
+#[pyo3(signature = (loads, areas, from, to, quantity, kappa=None, least_convex=false))]
+pub fn fit_evolution(
+    py: Python<'_>,
+    loads: PyReadonlyArray1<'_, f64>,
+    areas: PyReadonlyArray2<'_, f64>,
+    from: f64,
+    to: f64,
+    quantity: &str,
+    kappa: Option<f64>,
+    least_convex: bool,
+) -> PyResult<Fitted> {
+    let quantity = match quantity {
+        "area" => Quantity::Area,
+        "slope" => Quantity::Slope,
+        other => return Err(value_error(py, format!("no quantity `{other}`"))),
+    };
+    let kappa = match (kappa, least_convex) {
+        (Some(kappa), _) => Kappa::Given(kappa),
+        (None, true) => Kappa::LeastConvex,
+        (None, false) => Kappa::Free,
+    };
+    let loads = loads.as_slice()?.to_vec();
+    let rows = areas.as_slice()?.chunks(areas.shape()[1].max(1));
+    let areas: Vec<Vec<f64>> = rows.map(<[f64]>::to_vec).collect();
+    let fitted = py.detach(|| {
+        let curves = Curves::new(loads, areas)?;
+        EvolutionProblem::new(&curves, quantity, Window { from, to })?.fit(kappa)
+    });
+    let fit = fitted.map_err(|error| fit_error(py, &error))?;
+    let law = fit.law;
+    let parameters = [law.kappa, law.beta, law.mu];
+    Ok((parameters, fit.rms_residual, fit.r_squared, fit.data))
+}
+
+/// Counted and corrected fraction of a contact map, and bounds of the true one.
+#[pyfunction]
+pub fn corrected_area(
+    py: Python<'_>,
+    contact: PyReadonlyArray2<'_, bool>,
+    coefficient: &str,
+    is_periodic: bool,
+) -> PyResult<[f64; 4]> {
+    let coefficient = match coefficient {
+        "none" => 0.0,
+        "pi/8" => PI_OVER_EIGHT,
+        "2017" => YASTREBOV_2017,
+        other => {
+            let message = format!("\"{other}\" is none of \"none\", \"pi/8\", \"2017\"");
+            return Err(value_error(py, message));
+        }
+    };
+    let shape = [contact.shape()[0], contact.shape()[1]];
+    if shape.contains(&0) {
+        return Err(value_error(py, "a contact map needs a node".to_owned()));
+    }
+    let touches = contact.as_slice()?.iter();
+    let pressures: Vec<f64> = touches
+        .map(|touches| f64::from(u8::from(*touches)))
+        .collect();
+    let boundary = match is_periodic {
+        true => Boundary::Periodic,
+        false => Boundary::Free,
+    };
+    let map = ContactMap::of_pressures(shape, &pressures).within(boundary);
+    let counted = ContactArea::of(&map).counted();
+    let [lower, upper] = counted.bounds();
+    Ok([
+        counted.fraction(),
+        counted.corrected(coefficient),
+        lower,
+        upper,
+    ])
+}

@@ -1,0 +1,98 @@
+"""What the module computes is what a study stores, to the last bit."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import asperity
+
+polars = pytest.importorskip("polars")
+
+KEYS = dict(nodes=64, side=2.0, hurst=0.8, k_lower=1, k_upper=4, rms_slope=0.1, seed=2015)
+LOADS = [0.01, 0.1, 0.5]
+
+
+def stored(study, column):
+    """The values of a heavy column, which stays in the store: a table of each surface, in any order."""
+    tables = [
+        polars.read_parquet(path)
+        for path in study.data.glob("store/**/*.parquet")
+        if column in polars.read_parquet_schema(path)
+    ]
+    return {table["surface"][0]: table[column].to_list() for table in tables}
+
+
+def test_surfaces_are_those_that_a_study_draws(finished):
+    heights = stored(finished, "heights")
+    for realization in range(2):
+        drawn = asperity.surface(**KEYS, realization=realization)
+        (name,) = drawn.description["surface"]
+        assert np.array_equal(np.array(heights[name][0]), drawn.heights.filled().reshape(-1))
+
+
+def test_contacts_are_those_that_a_study_solves(finished):
+    pressures = stored(finished, "pressures")
+    rows = finished.table("contact").to_polars()
+    for realization in range(2):
+        drawn = asperity.surface(**KEYS, realization=realization)
+        (name,) = drawn.description["surface"]
+        contact = asperity.press(drawn, loads=LOADS, effective_modulus=3.0)
+        own = rows.filter(polars.col("surface") == name)
+        for column in ["load", "pressure", "contact_nodes", "mean_gap", "energy", "peak_pressure", "pairs",
+                       "residual", "stop", "rms_slope", "effective_modulus", "tolerance"]:
+            assert list(contact.table[column]) == own[column].to_list(), column
+        for load in range(3):
+            solved = [value or 0.0 for value in pressures[name][load]]
+            assert np.array_equal(contact.pressure(load).reshape(-1), solved)
+
+
+def test_the_command_is_the_same_program(study, finished):
+    command = [sys.executable, "-m", "asperity", "--data", study.data, "table", study.path, "contact"]
+    printed = subprocess.run([*command, "--csv"], capture_output=True, text=True, check=True).stdout
+    loads = polars.read_csv(printed.encode())["load"].to_list()
+    assert loads == list(finished.table("contact")["load"])
+
+
+def test_load_after_load_is_the_whole_block():
+    rough = asperity.surface(**KEYS)
+    at_once = asperity.press(rough, loads=LOADS)
+    for state in asperity.press_each(rough, loads=LOADS):
+        assert np.array_equal(state.pressure(), at_once.pressure(state.index))
+        assert state.row["mean_gap"] == at_once.mean_gap[state.index]
+    assert state.index == 2
+
+
+def test_loads_and_pressures_are_one_contact():
+    rough = asperity.surface(**KEYS)
+    relative = asperity.press(rough, loads=[0.1], effective_modulus=3.0)
+    absolute = asperity.press(rough, pressures=[0.1 * 0.1 * 3.0], effective_modulus=3.0)
+    assert np.array_equal(relative.pressure(0), absolute.pressure(0))
+    assert abs(absolute.pressure(0).mean() - 0.03) < 1e-12
+
+
+def test_fields_satisfy_the_conditions_of_contact():
+    rough = asperity.surface(**KEYS)
+    contact = asperity.press(rough, loads=[0.1], effective_modulus=3.0)
+    gap, pressure = contact.gap(0), contact.pressure(0)
+    assert (pressure >= 0).all() and (gap * pressure == 0).all()
+    assert gap.min() > -1e-4 * 0.1 * rough.spacing[0]
+    assert abs(gap.mean() - contact.mean_gap[0]) < 1e-5 * contact.mean_gap[0]
+    # The gap is the displacement less the heights, but for the rigid offset.
+    offset = (contact.displacement(0) - rough.heights.filled() - gap)[gap > 0]
+    assert np.ptp(offset) < 1e-12
+
+
+def test_arrays_of_any_layout_and_type_are_the_same_surface():
+    rough = asperity.surface(**KEYS).heights.filled()
+    contact = asperity.press(rough, size=2.0, loads=0.1)
+    turned = asperity.press(np.asfortranarray(rough), size=(2.0, 2.0), loads=np.float64(0.1))
+    assert np.array_equal(contact.pressure(0), turned.pressure(0))
+    integers = asperity.Topography(np.arange(16).reshape(4, 4), size=1.0)
+    assert integers.heights.dtype == np.float64
+
+
+def test_heights_are_not_copied_where_their_layout_allows():
+    heights = np.zeros((8, 8))
+    assert np.shares_memory(asperity.Topography(heights, size=1.0).heights, heights)

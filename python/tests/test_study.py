@@ -1,0 +1,137 @@
+"""A study from Python."""
+
+import warnings
+
+import pytest
+
+import asperity
+
+
+def test_a_study_runs_once(study):
+    assert study.plan().to_run == 4
+    assert "small" in study.check()
+    told = []
+    assert study.run(progress=told.append).computed == 4
+    assert repr(study.run(progress=False)) == "<asperity.Run of small: nothing to do>"
+    assert study.plan().to_run == 0
+    assert all(0 <= advance["share"] <= 1 for advance in told)
+
+
+def test_tables_can_be_asked(finished):
+    assert len(finished.table("contact")) == 6
+    assert list(finished.sql("select count(*) as n from contact")["n"]) == [6]
+    assert {column.name for column in finished.columns("contact")} == set(finished.table("contact").names)
+    assert set(finished.columns()) == {"surfaces", "contact"}
+    assert len(finished.failures()) == 0
+    assert {claim["verdict"] for claim in finished.claims()} >= {"noted", "not computed"}
+    assert finished.report().page.is_file()
+    assert "reused" in finished.explain()
+
+
+def test_a_mistake_has_file_line_and_column(study):
+    study.path.write_text(study.path.read_text().replace("hurst = 0.8", "hurst = 1.8"))
+    with pytest.raises(asperity.ManifestError) as caught:
+        study.check()
+    error = caught.value
+    assert (error.file, error.line, error.column) == (str(study.path), 9, 9)
+    assert "1.8" in error.problems[0].message and "small.toml:9:9" in str(error)
+    assert isinstance(error, asperity.Error) and isinstance(error, ValueError)
+    assert "<pre>" in study._repr_html_()
+
+
+@pytest.mark.parametrize("wrong, error", [
+    (lambda study: study.table("contacts"), asperity.UnknownNameError),
+    (lambda study: study.table("contact"), asperity.NotComputedError),
+    (lambda study: study.sql("select load, from contact where"), asperity.QueryError),
+    (lambda study: study.sql("select load from contacts"), asperity.UnknownNameError),
+    (lambda study: study.run(jobs=0, progress=False), asperity.KeyErrors),
+    (lambda study: study.run(memory="much", progress=False), asperity.KeyErrors),
+    (lambda study: study.run(memory="1KB", progress=False), asperity.Error),
+])
+def test_what_cannot_be_done_has_an_exception_of_its_own(study, wrong, error):
+    with pytest.raises(error):
+        wrong(study)
+
+
+def test_a_damaged_table_is_an_error_of_the_store_and_computed_again(finished):
+    (path,) = finished.data.glob("results/small/contact.parquet")
+    for stored in finished.data.glob("store/**/*.parquet"):
+        stored.unlink()
+    damaged = bytearray(path.read_bytes())
+    damaged[len(damaged) // 3] ^= 1
+    path.write_bytes(damaged)
+    with pytest.raises(asperity.StoreError):
+        finished.table("contact")
+    with pytest.warns(asperity.StudyWarning):
+        finished.run(progress=False)
+    assert len(finished.table("contact")) == 6
+
+
+def test_tables_of_a_manifest_are_one(tmp_path, study):
+    text = study.path.read_text()
+    parsed = asperity.Study.parse(text, data=tmp_path / "other")
+    assert parsed.path == tmp_path / "other" / "small.toml"
+    tables = {
+        "study": {"name": "small"},
+        "stage": {"surfaces": {"kind": "generate", "nodes": 32, "hurst": 0.8, "k_lower": 1, "k_upper": 2}},
+    }
+    assert asperity.Study.parse(tables, data=tmp_path / "other").plan().to_run == 1
+    with pytest.raises(asperity.ManifestError, match="hurst"):
+        asperity.Study.parse(text.replace("0.8", "'rough'"), data=tmp_path)
+    with pytest.raises(FileExistsError):
+        asperity.Study.parse(text + "# new", data=tmp_path, path=study.path)
+
+
+def test_what_should_be_known_is_a_warning(study):
+    study.path.write_text(study.path.read_text().replace("loads = [0.01, 0.1, 0.5]", "loads = [0.01]"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        study.run(progress=False)
+    study.path.write_text(study.path.read_text().replace("realizations = 2", "realizations = 3"))
+    with pytest.warns(asperity.StudyWarning, match="not complete"):
+        study.table("contact")
+
+
+@pytest.mark.parametrize("keys, named", [
+    (dict(nodes=64, hurst=1.5, k_lower=2, k_upper=16), "hurst"),
+    (dict(nodes=64, hurst=float("nan"), k_lower=2, k_upper=16), "hurst"),
+    (dict(nodes=16, hurst=0.5, k_lower=2, k_upper=16), "k_upper"),
+    (dict(nodes=64, hurst=0.5, k_lower=2, k_upper=16, rms_slop=1.0), "rms_slop"),
+    (dict(nodes=64, hurst=[0.5, 0.6], k_lower=2, k_upper=16), "2 surfaces"),
+])
+def test_arguments_of_surfaces_are_checked_as_keys_are(keys, named):
+    with pytest.raises(asperity.KeyErrors, match=named):
+        asperity.surface(**keys)
+
+
+def test_arguments_of_contacts_are_checked_as_keys_are():
+    rough = asperity.surface(nodes=32, hurst=0.8, k_lower=1, k_upper=8)
+    for wrong in [dict(loads=[0.2, 0.1]), dict(loads=-1.0), dict(loads=[]), dict(),
+                  dict(loads=0.1, pressures=0.1), dict(loads=0.1, tolerance=2.0), dict(loads=0.1, size=2.0),
+                  dict(loads=0.1, boundary="open"), dict(loads=0.1, hardness=0.05)]:
+        with pytest.raises(asperity.Error):
+            asperity.press(rough, **wrong)
+
+
+def test_a_map_that_is_not_periodic_is_pressed_free_alone(repository):
+    scan = asperity.read(repository / "data/topography/testing.x3p")
+    with pytest.raises(asperity.SurfaceError, match="not periodic"):
+        asperity.press(scan, loads=0.1)
+
+
+def test_missing_points_are_named_and_filled():
+    heights = asperity.surface(nodes=32, hurst=0.8, k_lower=1, k_upper=8).heights.copy()
+    heights[3:6, 4] = float("nan")
+    holey = asperity.Topography(heights, size=1.0)
+    assert holey.missing == 3 and holey.heights.mask.sum() == 3
+    with pytest.raises(asperity.SurfaceError, match="3 points are missing"):
+        asperity.press(holey, loads=0.1, boundary="free")
+    assert holey.fill("nearest").missing == 0
+
+
+def test_files_that_are_none_are_named(tmp_path):
+    (tmp_path / "text.x3p").write_text("no heights")
+    with pytest.raises(asperity.SurfaceError):
+        asperity.read(tmp_path / "text.x3p")
+    with pytest.raises(FileNotFoundError):
+        asperity.read(tmp_path / "gone.x3p")

@@ -1,0 +1,58 @@
+"""Tables in other libraries: the same rows, words of columns, and memory."""
+
+import pytest
+
+import asperity
+
+pyarrow = pytest.importorskip("pyarrow")
+polars = pytest.importorskip("polars")
+duckdb = pytest.importorskip("duckdb")
+
+
+@pytest.fixture
+def table():
+    wave = asperity.surface(method="wave", nodes=32, amplitude=0.01)
+    return asperity.press(wave, loads=[0.1, 0.2, 0.3]).table
+
+
+def test_readers_of_arrow_have_the_same_rows(table):
+    loads = [0.1, 0.2, 0.3]
+    assert polars.DataFrame(table)["load"].to_list() == loads
+    assert pyarrow.table(table)["load"].to_pylist() == loads
+    assert table.to_pandas()["load"].tolist() == loads
+    arrow = pyarrow.table(table)
+    assert duckdb.sql("select load from arrow order by load").fetchall() == [(load,) for load in loads]
+    assert table.to_polars()["stop"].to_list() == list(table["stop"])
+
+
+def test_fields_keep_what_columns_mean(table):
+    field = pyarrow.table(table).schema.field("mean_gap")
+    assert field.metadata[b"unit"] == b"length"
+    assert field.metadata[b"meaning"].decode() == table.column("mean_gap").meaning
+    assert pyarrow.schema(table).field("load").metadata[b"role"] == b"load"
+
+
+def test_no_copy_of_ours_is_between(table):
+    """Readers have their values at the address at which the table has its own."""
+    own = table._table.address("mean_gap")
+    for _ in range(2):
+        (chunk,) = pyarrow.table(table)["mean_gap"].chunks
+        assert chunk.buffers()[1].address == own
+    series = polars.DataFrame(table)["mean_gap"]
+    assert series.to_numpy(allow_copy=False).ctypes.data == own
+
+
+def test_a_stream_outlives_its_table(table):
+    arrow = pyarrow.RecordBatchReader.from_stream(table)
+    del table
+    assert arrow.read_all()["load"].to_pylist() == [0.1, 0.2, 0.3]
+
+
+def test_a_column_that_is_not_there_is_named(table):
+    with pytest.raises(asperity.KeyErrors, match="no column `lode`"):
+        table["lode"]
+
+
+def test_notebooks_show_head_and_size(table):
+    shown = table._repr_html_()
+    assert "mean distance of the surfaces [length]" in shown and "3 rows" in shown

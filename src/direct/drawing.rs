@@ -1,0 +1,43 @@
+//! One surface, drawn.
+
+use std::path::Path;
+
+use toml::Table as Keys;
+
+use super::{DirectError, keys};
+use crate::contact::topography::surface::Surface;
+use crate::stages::{StageError, columns::RMS_SLOPE};
+use crate::store::table::{Table, TableError};
+use crate::surface_files::SurfaceFiles;
+
+/// A surface, and what a `generate` stage says of it.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Its heights, in the unit of its sides.
+    pub surface: Surface,
+    /// √⟨|∇h|²⟩, as the stage takes it: of a random surface the slope that it was scaled to.
+    pub rms_slope: f64,
+    /// The row of its stage, but for the heights.
+    pub row: Table,
+}
+
+/// Draws the surface that the keys of a `generate` stage describe, with a number of its realization:
+/// the heights that such a stage stores, to the last bit. Paths are relative to the working directory.
+///
+/// # Errors
+/// When a key makes no sense, several surfaces are described, or a file cannot be read.
+pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
+    let params = keys::surface(keys)?.params.realization(realization);
+    let surface = params.draw(&SurfaceFiles::new(Path::new("")))?;
+    let row = params.described(&surface);
+    let rms_slope = row.reals(RMS_SLOPE.name).map_err(of_table)?.value(0);
+    Ok(Drawn {
+        surface,
+        rms_slope,
+        row,
+    })
+}
+
+fn of_table(error: TableError) -> DirectError {
+    StageError::from(error).into()
+}
