@@ -230,8 +230,7 @@ impl Contents {
                 return Err(ShareError::Outdated {
                     stage: stage.name.clone(),
                     manifest: manifest.to_owned(),
-                }
-                .into());
+                });
             }
             let what = format!("table of the stage `{}`: {}", stage.name, does(stage.kind));
             self.add_table(&rows.path, &stage.name, &what)?;
