@@ -6,12 +6,13 @@
 //! Nothing is stored.
 //!
 //! ```
-//! use asperity::direct::{DirectError, Map, Pressing, draw};
+//! use asperity::direct::{Map, Pressing, draw};
 //!
 //! let surface = "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16\nseed = 1".parse()?;
 //! let drawn = draw(&surface, 0)?;
 //! assert_eq!(drawn.rms_slope, 1.0);
-//! let map = Map { surface: drawn.surface, rms_slope: Some(drawn.rms_slope), is_periodic: true };
+//! let (slope, is_periodic) = (Some(drawn.rms_slope), drawn.is_periodic);
+//! let map = Map { surface: drawn.surface, rms_slope: slope, is_periodic };
 //! let mut pressing = Pressing::new(map, &"loads = [0.01, 0.1]".parse()?)?;
 //! while pressing.press(&|| false)?.is_some() {}
 //! let table = pressing.table();

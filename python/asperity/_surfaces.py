@@ -153,8 +153,8 @@ def surface(
         "anisotropy": None if anisotropy is None else dict(anisotropy),
         **keys,
     }
-    heights, sides, slope, row = _asperity.draw(written, realization)
-    drawn = Topography(heights, sides, unit=unit, is_periodic=True)
+    heights, sides, slope, is_periodic, row = _asperity.draw(written, realization)
+    drawn = Topography(heights, sides, unit=unit, is_periodic=is_periodic)
     drawn._rms_slope = slope
     drawn._description = Table(row)
     return drawn

@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from asperity import _asperity
 
-    # A library of the user's choice, which is none of ours.
-    DataFrame = Any
-
 #: Rows and columns that are shown: a table of a study may have any number of both.
 _ROWS_SHOWN = 12
 _COLUMNS_SHOWN = 16
@@ -111,13 +108,13 @@ class Table:
                 return column
         raise KeyError(name)
 
-    def to_polars(self) -> "DataFrame":
+    def to_polars(self) -> Any:
         """The table as a ``polars.DataFrame``; takes polars."""
         import polars
 
         return polars.DataFrame(self)
 
-    def to_pandas(self) -> "DataFrame":
+    def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame``; takes pandas and pyarrow."""
         import pyarrow
 

@@ -17,8 +17,8 @@ use crate::errors::{direct_error, surface_error, value_error};
 use crate::interruption::interruptible;
 use crate::table::Table;
 
-/// Heights, sides, rms slope and row of a drawn surface.
-type Drawn<'py> = (Bound<'py, PyArray2<f64>>, [f64; 2], f64, Table);
+/// Heights, sides, rms slope, whether it repeats itself, and row of a drawn surface.
+type Drawn<'py> = (Bound<'py, PyArray2<f64>>, [f64; 2], f64, bool, Table);
 
 /// Draws the surface that keys of a `generate` stage describe.
 #[pyfunction]
@@ -36,6 +36,7 @@ pub fn draw<'py>(
         heights,
         grid.cell().size(),
         drawn.rms_slope,
+        drawn.is_periodic,
         drawn.row.into(),
     ))
 }

@@ -60,5 +60,12 @@ def test_a_script_of_a_user_has_types(repository):
     assert checked.returncode == 0, checked.stdout
 
 
+def test_types_are_those_of_the_extension(repository, tmp_path):
+    pytest.importorskip("mypy")
+    words = ["-m", "mypy.stubtest", "asperity", "--mypy-config-file", repository / "pyproject.toml"]
+    checked = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+
+
 def test_a_script_of_a_user_runs(repository):
     subprocess.run([sys.executable, repository / "python/tests/user_script.py"], check=True)

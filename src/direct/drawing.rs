@@ -17,6 +17,8 @@ pub struct Drawn {
     pub surface: Surface,
     /// √⟨|∇h|²⟩, as the stage takes it: of a random surface the slope that it was scaled to.
     pub rms_slope: f64,
+    /// Whether it repeats itself: a map of a file may not.
+    pub is_periodic: bool,
     /// The row of its stage, but for the heights.
     pub row: Table,
 }
@@ -34,6 +36,7 @@ pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
     Ok(Drawn {
         surface,
         rms_slope,
+        is_periodic: !params.origin.is_open(),
         row,
     })
 }
