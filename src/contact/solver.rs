@@ -264,6 +264,39 @@ impl Solver {
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
     }
+
+    /// The gap under the last load, for one pair in double precision: zero in contact and never
+    /// negative, in units of rms slope × the longer side. It is counted from its mean in elastic
+    /// contact, so that it follows from the pressures alone.
+    pub fn gap(&mut self) -> Vec<f64> {
+        let mut gap = vec![0.0; self.pressure.len()];
+        if self.pressure.iter().all(|pressure| *pressure > 0.0) {
+            return gap;
+        }
+        let scratch = &mut self.double_scratch;
+        self.double
+            .convolve(&self.displacement, &self.pressure, &mut gap, scratch);
+        let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
+        let (mut sum, mut elastic_nodes) = (0.0, 0.0);
+        for ((gap, height), pressure) in gap.iter_mut().zip(&self.heights).zip(&self.pressure) {
+            *gap -= height;
+            if *pressure > 0.0 && *pressure < ceiling {
+                sum += *gap;
+                elastic_nodes += 1.0;
+            }
+        }
+        let offset = match elastic_nodes > 0.0 {
+            true => sum / elastic_nodes,
+            false => self.reference + self.offset,
+        };
+        for (gap, pressure) in gap.iter_mut().zip(&self.pressure) {
+            *gap = match *pressure > 0.0 {
+                true => 0.0,
+                false => (*gap - offset).max(0.0),
+            };
+        }
+        gap
+    }
 }
 
 #[cfg(test)]

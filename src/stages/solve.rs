@@ -17,6 +17,7 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, summary::range,
 };
+use crate::contact::distribution::EqualBins;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{HalfSpace, Hardness, Settings, Stop, cost};
 use crate::diagnostics::counted;
@@ -40,7 +41,7 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Loads),
     columns: || {
-        let heavy = [CONTACT, PRESSURES];
+        let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
         [&solved::columns(Boundary::Free, true)[..], &heavy].concat()
     },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
@@ -69,6 +70,12 @@ pub struct Params {
     /// as all were before there was a choice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness: Option<GivenHardness>,
+    /// How many nodes bear which pressure is counted in these bins, in units of E* × rms slope.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_bins: Option<EqualBins>,
+    /// How many nodes out of contact have which gap is counted in these, in rms heights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_bins: Option<EqualBins>,
     /// The smallest hardness among the bodies, in the unit of their moduli. Whoever reads results
     /// should know where pressures pass it; it decides none, and is no part of the recipe.
     #[serde(skip)]
@@ -137,6 +144,9 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
+/// What the gap of one load costs: a pair in double precision.
+const PAIRS_OF_GAP: f64 = 2.5;
+
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Solve
@@ -175,7 +185,7 @@ impl Stage for Params {
         let heights = scales.reduced(surface);
         let begin = || {
             let mut solver = body.solver(grid, &heights);
-            let rows = Solved::of(hardness, solver.under_unit_pressure());
+            let rows = Solved::of(self, hardness, solver.under_unit_pressure());
             (solver, rows)
         };
         let (mut solver, mut rows) = begin();
@@ -194,7 +204,7 @@ impl Stage for Params {
                 return Err(StageError::Interrupted);
             }
             let keep = self.keeps_pressures_at(given);
-            rows.push(load, outcome, solver.pressure(), keep, &scales);
+            rows.push(load, outcome, &mut solver, keep, &scales);
             (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
             if outcome.stop == Stop::FullContact && solver.is_flattened_by(heaviest) {
                 break;
@@ -231,8 +241,9 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
+        let gap = self.gap_bins.map_or(0.0, |_| 8.0);
         Footprint {
-            work: 5.0 + self.body().bytes_per_node(self.tolerance),
+            work: 5.0 + self.body().bytes_per_node(self.tolerance) + gap,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }
@@ -251,7 +262,8 @@ impl Stage for Params {
     fn effort(&self, extent: Extent) -> Effort {
         let (body, nodes) = (self.body(), extent.nodes);
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
-        let effort = Effort::pairs(pairs);
+        let gaps = self.gap_bins.map_or(0.0, |_| PAIRS_OF_GAP);
+        let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);
         Effort {
             seconds: effort.seconds + cost::preparation(&body, nodes),
             ..effort

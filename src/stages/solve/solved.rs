@@ -1,6 +1,7 @@
 //! What has been solved for, in the user's units and as a table.
 
 mod checkpoint;
+mod distributions;
 
 use arrow::array::{ArrayRef, Float64Builder};
 
@@ -8,13 +9,14 @@ use super::hardness::{GivenHardness, SurfaceHardness};
 use super::{GIVEN_UP, Params, PressureUnit, Pressures};
 use crate::contact::grid::Boundary;
 use crate::contact::morphology::map::ContactMap;
-use crate::contact::solver::{Hardness, HardnessError, Outcome, Stop};
+use crate::contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop};
 use crate::contact::topography::surface::Surface;
 use crate::decimal;
 use crate::stages::StageError;
 use crate::stages::columns::*;
 use crate::store::column::{Column, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
+use distributions::Distributions;
 
 /// From the solver's units to the user's.
 pub struct Scales {
@@ -25,17 +27,21 @@ pub struct Scales {
     slope: f64,
     /// E* × rms slope.
     pressure: f64,
+    /// rms height; a flat surface counts as one of height 1.
+    height: f64,
 }
 
 impl Scales {
     pub fn of(surface: &Surface, table: &Table, params: &Params) -> Result<Scales, StageError> {
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
-        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
+        let rms_height = table.reals(RMS_HEIGHT.name)?.value(0);
+        let [slope, height] = [rms_slope, rms_height].map(|rms| if rms > 0.0 { rms } else { 1.0 });
         Ok(Scales {
             nodes: surface.grid().nodes(),
             side: surface.grid().cell().longer_side(),
             slope,
             pressure: params.effective_modulus * slope,
+            height,
         })
     }
 
@@ -89,6 +95,7 @@ pub struct Solved {
     maps: Vec<Vec<u8>>,
     pressures: Float64Builder,
     kept: Vec<usize>,
+    distributions: Distributions,
 }
 
 /// What is solved for, beside coordinates.
@@ -114,10 +121,15 @@ pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
 impl Solved {
     /// Of a body of this hardness, if it yields, that unit pressure displaces so, if displacements are
     /// absolute.
-    pub fn of(hardness: Option<SurfaceHardness>, under_unit_pressure: Option<Vec<f64>>) -> Solved {
+    pub fn of(
+        params: &Params,
+        hardness: Option<SurfaceHardness>,
+        under_unit_pressure: Option<Vec<f64>>,
+    ) -> Solved {
         Solved {
             hardness,
             under_unit_pressure,
+            distributions: Distributions::new(params.pressure_bins, params.gap_bins),
             ..Solved::default()
         }
     }
@@ -126,10 +138,12 @@ impl Solved {
         &mut self,
         load: f64,
         outcome: Outcome,
-        pressures: &[f64],
+        solver: &mut Solver,
         keep: bool,
         scales: &Scales,
     ) {
+        self.distributions.count(solver, scales);
+        let pressures = solver.pressure();
         if let Some(sunk) = &self.under_unit_pressure {
             let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
             self.displacements.push(sum / pressures.len() as f64);
@@ -214,6 +228,7 @@ impl Solved {
             let values = self.pressures.finish();
             columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
         }
+        columns.extend(self.distributions.columns());
         surface.coordinates().pick(&vec![0; count]).with(columns)
     }
 }
