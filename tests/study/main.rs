@@ -9,6 +9,7 @@ mod columns;
 mod commands;
 mod crashes;
 mod disk;
+mod distributions;
 mod disturbance;
 mod ensembles;
 mod explain;
