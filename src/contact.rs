@@ -8,6 +8,7 @@
 //! - [`fft`]: the transforms that both are computed with;
 //! - [`solver`]: which nodes of a surface touch under a load, and with which pressure;
 //! - [`morphology`]: area, perimeter and clusters of the nodes that touch;
+//! - [`distribution`]: how many of them bear which pressure;
 //! - [`theory`]: what the area should be.
 //!
 //! Maps are row-major: node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at
@@ -16,6 +17,7 @@
 //! elastic depends on the load y = p₀/(E* h′) alone, where h′ = √⟨|∇h|²⟩ is the rms slope: solvers
 //! and models work in it.
 
+pub mod distribution;
 pub mod elasticity;
 pub mod fft;
 pub mod grid;

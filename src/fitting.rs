@@ -8,6 +8,7 @@
 //! - [`pressure_growth`]: the power law of dp̄/dp₀ against the area;
 //! - [`mesh_convergence`]: what the mesh adds to the area, from several meshes of one surface;
 //! - [`load_separation`]: the exponential relation of load and mean gap;
+//! - [`percolation`]: the load and the area from which on no channel leads through the gap;
 //! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
 //! - [`self_affine`]: Hurst exponent and roll-off of measured power spectra;
 //! - [`bootstrap`]: intervals of any of these, resampling whole surfaces;
@@ -25,6 +26,7 @@ mod goodness;
 mod least_squares;
 pub mod load_separation;
 pub mod mesh_convergence;
+pub mod percolation;
 pub mod pressure_growth;
 pub mod scaled_erf;
 pub mod self_affine;
@@ -133,6 +135,19 @@ pub enum FitError {
     )]
     NoDecay {
         /// Where the data lie.
+        window: Window,
+    },
+    /// Surfaces that do not pass from open to sealed have no threshold.
+    #[error(
+        "{without} of {surfaces} surfaces are not seen to pass from an open gap to a sealed one along \
+             both directions, with loads in {window}: compute lighter or heavier ones"
+    )]
+    NotSealed {
+        /// Surfaces without a threshold.
+        without: usize,
+        /// All of them.
+        surfaces: usize,
+        /// Where it was looked for.
         window: Window,
     },
     /// A line needs more meshes.

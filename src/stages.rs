@@ -112,6 +112,12 @@ pub enum Rows {
     Loads,
     /// Contact maps, measured.
     Contacts,
+    /// Bins of contact pressures.
+    PressureDistributions,
+    /// Bins of gaps.
+    GapDistributions,
+    /// Bins of clusters of contact.
+    ClusterDistributions,
     /// Bins of heights.
     Heights,
     /// Wavenumbers of surfaces.
@@ -136,11 +142,14 @@ pub enum Rows {
 
 impl Rows {
     /// All of them.
-    pub const ALL: [Rows; 14] = [
+    pub const ALL: [Rows; 17] = [
         Rows::Surfaces,
         Rows::Spectra,
         Rows::Loads,
         Rows::Contacts,
+        Rows::PressureDistributions,
+        Rows::GapDistributions,
+        Rows::ClusterDistributions,
         Rows::Heights,
         Rows::PowerSpectra,
         Rows::ProfileSpectra,
@@ -160,6 +169,9 @@ impl Rows {
             Rows::Spectra => "surfaces without heights",
             Rows::Loads => "solved loads",
             Rows::Contacts => "measured contacts",
+            Rows::PressureDistributions => "distributions of pressures",
+            Rows::GapDistributions => "distributions of gaps",
+            Rows::ClusterDistributions => "distributions of clusters",
             Rows::Heights => "measured heights",
             Rows::PowerSpectra => "power spectra",
             Rows::ProfileSpectra => "power spectra of profiles",

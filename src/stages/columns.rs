@@ -6,12 +6,14 @@ use crate::store::column::{Column, Role};
 mod contacts;
 mod corrections;
 mod descriptors;
+mod distributions;
 mod measured;
 mod surface_statistics;
 
 pub use contacts::*;
 pub use corrections::*;
 pub use descriptors::*;
+pub use distributions::*;
 pub use measured::*;
 pub use surface_statistics::*;
 

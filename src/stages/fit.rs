@@ -23,6 +23,7 @@ pub mod keys;
 pub mod laws;
 pub mod meshes;
 mod parameter;
+mod percolation;
 pub mod points;
 pub mod row;
 pub mod rows;
@@ -112,7 +113,7 @@ impl Stage for Params {
             Law::Plain(law) => law.definition(),
         };
         match law.fits {
-            Fits::Areas(_) | Fits::Gaps(_) | Fits::Spectra => Reach::Point,
+            Fits::Areas(_) | Fits::Gaps(_) | Fits::Percolation | Fits::Spectra => Reach::Point,
             Fits::Meshes => Reach::All,
         }
     }
@@ -180,6 +181,7 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
                 (points, rows)
             }
             Fits::Meshes => return meshes::run(table, params),
+            Fits::Percolation => return percolation::run(table, params),
             Fits::Spectra => return spectra::run(table, params),
         },
     };

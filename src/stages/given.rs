@@ -1,7 +1,8 @@
 //! What a stage's keys are checked against.
 
 use super::generate::Origin;
-use super::{Rows, Work};
+use super::{Recipe, Rows, Work, solve};
+use crate::contact::distribution::EqualBins;
 use crate::diagnostics::Problems;
 use crate::store::table::Table;
 use crate::surface_files::SurfaceFiles;
@@ -15,15 +16,20 @@ pub struct Surfaces {
     pub kept_alone: Option<String>,
     /// Surfaces whose nodes are not as far apart along x as along y, and Δx/Δy.
     pub oblong: Option<(String, f64)>,
+    /// A stage that presses them and counts no pressures.
+    pub pressures_uncounted: Option<String>,
+    /// A stage that presses them and counts no gaps.
+    pub gaps_uncounted: Option<String>,
     /// The smallest and the largest rms slope, of surfaces that are drawn to have one.
     pub slopes: Option<[f64; 2]>,
 }
 
 impl Surfaces {
-    /// Those that a stage makes.
+    /// Those that a stage makes, and what it finds out of them.
     pub fn made_by(stage: &str, work: &Work) -> Surfaces {
-        let Work::Generate(surfaces) = work else {
-            return Surfaces::default();
+        let surfaces = match work {
+            Work::Generate(surfaces) => surfaces,
+            Work::Evaluate(recipes) => return Surfaces::pressed_by(stage, recipes),
         };
         let params = || surfaces.iter().map(|surfaces| &surfaces.params);
         let is_open = params().any(|params| params.origin.is_open());
@@ -37,6 +43,8 @@ impl Surfaces {
         Surfaces {
             slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),
+            pressures_uncounted: None,
+            gaps_uncounted: None,
             kept_alone: params()
                 .any(|params| params.origin.reads_stage())
                 .then(|| stage.to_owned()),
@@ -47,6 +55,22 @@ impl Surfaces {
         }
     }
 
+    /// What a stage counts of them, if it presses them.
+    fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
+        let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
+            let lacks = |recipe: &Recipe| match recipe {
+                Recipe::Solve(block) => bins(block).is_none(),
+                _ => false,
+            };
+            recipes.iter().any(lacks).then(|| stage.to_owned())
+        };
+        Surfaces {
+            pressures_uncounted: lacks(|block| block.pressure_bins),
+            gaps_uncounted: lacks(|block| block.gap_bins),
+            ..Surfaces::default()
+        }
+    }
+
     /// These and others; of maps and meshes one stands for all.
     pub fn and(self, other: &Surfaces) -> Surfaces {
         let slopes = self.slopes.into_iter().chain(other.slopes);
@@ -54,6 +78,10 @@ impl Surfaces {
             slopes: slopes.reduce(spanning),
             open: self.open.or_else(|| other.open.clone()),
             kept_alone: self.kept_alone.or_else(|| other.kept_alone.clone()),
+            pressures_uncounted: self
+                .pressures_uncounted
+                .or_else(|| other.pressures_uncounted.clone()),
+            gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
             oblong: self.oblong.or_else(|| other.oblong.clone()),
         }
     }

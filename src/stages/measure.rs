@@ -7,6 +7,7 @@
 
 use std::borrow::Cow;
 
+pub mod distributions;
 pub mod keys;
 pub mod statistics;
 
@@ -30,6 +31,7 @@ use crate::store::column::{Column, Role, flags, integers, optional_reals, reals}
 use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
+use distributions::Distribution;
 use statistics::Statistic;
 
 /// Raise it when the numbers change, or what columns say of themselves.
@@ -50,8 +52,10 @@ pub const STAGE: Definition = Definition {
     columns: || {
         let contacts = contact_measures(true, true);
         let of_surfaces = statistics::all_columns();
-        let lists: [&[Column]; 4] = [
+        let distributions = distributions::all_columns();
+        let lists: [&[Column]; 5] = [
             &contacts,
+            &distributions,
             &HEIGHT_MEASURES,
             &POOLED_HEIGHTS[1..],
             &of_surfaces,
@@ -62,10 +66,14 @@ pub const STAGE: Definition = Definition {
         let rows = Some(counted(table.rows(), "row"));
         let area = range(table, AREA_FRACTION.name, "contact covers")?;
         let heights = range(table, BIN.name, "heights from")?;
+        let pressures = range(table, CONTACT_PRESSURE.name, "pressures from")?;
+        let gaps = range(table, GAP.name, "gaps from")?;
         let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
         let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
         let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
-        let parts = [rows, area, heights, spectrum, slopes, roughness];
+        let parts = [
+            rows, area, pressures, gaps, heights, spectrum, slopes, roughness,
+        ];
         Ok(parts.into_iter().flatten().collect())
     },
 };
@@ -93,6 +101,9 @@ pub enum Params {
     /// Another statistic of each surface.
     #[serde(untagged)]
     Surface(Statistic),
+    /// A distribution under each load, from a solve stage.
+    #[serde(untagged)]
+    Distribution(Distribution),
 }
 
 impl Stage for Params {
@@ -110,6 +121,7 @@ impl Stage for Params {
         match *self {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
+            Params::Distribution(distribution) => distribution.of(input),
             Params::Contacts | Params::Pool { .. } => contacts(&input.table),
         }
     }
@@ -124,6 +136,9 @@ impl Stage for Params {
             }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
+            Params::Distribution(distribution) => {
+                beside_coordinates(distribution.columns(), inputs)?
+            }
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);
                 let names = points.names();
@@ -134,7 +149,10 @@ impl Stage for Params {
 
     fn reach(&self) -> Reach {
         match self {
-            Params::Contacts | Params::Heights { .. } | Params::Surface(_) => Reach::Single,
+            Params::Contacts
+            | Params::Distribution(_)
+            | Params::Heights { .. }
+            | Params::Surface(_) => Reach::Single,
             Params::Pool { .. } => Reach::Point,
         }
     }
@@ -142,7 +160,10 @@ impl Stage for Params {
     /// Pooled surfaces are drawn again, whether or not their heights were kept.
     fn columns_read(&self) -> Columns {
         match self {
-            Params::Contacts | Params::Heights { .. } | Params::Surface(_) => Columns::All,
+            Params::Contacts
+            | Params::Distribution(_)
+            | Params::Heights { .. }
+            | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
         }
     }
@@ -151,7 +172,10 @@ impl Stage for Params {
     fn footprint(&self) -> Footprint {
         let beside = match self {
             Params::Surface(statistic) => statistic.bytes_per_node(),
-            Params::Contacts | Params::Heights { .. } | Params::Pool { .. } => 0.0,
+            Params::Contacts
+            | Params::Distribution(_)
+            | Params::Heights { .. }
+            | Params::Pool { .. } => 0.0,
         };
         Footprint {
             work: 36.0 + beside,
@@ -162,7 +186,7 @@ impl Stage for Params {
     /// A surface is drawn again to look at its heights; of contact there are bits to count.
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
-            Params::Contacts => 0.2 * extent.rows as f64,
+            Params::Contacts | Params::Distribution(_) => 0.2 * extent.rows as f64,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
             Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })

@@ -18,6 +18,7 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, summary::range,
 };
+use crate::contact::distribution::EqualBins;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{HalfSpace, Hardness, Settings, cost};
 use crate::diagnostics::counted;
@@ -41,7 +42,7 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Loads),
     columns: || {
-        let heavy = [CONTACT, PRESSURES];
+        let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
         [&solved::columns(Boundary::Free, true)[..], &heavy].concat()
     },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
@@ -70,6 +71,12 @@ pub struct Params {
     /// as all were before there was a choice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness: Option<GivenHardness>,
+    /// How many nodes bear which pressure is counted in these bins, in units of E* × rms slope.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_bins: Option<EqualBins>,
+    /// How many nodes out of contact have which gap is counted in these, in rms heights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_bins: Option<EqualBins>,
     /// The smallest hardness among the bodies, in the unit of their moduli. Whoever reads results
     /// should know where pressures pass it; it decides none, and is no part of the recipe.
     #[serde(skip)]
@@ -138,6 +145,9 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
+/// What the gap of one load costs: a pair in double precision.
+const PAIRS_OF_GAP: f64 = 2.5;
+
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Solve
@@ -198,8 +208,9 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
+        let gap = self.gap_bins.map_or(0.0, |_| 16.0);
         Footprint {
-            work: 5.0 + self.body().bytes_per_node(self.tolerance),
+            work: 5.0 + self.body().bytes_per_node(self.tolerance) + gap,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }
@@ -218,7 +229,8 @@ impl Stage for Params {
     fn effort(&self, extent: Extent) -> Effort {
         let (body, nodes) = (self.body(), extent.nodes);
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
-        let effort = Effort::pairs(pairs);
+        let gaps = self.gap_bins.map_or(0.0, |_| PAIRS_OF_GAP);
+        let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);
         Effort {
             seconds: effort.seconds + cost::preparation(&body, nodes),
             ..effort

@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use arrow::array::{
-    Array, ArrayRef, AsArray, Float64Array, Int64Array, LargeBinaryArray, LargeListArray,
-    StringArray, UInt32Array, new_null_array,
+    Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
+    LargeListArray, StringArray, UInt32Array, new_null_array,
 };
 use arrow::compute::{concat, take};
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema, SchemaRef};
@@ -132,6 +132,16 @@ impl Table {
         let array = self.column(name)?;
         let found = array.as_string_opt::<i32>();
         found.ok_or_else(|| type_error(name, array, "text"))
+    }
+
+    /// A column of flags.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn flags(&self, name: &str) -> Result<&BooleanArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_boolean_opt();
+        found.ok_or_else(|| type_error(name, array, "flags"))
     }
 
     /// A column of bytes.

@@ -10,6 +10,7 @@ mod columns;
 mod commands;
 mod crashes;
 mod disk;
+mod distributions;
 mod disturbance;
 mod ensembles;
 mod explain;

@@ -5,11 +5,15 @@
 //! boundary of the cell; a closed chain of links whose crossings do not cancel goes around. Where there
 //! is nothing beyond the edges no link crosses them, and a cluster goes through that meets both.
 
+mod each;
+
 use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::map::{ContactMap, mask_tail};
 use crate::contact::grid::Boundary;
+
+pub use each::Cluster;
 
 /// Clusters of one kind on a map.
 ///
@@ -58,6 +62,20 @@ impl Clusters {
     }
 
     fn of_rows(map: &ContactMap, change: impl Fn(&mut [u64])) -> Self {
+        Joined::of(map, change).forest.clusters()
+    }
+}
+
+/// The runs of a map, row after row, and which of them are joined.
+struct Joined {
+    runs: Vec<Run>,
+    /// Where the runs of each row end among them.
+    row_ends: Vec<usize>,
+    forest: Forest,
+}
+
+impl Joined {
+    fn of(map: &ContactMap, change: impl Fn(&mut [u64])) -> Self {
         let [count, row_nodes] = map.nodes();
         let mut row = vec![0; map.row_words()];
         let mut runs = Vec::new();
@@ -90,7 +108,17 @@ impl Clusters {
                 ];
             }
         }
-        forest.clusters()
+        Joined {
+            runs,
+            row_ends,
+            forest,
+        }
+    }
+
+    /// The runs of a row.
+    fn row(&self, row: usize) -> Range<usize> {
+        let start = if row == 0 { 0 } else { self.row_ends[row - 1] };
+        start..self.row_ends[row]
     }
 }
 

@@ -158,7 +158,7 @@ fn byte_count(nodes: [usize; 2]) -> usize {
 }
 
 #[cfg(test)]
-pub(super) mod samples {
+pub(crate) mod samples {
     use super::*;
 
     /// Meshes whose rows end within, at and just past a word of 64 nodes.

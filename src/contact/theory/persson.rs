@@ -82,6 +82,23 @@ pub fn pressure_density(load: f64, pressure: f64) -> f64 {
     (2.0 / PI).sqrt() * (-2.0 * (pressure - load).powi(2)).exp() * image
 }
 
+/// Share of the apparent area whose pressure lies between `low` and `high`, 0 ≤ low ≤ high: the
+/// integral of [`pressure_density`].
+pub fn share_between(load: f64, low: f64, high: f64) -> f64 {
+    let around = |centre: f64| {
+        let [low, high] = [low, high].map(|pressure| SQRT_2 * (pressure - centre));
+        // On one side of the centre by the tails, so that nothing cancels far from it.
+        if low >= 0.0 {
+            libm::erfc(low) - libm::erfc(high)
+        } else if high <= 0.0 {
+            libm::erfc(-high) - libm::erfc(-low)
+        } else {
+            libm::erf(high) - libm::erf(low)
+        }
+    };
+    0.5 * (around(load) - around(-load))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,6 +115,34 @@ mod tests {
             .map(|i| value(i) * if i % 2 == 1 { 4.0 } else { 2.0 })
             .sum();
         (value(0) + inner + value(steps)) * width / 3.0
+    }
+
+    #[test]
+    fn shares_between_pressures_add_up_to_area_and_load() {
+        for load in [1e-3, 0.03, 0.3, 1.0, 1.7] {
+            // To where nothing is left; narrow enough for the mean pressure of a bin to be its middle.
+            let (bins, width) = (14_000_u32, 5e-4);
+            let share = |bin: u32| {
+                let low = f64::from(bin) * width;
+                share_between(load, low, low + width)
+            };
+            let total: f64 = (0..bins).map(share).sum();
+            let moment: f64 = (0..bins)
+                .map(|bin| (f64::from(bin) + 0.5) * width * share(bin))
+                .sum();
+            assert!((total - area(load)).abs() < 1e-12, "{load}");
+            assert!((moment - load).abs() < 1e-6, "{load}: {moment}");
+        }
+    }
+
+    #[test]
+    fn a_narrow_share_is_the_density() {
+        for (load, pressure) in [(1e-4, 0.5), (0.2, 0.01), (0.2, 2.5), (1.0, 1.0)] {
+            let share = share_between(load, pressure - 1e-4, pressure + 1e-4) / 2e-4;
+            let density = pressure_density(load, pressure);
+            // Halves that are nearly equal cancel under light loads.
+            assert!((share / density - 1.0).abs() < 1e-6, "{load} {pressure}");
+        }
     }
 
     #[test]

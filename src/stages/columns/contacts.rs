@@ -40,6 +40,19 @@ pub const PRESSURES: Column = Column::heavy(
     "pressures of the nodes, row-major; null where there is no contact",
 );
 
+pub const PRESSURE_COUNTS: Column = Column::heavy(
+    "pressure_counts",
+    Reals,
+    "1",
+    "nodes in contact by their pressure, in the bins of `pressure_bins`, and last those beyond",
+);
+pub const GAP_COUNTS: Column = Column::heavy(
+    "gap_counts",
+    Reals,
+    "1",
+    "nodes out of contact by their gap, in the bins of `gap_bins`, and last those beyond",
+);
+
 // What is counted in a contact map.
 pub const AREA_FRACTION: Column = real("area_fraction", "1", "share of the nodes in contact");
 pub const SWITCHES_ALONG_ROWS: Column = integer(

@@ -4,6 +4,8 @@ use super::real;
 use crate::store::column::Column;
 use crate::store::column::ColumnKind::Reals;
 
+pub const RMS_HEIGHT: Column = real("rms_height", "length", "root mean square height");
+
 /// What describes a surface.
 pub const DESCRIPTORS: [Column; 14] = [
     real("m00", "length²", "spectral moment m₀₀: mean square height"),
@@ -31,7 +33,7 @@ pub const DESCRIPTORS: [Column; 14] = [
         "(side/2π)⁻²",
         "the same in integer wavenumbers, as the 2015 paper tabulates it",
     ),
-    real("rms_height", "length", "root mean square height"),
+    RMS_HEIGHT,
     real("skewness", "1", "third standardised moment of the heights"),
     real(
         "excess_kurtosis",

@@ -115,7 +115,7 @@ impl FitPoints {
                 .into(),
             }),
             // A correction is one of the area: it knows no gap.
-            Fits::Gaps(_) => Some(Reads {
+            Fits::Gaps(_) | Fits::Percolation => Some(Reads {
                 rows: &[Rows::Contacts],
                 from: format!(
                     "`measure` stages that read contacts, where its law is `{}`",

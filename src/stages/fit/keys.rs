@@ -49,8 +49,8 @@ table!(EvolutionTable, swept: ["to", "kappa"], lists: []);
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
     /// Smallest and largest load that count, in units of E* × rms slope: 0 to 0.06 when left out,
-    /// for `"scaled-erf"` 0.3 to 2, for `"load-separation"` 0.01 to 0.1, for `"mesh-convergence"` all.
-    /// For `"self-affine"` the smallest and largest wavenumber, all when left out: a window leaves
+    /// for `"scaled-erf"` 0.3 to 2, for `"load-separation"` 0.01 to 0.1, for `"mesh-convergence"` and
+    /// `"gap-percolation"` all. For `"self-affine"` the smallest and largest wavenumber, all when left out: a window leaves
     /// out what the instrument does not resolve.
     #[schemars(length(equal = 2), inner(range(min = 0)))]
     pub window: Key<Vec<Written<f64>>>,

@@ -37,6 +37,8 @@ pub enum PlainLaw {
     LoadSeparation,
     /// A_N = A* + c S_d Δx, over meshes of the same surfaces.
     MeshConvergence,
+    /// The load and the area from which on the gap does not percolate.
+    GapPercolation,
     /// C(q) = C₀ up to the roll-off q_r, C₀ (q/q_r)^(−2(1 + H)) beyond, of measured spectra.
     SelfAffine,
 }
@@ -64,6 +66,8 @@ pub enum Fits {
     Gaps(FitOfCurves),
     /// Areas on several meshes of the same surfaces, at all parameter points at once.
     Meshes,
+    /// Whether the gaps of the surfaces of one parameter point percolate.
+    Percolation,
     /// Power spectra of the surfaces of one parameter point.
     Spectra,
 }
@@ -73,11 +77,12 @@ pub type FitOfCurves = fn(&Curves, &Params) -> Result<Row, FitError>;
 
 impl PlainLaw {
     /// Every one.
-    pub const ALL: [PlainLaw; 5] = [
+    pub const ALL: [PlainLaw; 6] = [
         PlainLaw::MeanPressure,
         PlainLaw::ScaledErf,
         PlainLaw::LoadSeparation,
         PlainLaw::MeshConvergence,
+        PlainLaw::GapPercolation,
         PlainLaw::SelfAffine,
     ];
 
@@ -113,6 +118,16 @@ impl PlainLaw {
                 window: [0.0, 10.0],
                 parameters: &[MESH_COEFFICIENT],
                 fits: Fits::Meshes,
+            },
+            PlainLaw::GapPercolation => LawDefinition {
+                word: "gap-percolation",
+                window: [0.0, 10.0],
+                parameters: &[
+                    PERCOLATION_AREA,
+                    PERCOLATION_AREA_CORRECTED,
+                    PERCOLATION_LOAD,
+                ],
+                fits: Fits::Percolation,
             },
             PlainLaw::SelfAffine => LawDefinition {
                 word: "self-affine",
@@ -212,6 +227,36 @@ const MESH_COEFFICIENT: Parameter = Parameter::number(
     "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
 )
 .called("c");
+const PERCOLATION_AREA: Parameter = Parameter::number(
+    [
+        "percolation_area",
+        "percolation_area_lower",
+        "percolation_area_upper",
+        "percolation_area_standard_error",
+    ],
+    "share of the nodes in contact from which on no channel of gap leads through, mean of surfaces and \
+     of both directions",
+);
+const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
+    [
+        "percolation_area_corrected",
+        "percolation_area_corrected_lower",
+        "percolation_area_corrected_upper",
+        "percolation_area_corrected_standard_error",
+    ],
+    "the same share of the area, corrected for the mesh as by the correction `2017`",
+)
+.called("sealed from");
+const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
+    "E* × rms slope",
+    [
+        "percolation_load",
+        "percolation_load_lower",
+        "percolation_load_upper",
+        "percolation_load_standard_error",
+    ],
+    "load from which on no channel of gap leads through, mean of surfaces and of both directions",
+);
 const HURST_EXPONENT: Parameter = Parameter::number(
     [
         "hurst_exponent",

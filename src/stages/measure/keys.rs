@@ -8,8 +8,10 @@ use serde::Deserialize;
 use super::super::Given;
 use super::super::{Recipe, Rows};
 use super::Params;
+use super::distributions::Distribution;
 use super::statistics::Statistic;
 use crate::diagnostics::Problem;
+use crate::stages::given::Surfaces;
 use crate::written::checks::{Checks, POSITIVE};
 use crate::written::{Key, Section, table};
 
@@ -17,6 +19,10 @@ use crate::written::{Key, Section, table};
 const MOST_BINS: u32 = 1_000_000;
 /// `bins` when left out.
 const DEFAULT_BINS: u32 = 1000;
+/// The largest `bins` of clusters.
+const MOST_BINS_A_DECADE: u32 = 1000;
+/// `bins` of clusters when left out.
+const BINS_A_DECADE: u32 = 5;
 /// `range` when left out.
 const DEFAULT_RANGE: f64 = 5.0;
 
@@ -24,14 +30,16 @@ const DEFAULT_RANGE: f64 = 5.0;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeasureTable {
-    /// What is measured of surfaces: the distribution of their `"heights"`, their power `"spectrum"`
+    /// What is measured. Of solved loads: their `"contacts"`, which is meant when nothing is said, or
+    /// how `"pressures"`, `"gaps"` or the areas of `"clusters"` of contact are distributed; the first
+    /// two where the `solve` stage has `pressure_bins` or `gap_bins`. Of surfaces: the distribution of their `"heights"`, which is meant when nothing is said, their power `"spectrum"`
     /// C(q) averaged over all directions, that of profiles along x and y (`"profile-spectrum"`), the
     /// `"autocorrelation"`, slope and curvature by scale (`"scales"`), the `"bearing"` curve, or the
     /// `"roughness"` parameters of ISO 25178.
     #[schemars(extend("default" = "heights"))]
     pub what: Key<What>,
-    /// Bins of the histogram of heights, or steps between the planes of the bearing curve; for
-    /// surfaces only.
+    /// Bins of the histogram of heights, or steps between the planes of the bearing curve; of
+    /// clusters, bins for each factor of ten in their area, 5 when left out.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = DEFAULT_BINS))]
     pub bins: Key<i64>,
     /// Half width of the histogram of heights, or of the bearing curve, in rms heights; for surfaces
@@ -46,11 +54,19 @@ pub struct MeasureTable {
 
 table!(MeasureTable, swept: [], lists: []);
 
-/// What is measured of surfaces.
+/// What is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum What {
-    /// How their heights are distributed.
+    /// Area, perimeter, clusters and percolation of contact maps.
+    Contacts,
+    /// How pressures in contact are distributed.
+    Pressures,
+    /// How gaps out of contact are distributed.
+    Gaps,
+    /// How the areas of clusters of contact are distributed, and how long their edges are.
+    Clusters,
+    /// How heights of surfaces are distributed.
     Heights,
     /// Their power spectral density, averaged over all directions.
     Spectrum,
@@ -69,70 +85,132 @@ pub enum What {
 /// What the rows are about, if what is measured is not what is meant when nothing is said.
 pub fn makes(section: &Section<MeasureTable>) -> Option<Rows> {
     let what = section.points.first()?.table.what.written()?.value;
-    Some(what.statistic(1, 1.0)?.rows())
+    match what.quantity(1, 1.0) {
+        Quantity::Contacts | Quantity::Heights => None,
+        Quantity::Distribution(distribution) => Some(distribution.rows()),
+        Quantity::Statistic(statistic) => Some(statistic.rows()),
+    }
+}
+
+/// What the words mean.
+enum Quantity {
+    Contacts,
+    Distribution(Distribution),
+    Heights,
+    Statistic(Statistic),
 }
 
 impl What {
-    fn statistic(self, bins: u32, range: f64) -> Option<Statistic> {
-        match self {
-            What::Heights => None,
-            What::Spectrum => Some(Statistic::Spectrum),
-            What::ProfileSpectrum => Some(Statistic::ProfileSpectrum),
-            What::Autocorrelation => Some(Statistic::Autocorrelation),
-            What::Scales => Some(Statistic::Scales),
-            What::Bearing => Some(Statistic::Bearing { bins, range }),
-            What::Roughness => Some(Statistic::Roughness),
-        }
+    fn quantity(self, bins: u32, range: f64) -> Quantity {
+        let statistic = match self {
+            What::Contacts => return Quantity::Contacts,
+            What::Pressures => return Quantity::Distribution(Distribution::Pressures),
+            What::Gaps => return Quantity::Distribution(Distribution::Gaps),
+            What::Clusters => return Quantity::Distribution(Distribution::Clusters { bins }),
+            What::Heights => return Quantity::Heights,
+            What::Spectrum => Statistic::Spectrum,
+            What::ProfileSpectrum => Statistic::ProfileSpectrum,
+            What::Autocorrelation => Statistic::Autocorrelation,
+            What::Scales => Statistic::Scales,
+            What::Bearing => Statistic::Bearing { bins, range },
+            What::Roughness => Statistic::Roughness,
+        };
+        Quantity::Statistic(statistic)
+    }
+
+    fn is_of_loads(self) -> bool {
+        let quantity = self.quantity(1, 1.0);
+        matches!(quantity, Quantity::Contacts | Quantity::Distribution(_))
     }
 }
 
 /// What is measured, which follows from what the stage reads.
 pub fn recipes(section: &Section<MeasureTable>, given: &mut Given) -> Option<Vec<Recipe>> {
-    let params = params(section, given)?;
-    Some(vec![Recipe::Measure(params)])
-}
-
-fn params(section: &Section<MeasureTable>, given: &mut Given) -> Option<Params> {
     let point = section.points.first()?;
     let checks = &mut Checks::of(section, point, given.problems);
-    let bins = checks.whole_or("bins", &point.table.bins, 1..=MOST_BINS, DEFAULT_BINS);
-    let range = checks.number_or("range", &point.table.range, POSITIVE, DEFAULT_RANGE);
-    if given.read? == Rows::Surfaces {
-        let kept_alone = given.surfaces.kept_alone.as_deref();
-        return of_surfaces(&point.table, bins?, range?, kept_alone, checks);
+    let reads_surfaces = given.read? == Rows::Surfaces;
+    let params = match reads_surfaces {
+        true => of_surfaces(&point.table, given.surfaces.kept_alone.as_deref(), checks),
+        false => of_loads(&point.table, &given.surfaces, checks),
+    };
+    Some(vec![Recipe::Measure(params?)])
+}
+
+/// The word for what is measured, if there is one and the stage does not read what it is about.
+fn misplaced(table: &MeasureTable, of_loads: bool, checks: &mut Checks) -> Option<()> {
+    let written = table.what.written();
+    let Some(written) = written.filter(|what| what.value.is_of_loads() != of_loads) else {
+        return Some(());
+    };
+    let (reads, words) = match of_loads {
+        true => ("loads", r#""contacts", "pressures", "gaps" and "clusters""#),
+        false => (
+            "surfaces",
+            r#""heights", "spectrum", "roughness" and the like"#,
+        ),
+    };
+    let message = format!("this stage reads {reads}, and `what` asks for something else");
+    let label = format!("of {reads} there are {words}");
+    checks.report("what", Problem::new(message, written.span.clone(), label));
+    None
+}
+
+fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
+    misplaced(table, true, checks)?;
+    let what = table
+        .what
+        .written()
+        .map_or(What::Contacts, |what| what.value);
+    let why = "for surfaces; this stage reads loads";
+    let range = checks.forbidden("range", &table.range, why);
+    let pool = checks.forbidden("pool", &table.pool, why);
+    if what != What::Clusters {
+        checks.forbidden(
+            "bins",
+            &table.bins,
+            "for surfaces and for clusters of contact",
+        )?;
     }
-    let why = "for surfaces; this stage reads contacts";
-    let what = checks.forbidden("what", &point.table.what, why);
-    let bins = checks.forbidden("bins", &point.table.bins, why);
-    checks.forbidden("range", &point.table.range, why)?;
-    checks.forbidden("pool", &point.table.pool, why)?;
-    what.and(bins).map(|()| Params::Contacts)
+    let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS_A_DECADE, BINS_A_DECADE)?;
+    range.and(pool)?;
+    let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
+        return Some(Params::Contacts);
+    };
+    let uncounted = match distribution {
+        Distribution::Pressures => surfaces
+            .pressures_uncounted
+            .as_ref()
+            .zip(Some("pressure_bins")),
+        Distribution::Gaps => surfaces.gaps_uncounted.as_ref().zip(Some("gap_bins")),
+        Distribution::Clusters { .. } => None,
+    };
+    let Some((stage, key)) = uncounted else {
+        return Some(Params::Distribution(distribution));
+    };
+    let place = &table.what.written()?.span;
+    let message = format!("stage `{stage}` does not count what is asked for");
+    let label = "needs counts of what is no longer there after the solution";
+    let problem = Problem::new(message, place.clone(), label);
+    let example = format!("`{key} = {{ count = 100, to = 5.0 }}` in stage `{stage}` counts them");
+    checks.problems.push(problem.help(example));
+    None
 }
 
 fn of_surfaces(
     table: &MeasureTable,
-    bins: u32,
-    range: f64,
     kept_alone: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
-    let what = table.what.written().map(|what| what.value);
-    let what = what.unwrap_or(What::Heights);
-    let Some(statistic) = what.statistic(bins, range) else {
-        let pool = table.pool.written().filter(|pool| pool.value);
-        let (Some(written), Some(stage)) = (pool, kept_alone) else {
-            return Some(match pool {
-                Some(_) => Params::Pool { bins, range },
-                None => Params::Heights { bins, range },
-            });
-        };
-        let message = "these surfaces cannot be drawn again to be pooled";
-        let label = format!("`{stage}` has their spectrum from another stage");
-        let problem = Problem::new(message, written.span.clone(), label);
-        checks
-            .problems
-            .push(problem.help("without `pool` each surface has its own histogram"));
-        return None;
+    let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS, DEFAULT_BINS);
+    let range = checks.number_or("range", &table.range, POSITIVE, DEFAULT_RANGE);
+    misplaced(table, false, checks)?;
+    let (bins, range) = (bins?, range?);
+    let what = table
+        .what
+        .written()
+        .map_or(What::Heights, |what| what.value);
+    let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
+        return heights(table, bins, range, kept_alone, checks);
     };
     let why = "for the distribution of heights, `what = \"heights\"`";
     let pool = checks.forbidden("pool", &table.pool, why);
@@ -142,4 +220,26 @@ fn of_surfaces(
         checks.forbidden("range", &table.range, why)?;
     }
     pool.map(|()| Params::Surface(statistic))
+}
+
+fn heights(
+    table: &MeasureTable,
+    bins: u32,
+    range: f64,
+    kept_alone: Option<&str>,
+    checks: &mut Checks,
+) -> Option<Params> {
+    let Some(pool) = table.pool.written().filter(|pool| pool.value) else {
+        return Some(Params::Heights { bins, range });
+    };
+    let Some(stage) = kept_alone else {
+        return Some(Params::Pool { bins, range });
+    };
+    let message = "these surfaces cannot be drawn again to be pooled";
+    let label = format!("`{stage}` has their spectrum from another stage");
+    let problem = Problem::new(message, pool.span.clone(), label);
+    checks
+        .problems
+        .push(problem.help("without `pool` each surface has its own histogram"));
+    None
 }

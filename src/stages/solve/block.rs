@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::solved::{Scales, Solved};
+use super::solved::{Distributions, Scales, Solved};
 use super::{Params, StageError};
 use crate::contact::grid::Grid;
 use crate::contact::solver::{HalfSpace, Outcome, Solver, Stop};
@@ -54,7 +54,9 @@ impl Block {
         let heights = scales.reduced(surface);
         let begin = || {
             let mut solver = body.solver(grid, &heights);
-            let rows = Solved::of(hardness, solver.under_unit_pressure());
+            let under_unit_pressure = solver.under_unit_pressure();
+            let distributions = Distributions::new(params.pressure_bins, params.gap_bins, &heights);
+            let rows = Solved::of(hardness, under_unit_pressure, distributions);
             (solver, rows)
         };
         let (mut solver, mut rows) = begin();
@@ -91,8 +93,8 @@ impl Block {
             return Err(StageError::Interrupted);
         }
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
-        let pressure = self.solver.pressure();
-        self.rows.push(load, outcome, pressure, keep, &self.scales);
+        self.rows
+            .push(load, outcome, &mut self.solver, keep, &self.scales);
         let heaviest = self.loads.last().copied().unwrap_or(load);
         self.is_flattened =
             outcome.stop == Stop::FullContact && self.solver.is_flattened_by(heaviest);

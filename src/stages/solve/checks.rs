@@ -1,5 +1,6 @@
 //! Checks of the stages that press surfaces.
 
+mod bins;
 mod hardness;
 mod loads;
 
@@ -99,6 +100,13 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     );
     let load_unit = unit(&table.load_unit, PressureUnit::Relative);
     let pressures = loads::pressures(table, loads.as_deref(), checks);
+    let pressure_bins = bins::checked(
+        "pressure_bins",
+        &table.pressure_bins,
+        loads.as_deref(),
+        checks,
+    );
+    let gap_bins = bins::checked("gap_bins", &table.gap_bins, loads.as_deref(), checks);
     Some(Params {
         effective_modulus: effective_modulus?,
         load_unit,
@@ -108,6 +116,8 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressures: pressures?,
         boundary: Boundary::Periodic,
         hardness: hardness?,
+        pressure_bins: pressure_bins?,
+        gap_bins: gap_bins?,
         softest_body: softest_body?,
     })
 }

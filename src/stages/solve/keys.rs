@@ -13,6 +13,8 @@ use serde_json::Value;
 
 use crate::written::{Key, Written, deserialize_either, table};
 
+/// The most bins of a distribution.
+pub const MOST_BINS: u32 = 10_000;
 /// The largest `max_pairs`.
 pub const MOST_PAIRS: u32 = 1_000_000;
 
@@ -54,9 +56,29 @@ pub struct SolveTable {
     /// Which pressure fields are stored: `"none"`, `"all"`, or those at some of the `loads`.
     #[schemars(extend("default" = "none"))]
     pub pressures: Key<Pressures>,
+    /// Bins in which pressures are counted under each load, `{ count, to }`: so many equal ones from
+    /// zero to that pressure in units of E* × rms slope. A `measure` stage with `what = "pressures"`
+    /// tells their distribution, and no pressure has to be stored.
+    pub pressure_bins: Key<Bins>,
+    /// Bins in which gaps are counted under each load, `{ count, to }`: so many equal ones from zero
+    /// to that gap in rms heights. A `measure` stage with `what = "gaps"` tells their distribution. It
+    /// costs a pair of transforms a load.
+    pub gap_bins: Key<Bins>,
 }
 
 table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness"], lists: []);
+
+/// Equal bins from zero on.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Bins {
+    /// How many there are.
+    #[schemars(required, range(min = 1, max = MOST_BINS))]
+    pub count: Key<i64>,
+    /// Where the last one ends.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub to: Key<f64>,
+}
 
 /// An elastic body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -1,6 +1,7 @@
 //! What has been solved for, in the user's units and as a table.
 
 mod checkpoint;
+mod distributions;
 
 use arrow::array::{ArrayRef, Float64Builder};
 
@@ -8,12 +9,14 @@ use super::hardness::{GivenHardness, SurfaceHardness};
 use super::{GIVEN_UP, Params, PressureUnit, Pressures};
 use crate::contact::grid::{Boundary, Grid};
 use crate::contact::morphology::map::ContactMap;
-use crate::contact::solver::{Hardness, HardnessError, Outcome, Stop};
+use crate::contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop};
 use crate::contact::topography::surface::Surface;
 use crate::decimal;
 use crate::stages::columns::*;
 use crate::store::column::{Column, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
+
+pub use distributions::Distributions;
 
 /// From the solver's units to the user's.
 pub struct Scales {
@@ -93,6 +96,7 @@ pub struct Solved {
     maps: Vec<Vec<u8>>,
     pressures: Float64Builder,
     kept: Vec<usize>,
+    distributions: Distributions,
 }
 
 /// What is solved for, beside coordinates.
@@ -118,10 +122,15 @@ pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
 impl Solved {
     /// Of a body of this hardness, if it yields, that unit pressure displaces so, if displacements are
     /// absolute.
-    pub fn of(hardness: Option<SurfaceHardness>, under_unit_pressure: Option<Vec<f64>>) -> Solved {
+    pub fn of(
+        hardness: Option<SurfaceHardness>,
+        under_unit_pressure: Option<Vec<f64>>,
+        distributions: Distributions,
+    ) -> Solved {
         Solved {
             hardness,
             under_unit_pressure,
+            distributions,
             ..Solved::default()
         }
     }
@@ -130,10 +139,12 @@ impl Solved {
         &mut self,
         load: f64,
         outcome: Outcome,
-        pressures: &[f64],
+        solver: &mut Solver,
         keep: bool,
         scales: &Scales,
     ) {
+        self.distributions.count(solver);
+        let pressures = solver.pressure();
         if let Some(sunk) = &self.under_unit_pressure {
             let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
             self.displacements.push(sum / pressures.len() as f64);
@@ -224,6 +235,7 @@ impl Solved {
             let values = self.pressures.finish();
             columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
         }
+        columns.extend(self.distributions.columns());
         surface.coordinates().pick(&vec![0; count]).with(columns)
     }
 }

@@ -43,6 +43,7 @@ impl Solved {
             let value = pressures.is_valid(place).then(|| pressures.value(place));
             real(out, value.unwrap_or(-1.0))?;
         }
+        self.distributions.save(out)?;
         solver.save(out)
     }
 
@@ -73,6 +74,7 @@ impl Solved {
             self.pressures
                 .append_option((value >= 0.0).then_some(value));
         }
+        self.distributions.restore(from)?;
         solver.restore(from)
     }
 
@@ -110,21 +112,21 @@ fn read_outcome(from: &mut &[u8]) -> io::Result<Outcome> {
     })
 }
 
-fn whole(out: &mut dyn Write, number: usize) -> io::Result<()> {
+pub fn whole(out: &mut dyn Write, number: usize) -> io::Result<()> {
     out.write_all(&(number as u64).to_le_bytes())
 }
 
-fn real(out: &mut dyn Write, number: f64) -> io::Result<()> {
+pub fn real(out: &mut dyn Write, number: f64) -> io::Result<()> {
     out.write_all(&number.to_le_bytes())
 }
 
-fn read_whole(from: &mut &[u8]) -> io::Result<usize> {
+pub fn read_whole(from: &mut &[u8]) -> io::Result<usize> {
     let mut bytes = [0; 8];
     from.read_exact(&mut bytes)?;
     Ok(u64::from_le_bytes(bytes) as usize)
 }
 
-fn read_real(from: &mut &[u8]) -> io::Result<f64> {
+pub fn read_real(from: &mut &[u8]) -> io::Result<f64> {
     let mut bytes = [0; 8];
     from.read_exact(&mut bytes)?;
     Ok(f64::from_le_bytes(bytes))

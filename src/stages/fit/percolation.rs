@@ -1,0 +1,104 @@
+//! Where the gap of the surfaces of one parameter point stops percolating.
+
+use arrow::array::{BooleanArray, Int64Array, StringArray};
+
+use super::Params;
+use super::row::Row;
+use super::rows;
+use crate::contact::morphology::correction::{CountedArea, YASTREBOV_2017};
+use crate::ensemble::{Ensemble, ensembles};
+use crate::fitting::FitError;
+use crate::fitting::percolation::{Interface, PercolationProblem};
+use crate::stages::columns::*;
+use crate::stages::grids::Meshes;
+use crate::stages::solve::GIVEN_UP;
+use crate::store::column::Role;
+use crate::store::table::{Table, TableError};
+
+/// Finds the threshold of every parameter point.
+///
+/// # Errors
+/// When the input holds no measured contacts.
+pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
+    let measured = Measured::of(table)?;
+    let points = ensembles(table)?;
+    let fit = |ensemble: &Ensemble| {
+        let fit = measured.fit(ensemble, params);
+        Row {
+            unconverged: measured.unconverged(ensemble),
+            ..fit.unwrap_or_else(|error| Row::failed(&error))
+        }
+    };
+    let fits: Vec<Row> = points.iter().map(fit).collect();
+    let fits: Vec<&Row> = fits.iter().collect();
+    let surfaces: Vec<usize> = points.iter().map(|point| point.members.len()).collect();
+    let standing: Vec<usize> = points.iter().map(|point| point.first).collect();
+    let mut columns = rows::placed(params, fits.len());
+    columns.extend(rows::estimates(params, &fits));
+    columns.extend(rows::quality(&surfaces, params, &fits));
+    let table = table.in_role(Role::Parameter).pick(&standing).with(columns);
+    // A threshold leaves no residuals.
+    Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
+}
+
+/// What is read of measured contacts.
+struct Measured<'a> {
+    meshes: Meshes<'a>,
+    contact_nodes: &'a Int64Array,
+    switches: &'a Int64Array,
+    is_open: [&'a BooleanArray; 2],
+    stops: &'a StringArray,
+}
+
+impl<'a> Measured<'a> {
+    fn of(table: &'a Table) -> Result<Self, TableError> {
+        Ok(Self {
+            meshes: Meshes::of(table)?,
+            contact_nodes: table.integers(CONTACT_NODES.name)?,
+            switches: table.integers(SWITCHES.name)?,
+            is_open: [
+                table.flags(GAP_PERCOLATES_X.name)?,
+                table.flags(GAP_PERCOLATES_Y.name)?,
+            ],
+            stops: table.texts(STOP.name)?,
+        })
+    }
+
+    fn fit(&self, ensemble: &Ensemble, params: &Params) -> Result<Row, FitError> {
+        let surfaces: Vec<Vec<Interface>> = (0..ensemble.members.len())
+            .map(|member| self.interfaces(ensemble, member))
+            .collect();
+        let problem = PercolationProblem::new(&surfaces, params.window())?;
+        Ok(Row {
+            values: problem.mean().values().to_vec(),
+            data: surfaces.len(),
+            ..Row::with(problem.bootstrap(&params.bootstrap()))
+        })
+    }
+
+    fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
+        let loads = ensemble.loads.iter().enumerate();
+        let rows = loads.filter_map(|(place, &load)| Some((load, ensemble.row(member, place)?)));
+        rows.map(|(load, row)| self.interface(load, row)).collect()
+    }
+
+    fn interface(&self, load: f64, row: usize) -> Interface {
+        let count = |counts: &Int64Array| counts.value(row).unsigned_abs() as usize;
+        let area = CountedArea {
+            nodes: self.meshes.nodes(row).into_iter().product(),
+            contact_nodes: count(self.contact_nodes),
+            switches: count(self.switches),
+        };
+        Interface {
+            load,
+            area: area.fraction(),
+            area_corrected: area.corrected(YASTREBOV_2017),
+            is_open: self.is_open.map(|flags| flags.value(row)),
+        }
+    }
+
+    fn unconverged(&self, ensemble: &Ensemble) -> usize {
+        let given_up = |&(_, _, row): &(_, _, usize)| self.stops.value(row) == GIVEN_UP;
+        ensemble.states().filter(given_up).count()
+    }
+}

@@ -1,0 +1,167 @@
+//! How pressures, gaps and clusters are distributed, and where gaps stop percolating.
+
+use asperity::store::table::Table;
+
+use crate::bench::{Bench, is_idle};
+use crate::columns::assert_kept;
+
+const PRESSED: &str = r#"
+[study]
+name = "spread"
+seed = 5
+
+[stage.surfaces]
+kind = "generate"
+nodes = 64
+hurst = 0.8
+k_lower = 4
+k_upper = 16
+realizations = 3
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+loads = { from = 0.1, to = 0.8, steps = 14 }
+pressure_bins = { count = 80, to = 4.0 }
+gap_bins = { count = 50, to = 8.0 }
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.pressures]
+kind = "measure"
+from = "contact"
+what = "pressures"
+
+[stage.gaps]
+kind = "measure"
+from = "contact"
+what = "gaps"
+
+[stage.clusters]
+kind = "measure"
+from = "contact"
+what = "clusters"
+
+[stage.threshold]
+kind = "fit"
+from = "area"
+law = "gap-percolation"
+"#;
+
+/// Sums over the rows of each load of each surface, in the order of the loads.
+fn sums(table: &Table, loads: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
+    let bins = table.rows() / loads;
+    let of_load = |load: usize| (load * bins..(load + 1) * bins).map(&value).sum();
+    (0..loads).map(of_load).collect()
+}
+
+#[test]
+fn distributions_integrate_to_what_is_measured_of_the_map() {
+    let bench = Bench::new();
+    bench.run(PRESSED);
+    let table = |stage: &str| bench.table("spread", stage);
+    let (area, solved) = (table("area"), table("contact"));
+    let loads = area.rows();
+    let reals = |table: &Table, name: &str| table.reals(name).unwrap().values().to_vec();
+    let fractions = reals(&area, "area_fraction");
+
+    let pressures = table("pressures");
+    let (density, middle) = (
+        reals(&pressures, "pressure_density"),
+        reals(&pressures, "contact_pressure"),
+    );
+    let covered = sums(&pressures, loads, |row| density[row] * 0.05);
+    let borne = sums(&pressures, loads, |row| density[row] * middle[row] * 0.05);
+    for (load, given) in reals(&area, "load").into_iter().enumerate() {
+        assert!((covered[load] - fractions[load]).abs() < 1e-12);
+        // Nodes lie anywhere in their bins.
+        assert!(
+            (borne[load] - given).abs() < 0.005,
+            "{} {given}",
+            borne[load]
+        );
+    }
+
+    let gaps = table("gaps");
+    let (density, middle) = (reals(&gaps, "gap_density"), reals(&gaps, "gap"));
+    let open = sums(&gaps, loads, |row| density[row] * 0.16);
+    let mean = sums(&gaps, loads, |row| density[row] * middle[row] * 0.16);
+    let rms_height = reals(&table("surfaces"), "rms_height");
+    for (load, mean_gap) in reals(&solved, "mean_gap").into_iter().enumerate() {
+        assert!((open[load] + fractions[load] - 1.0).abs() < 1e-12);
+        let expected = mean_gap / rms_height[load / 14];
+        assert!(
+            (mean[load] - expected).abs() < 0.04,
+            "{} {expected}",
+            mean[load]
+        );
+    }
+
+    let clusters = table("clusters");
+    let share = reals(&clusters, "cluster_area_share");
+    let number = clusters.integers("cluster_number").unwrap();
+    let covered = sums(&clusters, loads, |row| share[row]);
+    let counted = sums(&clusters, loads, |row| number.value(row) as f64);
+    let expected = area.integers("clusters").unwrap();
+    for load in 0..loads {
+        assert!((covered[load] - fractions[load]).abs() < 1e-12);
+        assert_eq!(counted[load], expected.value(load) as f64);
+    }
+    assert_kept(&bench, "spread", &bench.path("study.toml"));
+}
+
+#[test]
+fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
+    let bench = Bench::new();
+    bench.run(PRESSED);
+    let fits = bench.table("spread", "threshold");
+    assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
+    let value = |name: &str| fits.reals(name).unwrap().value(0);
+    // Wang & Müser 2020: 0.415 of large cells; three small ones scatter.
+    let area = value("percolation_area_corrected");
+    assert!((area - 0.415).abs() < 0.06, "{area}");
+    assert!(area < value("percolation_area"));
+    let [lower, upper] = ["lower", "upper"].map(|end| value(&format!("percolation_load_{end}")));
+    assert!(lower < value("percolation_load") && value("percolation_load") < upper);
+    // From measured contacts, sealed under the heaviest load alone: no threshold.
+    let light = PRESSED.replace("to = 0.8, steps = 14", "to = 0.2, steps = 3");
+    bench.run(&light);
+    let fits = bench.table("spread", "threshold");
+    let status = fits.texts("status").unwrap().value(0).to_owned();
+    assert!(
+        status.starts_with("3 of 3 surfaces are not seen"),
+        "{status}"
+    );
+}
+
+#[test]
+fn counting_keeps_what_is_solved_and_other_bins_count_again() {
+    let bench = Bench::new();
+    let plain: String = PRESSED
+        .lines()
+        .filter(|line| !line.contains("_bins"))
+        .take_while(|line| !line.contains("stage.pressures"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    bench.run(&plain);
+    let measured = || {
+        let area = bench.table("spread", "area");
+        let names = ["area_fraction", "perimeter_manhattan", "mean_gap", "energy"];
+        names.map(|name| area.reals(name).unwrap().values().to_vec())
+    };
+    let before = measured();
+    bench.run(PRESSED);
+    assert_eq!(measured(), before);
+    let wide = bench.table("spread", "pressures");
+    bench.run(&PRESSED.replace("count = 80", "count = 40"));
+    let narrow = bench.table("spread", "pressures");
+    assert_eq!(wide.rows(), 2 * narrow.rows());
+    let counts = |table: &Table| -> i64 {
+        let nodes = table.integers("pressure_nodes").unwrap();
+        nodes.values().iter().sum()
+    };
+    assert_eq!(counts(&wide), counts(&narrow));
+    assert!(bench.run(PRESSED).values().all(is_idle));
+}
