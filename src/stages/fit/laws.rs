@@ -121,6 +121,7 @@ impl PlainLaw {
             },
             PlainLaw::GapPercolation => LawDefinition {
                 word: "gap-percolation",
+                about: "The load and the area from which on no channel leads through the gap.",
                 window: [0.0, 10.0],
                 parameters: &[
                     PERCOLATION_AREA,
