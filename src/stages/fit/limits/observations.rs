@@ -1,0 +1,335 @@
+//! An observable of every surface under every load, sorted into groups and their points.
+//!
+//! A point is one ensemble: rows that agree in every parameter. A group is the points that agree in
+//! every parameter but those that vary among the points of a fit.
+
+use std::collections::BTreeMap;
+
+use arrow::array::Array;
+
+use super::LimitChoices;
+use crate::decimal;
+use crate::ensemble::{Ensemble, Member, Members, Point, ensembles, grouped};
+use crate::fitting::Window;
+use crate::fitting::limits::{LimitPoint, Observed};
+use crate::stages::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
+use crate::stages::solve::GIVEN_UP;
+use crate::store::column::{Role, Value};
+use crate::store::table::{Table, TableError};
+
+/// The points of one fit.
+#[derive(Debug, Clone)]
+pub struct Group {
+    /// A row of the table that stands for what the points share.
+    pub row: usize,
+    /// The same multiple of `k_lower` at which the plateaus of all points end, where cutoffs vary.
+    pub rolloff_ratio: Option<f64>,
+    /// Where fits are made: the loads, or once where rows have none.
+    pub loads: Vec<Option<f64>>,
+    points: Vec<Observations>,
+}
+
+/// The observable at one point.
+#[derive(Debug, Clone)]
+struct Observations {
+    /// The parameters that vary among the points of a fit.
+    place: Point,
+    small: Vec<f64>,
+    known: Known,
+    /// Loads that did not converge, one entry a surface.
+    given_up: Vec<f64>,
+}
+
+#[derive(Debug, Clone)]
+enum Known {
+    /// Under each load, for each surface; not a number where a surface lacks it.
+    Surfaces(Vec<(Option<f64>, Vec<f64>)>),
+    /// Under each load, an estimate.
+    Estimates(Vec<(Option<f64>, Observed)>),
+}
+
+impl Group {
+    /// The points that have the observable of all their surfaces under a load. A surface has no rows
+    /// beyond its first load in full contact, and a mean over those that are left would be biased.
+    pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
+        let points = self.points.iter();
+        points.filter_map(|point| point.under(load)).collect()
+    }
+
+    /// The same with the parameters of each that vary among them.
+    pub fn placed_under(&self, load: Option<f64>) -> Vec<(Point, LimitPoint)> {
+        let points = self.points.iter();
+        let placed = points.filter_map(|point| Some((point.place.clone(), point.under(load)?)));
+        placed.collect()
+    }
+
+    /// Rows under a load that did not converge.
+    pub fn unconverged(&self, load: Option<f64>) -> usize {
+        let loads = self.points.iter().flat_map(|point| &point.given_up);
+        let here =
+            loads.filter(|given_up| load.is_none_or(|load| decimal::is_same(load, **given_up)));
+        here.count()
+    }
+}
+
+impl Observations {
+    fn under(&self, load: Option<f64>) -> Option<LimitPoint> {
+        let is_here = |other: Option<f64>| match (load, other) {
+            (Some(load), Some(other)) => decimal::is_same(load, other),
+            (None, None) => true,
+            _ => false,
+        };
+        let observed = match &self.known {
+            Known::Surfaces(states) => {
+                let (_, values) = states.iter().find(|(other, _)| is_here(*other))?;
+                let is_complete = values.iter().all(|value| value.is_finite());
+                is_complete.then(|| Observed::Surfaces(values.clone()))?
+            }
+            Known::Estimates(states) => {
+                let (_, estimate) = states.iter().find(|(other, _)| is_here(*other))?;
+                estimate.clone()
+            }
+        };
+        Some(LimitPoint {
+            small: self.small.clone(),
+            observed,
+        })
+    }
+
+    fn loads(&self) -> Vec<Option<f64>> {
+        match &self.known {
+            Known::Surfaces(states) => states.iter().map(|(load, _)| *load).collect(),
+            Known::Estimates(states) => states.iter().map(|(load, _)| *load).collect(),
+        }
+    }
+}
+
+/// The groups of a table, in the order of their first rows.
+///
+/// # Errors
+/// When a column is missing.
+pub fn groups(
+    table: &Table,
+    choices: &LimitChoices,
+    window: Window,
+) -> Result<Vec<Group>, TableError> {
+    let reader = Reader::new(table, choices)?;
+    let mut order: Vec<(Point, Option<Value>)> = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for (row, point, known, given_up) in reader.points()? {
+        let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
+        let mut shared = point.clone().without(&over);
+        let ratio = rolloff_ratio(&point, choices);
+        if ratio.is_some() {
+            shared = shared.without(&[K_ROLLOFF.name]);
+        }
+        let key = (shared, ratio.map(Value::Real));
+        let at = order.iter().position(|other| *other == key);
+        let at = at.unwrap_or_else(|| {
+            order.push(key);
+            groups.push(Group {
+                row,
+                rolloff_ratio: ratio,
+                loads: Vec::new(),
+                points: Vec::new(),
+            });
+            groups.len() - 1
+        });
+        groups[at].points.push(Observations {
+            place: point.only(&over),
+            small: reader.small(row)?,
+            known,
+            given_up,
+        });
+    }
+    for group in &mut groups {
+        group.loads = loads(&group.points, choices, window);
+    }
+    Ok(groups)
+}
+
+/// k_rolloff/k_lower, where `k_lower` varies and the end of the plateau is not said to.
+fn rolloff_ratio(point: &Point, choices: &LimitChoices) -> Option<f64> {
+    let varies = |name: &str| choices.over.contains(name);
+    if !varies(K_LOWER.name) || varies(K_ROLLOFF.name) {
+        return None;
+    }
+    let number = |name: &str| point.get(name).and_then(number_of);
+    Some(decimal::nearest(
+        number(K_ROLLOFF.name)? / number(K_LOWER.name)?,
+    ))
+}
+
+fn number_of(value: &Value) -> Option<f64> {
+    match value {
+        Value::Real(number) => Some(*number),
+        Value::Integer(number) => Some(*number as f64),
+        Value::Text(_) => None,
+    }
+}
+
+fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec<Option<f64>> {
+    let mut all: Vec<f64> = points
+        .iter()
+        .flat_map(Observations::loads)
+        .flatten()
+        .collect();
+    if all.is_empty() {
+        return vec![None];
+    }
+    if !choices.loads.is_empty() {
+        return choices.loads.iter().copied().map(Some).collect();
+    }
+    all.retain(|&load| window.contains(load));
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|next, kept| decimal::is_same(*next, *kept));
+    all.into_iter().map(Some).collect()
+}
+
+/// One point: the row that stands for it, its parameters, what is known, and loads given up.
+type Found = (usize, Point, Known, Vec<f64>);
+
+struct Reader<'a> {
+    table: &'a Table,
+    choices: &'a LimitChoices,
+    /// The columns that expressions name, as numbers; not a number where null.
+    columns: BTreeMap<&'a str, Vec<f64>>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(table: &'a Table, choices: &'a LimitChoices) -> Result<Reader<'a>, TableError> {
+        let terms = choices.terms.iter().map(|term| &term.of);
+        let named = terms.chain([&choices.of]).flat_map(|one| one.columns());
+        let columns = named.map(|name| Ok((name, numbers(table, name)?)));
+        Ok(Reader {
+            table,
+            choices,
+            columns: columns.collect::<Result<_, TableError>>()?,
+        })
+    }
+
+    fn points(&self) -> Result<Vec<Found>, TableError> {
+        match &self.choices.error {
+            Some(error) => self.estimates(error),
+            None if self.table.has(LOAD.name) => self.under_loads(),
+            None => self.without_loads(),
+        }
+    }
+
+    fn small(&self, row: usize) -> Result<Vec<f64>, TableError> {
+        let value = |name: &str| self.columns[name][row];
+        let terms = self.choices.terms.iter();
+        Ok(terms.map(|term| term.of.value(&value)).collect())
+    }
+
+    fn under_loads(&self) -> Result<Vec<Found>, TableError> {
+        let stops = self
+            .table
+            .has(STOP.name)
+            .then(|| self.table.texts(STOP.name));
+        let stops = stops.transpose()?;
+        let found = ensembles(self.table)?.into_iter().map(|ensemble| {
+            let states = ensemble.states();
+            let given_up = states
+                .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP));
+            let given_up = given_up.map(|(_, load, _)| load).collect();
+            let known = Known::Surfaces(self.curves(&ensemble));
+            (ensemble.first, ensemble.point, known, given_up)
+        });
+        Ok(found.collect())
+    }
+
+    /// The observable of every surface along the loads that it has.
+    fn curves(&self, ensemble: &Ensemble) -> Vec<(Option<f64>, Vec<f64>)> {
+        let places = 0..ensemble.loads.len();
+        let surfaces = ensemble.members.len();
+        let mut states: Vec<(Option<f64>, Vec<f64>)> = ensemble
+            .loads
+            .iter()
+            .map(|&load| (Some(load), vec![f64::NAN; surfaces]))
+            .collect();
+        for surface in 0..surfaces {
+            let own = places
+                .clone()
+                .filter_map(|place| Some((place, ensemble.row(surface, place)?)));
+            let (places, rows): (Vec<usize>, Vec<usize>) = own.unzip();
+            let loads: Vec<f64> = places.iter().map(|&place| ensemble.loads[place]).collect();
+            let column = |name: &str| {
+                let values = &self.columns[name];
+                rows.iter().map(|&row| values[row]).collect()
+            };
+            let values = self.choices.of.values(&column, &loads);
+            for (place, value) in places.into_iter().zip(values) {
+                states[place].1[surface] = value;
+            }
+        }
+        states
+    }
+
+    fn without_loads(&self) -> Result<Vec<Found>, TableError> {
+        let parameters = self.table.in_role(Role::Parameter);
+        let members = Members::of(self.table)?;
+        let found = grouped(&parameters).into_iter().map(|rows| {
+            let mut own: BTreeMap<Member, usize> = BTreeMap::new();
+            for &row in &rows {
+                own.entry(members.of_row(row)).or_insert(row);
+            }
+            let value = |&row: &usize| self.choices.of.value(&|name| self.columns[name][row]);
+            let states = vec![(None, own.values().map(value).collect())];
+            let point = Point::of_row(&parameters, rows[0]);
+            (rows[0], point, Known::Surfaces(states), Vec::new())
+        });
+        Ok(found.collect())
+    }
+
+    /// Parameters that were fitted to all surfaces of a point; those of single surfaces are left out.
+    fn estimates(&self, error: &str) -> Result<Vec<Found>, TableError> {
+        let table = self.table;
+        let errors = numbers(table, error)?;
+        let surfaces = table.integers(super::super::rows::SURFACES.name)?;
+        let loads = table
+            .has(LOAD.name)
+            .then(|| table.reals(LOAD.name))
+            .transpose()?;
+        let alone = table
+            .has(REALIZATION.name)
+            .then(|| table.integers(REALIZATION.name));
+        let alone = alone.transpose()?;
+        let parameters = table.in_role(Role::Parameter);
+        let found = grouped(&parameters).into_iter().map(|rows| {
+            let pooled = rows
+                .iter()
+                .filter(|&&row| alone.is_none_or(|alone| alone.is_null(row)));
+            let states = pooled.filter_map(|&row| {
+                let value = self.choices.of.value(&|name| self.columns[name][row]);
+                let load = loads.filter(|loads| loads.is_valid(row));
+                let estimate = Observed::Estimate {
+                    value,
+                    standard_error: errors[row],
+                    surfaces: surfaces.value(row).unsigned_abs() as usize,
+                };
+                let is_known = value.is_finite() && errors[row].is_finite();
+                is_known.then(|| (load.map(|loads| loads.value(row)), estimate))
+            });
+            let states = states.collect();
+            let point = Point::of_row(&parameters, rows[0]);
+            (rows[0], point, Known::Estimates(states), Vec::new())
+        });
+        Ok(found.collect())
+    }
+}
+
+/// A column of numbers; not a number where null.
+fn numbers(table: &Table, name: &str) -> Result<Vec<f64>, TableError> {
+    if let Ok(integers) = table.integers(name) {
+        let values = integers.iter();
+        return Ok(values
+            .map(|value| value.map_or(f64::NAN, |value| value as f64))
+            .collect());
+    }
+    let reals = table.reals(name)?;
+    Ok(reals
+        .iter()
+        .map(|value| value.unwrap_or(f64::NAN))
+        .collect())
+}
