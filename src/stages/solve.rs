@@ -18,7 +18,7 @@ use super::{
     StageError, beside_coordinates, summary::range,
 };
 use crate::contact::grid::Boundary;
-use crate::contact::solver::{HalfSpace, Hardness, Settings, Stop, cost};
+use crate::contact::solver::{HalfSpace, Hardness, Settings, Stop, Watch, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
@@ -175,6 +175,7 @@ impl Stage for Params {
         let heights = scales.reduced(surface);
         let begin = || {
             let mut solver = body.solver(grid, &heights);
+            solver.work_on(context.threads.clone());
             let rows = Solved::of(hardness, solver.under_unit_pressure());
             (solver, rows)
         };
@@ -189,13 +190,19 @@ impl Stage for Params {
             |loads: &[f64]| cost::expected_pairs(&body, scales.nodes, loads, self.tolerance);
         let done = rows.count();
         for (index, (&given, &load)) in self.loads.iter().zip(&loads).enumerate().skip(done) {
-            let outcome = solver.press(load, &self.settings(), context.interrupted);
+            let watch = LoadWatch {
+                context,
+                expected: expected(&loads[..=index]) - expected(&loads[..index]),
+                shares: [&loads[..index], &loads[..=index]]
+                    .map(|done| expected(done) / expected(&loads)),
+            };
+            let outcome = solver.press(load, &self.settings(), &watch);
             if outcome.stop == Stop::Interrupted {
                 return Err(StageError::Interrupted);
             }
             let keep = self.keeps_pressures_at(given);
             rows.push(load, outcome, solver.pressure(), keep, &scales);
-            (context.advance)(expected(&self.loads[..=index]) / expected(&self.loads));
+            (context.advance)(watch.shares[1]);
             if outcome.stop == Stop::FullContact && solver.is_flattened_by(heaviest) {
                 break;
             }
@@ -267,6 +274,27 @@ impl Stage for Params {
                 ..self.clone()
             }))
         })
+    }
+}
+
+/// Tells how much of a block is done while one of its loads is solved.
+struct LoadWatch<'a> {
+    context: &'a Context<'a>,
+    /// Transform pairs that the load is expected to take.
+    expected: f64,
+    /// What is done of the block before the load, and after it.
+    shares: [f64; 2],
+}
+
+impl Watch for LoadWatch<'_> {
+    fn is_interrupted(&self) -> bool {
+        (self.context.interrupted)()
+    }
+
+    fn spent(&self, pairs: u32) {
+        let [before, after] = self.shares;
+        let done = (f64::from(pairs) / self.expected).min(1.0);
+        (self.context.advance)(before + done * (after - before));
     }
 }
 
