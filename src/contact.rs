@@ -9,7 +9,8 @@
 //! - [`solver`]: which nodes of a surface touch under a load, and with which pressure;
 //! - [`morphology`]: area, perimeter and clusters of the nodes that touch;
 //! - [`distribution`]: how many of them bear which pressure;
-//! - [`theory`]: what the area should be.
+//! - [`theory`]: what the area should be;
+//! - [`threads`]: who shares the work on a surface.
 //!
 //! Maps are row-major: node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at
 //! x = iΔx, y = jΔy. Wavenumbers k count waves along the longer side L of the cell, k = L/λ; angular
@@ -25,4 +26,5 @@ pub mod instructions;
 pub mod morphology;
 pub mod solver;
 pub mod theory;
+pub mod threads;
 pub mod topography;

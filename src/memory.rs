@@ -5,6 +5,7 @@
 //! ([`crate::runner`]).
 
 use std::hint::black_box;
+use std::num::NonZeroUsize;
 
 use bytesize::ByteSize;
 
@@ -40,13 +41,13 @@ pub fn of_largest(plan: &Plan, tasks: &[usize]) -> ByteSize {
 
 /// How many threads may work on tasks: as many as are asked for, unless some task draws a surface on
 /// each of them, and there is room for fewer.
-pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: usize) -> usize {
+pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize) -> NonZeroUsize {
     let pooling = tasks
         .iter()
         .filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
     let fit = pooling.map(|&task| room.0 / of_task(plan, task, 1).0.max(1));
-    let fewest = fit.min().unwrap_or(u64::MAX);
-    usize::try_from(fewest).unwrap_or(usize::MAX).clamp(1, most)
+    let fewest = usize::try_from(fit.min().unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
+    NonZeroUsize::new(fewest).map_or(NonZeroUsize::MIN, |fewest| fewest.min(most))
 }
 
 /// What a task takes at its peak, with so many threads to draw the surfaces on that it pools.
@@ -129,7 +130,8 @@ pub(crate) mod tests {
         let plan = plan(64, pool);
         let pooled = plan.stages[2].tasks.clone();
         let one = of_task(&plan, pooled[0], 1);
-        let threads = |room: u64| threads(&plan, &all(&plan), ByteSize(room), 8);
+        let eight = NonZeroUsize::new(8).unwrap();
+        let threads = |room: u64| threads(&plan, &all(&plan), ByteSize(room), eight).get();
         assert_eq!(
             [threads(0), threads(3 * one.0), threads(100 * one.0)],
             [1, 3, 8]

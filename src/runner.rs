@@ -1,18 +1,20 @@
-//! Runs what the store lacks, one task to a core.
+//! Runs what the store lacks, one task to a core, and where there are fewer tasks than cores, several
+//! cores to a task.
 //!
 //! A task begins when there is memory for it beside those at work. A finished one starts those that
 //! waited for it; a failed one drops them and lets the others go on. The order in which tasks run
-//! decides nothing, so it is left to the thread pool. A stored table that turns out to be damaged is
+//! decides nothing, nor do the cores that they have. A stored table that turns out to be damaged is
 //! quarantined and computed again before it is read.
 
 use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytesize::ByteSize;
-use rayon::Scope;
 
+use crate::contact::threads::Threads;
 use crate::diagnostics::words_of_panic;
 use crate::memory;
 use crate::plan::{Plan, Task};
@@ -25,11 +27,13 @@ use crate::store::{Store, StoreError};
 use crate::surface_files::SurfaceFiles;
 
 mod outcome;
+mod ready;
 mod room;
 #[cfg(test)]
 mod tests;
 
 pub use outcome::{Damage, RunOutcome, TaskError};
+use ready::{Ready, ReadyTasks};
 use room::Room;
 
 /// Hears of every finished task.
@@ -38,8 +42,8 @@ pub trait TaskObserver: Sync {
     fn started(&self, task: usize);
     /// A share of a task is done, from 0 to 1.
     fn advanced(&self, task: usize, share: f64);
-    /// A task is done, or has failed.
-    fn finished(&self, task: usize);
+    /// A task is done, or has failed; other cores than its own have spent so much time on it.
+    fn finished(&self, task: usize, helped: Duration);
 }
 
 /// The tasks whose tables the store lacks.
@@ -67,8 +71,8 @@ pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
 /// What a run works with: the resources of the machine that it may take.
 #[derive(Debug, Clone, Copy)]
 pub struct Resources {
-    /// Threads, one for each task at work.
-    pub threads: usize,
+    /// Cores, one for each task at work, or several where there are fewer tasks.
+    pub cores: NonZeroUsize,
     /// Memory that the tasks at work may take together.
     pub room: ByteSize,
     /// How often a long task keeps how far it has come.
@@ -88,7 +92,9 @@ pub fn run(
     observer: &dyn TaskObserver,
     interrupted: &AtomicBool,
 ) -> Result<RunOutcome, rayon::ThreadPoolBuildError> {
+    let threads = Threads::new(resources.cores)?;
     let run = Run::new(
+        threads,
         plan,
         missing,
         archive,
@@ -97,19 +103,17 @@ pub fn run(
         observer,
         interrupted,
     );
+    // The latest task is taken first: the first one of the plan goes in last.
+    for &task in missing.iter().rev() {
+        if run.waits_for[task].load(Ordering::Relaxed) == 0 {
+            run.ready.push(Ready::Unhoused(task));
+        }
+    }
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(resources.threads)
+        .num_threads(resources.cores.get().min(missing.len()))
         .thread_name(|number| format!("worker-{number}"))
         .build()?;
-    pool.scope(|scope| {
-        // The pool takes the latest task first: the first one of the plan goes in last.
-        for &task in missing.iter().rev() {
-            if run.waits_for[task].load(Ordering::Relaxed) == 0 {
-                let run = &run;
-                scope.spawn(move |scope| run.task(task, scope));
-            }
-        }
-    });
+    pool.broadcast(|_| run.work());
     Ok(run.outcome())
 }
 
@@ -124,8 +128,9 @@ struct Run<'a> {
     sources: &'a SurfaceFiles,
     observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
-    threads: usize,
+    threads: Threads,
     checkpoint_every: Duration,
+    ready: ReadyTasks,
     room: Room,
     dependents: Vec<Vec<usize>>,
     /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
@@ -137,15 +142,17 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
+    #[expect(clippy::too_many_arguments, reason = "all that a run is about")]
     fn new(
+        threads: Threads,
         plan: &'a Plan,
         missing: &[usize],
         archive: &'a Archive,
         sources: &'a SurfaceFiles,
         Resources {
-            threads,
             room,
             checkpoint_every,
+            ..
         }: Resources,
         observer: &'a dyn TaskObserver,
         interrupted: &'a AtomicBool,
@@ -162,7 +169,8 @@ impl<'a> Run<'a> {
                 let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
                 AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
             });
-        let sizes = (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads).0);
+        let sizes =
+            (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads.count()).0);
         Run {
             plan,
             stages: plan.stage_names(),
@@ -170,37 +178,41 @@ impl<'a> Run<'a> {
             sources,
             observer,
             interrupted,
-            threads,
             checkpoint_every,
+            ready: ReadyTasks::default(),
             room: Room::new(room.0, sizes),
             dependents: plan.dependents(),
             waits_for: waits_for.collect(),
             has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
+            threads,
             halted: AtomicBool::new(false),
             done: Mutex::default(),
         }
     }
 
-    /// Attempts a task if there is room for it; if not, one that leaves room starts it.
-    fn task<'s>(&'s self, task: usize, scope: &Scope<'s>) {
-        if self.room.enter(task) {
-            self.attempt_and_leave(task, scope);
+    /// Attempts one task after the other if there is room for it; if not, one that leaves room makes it
+    /// ready again.
+    fn work(&self) {
+        while let Some((next, _at_work)) = self.ready.next() {
+            let task = match next {
+                Ready::Unhoused(task) if !self.room.enter(task) => continue,
+                Ready::Unhoused(task) | Ready::Housed(task) => task,
+            };
+            self.attempt(task);
+            for next in self.room.leave(task) {
+                self.ready.push(Ready::Housed(next));
+            }
         }
     }
 
-    fn attempt_and_leave<'s>(&'s self, task: usize, scope: &Scope<'s>) {
-        self.attempt(task, scope);
-        for next in self.room.leave(task) {
-            scope.spawn(move |scope| self.attempt_and_leave(next, scope));
-        }
-    }
-
-    fn attempt<'s>(&'s self, task: usize, scope: &Scope<'s>) {
+    fn attempt(&self, task: usize) {
         if self.is_stopped() {
             return;
         }
+        let cores = self.threads.begin_task();
         self.observer.started(task);
-        let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.compute(task)))
+        let compute = || self.compute(task, cores.threads());
+        let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(compute))
             .unwrap_or_else(|payload| Err(TaskError::Panic(words_of_panic(payload.as_ref()))));
         match result {
             Ok(()) => {
@@ -209,19 +221,19 @@ impl<'a> Run<'a> {
                     if self.is_to_run(next)
                         && self.waits_for[next].fetch_sub(1, Ordering::AcqRel) == 1
                     {
-                        scope.spawn(move |scope| self.task(next, scope));
+                        self.ready.push(Ready::Unhoused(next));
                     }
                 }
             }
             Err(TaskError::Stage(StageError::Interrupted)) => return,
             Err(error) => self.fail(task, error),
         }
-        self.observer.finished(task);
+        self.observer.finished(task, cores.helped());
     }
 
-    fn compute(&self, task: usize) -> Result<(), TaskError> {
+    fn compute(&self, task: usize, threads: &Threads) -> Result<(), TaskError> {
         let Task { recipe, inputs, .. } = &self.plan.tasks[task];
-        let size = memory::of_task(self.plan, task, self.threads);
+        let size = memory::of_task(self.plan, task, self.threads.count());
         if !memory::is_there(size) {
             let takes = size.display().si().to_string();
             return Err(TaskError::Memory { takes });
@@ -233,7 +245,7 @@ impl<'a> Run<'a> {
             .map(
                 |&input| match many.then(|| self.published(input)).flatten() {
                     Some(table) => Ok(table),
-                    None => self.read(input, columns),
+                    None => self.read(input, columns, threads),
                 },
             )
             .collect::<Result<Vec<_>, _>>()?;
@@ -241,6 +253,7 @@ impl<'a> Run<'a> {
         let checkpoints = StoredCheckpoints::of(store, key, self.checkpoint_every);
         let context = Context {
             sources: self.sources,
+            threads,
             checkpoints: &checkpoints,
             interrupted: &|| self.is_stopped(),
             advance: &|share| self.observer.advanced(task, share),
@@ -258,12 +271,17 @@ impl<'a> Run<'a> {
         Some(Input { recipe, table })
     }
 
-    fn read(&self, task: usize, columns: Columns) -> Result<Input<'_>, TaskError> {
+    fn read(
+        &self,
+        task: usize,
+        columns: Columns,
+        threads: &Threads,
+    ) -> Result<Input<'_>, TaskError> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
         let store = self.archive.store();
         let table = match store.read(*key, columns) {
             Err(cause) if cause.is_mendable() => {
-                self.mend(task, cause)?;
+                self.mend(task, cause, threads)?;
                 store.read(*key, columns)?
             }
             read => read?,
@@ -273,11 +291,11 @@ impl<'a> Run<'a> {
 
     /// Computes a table again that was there when the run began. Two tasks that need it may both
     /// do so: their tables are equal.
-    fn mend(&self, task: usize, cause: StoreError) -> Result<(), TaskError> {
+    fn mend(&self, task: usize, cause: StoreError, threads: &Threads) -> Result<(), TaskError> {
         if let Some(damage) = Damage::quarantine(self.plan, task, self.archive.store(), cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
-        match self.compute(task) {
+        match self.compute(task, threads) {
             Ok(()) => {
                 self.outcome_mut(|outcome| outcome.computed.push(task));
                 Ok(())

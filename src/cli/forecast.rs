@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::counted;
 use super::progress::duration;
 use crate::session::Status;
+use crate::session::status::Sharing;
 
 /// What is to come, in time of this machine, and where more may come.
 pub fn text(status: &Status) -> String {
@@ -19,10 +20,19 @@ fn cost(status: &Status) -> String {
     }
     let seconds = status.total_seconds();
     let cores = available_parallelism().map_or(1, usize::from);
-    let cores = cores.min(status.missing.len());
+    let Sharing { at_once, each } = status.sharing(cores);
+    let cores = cores.min(at_once * each);
     let wall = duration(Duration::from_secs_f64((seconds / cores as f64).ceil()));
     let cost = core_hours(seconds);
-    format!("{cost} expected: {wall} on {}", counted(cores, "core"))
+    let shared = match each {
+        1 => String::new(),
+        _ if at_once < cores => format!(", up to {} to a surface", cores.div_ceil(at_once)),
+        _ => ", one to a surface, and several to the last ones".to_owned(),
+    };
+    format!(
+        "{cost} expected: {wall} on {}{shared}",
+        counted(cores, "core")
+    )
 }
 
 /// Time of one core, with two digits that mean something.

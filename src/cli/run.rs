@@ -22,7 +22,8 @@ pub struct Arguments {
     /// The manifest.
     manifest: PathBuf,
 
-    /// Surfaces to work on at once; one core and a few maps of memory each.
+    /// Cores to work on: a surface and a few maps of memory each, or several to a large surface where
+    /// fewer are left. As many as there are when left out.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 

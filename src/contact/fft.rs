@@ -17,11 +17,12 @@
 //!
 //! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
 //! result of one makes the map of the next, row by row, both happen in one turn, and memory is
-//! passed over once.
+//! passed over once. [`Threads`] share all this: rows and columns by blocks.
 
 use rustfft::{FftNum, num_complex::Complex};
 
 use crate::contact::instructions::Instructions;
+use crate::contact::threads::{Crew, Threads};
 
 mod aligned;
 mod half_spectrum;
@@ -36,7 +37,36 @@ use packed::Packed;
 use padded::Padded;
 use registers::Vectorize;
 
-pub use row::Row;
+pub use row::{Band, Row};
+
+/// Cuts a pass at rows of so many nodes, from zero on, and leaves nothing.
+fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
+    let firsts = firsts.iter().rev();
+    let mut parts: Vec<P> = firsts
+        .map(|&first| rows.split_off(Row::new(first, nodes)))
+        .collect();
+    parts.reverse();
+    parts
+}
+
+/// Cuts pairs of rows, and a pass that is to see them, into blocks.
+fn cut_pairs<'p, T, P: Rows<T>>(
+    rows: &mut P,
+    pairs: &'p [usize],
+    crew: &Crew,
+    nodes: usize,
+) -> (Vec<P>, Vec<&'p [usize]>) {
+    let cuts = crew.cuts(pairs.len());
+    let ends = cuts[1..].iter().copied().chain([pairs.len()]);
+    let blocks: Vec<&[usize]> = cuts
+        .iter()
+        .zip(ends)
+        .map(|(&first, end)| &pairs[first..end])
+        .collect();
+    let firsts = blocks.iter().map(|pairs| 2 * pairs.first().unwrap_or(&0));
+    let firsts: Vec<usize> = firsts.collect();
+    (cut(rows, &firsts, nodes), blocks)
+}
 
 /// Single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
@@ -59,10 +89,18 @@ impl Real for f64 {
 /// What a pass over a map does with its rows.
 ///
 /// Masks, casts and sums done here cost no pass over memory of their own.
-pub trait Rows<T> {
+///
+/// Threads share it: each has some consecutive rows.
+pub trait Rows<T>: Sized + Send {
     /// Writes a row of a map, reads it, or replaces it by that of another one; called once per row,
     /// in ascending order.
     fn row(&mut self, row: Row, values: &mut [T]);
+
+    /// Keeps the rows before one, an even one, and hands on the others. Nothing was seen yet.
+    fn split_off(&mut self, row: Row) -> Self;
+
+    /// Takes back what was split off last, when all its rows were seen.
+    fn append(&mut self, later: Self);
 }
 
 /// Planned transforms of one mesh in one precision; cheap to share, since buffers are the caller's.
@@ -74,8 +112,10 @@ pub struct Transform<T> {
     packed: Option<Packed<T>>,
 }
 
-/// What a [`Transform`] writes on the way, a convolution in progress among it.
+/// What a [`Transform`] writes on the way, a convolution in progress among it, and the threads that
+/// work on it.
 pub struct Scratch<T> {
+    threads: Threads,
     half_spectrum: half_spectrum::Scratch<T>,
     /// Allocated by the first convolution.
     packed: Option<packed::Scratch<T>>,
@@ -145,9 +185,15 @@ impl<T: Real> Transform<T> {
         self.half_spectrum.len()
     }
 
-    /// Buffers for one caller at a time.
+    /// Buffers for one caller at a time, on one thread.
     pub fn scratch(&self) -> Scratch<T> {
+        self.scratch_on(Threads::one())
+    }
+
+    /// Buffers for one caller at a time, whose work these threads share.
+    pub fn scratch_on(&self, threads: Threads) -> Scratch<T> {
         Scratch {
+            threads,
             half_spectrum: self.half_spectrum.scratch(),
             packed: None,
         }
@@ -157,16 +203,26 @@ impl<T: Real> Transform<T> {
     pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
         assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
+        let Scratch {
+            threads,
+            half_spectrum,
+            ..
+        } = scratch;
         self.half_spectrum
-            .forward(field, spectrum, &mut scratch.half_spectrum);
+            .forward(field, spectrum, threads, half_spectrum);
     }
 
     /// Transforms a half spectrum into a map, unnormalised; the spectrum is destroyed.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T], scratch: &mut Scratch<T>) {
         assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
+        let Scratch {
+            threads,
+            half_spectrum,
+            ..
+        } = scratch;
         self.half_spectrum
-            .inverse(spectrum, field, &mut scratch.half_spectrum);
+            .inverse(spectrum, field, threads, half_spectrum);
     }
 
     /// Convolves a map with a kernel.
@@ -181,103 +237,93 @@ impl<T: Real> Transform<T> {
         assert_eq!((field.len(), out.len()), (count, count));
         self.begin(&mut Source(field), scratch);
         self.multiply(kernel, scratch);
-        self.finish(&mut Sink(out), scratch);
+        self.finish(&mut Sink(Band::of(out)), scratch);
     }
 
     /// Begins a convolution of the map whose rows are written.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.padding(rows) {
-            None => self.begin_rows(rows, scratch),
-            Some(mut padded) => self.begin_rows(&mut padded, scratch),
-        }
-    }
-
-    fn begin_rows(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.way(scratch) {
-            Way::Packed(packed, scratch) => packed.begin(rows, scratch),
-            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.begin(rows, scratch),
-        }
-    }
-
-    /// The rows on the whole mesh, if that is larger than maps are.
-    fn padding<'a, P>(&self, rows: &'a mut P) -> Option<Padded<'a, P>> {
-        let nodes = self.map;
-        (nodes != self.nodes).then_some(Padded { nodes, rows })
+        self.padded_rows(rows, |rows| match self.way(scratch) {
+            Way::Packed(packed, threads, scratch) => packed.begin(rows, threads, scratch),
+            Way::HalfSpectrum(plain, threads, scratch) => plain.begin(rows, threads, scratch),
+        });
     }
 
     /// Goes on with a convolution: forward, multiply, inverse, a few columns at a time. Returns the
     /// sum of map × convolved map.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
         assert_eq!(kernel.nodes, self.nodes, "a kernel is made for one mesh");
+        let factors = &kernel.factors;
         match self.way(scratch) {
-            Way::Packed(packed, scratch) => packed.multiply(&kernel.factors, scratch),
-            Way::HalfSpectrum(half_spectrum, scratch) => {
-                half_spectrum.multiply(&kernel.factors, scratch)
-            }
+            Way::Packed(packed, threads, scratch) => packed.multiply(factors, threads, scratch),
+            Way::HalfSpectrum(plain, threads, scratch) => plain.multiply(factors, threads, scratch),
         }
     }
 
     /// Ends a convolution, whose rows are read, and begins that of the map by which they are
     /// replaced.
     pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.padding(rows) {
-            None => self.turn_rows(rows, scratch),
-            Some(mut padded) => self.turn_rows(&mut padded, scratch),
-        }
-    }
-
-    fn turn_rows(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.way(scratch) {
-            Way::Packed(packed, scratch) => packed.turn(rows, scratch),
-            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.turn(rows, scratch),
-        }
+        self.padded_rows(rows, |rows| match self.way(scratch) {
+            Way::Packed(packed, threads, scratch) => packed.turn(rows, threads, scratch),
+            Way::HalfSpectrum(plain, threads, scratch) => plain.turn(rows, threads, scratch),
+        });
     }
 
     /// Ends a convolution, whose rows are read.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.padding(rows) {
-            None => self.finish_rows(rows, scratch),
-            Some(mut padded) => self.finish_rows(&mut padded, scratch),
-        }
+        self.padded_rows(rows, |rows| match self.way(scratch) {
+            Way::Packed(packed, threads, scratch) => packed.finish(rows, threads, scratch),
+            Way::HalfSpectrum(plain, threads, scratch) => plain.finish(rows, threads, scratch),
+        });
     }
 
-    fn finish_rows(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.way(scratch) {
-            Way::Packed(packed, scratch) => packed.finish(rows, scratch),
-            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.finish(rows, scratch),
-        }
+    /// Reads, for each of these pairs, rows 2 `pair` and, if there is one, 2 `pair` + 1 of a
+    /// convolution about to end. Pairs ascend.
+    pub fn peek(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.padded_rows(rows, |rows| match self.way(scratch) {
+            Way::Packed(packed, threads, scratch) => packed.peek(pairs, rows, threads, scratch),
+            Way::HalfSpectrum(plain, threads, scratch) => {
+                plain.peek(pairs, rows, threads, scratch);
+            }
+        });
     }
 
-    /// Reads rows 2 `pair` and, if there is one, 2 `pair` + 1 of a convolution about to end.
-    pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.padding(rows) {
-            None => self.peek_rows(pair, rows, scratch),
-            Some(mut padded) => self.peek_rows(pair, &mut padded, scratch),
-        }
-    }
-
-    fn peek_rows(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        match self.way(scratch) {
-            Way::Packed(packed, scratch) => packed.peek(pair, rows, scratch),
-            Way::HalfSpectrum(half_spectrum, scratch) => half_spectrum.peek(pair, rows, scratch),
-        }
+    /// Lets rows of maps be seen as rows of the whole mesh.
+    fn padded_rows<P: Rows<T>>(&self, rows: &mut P, see: impl FnOnce(&mut Padded<P>)) {
+        let mut padded = Padded {
+            nodes: self.map,
+            rows: rows.split_off(Row::new(0, self.map[1])),
+        };
+        see(&mut padded);
+        rows.append(padded.rows);
     }
 
     fn way<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Way<'a, T> {
+        let threads = &scratch.threads;
         match &self.packed {
             Some(packed) => {
                 let scratch = scratch.packed.get_or_insert_with(|| packed.scratch());
-                Way::Packed(packed, scratch)
+                Way::Packed(packed, threads, scratch)
             }
-            None => Way::HalfSpectrum(&self.half_spectrum, &mut scratch.half_spectrum),
+            None => Way::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
         }
     }
 }
 
 /// How a mesh is convolved.
 enum Way<'a, T> {
-    Packed(&'a Packed<T>, &'a mut packed::Scratch<T>),
-    HalfSpectrum(&'a HalfSpectrum<T>, &'a mut half_spectrum::Scratch<T>),
+    Packed(&'a Packed<T>, &'a Threads, &'a mut packed::Scratch<T>),
+    HalfSpectrum(
+        &'a HalfSpectrum<T>,
+        &'a Threads,
+        &'a mut half_spectrum::Scratch<T>,
+    ),
+}
+
+impl<T> Scratch<T> {
+    /// Lets these threads share the work from now on.
+    pub fn work_on(&mut self, threads: Threads) {
+        self.threads = threads;
+    }
 }
 
 /// Rows of a map to convolve.
@@ -287,15 +333,27 @@ impl<T: Real> Rows<T> for Source<'_, T> {
     fn row(&mut self, row: Row, values: &mut [T]) {
         values.copy_from_slice(row.of(self.0));
     }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self(self.0)
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 /// Rows of a convolved map.
-struct Sink<'a, T>(&'a mut [T]);
+struct Sink<'a, T>(Band<'a, T>);
 
 impl<T: Real> Rows<T> for Sink<'_, T> {
     fn row(&mut self, row: Row, values: &mut [T]) {
-        row.of_mut(self.0).copy_from_slice(values);
+        self.0.row(row).copy_from_slice(values);
     }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self(self.0.split_off(row))
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 #[cfg(test)]

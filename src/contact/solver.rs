@@ -22,6 +22,7 @@
 
 use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::{self, ElasticOperator};
+use crate::contact::threads::Threads;
 
 mod active_set;
 mod balance;
@@ -33,6 +34,7 @@ mod flags;
 mod half_space;
 mod hardness;
 mod history;
+mod in_order;
 mod lanes;
 mod line_search;
 mod load;
@@ -45,10 +47,12 @@ mod start;
 mod state;
 mod steps;
 mod survey;
+mod watch;
 
 pub use half_space::HalfSpace;
 pub use hardness::{Hardness, HardnessError};
 pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
+pub use watch::Watch;
 
 use passes::{Base, Sample};
 use shift::Nodes;
@@ -147,6 +151,8 @@ pub struct Solver {
 
     /// Transform pairs spent on the present load.
     pairs: u32,
+
+    threads: Threads,
 }
 
 /// What the pressure that flattens a surface is like, of zero mean.
@@ -233,7 +239,16 @@ impl Solver {
             nodal_compliance: body.nodal_compliance(),
             pairs: 0,
             body,
+            threads: Threads::one(),
         }
+    }
+
+    /// Lets these threads share the work from now on. Nothing else depends on them: with any number,
+    /// the same load has the same pressure, to the bit.
+    pub fn work_on(&mut self, threads: Threads) {
+        self.double_scratch.work_on(threads.clone());
+        self.single_scratch.work_on(threads.clone());
+        self.threads = threads;
     }
 
     /// The least load, in units of E* × rms slope, that brings every node into contact, if it is known

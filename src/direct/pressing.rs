@@ -77,7 +77,7 @@ impl Pressing {
     /// # Errors
     /// When it was interrupted; the load may be asked for again.
     pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
-        let outcome = self.block.press(interrupted)?;
+        let outcome = self.block.press(&interrupted)?;
         if outcome.is_some() && self.keeps_fields {
             let pressure = self.block.solver().pressure().iter().copied();
             self.pressures.push(pressure.filter(|p| *p > 0.0).collect());

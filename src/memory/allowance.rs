@@ -181,9 +181,9 @@ fn addresses_left(threads: usize) -> Option<ByteSize> {
         .lines()
         .find_map(|line| line.strip_prefix("VmSize:"))?;
     let taken: ByteSize = taken.trim().parse().ok()?;
-    // polars has a thread for each core.
+    // polars has a thread for each core, and each of ours may have one to help it.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = (threads + cores) as u64 + OTHER_THREADS;
+    let threads = (2 * threads + cores) as u64 + OTHER_THREADS;
     let taken = taken.0 + threads * OF_A_THREAD.0;
     Some(ByteSize(limit.saturating_sub(taken)))
 }

@@ -28,7 +28,7 @@ struct Silence;
 impl TaskObserver for Silence {
     fn started(&self, _: usize) {}
     fn advanced(&self, _: usize, _: f64) {}
-    fn finished(&self, _: usize) {}
+    fn finished(&self, _: usize, _: Duration) {}
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     plan.tasks[0].nodes = [1 << 24; 2];
     let store = Store::open(&folder.path().join("store")).unwrap();
     let means = Resources {
-        threads: 2,
+        cores: NonZeroUsize::new(2).unwrap(),
         room: ByteSize(u64::MAX),
         checkpoint_every: Duration::MAX,
     };

@@ -15,7 +15,8 @@ use crate::store::Store;
 /// What a run shall do, and with what. The default computes all that is missing.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
-    /// Surfaces to work on at once; as many as there are cores when left out.
+    /// Cores to work on, one surface on each, or several cores on one where there are fewer surfaces;
+    /// as many as there are when left out.
     pub jobs: Option<NonZeroUsize>,
     /// Memory to keep to, by working on fewer surfaces at once; seven eighths of what there is for
     /// the process when left out.
@@ -49,10 +50,10 @@ pub enum Selection {
 }
 
 impl RunOptions {
-    /// Threads, one for each surface.
-    pub(super) fn threads(&self) -> usize {
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        self.jobs.map_or_else(cores, NonZeroUsize::get)
+    /// Cores to work on.
+    pub(super) fn cores(&self) -> NonZeroUsize {
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        self.jobs.unwrap_or_else(cores)
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod shard;
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -33,7 +34,7 @@ pub struct PreparedRun<'a> {
     /// The tasks that the store lacks.
     missing: Vec<usize>,
     store: Store,
-    jobs: usize,
+    jobs: NonZeroUsize,
     memory: Allowance,
     job: Option<String>,
     checkpoint_every: Duration,
@@ -79,8 +80,8 @@ impl<'a> PreparedRun<'a> {
         }
         let missing = runner::missing(&sampled.plan, &store);
         let wanted = options.selection.tasks(&sampled.plan, &missing, &store)?;
-        let jobs = options.threads();
-        let memory = Allowance::of(options.memory, jobs);
+        let jobs = options.cores();
+        let memory = Allowance::of(options.memory, jobs.get());
         memory.fits(&sampled.plan, &wanted)?;
         Ok(PreparedRun {
             session,
@@ -237,10 +238,11 @@ impl<'a> PreparedRun<'a> {
         Ok(outcome?)
     }
 
-    /// One surface to a core, as far as memory goes.
+    /// One surface to a core, as far as memory goes, and several cores to a surface where there are
+    /// fewer of them.
     fn resources(&self, wanted: &[usize]) -> Resources {
         let (plan, room) = (self.plan(), self.memory.room());
-        let jobs = self.jobs.min(wanted.len());
+        let jobs = self.jobs.get().min(wanted.len());
         let largest = memory::of_largest(plan, wanted);
         let at_once = (room.0 / largest.0.max(1)).max(1);
         if at_once < jobs as u64 {
@@ -252,7 +254,7 @@ impl<'a> PreparedRun<'a> {
             });
         }
         Resources {
-            threads: memory::threads(plan, wanted, room, jobs),
+            cores: memory::threads(plan, wanted, room, self.jobs),
             room,
             checkpoint_every: self.checkpoint_every,
         }
@@ -332,7 +334,7 @@ impl runner::TaskObserver for Relay<'_> {
         self.0.hear(Event::Advanced(task, share));
     }
 
-    fn finished(&self, task: usize) {
+    fn finished(&self, task: usize, _: Duration) {
         self.0.hear(Event::Finished(task));
     }
 }

@@ -3,8 +3,9 @@
 use bytesize::ByteSize;
 
 use crate::adaptive_sampling::SampledStudy;
+use crate::contact::threads::Threads;
 use crate::cost::CostModel;
-use crate::plan::{Plan, PlannedStage};
+use crate::plan::{Kind, Plan, PlannedStage};
 use crate::reasons::Reasons;
 use crate::reasons::record::Record;
 use crate::store::Store;
@@ -69,6 +70,15 @@ impl<'a> StageCount<'a> {
     }
 }
 
+/// How cores are shared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sharing {
+    /// Tasks that can be worked on at once.
+    pub at_once: usize,
+    /// The most cores that one of them can use.
+    pub each: usize,
+}
+
 impl Status {
     /// Looks at the store and the study's record, and writes nothing.
     pub(super) fn of(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
@@ -111,6 +121,20 @@ impl Status {
     /// counts once.
     pub fn total_seconds(&self) -> f64 {
         self.cost.seconds_of(&self.plan, &self.missing)
+    }
+
+    /// How many of so many cores will share a surface.
+    pub fn sharing(&self, cores: usize) -> Sharing {
+        let counts = StageCount::all(&self.plan, &self.missing);
+        let at_once = counts.iter().map(|count| count.to_run).max();
+        let solved = self.missing.iter().map(|&task| &self.plan.tasks[task]);
+        let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
+        let meshes = solved.map(|task| task.nodes[0] * task.nodes[1]);
+        let each = meshes.map(Threads::worthwhile).max().unwrap_or(1);
+        Sharing {
+            at_once: at_once.unwrap_or(0).clamp(1, cores),
+            each: each.min(cores),
+        }
     }
 
     /// The least memory that computing everything missing takes: the program, and the largest task.

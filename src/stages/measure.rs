@@ -11,7 +11,6 @@ pub mod distributions;
 pub mod keys;
 pub mod statistics;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::columns::*;
@@ -334,8 +333,23 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
         let surface = drawn(input).draw(context.sources)?;
         Ok(Pool::of(&Histogram::of(&surface, bins, range)))
     };
-    let pools = inputs.par_iter().map(histogram);
-    let pooled = pools.try_reduce(Pool::default, |left, right| Ok(left.and(right)))?;
+    let mut pooled = Pool::default();
+    // As many at a time as there are threads, which others may need after these.
+    for inputs in inputs.chunks(context.threads.count()) {
+        let mut pools: Vec<_> = inputs.iter().map(|input| (input, None)).collect();
+        let crew = context.threads.crew_of(inputs.len());
+        crew.each(
+            &mut Vec::new(),
+            || (),
+            &mut pools,
+            |(), (input, pool)| {
+                *pool = Some(histogram(input));
+            },
+        );
+        for (_, pool) in pools {
+            pooled = pooled.and(pool.expect("all were measured")?);
+        }
+    }
     let bins = pooled.bins();
     let surfaces = i64::from(pooled.surfaces());
     let columns = vec![

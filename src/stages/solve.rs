@@ -20,7 +20,7 @@ use super::{
 };
 use crate::contact::distribution::EqualBins;
 use crate::contact::grid::Boundary;
-use crate::contact::solver::{HalfSpace, Hardness, Settings, cost};
+use crate::contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
@@ -166,16 +166,24 @@ impl Stage for Params {
             unreachable!("the plan gives one surface to each block of loads")
         };
         let surface = drawn.surface(table, context.sources)?;
-        let nodes = surface.grid().nodes();
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
+        let nodes = surface.grid().nodes();
         let kept = context.checkpoints.last();
         let mut block = Block::new(self, surface, rms_slope, kept.as_deref())?;
         drop(kept);
+        block.work_on(context.threads.clone());
+        let loads = block.loads().to_vec();
         let expected =
             |loads: &[f64]| cost::expected_pairs(&self.body(), nodes, loads, self.tolerance);
-        while block.press(context.interrupted)?.is_some() {
-            let done = &self.loads[..block.count()];
-            (context.advance)(expected(done) / expected(&self.loads));
+        while block.goes_on() {
+            let [before, after] = [0, 1].map(|more| expected(&loads[..block.count() + more]));
+            let watch = LoadWatch {
+                context,
+                expected: after - before,
+                shares: [before, after].map(|pairs| pairs / expected(&loads)),
+            };
+            block.press(&watch)?;
+            (context.advance)(watch.shares[1]);
             if block.goes_on() && context.checkpoints.is_due() {
                 let save = &mut |out: &mut dyn Write| block.save(out);
                 context.checkpoints.keep(save);
@@ -246,6 +254,27 @@ impl Stage for Params {
                 ..self.clone()
             }))
         })
+    }
+}
+
+/// Tells how much of a block is done while one of its loads is solved.
+struct LoadWatch<'a> {
+    context: &'a Context<'a>,
+    /// Transform pairs that the load is expected to take.
+    expected: f64,
+    /// What is done of the block before the load, and after it.
+    shares: [f64; 2],
+}
+
+impl Watch for LoadWatch<'_> {
+    fn is_interrupted(&self) -> bool {
+        (self.context.interrupted)()
+    }
+
+    fn spent(&self, pairs: u32) {
+        let [before, after] = self.shares;
+        let done = (f64::from(pairs) / self.expected).min(1.0);
+        (self.context.advance)(before + done * (after - before));
     }
 }
 

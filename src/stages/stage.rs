@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::{Kind, Recipe, Rows, StageError};
 use crate::checkpoints::Checkpoints;
+use crate::contact::threads::Threads;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
@@ -151,6 +152,8 @@ pub struct Input<'a> {
 pub struct Context<'a> {
     /// Where the files of measured surfaces lie, by the hash of their content.
     pub sources: &'a SurfaceFiles,
+    /// The threads that it may share its work among.
+    pub threads: &'a Threads,
     /// Whether the user asked to stop.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Where a long task keeps how far it has come.

@@ -6,7 +6,8 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner, num_complex::Complex};
 
 use super::aligned::Aligned;
-use super::{Real, Row, Rows};
+use super::{Band, Real, Row, Rows, Sink, Source, cut, cut_pairs};
+use crate::contact::threads::{Crew, Threads};
 
 /// Columns transformed together: one cache line of single precision or two of double, so that no
 /// line is fetched in vain, and a tile that stays in the second-level cache.
@@ -25,11 +26,25 @@ pub struct HalfSpectrum<T> {
 }
 
 pub struct Scratch<T> {
+    /// A whole half spectrum, grown by the first convolution.
+    spectrum: Vec<Complex<T>>,
+    /// One for each thread.
+    buffers: Vec<Buffers<T>>,
+}
+
+/// What a thread writes on the way.
+struct Buffers<T> {
     row: Vec<T>,
     tile: Vec<Complex<T>>,
     butterflies: Vec<Complex<T>>,
-    /// A whole half spectrum, grown by the first convolution.
-    spectrum: Vec<Complex<T>>,
+}
+
+/// What a thread has of all rows of a half spectrum: some consecutive columns.
+struct ColumnShare<'a, T> {
+    first: usize,
+    rows: Vec<&'a mut [Complex<T>]>,
+    /// What was found in each column.
+    found: Vec<f64>,
 }
 
 /// The factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
@@ -79,6 +94,13 @@ impl<T: Real> HalfSpectrum<T> {
     }
 
     pub fn scratch(&self) -> Scratch<T> {
+        Scratch {
+            spectrum: Vec::new(),
+            buffers: Vec::new(),
+        }
+    }
+
+    fn buffers(&self) -> Buffers<T> {
         let butterflies = [
             self.row_forward.get_scratch_len(),
             self.row_inverse.get_scratch_len(),
@@ -86,112 +108,156 @@ impl<T: Real> HalfSpectrum<T> {
             self.column_inverse.get_inplace_scratch_len(),
         ];
         let longest = butterflies.into_iter().max().unwrap_or(0);
-        Scratch {
+        Buffers {
             row: vec![T::zero(); self.nodes[1]],
             tile: vec![Complex::default(); (TILE_COLUMNS * self.nodes[0]).max(self.columns())],
             butterflies: vec![Complex::default(); longest],
-            spectrum: Vec::new(),
         }
     }
 
-    pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
-        self.forward_rows(spectrum, scratch, |i, row| {
-            row.copy_from_slice(self.row(i).of(field));
-        });
-        self.transform_columns(spectrum, scratch, |tile, _, butterflies| {
+    pub fn forward(
+        &self,
+        field: &[T],
+        spectrum: &mut [Complex<T>],
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let buffers = &mut scratch.buffers;
+        self.pass::<false, true>(&mut Source(field), spectrum, threads, buffers);
+        self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
             self.column_forward.process_with_scratch(tile, butterflies);
         });
     }
 
-    pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T], scratch: &mut Scratch<T>) {
-        self.transform_columns(spectrum, scratch, |tile, _, butterflies| {
+    pub fn inverse(
+        &self,
+        spectrum: &mut [Complex<T>],
+        field: &mut [T],
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let buffers = &mut scratch.buffers;
+        self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
             self.column_inverse.process_with_scratch(tile, butterflies);
         });
-        self.inverse_rows(spectrum, scratch, |i, row| {
-            self.row(i).of_mut(field).copy_from_slice(row);
-        });
+        let rows = &mut Sink(Band::of(field));
+        self.pass::<true, false>(rows, spectrum, threads, buffers);
     }
 
-    pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let mut spectrum = std::mem::take(&mut scratch.spectrum);
+    pub fn begin(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        let Scratch { spectrum, buffers } = scratch;
         spectrum.resize(self.len(), Complex::default());
-        let [filled, zeros] = self.split(&mut spectrum);
-        self.forward_rows(filled, scratch, |i, row| rows.row(self.row(i), row));
+        let [filled, zeros] = self.split(spectrum);
+        self.pass::<false, true>(rows, filled, threads, buffers);
         zeros.fill(Complex::default());
-        scratch.spectrum = spectrum;
     }
 
     /// Forward, multiply, inverse, one tile of columns at a time.
-    pub fn multiply(&self, kernel: &[T], scratch: &mut Scratch<T>) -> f64 {
+    pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let [nodes_x, nodes_y] = self.nodes;
-        let mut spectrum = std::mem::take(&mut scratch.spectrum);
-        let mut sum = 0.0;
-        self.transform_columns(&mut spectrum, scratch, |tile, first, butterflies| {
+        let Scratch { spectrum, buffers } = scratch;
+        let multiply = |tile: &mut [Complex<T>],
+                        first: usize,
+                        butterflies: &mut [Complex<T>],
+                        found: &mut Vec<f64>| {
             self.column_forward.process_with_scratch(tile, butterflies);
             let columns = (first..).zip(kernel.chunks_exact(nodes_x / 2 + 1).skip(first));
             for (column, (k_y, symbol)) in tile.chunks_exact_mut(nodes_x).zip(columns) {
                 // All but the lowest and the Nyquist column stand for their opposites too.
                 let alone = k_y == 0 || 2 * k_y == nodes_y;
-                sum += multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 };
+                found.push(multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 });
             }
             self.column_inverse.process_with_scratch(tile, butterflies);
-        });
-        scratch.spectrum = spectrum;
-        sum
+        };
+        let found = self.transform_columns(spectrum, threads, buffers, multiply);
+        found.into_iter().fold(0.0, |sum, found| sum + found)
     }
 
-    pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let mut spectrum = std::mem::take(&mut scratch.spectrum);
-        let [filled, zeros] = self.split(&mut spectrum);
+    pub fn turn(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        let Scratch { spectrum, buffers } = scratch;
+        let [filled, zeros] = self.split(spectrum);
         zeros.fill(Complex::default());
-        for (i, row) in filled.chunks_exact_mut(self.columns()).enumerate() {
-            self.inverse_row(row, &mut scratch.row, &mut scratch.butterflies);
-            rows.row(self.row(i), &mut scratch.row);
-            self.forward_row(&mut scratch.row, row, &mut scratch.butterflies);
-        }
-        scratch.spectrum = spectrum;
+        self.pass::<true, true>(rows, filled, threads, buffers);
     }
 
-    pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        let mut spectrum = std::mem::take(&mut scratch.spectrum);
-        let [filled, _] = self.split(&mut spectrum);
-        self.inverse_rows(filled, scratch, |i, row| rows.row(self.row(i), row));
-        scratch.spectrum = spectrum;
+    pub fn finish(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        let Scratch { spectrum, buffers } = scratch;
+        let [filled, _] = self.split(spectrum);
+        self.pass::<true, false>(rows, filled, threads, buffers);
     }
 
-    pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        for row in [2 * pair, 2 * pair + 1] {
-            let Some(half) = scratch.spectrum.chunks_exact(self.columns()).nth(row) else {
-                return;
-            };
-            let copy = &mut scratch.tile[..half.len()];
-            copy.copy_from_slice(half);
-            self.inverse_row(copy, &mut scratch.row, &mut scratch.butterflies);
-            rows.row(self.row(row), &mut scratch.row);
-        }
-    }
-
-    fn forward_rows(
+    /// Goes over rows, which may come from their half spectra and may go there.
+    fn pass<const COME: bool, const GO: bool>(
         &self,
+        rows: &mut impl Rows<T>,
         spectrum: &mut [Complex<T>],
-        scratch: &mut Scratch<T>,
-        mut read: impl FnMut(usize, &mut [T]),
+        threads: &Threads,
+        buffers: &mut Vec<Buffers<T>>,
     ) {
-        for (i, out) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
-            read(i, &mut scratch.row);
-            self.forward_row(&mut scratch.row, out, &mut scratch.butterflies);
+        let count = spectrum.len() / self.columns();
+        let crew = threads.crew(count * self.nodes[1]);
+        let firsts = crew.cuts(count.div_ceil(2));
+        let firsts: Vec<usize> = firsts.into_iter().map(|pair| 2 * pair).collect();
+        let parts = cut(rows, &firsts, self.nodes[1]);
+        let mut rest = spectrum;
+        let mut blocks = Vec::with_capacity(firsts.len());
+        let ends = firsts[1..].iter().copied().chain([count]);
+        for ((&first, end), rows) in firsts.iter().zip(ends).zip(parts) {
+            let own;
+            (own, rest) = rest.split_at_mut((end - first) * self.columns());
+            blocks.push((first, own, rows));
+        }
+        crew.each(
+            buffers,
+            || self.buffers(),
+            &mut blocks,
+            |buffers, (first, halves, rows)| {
+                let Buffers {
+                    row: values,
+                    butterflies,
+                    ..
+                } = buffers;
+                for (row, half) in (*first..).zip(halves.chunks_exact_mut(self.columns())) {
+                    if COME {
+                        self.inverse_row(half, values, butterflies);
+                    }
+                    rows.row(self.row(row), values);
+                    if GO {
+                        self.forward_row(values, half, butterflies);
+                    }
+                }
+            },
+        );
+        for (_, _, part) in blocks {
+            rows.append(part);
         }
     }
 
-    fn inverse_rows(
+    pub fn peek(
         &self,
-        spectrum: &mut [Complex<T>],
+        pairs: &[usize],
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
         scratch: &mut Scratch<T>,
-        mut write: impl FnMut(usize, &mut [T]),
     ) {
-        for (i, row) in spectrum.chunks_exact_mut(self.columns()).enumerate() {
-            self.inverse_row(row, &mut scratch.row, &mut scratch.butterflies);
-            write(i, &mut scratch.row);
+        let Scratch { spectrum, buffers } = scratch;
+        let crew = threads.crew(2 * pairs.len() * self.nodes[1]);
+        let (parts, pairs) = cut_pairs(rows, pairs, &crew, self.nodes[1]);
+        let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();
+        let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
+            for row in pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]) {
+                let Some(half) = spectrum.chunks_exact(self.columns()).nth(row) else {
+                    return;
+                };
+                let copy = &mut buffers.tile[..half.len()];
+                copy.copy_from_slice(half);
+                self.inverse_row(copy, &mut buffers.row, &mut buffers.butterflies);
+                Rows::row(rows, self.row(row), &mut buffers.row);
+            }
+        };
+        crew.each(buffers, || self.buffers(), &mut blocks, look);
+        for (part, _) in blocks {
+            rows.append(part);
         }
     }
 
@@ -212,30 +278,68 @@ impl<T: Real> HalfSpectrum<T> {
             .expect("buffers are sized by the plan");
     }
 
-    /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies)` change
-    /// them, and scatters them back. Columns are contiguous in the tile.
+    /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies, found)`
+    /// change them, and scatters them back. Columns are contiguous in the tile. Returns what was found,
+    /// in the order of the columns.
     fn transform_columns(
         &self,
         spectrum: &mut [Complex<T>],
-        scratch: &mut Scratch<T>,
-        mut action: impl FnMut(&mut [Complex<T>], usize, &mut [Complex<T>]),
-    ) {
-        let (nodes, columns) = (self.nodes[0], self.columns());
-        for first in (0..columns).step_by(TILE_COLUMNS) {
-            let width = TILE_COLUMNS.min(columns - first);
-            let tile = &mut scratch.tile[..width * nodes];
-            for (i, row) in spectrum.chunks_exact(columns).enumerate() {
-                for (j, value) in row[first..][..width].iter().enumerate() {
-                    tile[j * nodes + i] = *value;
+        threads: &Threads,
+        buffers: &mut Vec<Buffers<T>>,
+        action: impl Fn(&mut [Complex<T>], usize, &mut [Complex<T>], &mut Vec<f64>) + Sync,
+    ) -> Vec<f64> {
+        let nodes = self.nodes[0];
+        let crew = threads.crew(spectrum.len());
+        let mut shares = self.cut_columns(spectrum, &crew);
+        let transform = |buffers: &mut Buffers<T>, share: &mut ColumnShare<T>| {
+            let columns = share.rows[0].len();
+            for start in (0..columns).step_by(TILE_COLUMNS) {
+                let width = TILE_COLUMNS.min(columns - start);
+                let tile = &mut buffers.tile[..width * nodes];
+                for (i, row) in share.rows.iter().enumerate() {
+                    for (j, value) in row[start..][..width].iter().enumerate() {
+                        tile[j * nodes + i] = *value;
+                    }
+                }
+                let first = share.first + start;
+                action(tile, first, &mut buffers.butterflies, &mut share.found);
+                for (i, row) in share.rows.iter_mut().enumerate() {
+                    for (j, value) in row[start..][..width].iter_mut().enumerate() {
+                        *value = tile[j * nodes + i];
+                    }
                 }
             }
-            action(tile, first, &mut scratch.butterflies);
-            for (i, row) in spectrum.chunks_exact_mut(columns).enumerate() {
-                for (j, value) in row[first..][..width].iter_mut().enumerate() {
-                    *value = tile[j * nodes + i];
-                }
+        };
+        crew.each(buffers, || self.buffers(), &mut shares, transform);
+        shares.into_iter().flat_map(|share| share.found).collect()
+    }
+
+    /// Cuts all rows between tiles of columns.
+    fn cut_columns<'a>(
+        &self,
+        spectrum: &'a mut [Complex<T>],
+        crew: &Crew,
+    ) -> Vec<ColumnShare<'a, T>> {
+        let columns = self.columns();
+        let cuts = crew.cuts(columns.div_ceil(TILE_COLUMNS)).into_iter();
+        let firsts: Vec<usize> = cuts.map(|tile| tile * TILE_COLUMNS).collect();
+        let ends: Vec<usize> = firsts[1..].iter().copied().chain([columns]).collect();
+        let mut shares: Vec<ColumnShare<T>> = firsts
+            .iter()
+            .map(|&first| ColumnShare {
+                first,
+                rows: Vec::with_capacity(self.nodes[0]),
+                found: Vec::new(),
+            })
+            .collect();
+        for mut row in spectrum.chunks_exact_mut(columns) {
+            for (share, end) in shares.iter_mut().zip(&ends) {
+                let own;
+                (own, row) = row.split_at_mut(end - share.first);
+                share.rows.push(own);
             }
         }
+        shares
     }
 }
 

@@ -23,18 +23,24 @@
 //! A map on a corner of the mesh fills its first rows only. The others are neither transformed nor
 //! kept: a tile holds what it has of the first ones, and is completed by zeros where its columns are
 //! transformed.
+//!
+//! Threads share rows by blocks of batches, of which each has its part of every tile, and columns by
+//! pairs of tiles.
 
 #![expect(
     clippy::needless_range_loop,
     reason = "several registers are indexed alike, as in the formulas"
 )]
 
+use std::ops::Deref;
+
 use pulp::bytemuck;
 
 use super::aligned::Aligned;
 use super::registers::{Registers, Work};
-use super::{Real, Row, Rows};
+use super::{Real, Row, Rows, cut, cut_pairs};
 use crate::contact::instructions::Instructions;
+use crate::contact::threads::{Crew, Threads};
 
 mod butterflies;
 mod columns;
@@ -62,11 +68,22 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    rows: Aligned<T>,
     /// Tile after tile: real parts, imaginary parts, padding.
     tiles: Aligned<T>,
+    /// One for each thread.
+    buffers: Vec<Buffers<T>>,
+}
+
+/// What a thread writes on the way.
+struct Buffers<T> {
+    /// A batch of rows.
+    rows: Aligned<T>,
+    /// A tile, or two.
     spare: Aligned<T>,
 }
+
+/// What a thread has of all tiles: some consecutive rows, real parts and imaginary ones.
+type Shares<'a, T> = Vec<[&'a mut [T]; 2]>;
 
 impl<T: Real> Packed<T> {
     /// For maps of so many rows, on a mesh of no fewer. None if either side is no multiple of the
@@ -92,12 +109,18 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn scratch(&self) -> Scratch<T> {
+        Scratch {
+            tiles: Aligned::zeros(self.nodes[1] / T::LANES * self.tile_len()),
+            buffers: Vec::new(),
+        }
+    }
+
+    fn buffers(&self) -> Buffers<T> {
         let [column, row] = self.nodes;
         // Of a tile that is its own opposite, or of two that are to be completed.
         let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
-        Scratch {
+        Buffers {
             rows: Aligned::zeros(2 * BATCH * row),
-            tiles: Aligned::zeros(row / T::LANES * self.tile_len()),
             spare: Aligned::zeros(whole_tiles * column * T::LANES),
         }
     }
@@ -106,32 +129,42 @@ impl<T: Real> Packed<T> {
         (self.filled_rows + PADDING) * T::LANES
     }
 
-    pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass::<false, true>(rows, scratch);
+    fn crew<'a>(&self, threads: &'a Threads) -> Crew<'a> {
+        threads.crew(self.filled_rows * self.nodes[1])
     }
 
-    pub fn multiply(&self, kernel: &[T], scratch: &mut Scratch<T>) -> f64 {
-        let mut sum = 0.0;
-        let work = columns::Convolve {
-            columns: &self.columns,
-            places: self.rows.places(),
-            kernel,
-            tiles: &mut scratch.tiles,
-            filled_rows: self.filled_rows,
-            tile_len: self.tile_len(),
-            spare: &mut scratch.spare,
-            sum: &mut sum,
-        };
-        T::vectorize(self.instructions, work);
-        sum
+    pub fn begin(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        self.pass::<false, true>(rows, threads, scratch);
     }
 
-    pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass::<true, true>(rows, scratch);
+    pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
+        let Scratch { tiles, buffers } = scratch;
+        let crew = self.crew(threads);
+        let tiles = tiles.chunks_exact_mut(self.tile_len());
+        let tiles = tiles.map(|tile| &mut tile[..self.filled_rows * T::LANES]);
+        let mut pairs = self.columns.pairs(tiles, self.rows.places(), kernel);
+        crew.each(
+            buffers,
+            || self.buffers(),
+            &mut pairs,
+            |buffers, pair| {
+                let work = columns::Convolve {
+                    columns: &self.columns,
+                    pair,
+                    spare: &mut buffers.spare,
+                };
+                T::vectorize(self.instructions, work);
+            },
+        );
+        pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
     }
 
-    pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass::<true, false>(rows, scratch);
+    pub fn turn(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        self.pass::<true, true>(rows, threads, scratch);
+    }
+
+    pub fn finish(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        self.pass::<true, false>(rows, threads, scratch);
     }
 
     /// Goes over all rows that are not zero for certain, which may come from the tiles and may go
@@ -139,37 +172,100 @@ impl<T: Real> Packed<T> {
     fn pass<const COME: bool, const GO: bool>(
         &self,
         rows: &mut impl Rows<T>,
+        threads: &Threads,
         scratch: &mut Scratch<T>,
     ) {
         let nodes_y = self.nodes[1];
-        let batch = &mut scratch.rows;
-        for first in (0..self.filled_rows).step_by(2 * BATCH) {
-            if COME {
-                self.inverse::<BATCH>(first / 2, batch, &scratch.tiles);
-            }
-            for (row, values) in (first..).zip(batch.chunks_exact_mut(nodes_y)) {
-                rows.row(Row::new(row, nodes_y), values);
-            }
-            if GO {
-                self.forward(first / 2, batch, &mut scratch.tiles);
-            }
+        let Scratch { tiles, buffers } = scratch;
+        let crew = self.crew(threads);
+        let firsts = crew.cuts(self.filled_rows / (2 * BATCH));
+        let firsts: Vec<usize> = firsts.into_iter().map(|batch| 2 * BATCH * batch).collect();
+        let shares = self.cut_tiles(tiles, &firsts);
+        let parts = cut(rows, &firsts, nodes_y);
+        let blocks = firsts.into_iter().zip(shares).zip(parts);
+        let mut blocks: Vec<_> = blocks.collect();
+        crew.each(
+            buffers,
+            || self.buffers(),
+            &mut blocks,
+            |buffers, ((first, tiles), rows)| {
+                let batch = &mut buffers.rows;
+                let filled = 2 * tiles[0][0].len() / T::LANES;
+                for own in (0..filled).step_by(2 * BATCH) {
+                    if COME {
+                        self.inverse::<BATCH, _>(own / 2, batch, tiles);
+                    }
+                    for (row, values) in (*first + own..).zip(batch.chunks_exact_mut(nodes_y)) {
+                        rows.row(Row::new(row, nodes_y), values);
+                    }
+                    if GO {
+                        self.forward(own / 2, batch, tiles);
+                    }
+                }
+            },
+        );
+        for (_, part) in blocks {
+            rows.append(part);
         }
     }
 
-    pub fn peek(&self, pair: usize, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    /// Cuts all tiles at these rows.
+    fn cut_tiles<'a>(&self, tiles: &'a mut [T], firsts: &[usize]) -> Vec<Shares<'a, T>> {
+        let ends = firsts[1..].iter().chain([&self.filled_rows]);
+        let lengths: Vec<usize> = firsts
+            .iter()
+            .zip(ends)
+            .map(|(first, end)| (end - first) / 2 * T::LANES)
+            .collect();
+        let count = self.nodes[1] / T::LANES;
+        let mut shares: Vec<_> = firsts.iter().map(|_| Vec::with_capacity(count)).collect();
+        for tile in tiles.chunks_exact_mut(self.tile_len()) {
+            let (mut re, mut im) = tile.split_at_mut(self.filled_rows / 2 * T::LANES);
+            for (share, length) in shares.iter_mut().zip(&lengths) {
+                let (own_re, own_im);
+                (own_re, re) = re.split_at_mut(*length);
+                (own_im, im) = im.split_at_mut(*length);
+                share.push([own_re, own_im]);
+            }
+        }
+        shares
+    }
+
+    pub fn peek(
+        &self,
+        pairs: &[usize],
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
         let nodes_y = self.nodes[1];
-        let batch = &mut scratch.rows[..2 * nodes_y];
-        self.inverse::<1>(pair, batch, &scratch.tiles);
-        for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(nodes_y)) {
-            rows.row(Row::new(row, nodes_y), values);
+        let Scratch { tiles, buffers } = scratch;
+        let tiles = tiles.chunks_exact(self.tile_len());
+        let tiles: Vec<[&[T]; 2]> = tiles
+            .map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into())
+            .collect();
+        let crew = threads.crew(2 * pairs.len() * nodes_y);
+        let (parts, pairs) = cut_pairs(rows, pairs, &crew, nodes_y);
+        let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();
+        let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
+            let batch = &mut buffers.rows[..2 * nodes_y];
+            for &pair in *pairs {
+                self.inverse::<1, _>(pair, batch, &tiles);
+                for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(nodes_y)) {
+                    Rows::row(rows, Row::new(row, nodes_y), values);
+                }
+            }
+        };
+        crew.each(buffers, || self.buffers(), &mut blocks, look);
+        for (part, _) in blocks {
+            rows.append(part);
         }
     }
 
-    fn forward(&self, first: usize, batch: &mut [T], tiles: &mut [T]) {
+    fn forward(&self, first: usize, batch: &mut [T], tiles: &mut Shares<T>) {
         let work = Forward {
             stages: &self.rows,
-            nodes: [self.filled_rows, self.nodes[1]],
-            tile_len: self.tile_len(),
+            row_nodes: self.nodes[1],
             first,
             batch,
             tiles,
@@ -177,11 +273,15 @@ impl<T: Real> Packed<T> {
         T::vectorize(self.instructions, work);
     }
 
-    fn inverse<const ROWS: usize>(&self, first: usize, batch: &mut [T], tiles: &[T]) {
-        let work = Inverse::<ROWS, T> {
+    fn inverse<const ROWS: usize, B: Deref<Target = [T]>>(
+        &self,
+        first: usize,
+        batch: &mut [T],
+        tiles: &[[B; 2]],
+    ) {
+        let work = Inverse::<ROWS, T, B> {
             stages: &self.rows,
-            nodes: [self.filled_rows, self.nodes[1]],
-            tile_len: self.tile_len(),
+            row_nodes: self.nodes[1],
             first,
             batch,
             tiles,
@@ -191,33 +291,30 @@ impl<T: Real> Packed<T> {
 }
 
 /// Takes a batch of complex rows to the tiles.
-struct Forward<'a, T> {
+struct Forward<'a, 'b, T> {
     stages: &'a Stages<T, true>,
-    /// Rows that tiles have something of, and nodes in them.
-    nodes: [usize; 2],
-    /// Numbers in a tile.
-    tile_len: usize,
-    /// The first complex row.
+    row_nodes: usize,
+    /// The first complex row, of those at hand.
     first: usize,
     batch: &'a mut [T],
-    tiles: &'a mut [T],
+    tiles: &'a mut Shares<'b, T>,
 }
 
-impl<T: Real> Work<T> for Forward<'_, T> {
+impl<T: Real> Work<T> for Forward<'_, '_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
-        let registers = self.nodes[1] / R::LANES;
+        let registers = self.row_nodes / R::LANES;
         let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
         for row in batch.chunks_exact_mut(2 * registers) {
             let (re, im) = row.split_at_mut(registers);
             self.stages.forward(r, re, im);
         }
-        let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
-        let tiles = tiles.chunks_exact_mut(self.tile_len / R::LANES);
-        for (j, tile) in tiles.enumerate() {
-            let (re, im) = tile.split_at_mut(self.nodes[0] / 2);
-            let re = &mut re[self.first..][..BATCH];
-            let im = &mut im[self.first..][..BATCH];
+        let start = self.first * R::LANES;
+        for (j, [re, im]) in self.tiles.iter_mut().enumerate() {
+            let re = &mut re[start..][..BATCH * R::LANES];
+            let im = &mut im[start..][..BATCH * R::LANES];
+            let re: &mut [R::Lanes] = bytemuck::cast_slice_mut(re);
+            let im: &mut [R::Lanes] = bytemuck::cast_slice_mut(im);
             for k in 0..BATCH {
                 re[k] = batch[2 * k * registers + j];
                 im[k] = batch[(2 * k + 1) * registers + j];
@@ -227,26 +324,23 @@ impl<T: Real> Work<T> for Forward<'_, T> {
 }
 
 /// Brings so many complex rows back from the tiles.
-struct Inverse<'a, const ROWS: usize, T> {
+struct Inverse<'a, const ROWS: usize, T, B> {
     stages: &'a Stages<T, true>,
-    nodes: [usize; 2],
-    tile_len: usize,
+    row_nodes: usize,
     first: usize,
     batch: &'a mut [T],
-    tiles: &'a [T],
+    tiles: &'a [[B; 2]],
 }
 
-impl<const ROWS: usize, T: Real> Work<T> for Inverse<'_, ROWS, T> {
+impl<const ROWS: usize, T: Real, B: Deref<Target = [T]>> Work<T> for Inverse<'_, ROWS, T, B> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
-        let registers = self.nodes[1] / R::LANES;
+        let registers = self.row_nodes / R::LANES;
         let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
-        let tiles: &[R::Lanes] = bytemuck::cast_slice(self.tiles);
-        let tiles = tiles.chunks_exact(self.tile_len / R::LANES);
-        for (j, tile) in tiles.enumerate() {
-            let (re, im) = tile.split_at(self.nodes[0] / 2);
-            let re = &re[self.first..][..ROWS];
-            let im = &im[self.first..][..ROWS];
+        let start = self.first * R::LANES;
+        for (j, [re, im]) in self.tiles.iter().enumerate() {
+            let re: &[R::Lanes] = bytemuck::cast_slice(&re[start..][..ROWS * R::LANES]);
+            let im: &[R::Lanes] = bytemuck::cast_slice(&im[start..][..ROWS * R::LANES]);
             for k in 0..ROWS {
                 batch[2 * k * registers + j] = re[k];
                 batch[(2 * k + 1) * registers + j] = im[k];

@@ -1,6 +1,7 @@
 //! Transforms against the Fourier sum, convolutions against transforms.
 
 use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
 
 use super::*;
 
@@ -155,9 +156,10 @@ fn packed_error<T: Real>(
     Some(worst_error(nodes, |field, out| {
         let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / field.len() as f64);
         let mut scratch = packed.scratch();
-        packed.begin(&mut Source(field), &mut scratch);
-        let work = packed.multiply(&kernel, &mut scratch);
-        packed.finish(&mut Sink(out), &mut scratch);
+        let one = &Threads::one();
+        packed.begin(&mut Source(field), one, &mut scratch);
+        let work = packed.multiply(&kernel, one, &mut scratch);
+        packed.finish(&mut Sink(Band::of(out)), one, &mut scratch);
         let numbers = out.iter().map(|number| (*number).into());
         bits.extend(numbers.chain([work]).map(f64::to_bits));
     }))
@@ -241,26 +243,88 @@ const EITHER_WAY: [[usize; 2]; 8] = [
     [32, 160],
 ];
 
+/// Meshes of either way that are large enough to be shared among three threads.
+const SHARED: [[usize; 2]; 4] = [[640, 640], [700, 601], [832, 480], [1, 500_000]];
+
+fn threads(count: usize) -> Threads {
+    Threads::new(NonZeroUsize::new(count).unwrap()).unwrap()
+}
+
+/// The bits of a spectrum, of the map that comes back, and of convolutions of a corner with their
+/// work.
+fn bits_on<T: Real>(threads: &Threads, nodes: [usize; 2]) -> Vec<u64> {
+    let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
+    let transform = Transform::new(nodes);
+    let mut scratch = transform.scratch_on(threads.clone());
+    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+    transform.forward(&map, &mut spectrum, &mut scratch);
+    let mut numbers: Vec<T> = spectrum.iter().flat_map(|z| [z.re, z.im]).collect();
+    let mut back = vec![T::zero(); map.len()];
+    transform.inverse(&mut spectrum, &mut back, &mut scratch);
+    numbers.extend(&back);
+    let mut bits: Vec<u64> = numbers.into_iter().map(|x| x.into().to_bits()).collect();
+    for corner in [nodes, nodes.map(|nodes| nodes.div_ceil(2))] {
+        let (transform, kernel) = (Transform::padded(corner, nodes), Kernel::new(nodes, factor));
+        let mut scratch = transform.scratch_on(threads.clone());
+        let field = &map[..corner[0] * corner[1]];
+        let mut out = vec![T::zero(); field.len()];
+        transform.begin(&mut Source(field), &mut scratch);
+        bits.push(transform.multiply(&kernel, &mut scratch).to_bits());
+        transform.finish(&mut Sink(Band::of(&mut out)), &mut scratch);
+        bits.extend(out.into_iter().map(|x| x.into().to_bits()));
+    }
+    bits
+}
+
 #[test]
-fn every_row_is_seen_once_in_ascending_order() {
-    struct Calls(usize);
-    impl Rows<f64> for Calls {
-        fn row(&mut self, row: Row, values: &mut [f64]) {
-            assert_eq!(row.index(), self.0);
-            self.0 += 1;
-            values.fill(1.0);
+fn any_number_of_threads_has_the_same_bits() {
+    for nodes in SHARED {
+        let single = bits_on::<f32>(&Threads::one(), nodes);
+        let double = bits_on::<f64>(&Threads::one(), nodes);
+        for count in [2, 3, 8] {
+            let threads = threads(count);
+            assert!(
+                bits_on::<f32>(&threads, nodes) == single,
+                "{count}, {nodes:?}"
+            );
+            assert!(
+                bits_on::<f64>(&threads, nodes) == double,
+                "{count}, {nodes:?}"
+            );
         }
     }
-    for nodes in EITHER_WAY {
+}
+
+#[test]
+fn every_row_is_seen_once_in_ascending_order() {
+    /// The first row, and the one after the last.
+    struct Calls(usize, usize);
+    impl Rows<f64> for Calls {
+        fn row(&mut self, row: Row, values: &mut [f64]) {
+            assert_eq!(row.index(), self.1);
+            self.1 += 1;
+            values.fill(1.0);
+        }
+
+        fn split_off(&mut self, row: Row) -> Self {
+            Self(row.index(), row.index())
+        }
+
+        fn append(&mut self, later: Self) {
+            assert_eq!(self.1, later.0);
+            self.1 = later.1;
+        }
+    }
+    for nodes in EITHER_WAY.into_iter().chain(SHARED) {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
-        let mut scratch = transform.scratch();
-        let mut calls = [Calls(0), Calls(0), Calls(0)];
+        let mut scratch = transform.scratch_on(threads(3));
+        let mut calls = [Calls(0, 0), Calls(0, 0), Calls(0, 0)];
         transform.begin(&mut calls[0], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         transform.turn(&mut calls[1], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         transform.finish(&mut calls[2], &mut scratch);
-        assert!(calls.iter().all(|calls| calls.0 == nodes[0]));
+        assert!(calls.iter().all(|calls| calls.1 == nodes[0]));
     }
 }
 
@@ -272,6 +336,12 @@ fn a_turn_is_an_end_and_a_beginning() {
         fn row(&mut self, _: Row, values: &mut [f64]) {
             values.iter_mut().for_each(|value| *value *= 3.0);
         }
+
+        fn split_off(&mut self, _: Row) -> Self {
+            Self
+        }
+
+        fn append(&mut self, _: Self) {}
     }
     for nodes in EITHER_WAY {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
@@ -288,7 +358,7 @@ fn a_turn_is_an_end_and_a_beginning() {
         transform.turn(&mut Triple, &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         let out = &mut at_once;
-        transform.finish(&mut Sink(out), &mut scratch);
+        transform.finish(&mut Sink(Band::of(out)), &mut scratch);
         assert_eq!(apart, at_once);
     }
 }
@@ -304,10 +374,21 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
             assert_eq!(values, row.of(self.map));
             self.rows.push(row.index());
         }
+
+        fn split_off(&mut self, _: Row) -> Self {
+            Self {
+                map: self.map,
+                rows: Vec::new(),
+            }
+        }
+
+        fn append(&mut self, later: Self) {
+            self.rows.extend(later.rows);
+        }
     }
-    for nodes in EITHER_WAY {
+    for nodes in EITHER_WAY.into_iter().chain(SHARED) {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
-        let mut scratch = transform.scratch();
+        let mut scratch = transform.scratch_on(threads(3));
         let field = &map(nodes);
         let mut convolved = vec![0.0; field.len()];
         transform.convolve(&kernel, field, &mut convolved, &mut scratch);
@@ -317,9 +398,8 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
             map: &convolved,
             rows: Vec::new(),
         };
-        for pair in 0..nodes[0].div_ceil(2) {
-            transform.peek(pair, &mut seen, &mut scratch);
-        }
+        let pairs = Vec::from_iter(0..nodes[0].div_ceil(2));
+        transform.peek(&pairs, &mut seen, &mut scratch);
         assert_eq!(seen.rows, Vec::from_iter(0..nodes[0]));
     }
 }
@@ -334,7 +414,7 @@ fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
         transform.begin(&mut Source(field), &mut scratch);
         let told = transform.multiply(&kernel, &mut scratch);
         let out = &mut convolved;
-        transform.finish(&mut Sink(out), &mut scratch);
+        transform.finish(&mut Sink(Band::of(out)), &mut scratch);
         let work: f64 = field.iter().zip(&convolved).map(|(a, b)| a * b).sum();
         assert!(
             (told - work).abs() < 1e-13 * work,
@@ -388,11 +468,19 @@ fn a_corner_is_convolved_to_the_bytes_of_the_whole_mesh_with_zeros() {
 fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
     /// Hands rows on, and adds up what it sees.
     #[derive(Default)]
-    struct Sum(f64, usize);
+    struct Sum(Vec<f64>);
     impl Rows<f64> for Sum {
         fn row(&mut self, row: Row, values: &mut [f64]) {
-            self.0 += (row.index() + 1) as f64 * values.iter().sum::<f64>();
-            self.1 += 1;
+            let sum: f64 = values.iter().sum();
+            self.0.push((row.index() + 1) as f64 * sum);
+        }
+
+        fn split_off(&mut self, _: Row) -> Self {
+            Self::default()
+        }
+
+        fn append(&mut self, later: Self) {
+            self.0.extend(later.0);
         }
     }
     for (corner, nodes) in CORNERS {
@@ -408,16 +496,16 @@ fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
         let expected: f64 = field.iter().zip(&*once).map(|(a, b)| a * b).sum();
         assert!((work - expected).abs() < 1e-13 * work, "{corner:?}");
         let [mut peeked, mut turned] = [Sum::default(), Sum::default()];
-        for pair in 0..corner[0].div_ceil(2) {
-            transform.peek(pair, &mut peeked, &mut scratch);
-        }
+        let pairs = Vec::from_iter(0..corner[0].div_ceil(2));
+        transform.peek(&pairs, &mut peeked, &mut scratch);
         transform.turn(&mut turned, &mut scratch);
         // A peek may show a row beyond the map, of zeros.
-        assert!(peeked.1 >= corner[0] && turned.1 == corner[0], "{corner:?}");
+        let beyond = peeked.0.split_off(corner[0]);
+        assert!(beyond.into_iter().all(|sum| sum == 0.0), "{corner:?}");
         assert_eq!(peeked.0, turned.0);
         transform.multiply(&kernel, &mut scratch);
         let mut out = vec![0.0; field.len()];
-        transform.finish(&mut Sink(&mut out), &mut scratch);
+        transform.finish(&mut Sink(Band::of(&mut out)), &mut scratch);
         assert!(out == *twice, "{corner:?} of {nodes:?}");
     }
 }

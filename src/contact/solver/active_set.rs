@@ -24,7 +24,7 @@ impl Solver {
             offset,
             gap: &self.gap,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
     }
 }
 
@@ -44,4 +44,10 @@ impl Pass<f64> for Release<'_> {
             *p *= weight::<f64>(*p >= self.asked * above);
         }
     }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
 }

@@ -9,6 +9,7 @@
 
 use super::lanes::Wide;
 use super::passes::{FEWEST_NODES, PeekGap, Seen};
+use super::shift::Nodes;
 use super::survey::Standing;
 use super::{Hardness, Solver};
 
@@ -60,8 +61,7 @@ impl Solver {
     ) -> f64 {
         let hardness = self.ceiling();
         let Standing { offset, error } = standing;
-        self.asking.clear();
-        let mut peek = PeekGap {
+        let mut peek = Wide(PeekGap {
             gap: &self.gap,
             base: &self.base,
             increment: &self.increment,
@@ -69,20 +69,15 @@ impl Solver {
             part: part as f32,
             stiffness: self.nodal_stiffness as f32,
             range: [(offset + error) as f32, (offset - error) as f32],
-            nodes: &mut self.asking,
+            nodes: Nodes::default(),
             level: offset as f32,
-        };
-        for pair in self.sample.pairs() {
-            self.single
-                .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+        });
+        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        single.peek(&self.sample.pairs(), &mut peek, scratch);
+        if sees_all_rows || peek.0.saw_too_little() {
+            single.peek(&self.sample.other_pairs(), &mut peek, scratch);
         }
-        if sees_all_rows || peek.saw_too_little() {
-            for pair in self.sample.other_pairs() {
-                self.single
-                    .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
-            }
-        }
-        let shift = self.asking.shift(0.0, hardness as f32).unwrap_or(0.0);
+        let shift = peek.0.nodes.shift(0.0, hardness as f32).unwrap_or(0.0);
         offset + shift / self.nodal_stiffness
     }
 
@@ -100,12 +95,7 @@ impl Solver {
     }
 
     /// Gathers nodes of pairs of rows whose gap may ask for another pressure.
-    fn gather(
-        &mut self,
-        pairs: impl Iterator<Item = usize>,
-        hardness: Hardness,
-        standing: Standing,
-    ) {
+    fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, standing: Standing) {
         let Standing { offset, error } = standing;
         for pair in pairs {
             let first = 2 * pair * self.nodes[1];

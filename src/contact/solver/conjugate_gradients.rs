@@ -39,14 +39,17 @@ use super::Solver;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, PRESSED};
 use super::history::{History, LastMove};
+use super::in_order::InOrder;
 use super::lanes::Wide;
 use super::line_search::LineSearch;
 use super::passes::{
-    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PendingUpdate, Seen, Sums, UpdateGap,
+    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PendingUpdate, Sums, UpdateGap,
     UpdatePressure,
 };
+use super::shift::Nodes;
 use super::start::Start;
 use super::survey::Standing;
+use crate::contact::fft::Band;
 
 /// How much of the extension an iteration hands to the next, and how far it gives way to a pressure
 /// on a node that is not free, in units of the displacement that this node alone asks for. More of
@@ -176,30 +179,27 @@ impl Solver {
     /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes. Where
     /// the material yields, free nodes are gathered on the way; returns also in how many rows.
     fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
-        let asking = self.bound.map(|_| {
-            self.asking.clear();
-            self.last_moves.clear();
-            Asking {
-                base: &self.base,
-                increment: &self.increment,
-                of_move: of_move as f32,
-                nodes: &mut self.asking,
-                last_moves: &mut self.last_moves,
-                rows: 0,
-            }
+        let asking = self.bound.map(|_| Asking {
+            base: &self.base,
+            increment: &self.increment,
+            of_move: of_move as f32,
+            nodes: Nodes::default(),
+            last_moves: Vec::new(),
+            rows: 0,
         });
-        let mut peek = Peek::new(&self.carry, &self.sample, asking);
-        for pair in self.sample.pairs() {
-            self.single
-                .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
+        let mut peek = Wide(Peek::new(&self.carry, &self.sample, asking));
+        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        single.peek(&self.sample.pairs(), &mut peek, scratch);
+        if sees_all_rows || peek.0.saw_too_little() {
+            single.peek(&self.sample.other_pairs(), &mut peek, scratch);
         }
-        if sees_all_rows || peek.saw_too_little() {
-            for pair in self.sample.other_pairs() {
-                self.single
-                    .peek(pair, &mut Wide(&mut peek), &mut self.single_scratch);
-            }
-        }
-        (peek.means(), peek.rows())
+        let means = peek.0.means();
+        let Some(asking) = peek.0.asking() else {
+            return (means, 0);
+        };
+        let rows = asking.rows;
+        (self.asking, self.last_moves) = (asking.nodes, asking.last_moves);
+        (means, rows)
     }
 
     /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
@@ -249,23 +249,22 @@ impl Solver {
         direction: Direction,
         is_last: bool,
     ) -> Sums {
-        let mut pass = UpdatePressure::<YIELDS> {
+        let mut pass = Wide(UpdatePressure::<YIELDS> {
             direction,
             ceiling: Ceiling::at(self.ceiling()),
             base: &self.base,
-            increment: &mut self.increment,
-            carry: &mut self.carry,
+            increment: Band::of(&mut self.increment),
+            carry: Band::of(&mut self.carry),
             gap: &self.gap,
             heights: &self.single_heights,
-            sums: Sums::default(),
-        };
-        let rows = &mut Wide(&mut pass);
+            sums: InOrder::new(),
+        });
         if is_last {
-            self.single.finish(rows, &mut self.single_scratch);
+            self.single.finish(&mut pass, &mut self.single_scratch);
         } else {
-            self.single.turn(rows, &mut self.single_scratch);
+            self.single.turn(&mut pass, &mut self.single_scratch);
         }
-        pass.sums
+        pass.0.sums.total()
     }
 
     /// Moves the gap after the pressures, and goes on with what it asks for.
@@ -285,17 +284,16 @@ impl Solver {
             pressed: if pending.part < 1.0 { FREE } else { PRESSED },
             memory: MEMORY,
         };
-        let mut pass = UpdateGap::<YIELDS> {
+        let mut pass = Wide(UpdateGap::<YIELDS> {
             response,
             heights: &self.single_heights,
-            gap: &mut self.gap,
-            carry: &mut self.carry,
-            sample: &mut self.sample,
-            seen: Seen::NOTHING,
-        };
-        self.single
-            .turn(&mut Wide(&mut pass), &mut self.single_scratch);
-        let seen = pass.seen;
+            gap: Band::of(&mut self.gap),
+            carry: Band::of(&mut self.carry),
+            sample: self.sample.to_keep(),
+            seen: InOrder::new(),
+        });
+        self.single.turn(&mut pass, &mut self.single_scratch);
+        let seen = pass.0.seen.total();
         self.free_nodes = seen.free_nodes;
         let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
         // In elastic bodies the sums are zero, and it is known already.

@@ -2,13 +2,16 @@
 
 use super::balance::Balance;
 use super::history::{History, LastMove};
+use super::in_order::InOrder;
 use super::lanes::{Wide, over_rows};
 use super::line_search::LineSearch;
 use super::passes::{
-    GapOutput, MoveOutput, MoveSeen, PendingUpdate, PressureInput, Promote, PromotedInput, TakeBack,
+    GapOutput, MoveOutput, MoveScaling, PendingUpdate, PressureInput, Promote, PromotedInput,
+    TakeBack,
 };
 use super::survey::{Standing, Survey};
 use super::{Hardness, Settings, Solver};
+use crate::contact::fft::Band;
 
 /// What only double precision tells.
 #[derive(Debug, Clone, Copy)]
@@ -26,14 +29,13 @@ pub struct Evaluation {
 impl Solver {
     /// Measures the present pressure and renews the gap from it: one pair.
     pub(super) fn evaluate(&mut self) -> Evaluation {
-        let mut pass = PressureInput {
+        let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
             hardness: self.ceiling(),
-            carry: &mut self.carry,
+            carry: Band::of(&mut self.carry),
             keeps_moves: false,
-        };
-        self.double
-            .begin(&mut Wide(&mut pass), &mut self.double_scratch);
+        });
+        self.double.begin(&mut pass, &mut self.double_scratch);
         self.finish_gap()
     }
 
@@ -67,7 +69,12 @@ impl Solver {
             base: &self.base,
             increment: &self.increment,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut promote);
+        over_rows(
+            &self.threads,
+            &mut self.pressure,
+            self.nodes[1],
+            &mut promote,
+        );
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
@@ -86,7 +93,7 @@ impl Solver {
             hardness: self.ceiling(),
             carry: &self.carry,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
     }
 
     /// Evaluates a move at once, and once more if only a part of it is kept.
@@ -134,27 +141,25 @@ impl Solver {
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = MoveOutput::<YIELDS> {
+        let mut pass = Wide(MoveOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.reference,
-            seen: MoveSeen {
+            scaling: MoveScaling {
                 scale: scale as f32,
                 reference_change: reference_change as f32,
-                survey: Survey::new(!self.body.keeps_mean()),
-                curvature: 0.0,
             },
+            sums_gaps: !self.body.keeps_mean(),
+            survey: InOrder::new(),
+            curvature: InOrder::new(),
             base: &self.base,
             increment: &self.increment,
-            gap: &mut self.gap,
-            carry: &mut self.carry,
-            sample: &mut self.sample,
+            gap: Band::of(&mut self.gap),
+            carry: Band::of(&mut self.carry),
+            sample: self.sample.to_keep(),
             found: vec![0.0; self.nodes[1]],
-        };
-        self.double
-            .finish(&mut Wide(&mut pass), &mut self.double_scratch);
-        let MoveSeen {
-            survey, curvature, ..
-        } = pass.seen;
+        });
+        self.double.finish(&mut pass, &mut self.double_scratch);
+        let (survey, curvature) = (pass.0.survey.total(), pass.0.curvature.total());
         (self.evaluation(&survey, work), curvature)
     }
 
@@ -183,14 +188,13 @@ impl Solver {
 
     fn begin_promoted(&mut self, scale: f64, offset: f64) {
         self.reference += offset;
-        let mut pass = PromotedInput {
+        let mut pass = Wide(PromotedInput {
             scale,
             base: &self.base,
             increment: &self.increment,
-            pressure: &mut self.pressure,
-        };
-        self.double
-            .begin(&mut Wide(&mut pass), &mut self.double_scratch);
+            pressure: Band::of(&mut self.pressure),
+        });
+        self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
     fn finish_gap(&mut self) -> Evaluation {
@@ -204,16 +208,16 @@ impl Solver {
         let work = self
             .double
             .multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = GapOutput::<YIELDS> {
+        let mut pass = Wide(GapOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.reference,
-            gap: &mut self.gap,
+            gap: Band::of(&mut self.gap),
             carry: &self.carry,
-            survey: Survey::new(!self.body.keeps_mean()),
-        };
-        self.double
-            .finish(&mut Wide(&mut pass), &mut self.double_scratch);
-        let survey = pass.survey;
+            sums_gaps: !self.body.keeps_mean(),
+            survey: InOrder::new(),
+        });
+        self.double.finish(&mut pass, &mut self.double_scratch);
+        let survey = pass.0.survey.total();
         self.evaluation(&survey, work)
     }
 

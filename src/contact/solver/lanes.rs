@@ -5,28 +5,35 @@
 //! `#[inline(always)]` and free of closures: only so is it compiled with the instructions of the
 //! [`Pass`] that it belongs to.
 
-use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Range, Sub};
 
 use pulp::{NullaryFnOnce, Scalar, Scalar512b, Simd};
 
-use crate::contact::fft::{Real, Row, Rows};
+use crate::contact::fft::{Band, Real, Row, Rows};
 use crate::contact::instructions::Instructions;
+use crate::contact::threads::Threads;
 
 /// Partial sums of a row, and numbers in [`Lanes`].
 pub const LANES: usize = 16;
 
 /// What a pass over the mesh does with its rows, `R` registers of which have sixteen numbers.
-pub trait Pass<T> {
+pub trait Pass<T>: Sized + Send {
     /// As [`Rows::row`].
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [T]);
+
+    /// As [`Rows::split_off`].
+    fn split_off(&mut self, row: Row) -> Self;
+
+    /// As [`Rows::append`].
+    fn append(&mut self, later: Self);
 }
 
-/// The rows of a pass, with the instructions in use.
-pub struct Wide<'a, P>(pub &'a mut P);
+/// A pass with the instructions in use.
+pub struct Wide<P>(pub P);
 
-impl<T, P: Pass<T>> Rows<T> for Wide<'_, P> {
+impl<T, P: Pass<T>> Rows<T> for Wide<P> {
     fn row(&mut self, row: Row, values: &mut [T]) {
-        let pass = &mut *self.0;
+        let pass = &mut self.0;
         match Instructions::in_use() {
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512(simd) => {
@@ -36,6 +43,14 @@ impl<T, P: Pass<T>> Rows<T> for Wide<'_, P> {
             Instructions::Avx2(simd) => simd.vectorize(Run::<_, _, _, 2>(pass, simd, row, values)),
             Instructions::Portable => pass.row::<_, 1>(Scalar512b, row, values),
         }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self(self.0.split_off(row))
+    }
+
+    fn append(&mut self, later: Self) {
+        self.0.append(later.0);
     }
 }
 
@@ -51,9 +66,38 @@ impl<P: Pass<T>, T, S: Simd, const R: usize> NullaryFnOnce for Run<'_, P, T, S, 
 }
 
 /// Runs a pass over the rows of a map, with so many nodes in a row.
-pub fn over_rows<T>(map: &mut [T], nodes: usize, pass: &mut impl Pass<T>) {
-    for (index, values) in map.chunks_exact_mut(nodes).enumerate() {
-        Wide(pass).row(Row::new(index, nodes), values);
+pub fn over_rows<T: Send, P: Pass<T>>(
+    threads: &Threads,
+    map: &mut [T],
+    nodes: usize,
+    pass: &mut P,
+) {
+    let count = map.len() / nodes;
+    let crew = threads.crew(map.len());
+    let mut whole = Band::of(map);
+    let mut blocks: Vec<(Range<usize>, Band<T>, Wide<P>)> = Vec::new();
+    let mut end = count;
+    for pair in crew.cuts(count.div_ceil(2)).into_iter().rev() {
+        let first = Row::new(2 * pair, nodes);
+        blocks.push((
+            first.index()..end,
+            whole.split_off(first),
+            Wide(pass.split_off(first)),
+        ));
+        end = first.index();
+    }
+    crew.each(
+        &mut Vec::new(),
+        || (),
+        &mut blocks,
+        |(), (rows, band, pass)| {
+            for row in rows.clone().map(|index| Row::new(index, nodes)) {
+                pass.row(row, band.row(row));
+            }
+        },
+    );
+    for (.., part) in blocks.into_iter().rev() {
+        pass.append(part.0);
     }
 }
 

@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::Solver;
+use super::in_order::InOrder;
 use super::lanes::{LANES, Pass, greater, over_rows, total};
 use crate::contact::fft::Row;
 
@@ -23,7 +24,7 @@ impl Solver {
             saturated_nodes: 0.0,
             peak: [0.0; LANES],
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
         PressureSummary {
             contact_nodes: pass.contact_nodes as usize,
             saturated_nodes: pass.saturated_nodes as usize,
@@ -33,14 +34,19 @@ impl Solver {
 
     /// What pressures without a bound are to be scaled by.
     fn scale_to_load(&mut self) -> f64 {
-        let mut sum = Total(0.0);
-        over_rows(&mut self.pressure, self.nodes[1], &mut sum);
-        if sum.0 <= 0.0 {
+        let mut sum = self.sum_of_pressures();
+        if sum <= 0.0 {
             // A search leaves nothing of a pressure too small for single precision.
             self.guess_from_heights(self.load);
-            over_rows(&mut self.pressure, self.nodes[1], &mut sum);
+            sum += self.sum_of_pressures();
         }
-        self.load * self.pressure.len() as f64 / sum.0
+        self.load * self.pressure.len() as f64 / sum
+    }
+
+    fn sum_of_pressures(&mut self) -> f64 {
+        let mut sum = Total(InOrder::new());
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut sum);
+        sum.0.total()
     }
 }
 
@@ -52,12 +58,20 @@ pub struct PressureSummary {
     pub peak_pressure: f64,
 }
 
-struct Total(f64);
+struct Total(InOrder<f64>);
 
 impl Pass<f64> for Total {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, values: &mut [f64]) {
-        self.0 += total(values);
+        self.0.push(total(values));
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self(InOrder::new())
+    }
+
+    fn append(&mut self, later: Self) {
+        self.0.append(later.0);
     }
 }
 
@@ -83,5 +97,23 @@ impl Pass<f64> for ScaleAndCount {
         let hardness = self.hardness;
         self.contact_nodes += pressure.iter().filter(|p| **p > 0.0).count() as f64;
         self.saturated_nodes += pressure.iter().filter(|p| **p >= hardness).count() as f64;
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            contact_nodes: 0.0,
+            saturated_nodes: 0.0,
+            peak: [0.0; LANES],
+            ..*self
+        }
+    }
+
+    /// Counts are whole numbers, which come to the same in any order.
+    fn append(&mut self, later: Self) {
+        self.contact_nodes += later.contact_nodes;
+        self.saturated_nodes += later.saturated_nodes;
+        for (peak, later) in self.peak.iter_mut().zip(later.peak) {
+            *peak = greater(*peak, later);
+        }
     }
 }

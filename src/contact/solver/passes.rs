@@ -10,7 +10,7 @@ mod update_pressure;
 pub use ask::{Ask, Onwards};
 pub use base::Base;
 pub use evaluate::{
-    GapOutput, MoveOutput, MoveSeen, PressureInput, Promote, PromoteYielding, PromotedInput,
+    GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromoteYielding, PromotedInput,
     TakeBack,
 };
 pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};

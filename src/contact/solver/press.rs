@@ -3,7 +3,7 @@
 use super::evaluation::Evaluation;
 use super::history::History;
 use super::start::Start;
-use super::{Hardness, Outcome, Settings, Solver, Stop};
+use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
 /// How far an evaluation in single precision is trusted to have reduced the residual of the last
 /// one in double precision: far from its rounding, 1e-7.
@@ -18,13 +18,9 @@ impl Solver {
     /// hardness bears, if there is one ([`Hardness::bear`]).
     ///
     /// Loads may come in any order; those in ascending order are found fastest. However light the
-    /// load, and however it ends, some node bears it.
-    pub fn press(
-        &mut self,
-        load: f64,
-        settings: &Settings,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Outcome {
+    /// load, and however it ends, some node bears it. Whoever watches is told of every iteration and
+    /// may end it: `&|| false` goes on to the end.
+    pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         assert!(load.is_finite() && load > 0.0, "a load presses");
         if let Some(hardness) = self.hardness {
             hardness.bear(load).expect("the caller has asked");
@@ -43,15 +39,15 @@ impl Solver {
         self.bound = self.hardness.filter(|_| load >= self.yields_from);
         let mut history = History::default();
         let evaluation = match self.guess(load) {
-            Some(start) => self.approach(&mut history, start, settings, interrupted),
+            Some(start) => self.approach(&mut history, start, settings, watch),
             None => self.evaluate_guess(settings),
         };
-        let elastic = self.solve(history, evaluation, settings, interrupted);
+        let elastic = self.solve(history, evaluation, settings, watch);
         match self.hardness {
             Some(hardness) if elastic.peak_pressure > hardness.pressure() => {
                 self.yields_from = self.yields_from.min(load);
                 let evaluation = self.guess_yielding(hardness);
-                self.solve(History::default(), evaluation, settings, interrupted)
+                self.solve(History::default(), evaluation, settings, watch)
             }
             _ => elastic,
         }
@@ -70,7 +66,7 @@ impl Solver {
         mut history: History,
         mut evaluation: Evaluation,
         settings: &Settings,
-        interrupted: &dyn Fn() -> bool,
+        watch: &dyn Watch,
     ) -> Outcome {
         loop {
             let stop = if self.is_solved(settings, &evaluation) {
@@ -78,11 +74,11 @@ impl Solver {
                 Stop::Converged
             } else if self.pairs >= settings.pair_limit {
                 Stop::PairLimit
-            } else if interrupted() {
+            } else if watch.is_interrupted() {
                 Stop::Interrupted
             } else {
                 let start = self.ask(evaluation.standing);
-                evaluation = self.approach(&mut history, start, settings, interrupted);
+                evaluation = self.approach(&mut history, start, settings, watch);
                 continue;
             };
             return self.outcome(stop, evaluation);
@@ -95,12 +91,15 @@ impl Solver {
         history: &mut History,
         start: Start,
         settings: &Settings,
-        interrupted: &dyn Fn() -> bool,
+        watch: &dyn Watch,
     ) -> Evaluation {
         let begun = self.residual(start.standing.error);
         let tolerance = self.tolerance(settings, self.free_nodes);
         let goal = tolerance.max(SINGLE_REDUCTION * begun);
-        let stop = |pairs| pairs >= settings.pair_limit || interrupted();
+        let stop = |pairs| {
+            watch.spent(pairs);
+            pairs >= settings.pair_limit || watch.is_interrupted()
+        };
         self.refine(history, start, goal, &stop)
     }
 

@@ -6,10 +6,11 @@ use pulp::Simd;
 
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
+use super::in_order::InOrder;
 use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
 use super::passes::{PendingUpdate, PressureInput, PromoteYielding};
 use super::{Hardness, Solver};
-use crate::contact::fft::Row;
+use crate::contact::fft::{Band, Row};
 
 /// What elastic pressures are scaled by after a search, and at least in any case: if they were to make
 /// still more room for saturated ones, rather all are scaled.
@@ -55,7 +56,12 @@ impl Solver {
             increment: &self.increment,
             carry: &self.carry,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut promote);
+        over_rows(
+            &self.threads,
+            &mut self.pressure,
+            self.nodes[1],
+            &mut promote,
+        );
         if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
         }
@@ -89,14 +95,13 @@ impl Solver {
 
     /// Begins an evaluation of the present pressure; moves are kept.
     pub(super) fn begin_with_moves_kept(&mut self, hardness: Hardness) {
-        let mut pass = PressureInput {
+        let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
             hardness: hardness.pressure(),
-            carry: &mut self.carry,
+            carry: Band::of(&mut self.carry),
             keeps_moves: true,
-        };
-        let rows = &mut Wide(&mut pass);
-        self.double.begin(rows, &mut self.double_scratch);
+        });
+        self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
     /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;
@@ -122,7 +127,12 @@ impl Solver {
                 hardness: hardness.pressure(),
                 highest: [0.0; LANES],
             };
-            over_rows(&mut self.pressure, self.nodes[1], &mut scaling);
+            over_rows(
+                &self.threads,
+                &mut self.pressure,
+                self.nodes[1],
+                &mut scaling,
+            );
             scaled *= scale;
             if scaling.highest.into_iter().all(|p| p < hardness.pressure()) {
                 return scaled;
@@ -136,16 +146,17 @@ impl Solver {
     fn scale_of_elastic(&mut self, hardness: Hardness) -> f64 {
         let mut tally = Tally {
             hardness: hardness.pressure(),
-            elastic: 0.0,
+            elastic: InOrder::new(),
             saturated_nodes: 0.0,
         };
-        over_rows(&mut self.pressure, self.nodes[1], &mut tally);
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut tally);
         let total = self.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
+        let elastic = tally.elastic.total();
         if rest.abs() <= ROUNDING * total {
-            return if tally.elastic == 0.0 { 1.0 } else { 0.0 };
+            return if elastic == 0.0 { 1.0 } else { 0.0 };
         }
-        rest / tally.elastic
+        rest / elastic
     }
 
     /// The same where there are too many saturated nodes, or nearly no others: with none saturated,
@@ -164,7 +175,7 @@ impl Solver {
 /// Σ of elastic pressures, and how many others there are; what is above the hardness is brought down.
 struct Tally {
     hardness: f64,
-    elastic: f64,
+    elastic: InOrder<f64>,
     saturated_nodes: f64,
 }
 
@@ -175,8 +186,23 @@ impl Pass<f64> for Tally {
         for p in &mut *pressure {
             *p = p.min(hardness);
         }
-        self.elastic += sum_by(pressure, pressure, |p, _| weight::<f64>(p < hardness) * p);
+        self.elastic.push(sum_by(pressure, pressure, |p, _| {
+            weight::<f64>(p < hardness) * p
+        }));
         self.saturated_nodes += sum_by(pressure, pressure, |p, _| weight::<f64>(p >= hardness));
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            hardness: self.hardness,
+            elastic: InOrder::new(),
+            saturated_nodes: 0.0,
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.elastic.append(later.elastic);
+        self.saturated_nodes += later.saturated_nodes;
     }
 }
 
@@ -197,6 +223,19 @@ impl Pass<f64> for ScaleElastic {
                     *highest = greater(*highest, *p);
                 }
             }
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            highest: [0.0; LANES],
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        for (highest, later) in self.highest.iter_mut().zip(later.highest) {
+            *highest = greater(*highest, later);
         }
     }
 }

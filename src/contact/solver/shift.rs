@@ -31,6 +31,12 @@ impl Nodes {
         }
     }
 
+    /// Adds those that were gathered later.
+    pub fn append(&mut self, mut later: Self) {
+        self.pressure.append(&mut later.pressure);
+        self.change.append(&mut later.change);
+    }
+
     #[inline(always)]
     pub fn push(&mut self, pressure: f32, change: f32) {
         self.pressure.push(pressure);

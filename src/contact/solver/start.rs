@@ -9,10 +9,12 @@ use std::ops::RangeInclusive;
 
 use super::Solver;
 use super::balance::Balance;
+use super::in_order::InOrder;
 use super::lanes::Wide;
-use super::passes::{Ask, GapUpdate, Onwards, Seen};
+use super::passes::{Ask, GapUpdate, Onwards};
 use super::survey::Standing;
 use crate::contact::elasticity;
+use crate::contact::fft::Band;
 
 /// How far from the last load, in units of the way to it from the one before, a straight line
 /// through both solutions is a better guess than the last one scaled: back to the one before, or
@@ -24,6 +26,9 @@ const LIGHT: f64 = 1.0;
 
 /// Halvings that find a shift of a pressure to the last bit.
 const BISECTIONS: u32 = 60;
+
+/// Nodes that are raised are gathered when there are that many others to each.
+const MANY: usize = 4;
 
 /// Where a search starts: what its first correction is to close is in the single-precision
 /// transform.
@@ -123,25 +128,25 @@ impl Solver {
         let hardness = self.ceiling();
         let onwards = reach.map(|reach| Onwards {
             reach,
-            earlier_pressure: &mut self.earlier_pressure,
-            earlier_gap: &mut self.earlier_gap,
+            earlier_pressure: Band::of(&mut self.earlier_pressure),
+            earlier_gap: Band::of(&mut self.earlier_gap),
         });
-        let mut pass = Ask::<YIELDS> {
+        let mut pass = Wide(Ask::<YIELDS> {
             onwards,
             response: GapUpdate::to_a_start(offset),
-            gap: &mut self.gap,
-            pressure: &mut self.pressure,
+            gap: Band::of(&mut self.gap),
+            pressure: Band::of(&mut self.pressure),
             hardness,
-            carry: &mut self.carry,
-            base: &mut self.base,
-            increment: &mut self.increment,
-            seen: Seen::NOTHING,
-            base_sum: 0.0,
-            bounded_sum: 0.0,
-        };
-        self.single
-            .begin(&mut Wide(&mut pass), &mut self.single_scratch);
-        let (seen, base_sum, sum) = (pass.seen, pass.base_sum, pass.bounded_sum);
+            carry: Band::of(&mut self.carry),
+            base: self.base.to_set(),
+            increment: Band::of(&mut self.increment),
+            seen: InOrder::new(),
+            base_sum: InOrder::new(),
+            bounded_sum: InOrder::new(),
+        });
+        self.single.begin(&mut pass, &mut self.single_scratch);
+        let (seen, base_sum) = (pass.0.seen.total(), pass.0.base_sum.total());
+        let sum = pass.0.bounded_sum.total();
         self.free_nodes = seen.free_nodes;
         Start {
             standing: seen.extremes.seen_from(offset),
@@ -200,15 +205,25 @@ impl Solver {
     /// far: within the range.
     pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
         let (cells, most) = (self.pressure.len() as f64, self.ceiling());
+        // Those that may be raised above zero, in their order: the others add nothing to any sum.
+        let mut few: Option<Vec<f64>> = None;
         for _ in 0..BISECTIONS {
             let shift = 0.5 * (low + high);
-            let bounded = self.pressure.iter().map(|p| (p + shift).max(0.0).min(most));
-            let sum: f64 = bounded.sum();
-            *(if sum > load * cells {
-                &mut high
+            let all = few.as_deref().unwrap_or(&self.pressure);
+            let (mut sum, mut raised) = (0.0, 0);
+            for p in all {
+                sum += (p + shift).max(0.0).min(most);
+                raised += usize::from(p + shift > 0.0);
+            }
+            if sum > load * cells {
+                high = shift;
+                if raised < all.len() / MANY {
+                    let above = all.iter().filter(|p| **p + high > 0.0);
+                    few = Some(above.copied().collect());
+                }
             } else {
-                &mut low
-            }) = shift;
+                low = shift;
+            }
         }
         // The upper end, where the sum is positive for certain.
         for p in &mut self.pressure {

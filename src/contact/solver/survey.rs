@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::flags::{PRESSED, SATURATED, has};
+use super::in_order::Found;
 use super::lanes::{Lanes, sum_by, total, weight};
 
 /// Where a search stands.
@@ -48,13 +49,20 @@ impl Extremes {
     }
 
     #[inline(always)]
-    pub fn add<S: Simd, const R: usize>(
-        &mut self,
+    pub fn of<S: Simd, const R: usize>(
         highest_in_contact: Lanes<S, R>,
         lowest: Lanes<S, R>,
-    ) {
-        self.highest_in_contact = self.highest_in_contact.max(highest_in_contact.highest());
-        self.lowest = self.lowest.min(lowest.lowest());
+    ) -> Self {
+        Self {
+            highest_in_contact: highest_in_contact.highest(),
+            lowest: lowest.lowest(),
+        }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, others: Self) {
+        self.highest_in_contact = self.highest_in_contact.max(others.highest_in_contact);
+        self.lowest = self.lowest.min(others.lowest);
     }
 }
 
@@ -73,16 +81,34 @@ pub struct Survey {
     extremes: Extremes,
 }
 
+impl Found for Survey {
+    const NOTHING: Self = Self {
+        contact_nodes: 0.0,
+        elastic_nodes: 0.0,
+        elastic_sum: 0.0,
+        saturated_sum: 0.0,
+        gap_sum: None,
+        extremes: Extremes::NONE,
+    };
+
+    fn add(&mut self, later: Self) {
+        self.contact_nodes += later.contact_nodes;
+        self.elastic_nodes += later.elastic_nodes;
+        self.elastic_sum += later.elastic_sum;
+        self.saturated_sum += later.saturated_sum;
+        if let Some(sum) = later.gap_sum {
+            self.gap_sum = Some(self.gap_sum.unwrap_or(0.0) + sum);
+        }
+        self.extremes.add(later.extremes);
+    }
+}
+
 impl Survey {
     /// Nothing so far, of gaps that are to be summed or not.
     pub fn new(sums_gaps: bool) -> Self {
         Self {
-            contact_nodes: 0.0,
-            elastic_nodes: 0.0,
-            elastic_sum: 0.0,
-            saturated_sum: 0.0,
             gap_sum: sums_gaps.then_some(0.0),
-            extremes: Extremes::NONE,
+            ..Self::NOTHING
         }
     }
 
@@ -133,7 +159,7 @@ impl Survey {
         let nodes = nodes.total();
         self.contact_nodes += nodes;
         self.elastic_nodes += nodes - saturated_nodes.total();
-        self.extremes.add(highest, lowest);
+        self.extremes.add(Extremes::of(highest, lowest));
     }
 
     pub fn saturated_nodes(&self) -> f64 {

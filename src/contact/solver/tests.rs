@@ -11,6 +11,7 @@ mod invariants;
 mod light;
 mod rectangles;
 mod reference;
+mod threads;
 
 /// Where double precision ends on the meshes used here.
 const TIGHT: Settings = Settings {

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
 use crate::cluster::pace::{Pace, Paces};
@@ -32,7 +32,7 @@ impl PreparedRun<'_> {
         let wanted = self
             .selection
             .tasks(self.plan(), &self.missing, &self.store)?;
-        let threads = self.jobs.min(wanted.len().max(1));
+        let threads = self.jobs.get();
         let mut receipt = Receipt::begin(&self.plan().study, shard, self.job.clone(), threads);
         receipt.wanted = wanted.len();
         receipt.write(&folder)?;
@@ -179,12 +179,13 @@ impl TaskObserver for Ledger<'_> {
         self.relay.advanced(task, share);
     }
 
-    fn finished(&self, task: usize) {
+    fn finished(&self, task: usize, helped: Duration) {
         let mut work = self.work();
         if let Some(begun) = work.under_way.remove(&task) {
-            work.finished.push((task, begun.elapsed().as_secs_f64()));
+            let seconds = (begun.elapsed() + helped).as_secs_f64();
+            work.finished.push((task, seconds));
         }
         drop(work);
-        self.relay.finished(task);
+        self.relay.finished(task, helped);
     }
 }

@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use super::solved::{Distributions, Scales, Solved};
 use super::{Params, StageError};
 use crate::contact::grid::Grid;
-use crate::contact::solver::{HalfSpace, Outcome, Solver, Stop};
+use crate::contact::solver::{HalfSpace, Outcome, Solver, Stop, Watch};
+use crate::contact::threads::Threads;
 use crate::contact::topography::surface::Surface;
 use crate::store::table::Table;
 
@@ -76,19 +77,29 @@ impl Block {
         })
     }
 
+    /// Shares the work with these threads from now on.
+    pub fn work_on(&mut self, threads: Threads) {
+        self.solver.work_on(threads);
+    }
+
+    /// All its loads, in units of E* × rms slope.
+    pub fn loads(&self) -> &[f64] {
+        &self.loads
+    }
+
     /// Presses by the next load. `None` after the last one, and after the first from which on every
     /// node touches and none yields.
     ///
     /// # Errors
     /// When it is told to stop; the load may be pressed again then.
-    pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
+    pub fn press(&mut self, watch: &dyn Watch) -> Result<Option<Outcome>, StageError> {
         let index = self.rows.count();
         if self.is_flattened || index == self.loads.len() {
             return Ok(None);
         }
         let load = self.loads[index];
         let settings = self.params.settings();
-        let outcome = self.solver.press(load, &settings, interrupted);
+        let outcome = self.solver.press(load, &settings, watch);
         if outcome.stop == Stop::Interrupted {
             return Err(StageError::Interrupted);
         }

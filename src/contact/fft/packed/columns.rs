@@ -66,71 +66,95 @@ impl<T: Real> Columns<T> {
         }
         kernel.into_iter().collect()
     }
+
+    /// Each tile with its opposite; `places` says where that of each k is.
+    pub fn pairs<'a>(
+        &self,
+        tiles: impl Iterator<Item = &'a mut [T]>,
+        places: &[usize],
+        kernel: &'a [T],
+    ) -> Vec<Pair<'a, T>> {
+        let mut tiles: Vec<Option<&mut [T]>> = tiles.map(Some).collect();
+        let count = places.len();
+        let kernels = kernel.chunks_exact(self.nodes[0] * self.lanes);
+        let pairs = (0..=count / 2).zip(kernels).map(|(k, kernel)| Pair {
+            near: tiles[places[k]].take().expect("each is in one pair"),
+            far: tiles[places[(count - k) % count]].take(),
+            kernel,
+            lowest: k == 0,
+            sum: 0.0,
+        });
+        pairs.collect()
+    }
 }
 
-/// The work on all tiles.
-pub struct Convolve<'a, T> {
+/// A tile and its opposite, which is the same one or another.
+pub struct Pair<'a, T> {
+    near: &'a mut [T],
+    far: Option<&'a mut [T]>,
+    /// S and D of the first.
+    kernel: &'a [T],
+    /// Whether it is that of the lowest frequencies.
+    lowest: bool,
+    /// Set to their share in Σ of map × convolved map.
+    pub sum: f64,
+}
+
+/// The work on a pair.
+pub struct Convolve<'a, 'b, T> {
     pub columns: &'a Columns<T>,
-    /// Where the tile of each k is.
-    pub places: &'a [usize],
-    pub kernel: &'a [T],
-    pub tiles: &'a mut [T],
-    /// Rows of the map that tiles have something of: the others are zero.
-    pub filled_rows: usize,
-    /// Numbers from a tile to the next.
-    pub tile_len: usize,
+    pub pair: &'a mut Pair<'b, T>,
     /// Room for a whole tile, or two where rows are missing.
     pub spare: &'a mut [T],
-    /// Set to Σ of map × convolved map.
-    pub sum: &'a mut f64,
 }
 
-impl<T: Real> Work<T> for Convolve<'_, T> {
+impl<T: Real> Work<T> for Convolve<'_, '_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
         let stages = &self.columns.stages;
-        let (nodes, filled) = (self.columns.nodes[0], self.filled_rows);
-        let is_whole = filled == nodes;
-        let tiles: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.tiles);
+        let nodes = self.columns.nodes[0];
+        let Pair {
+            near,
+            far,
+            kernel,
+            lowest,
+            sum,
+        } = self.pair;
+        let near: &mut [R::Lanes] = bytemuck::cast_slice_mut(near);
+        let mut far: Option<&mut [R::Lanes]> = far
+            .as_deref_mut()
+            .map(bytemuck::cast_slice_mut::<T, R::Lanes>);
         let spare: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.spare);
-        let kernel: &[R::Lanes] = bytemuck::cast_slice(self.kernel);
-        let count = self.places.len();
-        for (k, kernel) in (0..=count / 2).zip(kernel.chunks_exact(nodes)) {
-            let places = [self.places[k], self.places[(count - k) % count]];
-            let [near, far] = places.map(|place| {
-                let start = place * self.tile_len / R::LANES;
-                start..start + filled
-            });
-            let alone = near == far;
-            let mut pair = if !is_whole {
-                let (first, second) = spare.split_at_mut(nodes);
-                complete(r, &tiles[near.clone()], first);
-                complete(r, &tiles[far.clone()], second);
-                [first, second]
-            } else if alone {
-                spare.copy_from_slice(&tiles[near.clone()]);
-                [&mut tiles[near.clone()], &mut *spare]
-            } else {
-                let pair = tiles.get_disjoint_mut([near.clone(), far.clone()]);
-                pair.expect("tiles do not overlap")
-            };
-            for tile in &mut pair {
-                let (re, im) = tile.split_at_mut(nodes / 2);
-                stages.forward(r, re, im);
-            }
-            let [here, there] = &mut pair;
-            let [sum, opposite_sum] = multiply(r, self.columns, kernel, here, there, k == 0);
-            *self.sum += total::<R>(sum) + if alone { 0.0 } else { total::<R>(opposite_sum) };
-            for tile in &mut pair {
-                let (re, im) = tile.split_at_mut(nodes / 2);
-                stages.inverse(r, re, im);
-            }
-            if !is_whole {
-                let (first, second) = spare.split_at(nodes);
-                shorten(first, &mut tiles[near]);
-                if !alone {
-                    shorten(second, &mut tiles[far]);
-                }
+        let is_whole = near.len() == nodes;
+        let alone = far.is_none();
+        let mut pair = if !is_whole {
+            let (first, second) = spare.split_at_mut(nodes);
+            complete(r, near, first);
+            complete(r, far.as_deref().unwrap_or(near), second);
+            [first, second]
+        } else if let Some(far) = &mut far {
+            [&mut *near, &mut **far]
+        } else {
+            spare.copy_from_slice(near);
+            [&mut *near, &mut *spare]
+        };
+        for tile in &mut pair {
+            let (re, im) = tile.split_at_mut(nodes / 2);
+            stages.forward(r, re, im);
+        }
+        let [here, there] = &mut pair;
+        let kernel = bytemuck::cast_slice(kernel);
+        let [own, opposite] = multiply(r, self.columns, kernel, here, there, *lowest);
+        *sum = total::<R>(own) + if alone { 0.0 } else { total::<R>(opposite) };
+        for tile in &mut pair {
+            let (re, im) = tile.split_at_mut(nodes / 2);
+            stages.inverse(r, re, im);
+        }
+        if !is_whole {
+            let (first, second) = spare.split_at(nodes);
+            shorten(first, near);
+            if let Some(far) = far {
+                shorten(second, far);
             }
         }
     }

@@ -3,30 +3,31 @@
 use pulp::Simd;
 
 use super::super::flags::marked_by_pressure;
+use super::super::in_order::InOrder;
 use super::super::lanes::{Lanes, Pass, REST, split_mut, sum_by};
-use super::base::Base;
+use super::base::BaseBand;
 use super::update_gap::{GapUpdate, Seen};
-use crate::contact::fft::Row;
+use crate::contact::fft::{Band, Row};
 
 /// Starts from the last gap and pressure, or from a guess along the straight line through them.
 pub struct Ask<'a, const YIELDS: bool> {
     /// Where to go on to first.
     pub onwards: Option<Onwards<'a>>,
     pub response: GapUpdate,
-    pub gap: &'a mut [f32],
-    pub pressure: &'a mut [f64],
+    pub gap: Band<'a, f32>,
+    pub pressure: Band<'a, f64>,
     /// The pressure at which nodes are saturated.
     pub hardness: f64,
     /// Marked by pressure; the last move on free nodes, if there is one to go on from.
-    pub carry: &'a mut [f32],
-    pub base: &'a mut Base,
+    pub carry: Band<'a, f32>,
+    pub base: BaseBand<'a>,
     /// Set to the pressure above the base.
-    pub increment: &'a mut [f32],
-    pub seen: Seen,
+    pub increment: Band<'a, f32>,
+    pub seen: InOrder<Seen>,
     /// Σ base.
-    pub base_sum: f64,
+    pub base_sum: InOrder<f64>,
     /// Where the material yields, Σ pressure within its bounds.
-    pub bounded_sum: f64,
+    pub bounded_sum: InOrder<f64>,
 }
 
 /// The straight line through the last gap and pressure and the ones before.
@@ -34,22 +35,22 @@ pub struct Onwards<'a> {
     /// How far, in units of the way from the earlier ones to the last.
     pub reach: f64,
     /// Set to the last pressure.
-    pub earlier_pressure: &'a mut [f32],
+    pub earlier_pressure: Band<'a, f32>,
     /// Set to the last gap.
-    pub earlier_gap: &'a mut [f32],
+    pub earlier_gap: Band<'a, f32>,
 }
 
 impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let pressure = row.of_mut(self.pressure);
-        let gap = row.of_mut(self.gap);
-        let carry = row.of_mut(self.carry);
+        let pressure = self.pressure.row(row);
+        let gap = self.gap.row(row);
+        let carry = self.carry.row(row);
         if let Some(onwards) = &mut self.onwards {
-            let earlier = row.of_mut(onwards.earlier_pressure);
+            let earlier = onwards.earlier_pressure.row(row);
             extrapolate(onwards.reach, pressure, earlier);
             let (gap, last_gap) = split_mut::<S, R>(gap);
-            let earlier = row.of_mut(onwards.earlier_gap);
+            let earlier = onwards.earlier_gap.row(row);
             let (earlier, last_earlier) = split_mut::<S, R>(earlier);
             extrapolate_single(simd, onwards.reach, gap, earlier);
             extrapolate_single(REST, onwards.reach, last_gap, last_earlier);
@@ -59,15 +60,42 @@ impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
         }
         if YIELDS {
             let hardness = self.hardness;
-            self.bounded_sum += sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
+            let bounded = sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
+            self.bounded_sum.push(bounded);
         }
-        self.base.set_row(row, pressure);
-        let base = self.base.row(row);
-        split(pressure, base, row.of_mut(self.increment));
-        self.base_sum += sum_by(base, base, |base, _| f64::from(base));
+        let base = self.base.set_row(row, pressure);
+        split(pressure, base, self.increment.row(row));
+        self.base_sum
+            .push(sum_by(base, base, |base, _| f64::from(base)));
         values.fill(0.0);
         self.response
             .ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        let onwards = self.onwards.as_mut();
+        Self {
+            onwards: onwards.map(|onwards| Onwards {
+                reach: onwards.reach,
+                earlier_pressure: onwards.earlier_pressure.split_off(row),
+                earlier_gap: onwards.earlier_gap.split_off(row),
+            }),
+            gap: self.gap.split_off(row),
+            pressure: self.pressure.split_off(row),
+            carry: self.carry.split_off(row),
+            base: self.base.split_off(row),
+            increment: self.increment.split_off(row),
+            seen: InOrder::new(),
+            base_sum: InOrder::new(),
+            bounded_sum: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.seen.append(later.seen);
+        self.base_sum.append(later.base_sum);
+        self.bounded_sum.append(later.bounded_sum);
     }
 }
 

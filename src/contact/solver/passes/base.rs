@@ -1,6 +1,6 @@
 //! What the pressures of a search are counted from.
 
-use crate::contact::fft::Row;
+use crate::contact::fft::{Band, Row};
 
 /// Single precision holds a pressure to 6e-8 of it, and a gap to about as much of a mesh step at
 /// unit rms slope. A finer search counts pressures from where it started.
@@ -41,13 +41,40 @@ impl Base {
         self.map.get(row.range()).unwrap_or(&self.zeros)
     }
 
-    /// Sets a row to what single precision holds of pressures, if this search is a fine one.
+    /// All rows, to be set.
+    pub fn to_set(&mut self) -> BaseBand<'_> {
+        BaseBand {
+            zeros: &self.zeros,
+            map: (!self.map.is_empty()).then(|| Band::of(&mut self.map)),
+        }
+    }
+}
+
+/// Consecutive rows of a base, to be set.
+pub struct BaseBand<'a> {
+    zeros: &'a [f32],
+    map: Option<Band<'a, f32>>,
+}
+
+impl BaseBand<'_> {
+    /// Sets a row to what single precision holds of pressures, if this search is a fine one. Returns
+    /// it.
     #[inline(always)]
-    pub fn set_row(&mut self, row: Row, pressure: &[f64]) {
-        if let Some(base) = self.map.get_mut(row.range()) {
-            for (base, p) in base.iter_mut().zip(pressure) {
-                *base = *p as f32;
-            }
+    pub fn set_row(&mut self, row: Row, pressure: &[f64]) -> &[f32] {
+        let Some(map) = &mut self.map else {
+            return self.zeros;
+        };
+        let base = map.row(row);
+        for (base, p) in base.iter_mut().zip(pressure) {
+            *base = *p as f32;
+        }
+        base
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            zeros: self.zeros,
+            map: self.map.as_mut().map(|map| map.split_off(row)),
         }
     }
 }

@@ -3,11 +3,12 @@
 use pulp::Simd;
 
 use super::super::flags::{FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure};
+use super::super::in_order::InOrder;
 use super::super::lanes::{Lanes, Pass, REST, greater, split, split_mut, weight};
 use super::super::survey::Survey;
 use super::base::Base;
-use super::sample::Sample;
-use crate::contact::fft::Row;
+use super::sample::SampleBand;
+use crate::contact::fft::{Band, Row};
 
 /// Transforms a pressure as it is.
 pub struct PressureInput<'a> {
@@ -15,7 +16,7 @@ pub struct PressureInput<'a> {
     /// The pressure at which nodes are saturated.
     pub hardness: f64,
     /// Marked by pressure,
-    pub carry: &'a mut [f32],
+    pub carry: Band<'a, f32>,
     /// and emptied, unless moves are to be kept.
     pub keeps_moves: bool,
 }
@@ -24,11 +25,20 @@ impl Pass<f64> for PressureInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         values.copy_from_slice(row.of(self.pressure));
-        for (carry, p) in row.of_mut(self.carry).iter_mut().zip(values) {
+        for (carry, p) in self.carry.row(row).iter_mut().zip(values) {
             let kept = if self.keeps_moves { *carry } else { 0.0 };
             *carry = marked_by_pressure(kept, *p, self.hardness);
         }
     }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            carry: self.carry.split_off(row),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 /// Brings pressures up to date with their search, and transforms them.
@@ -37,13 +47,13 @@ pub struct PromotedInput<'a> {
     pub scale: f64,
     pub base: &'a Base,
     pub increment: &'a [f32],
-    pub pressure: &'a mut [f64],
+    pub pressure: Band<'a, f64>,
 }
 
 impl Pass<f64> for PromotedInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
-        let pressure = row.of_mut(self.pressure);
+        let pressure = self.pressure.row(row);
         promote(
             self.scale,
             self.base.row(row),
@@ -52,6 +62,15 @@ impl Pass<f64> for PromotedInput<'_> {
         );
         values.copy_from_slice(pressure);
     }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            pressure: self.pressure.split_off(row),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 #[inline(always)]
@@ -78,6 +97,12 @@ impl Pass<f64> for Promote<'_> {
             pressure,
         );
     }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 /// The same where the material yields: single precision knows the hardness less well.
@@ -98,6 +123,12 @@ impl Pass<f64> for PromoteYielding<'_> {
             *p = if is_saturated { self.hardness } else { *p };
         }
     }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 /// Takes a part of the last move back from pressures.
@@ -118,6 +149,12 @@ impl Pass<f64> for TakeBack<'_> {
             *p = greater(*p - self.part * last_move, 0.0).min(self.hardness);
         }
     }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 /// Turns displacements into gaps, and surveys them.
@@ -125,23 +162,39 @@ pub struct GapOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     /// Subtracted from the gap before it is rounded to single precision.
     pub reference: f64,
-    pub gap: &'a mut [f32],
+    pub gap: Band<'a, f32>,
     /// Marked by pressure.
     pub carry: &'a [f32],
-    pub survey: Survey,
+    /// Whether gaps are to be summed over the whole map.
+    pub sums_gaps: bool,
+    pub survey: InOrder<Survey>,
 }
 
 impl<const YIELDS: bool> Pass<f64> for GapOutput<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
-        let gap = row.of_mut(self.gap);
+        let gap = self.gap.row(row);
         above(values, row.of(self.heights), self.reference, gap);
         let carry = row.of(self.carry);
-        self.survey.add_gaps::<YIELDS>(values, carry);
+        let mut survey = Survey::new(self.sums_gaps);
+        survey.add_gaps::<YIELDS>(values, carry);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split::<S, R>(carry);
-        self.survey.add::<_, _, YIELDS>(simd, gap, carry);
-        self.survey.add::<_, _, YIELDS>(REST, last_gap, last_carry);
+        survey.add::<_, _, YIELDS>(simd, gap, carry);
+        survey.add::<_, _, YIELDS>(REST, last_gap, last_carry);
+        self.survey.push(survey);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            gap: self.gap.split_off(row),
+            survey: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.survey.append(later.survey);
     }
 }
 
@@ -157,27 +210,29 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
 pub struct MoveOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
-    pub seen: MoveSeen,
+    pub scaling: MoveScaling,
+    /// Whether gaps are to be summed over the whole map.
+    pub sums_gaps: bool,
+    pub survey: InOrder<Survey>,
+    /// Σ move × displacement under it.
+    pub curvature: InOrder<f64>,
     pub base: &'a Base,
     pub increment: &'a [f32],
-    pub gap: &'a mut [f32],
+    pub gap: Band<'a, f32>,
     /// Moves of free nodes, before pressures were scaled, to be scaled too; emptied elsewhere.
-    pub carry: &'a mut [f32],
+    pub carry: Band<'a, f32>,
     /// Set to displacements under the move.
-    pub sample: &'a mut Sample,
+    pub sample: SampleBand<'a>,
     /// A row of gaps.
     pub found: Vec<f32>,
 }
 
-/// What each node does, and what is seen.
+/// What each node does.
 #[derive(Clone, Copy)]
-pub struct MoveSeen {
+pub struct MoveScaling {
     pub scale: f32,
     /// How much higher the reference is.
     pub reference_change: f32,
-    pub survey: Survey,
-    /// Σ move × displacement under it.
-    pub curvature: f64,
 }
 
 impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
@@ -187,19 +242,22 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
         above(values, heights, self.reference, &mut self.found);
         {
             let (found, last_found) = split_mut::<S, R>(&mut self.found);
-            let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
-            let carry = row.of_mut(self.carry);
-            self.seen.survey.add_gaps::<YIELDS>(values, carry);
+            let (gap, last_gap) = split_mut::<S, R>(self.gap.row(row));
+            let carry = self.carry.row(row);
+            let mut survey = Survey::new(self.sums_gaps);
+            survey.add_gaps::<YIELDS>(values, carry);
             let (carry, last_carry) = split_mut::<S, R>(carry);
             let (base, last_base) = split::<S, R>(self.base.row(row));
             let (increment, last_increment) = split::<S, R>(row.of(self.increment));
-            let seen = &mut self.seen;
-            seen.survey.add::<_, _, YIELDS>(simd, found, carry);
-            seen.survey
-                .add::<_, _, YIELDS>(REST, last_found, last_carry);
-            seen.finish::<_, _, YIELDS>(simd, found, gap, carry, base, increment);
+            survey.add::<_, _, YIELDS>(simd, found, carry);
+            survey.add::<_, _, YIELDS>(REST, last_found, last_carry);
+            self.survey.push(survey);
+            let scaling = self.scaling;
+            let curvature =
+                scaling.finish::<_, _, YIELDS>(simd, found, gap, carry, base, increment);
+            self.curvature.push(curvature);
             if !last_found.is_empty() {
-                seen.finish::<_, _, YIELDS>(
+                let curvature = scaling.finish::<_, _, YIELDS>(
                     REST,
                     last_found,
                     last_gap,
@@ -207,24 +265,43 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
                     last_base,
                     last_increment,
                 );
+                self.curvature.push(curvature);
             }
         }
         self.sample.keep(row, &self.found);
     }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            survey: InOrder::new(),
+            curvature: InOrder::new(),
+            gap: self.gap.split_off(row),
+            carry: self.carry.split_off(row),
+            sample: self.sample.split_off(row),
+            found: vec![0.0; self.found.len()],
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.survey.append(later.survey);
+        self.curvature.append(later.curvature);
+    }
 }
 
-impl MoveSeen {
+impl MoveScaling {
     /// Takes over the gaps that were `found`, and turns them into displacements under the move.
+    /// Returns Σ move × displacement.
     #[inline(always)]
     fn finish<S: Simd, const R: usize, const YIELDS: bool>(
-        &mut self,
+        self,
         simd: S,
         found: &mut [[S::f32s; R]],
         gap: &mut [[S::f32s; R]],
         carry: &mut [[S::f32s; R]],
         base: &[[S::f32s; R]],
         increment: &[[S::f32s; R]],
-    ) {
+    ) -> f64 {
         let scaling = Lanes::all(simd, self.scale - 1.0);
         let reference_change = Lanes::all(simd, self.reference_change);
         let mut curvature = Lanes::all(simd, 0.0);
@@ -251,6 +328,6 @@ impl MoveSeen {
                 mark(moved, free, pressed).numbers()
             };
         }
-        self.curvature += curvature.total();
+        curvature.total()
     }
 }

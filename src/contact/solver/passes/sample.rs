@@ -3,10 +3,11 @@
 use pulp::Simd;
 
 use super::super::flags::{FREE, PRESSED, SATURATED, has};
+use super::super::in_order::{Found, InOrder};
 use super::super::lanes::{Pass, sum_by, total, weight};
 use super::super::shift::Nodes;
 use super::base::Base;
-use crate::contact::fft::Row;
+use crate::contact::fft::{Band, Row};
 
 /// The fewest pairs of rows in a sample: on smaller meshes, it is the whole mesh.
 const FEWEST: usize = 32;
@@ -19,10 +20,16 @@ pub const FEWEST_NODES: f64 = 64.0;
 
 /// Rows of a map, evenly spread over it in pairs.
 pub struct Sample {
+    geometry: Geometry,
+    kept: Vec<f32>,
+}
+
+/// Which rows are in a sample.
+#[derive(Clone, Copy)]
+struct Geometry {
     rows: usize,
     row_nodes: usize,
     stride: usize,
-    kept: Vec<f32>,
 }
 
 impl Sample {
@@ -30,24 +37,38 @@ impl Sample {
         let pairs = rows.div_ceil(2);
         let stride = (pairs / FEWEST).clamp(1, SPARSEST);
         Self {
-            rows,
-            row_nodes,
-            stride,
+            geometry: Geometry {
+                rows,
+                row_nodes,
+                stride,
+            },
             kept: vec![0.0; 2 * pairs.div_ceil(stride) * row_nodes],
         }
     }
 
     /// The pairs of rows in the sample.
-    pub fn pairs(&self) -> impl Iterator<Item = usize> + use<> {
-        (self.stride / 2..self.rows.div_ceil(2)).step_by(self.stride)
+    pub fn pairs(&self) -> Vec<usize> {
+        let Geometry { rows, stride, .. } = self.geometry;
+        (stride / 2..rows.div_ceil(2)).step_by(stride).collect()
     }
 
     /// The pairs of rows that are not.
-    pub fn other_pairs(&self) -> impl Iterator<Item = usize> + use<> {
-        let stride = self.stride;
-        (0..self.rows.div_ceil(2)).filter(move |pair| pair % stride != stride / 2)
+    pub fn other_pairs(&self) -> Vec<usize> {
+        let Geometry { rows, stride, .. } = self.geometry;
+        let pairs = 0..rows.div_ceil(2);
+        pairs.filter(|pair| pair % stride != stride / 2).collect()
     }
 
+    /// All rows, to be kept.
+    pub fn to_keep(&mut self) -> SampleBand<'_> {
+        SampleBand {
+            geometry: self.geometry,
+            kept: Band::of(&mut self.kept),
+        }
+    }
+}
+
+impl Geometry {
     /// Where a row of the sample is kept.
     fn place(&self, row: Row) -> Option<Row> {
         let (pair, second) = (row.index() / 2, row.index() % 2);
@@ -55,10 +76,33 @@ impl Sample {
         sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
 
+    /// Where rows are kept from this one on, which begins a pair or ends them.
+    fn places_before(&self, row: Row) -> Row {
+        let pairs = row.index().div_ceil(2);
+        let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;
+        Row::new(2 * sampled, self.row_nodes)
+    }
+}
+
+/// What is kept of consecutive rows.
+pub struct SampleBand<'a> {
+    geometry: Geometry,
+    kept: Band<'a, f32>,
+}
+
+impl SampleBand<'_> {
     #[inline(always)]
     pub fn keep(&mut self, row: Row, values: &[f32]) {
-        if let Some(place) = self.place(row) {
-            place.of_mut(&mut self.kept).copy_from_slice(values);
+        if let Some(place) = self.geometry.place(row) {
+            self.kept.row(place).copy_from_slice(values);
+        }
+    }
+
+    /// Keeps the rows before one, which begins a pair, and hands on the others.
+    pub fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            geometry: self.geometry,
+            kept: self.kept.split_off(self.geometry.places_before(row)),
         }
     }
 }
@@ -81,11 +125,40 @@ pub struct Peek<'a> {
     carry: &'a [f32],
     /// Displacements under the last move.
     sample: &'a Sample,
+    sums: InOrder<PeekSums>,
+    /// Where the material yields, free nodes and what they ask for.
+    asking: Option<Asking<'a>>,
+}
+
+/// What a row comes to, of free nodes: their number, and sums for [`Means`].
+#[derive(Clone, Copy)]
+struct PeekSums {
     free_nodes: f64,
     sampled_nodes: f64,
     sums: Means,
-    /// Where the material yields, free nodes and what they ask for.
-    asking: Option<Asking<'a>>,
+}
+
+impl Found for PeekSums {
+    const NOTHING: Self = Self {
+        free_nodes: 0.0,
+        sampled_nodes: 0.0,
+        sums: Means {
+            correction: 0.0,
+            last_move: 0.0,
+            sampled_correction: 0.0,
+            correction_on_image: 0.0,
+        },
+    };
+
+    fn add(&mut self, later: Self) {
+        self.free_nodes += later.free_nodes;
+        self.sampled_nodes += later.sampled_nodes;
+        let (sums, later) = (&mut self.sums, later.sums);
+        sums.correction += later.correction;
+        sums.last_move += later.last_move;
+        sums.sampled_correction += later.sampled_correction;
+        sums.correction_on_image += later.correction_on_image;
+    }
 }
 
 /// Free nodes, gathered for the balance of a direction.
@@ -94,10 +167,10 @@ pub struct Asking<'a> {
     pub increment: &'a [f32],
     /// How much of the last move is still to be added to pressures.
     pub of_move: f32,
-    /// Set to their pressures and to what corrections take from them,
-    pub nodes: &'a mut Nodes,
-    /// and to their last moves.
-    pub last_moves: &'a mut Vec<f32>,
+    /// Their pressures and what corrections take from them,
+    pub nodes: Nodes,
+    /// and their last moves.
+    pub last_moves: Vec<f32>,
     /// Rows that were looked at.
     pub rows: usize,
 }
@@ -115,6 +188,21 @@ impl Asking<'_> {
         }
         self.rows += 1;
     }
+
+    fn split_off(&mut self) -> Self {
+        Self {
+            nodes: Nodes::default(),
+            last_moves: Vec::new(),
+            rows: 0,
+            ..*self
+        }
+    }
+
+    fn append(&mut self, mut later: Self) {
+        self.nodes.append(later.nodes);
+        self.last_moves.append(&mut later.last_moves);
+        self.rows += later.rows;
+    }
 }
 
 impl<'a> Peek<'a> {
@@ -122,9 +210,7 @@ impl<'a> Peek<'a> {
         Self {
             carry,
             sample,
-            free_nodes: 0.0,
-            sampled_nodes: 0.0,
-            sums: Means::default(),
+            sums: InOrder::new(),
             asking,
         }
     }
@@ -132,22 +218,23 @@ impl<'a> Peek<'a> {
     /// Whether too little was seen to go by: a direction that does not keep the mean pressure may
     /// shed all of it.
     pub fn saw_too_little(&self) -> bool {
-        self.free_nodes < FEWEST_NODES
+        self.sums.total().free_nodes < FEWEST_NODES
     }
 
-    /// Rows in which nodes were gathered.
-    pub fn rows(&self) -> usize {
-        self.asking.as_ref().map_or(0, |asking| asking.rows)
+    /// What was gathered, if it was to be.
+    pub fn asking(&mut self) -> Option<Asking<'a>> {
+        self.asking.take()
     }
 
     pub fn means(&self) -> Means {
-        let nodes = self.free_nodes.max(1.0);
-        let sampled = self.sampled_nodes.max(1.0);
+        let seen = self.sums.total();
+        let nodes = seen.free_nodes.max(1.0);
+        let sampled = seen.sampled_nodes.max(1.0);
         Means {
-            correction: self.sums.correction / nodes,
-            last_move: self.sums.last_move / nodes,
-            sampled_correction: self.sums.sampled_correction / sampled,
-            correction_on_image: self.sums.correction_on_image / sampled,
+            correction: seen.sums.correction / nodes,
+            last_move: seen.sums.last_move / nodes,
+            sampled_correction: seen.sums.sampled_correction / sampled,
+            correction_on_image: seen.sums.correction_on_image / sampled,
         }
     }
 }
@@ -165,14 +252,36 @@ impl Pass<f32> for Peek<'_> {
         let free = |carry| weight::<f32>(has(carry, FREE));
         let nodes = sum_by(carry, carry, |carry, _| free(carry));
         let correction = total(values);
-        self.free_nodes += nodes;
-        self.sums.correction += correction;
-        self.sums.last_move += sum_by(carry, carry, |carry, _| free(carry) * carry);
-        if let Some(place) = self.sample.place(row) {
+        let mut seen = PeekSums {
+            free_nodes: nodes,
+            sampled_nodes: 0.0,
+            sums: Means {
+                correction,
+                last_move: sum_by(carry, carry, |carry, _| free(carry) * carry),
+                ..Means::default()
+            },
+        };
+        if let Some(place) = self.sample.geometry.place(row) {
             let image = place.of(&self.sample.kept);
-            self.sampled_nodes += nodes;
-            self.sums.sampled_correction += correction;
-            self.sums.correction_on_image += sum_by(values, image, |z, image| z * image);
+            seen.sampled_nodes = nodes;
+            seen.sums.sampled_correction = correction;
+            seen.sums.correction_on_image = sum_by(values, image, |z, image| z * image);
+        }
+        self.sums.push(seen);
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            sums: InOrder::new(),
+            asking: self.asking.as_mut().map(Asking::split_off),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sums.append(later.sums);
+        if let (Some(asking), Some(later)) = (&mut self.asking, later.asking) {
+            asking.append(later);
         }
     }
 }
@@ -193,8 +302,8 @@ pub struct PeekGap<'a> {
     pub stiffness: f32,
     /// The highest gap of nodes without pressure, and the lowest of saturated ones, that count.
     pub range: [f32; 2],
-    /// Set to the pressures, and to what gaps less `level` take from them.
-    pub nodes: &'a mut Nodes,
+    /// The pressures, and what gaps less `level` take from them.
+    pub nodes: Nodes,
     pub level: f32,
 }
 
@@ -230,6 +339,17 @@ impl Pass<f32> for PeekGap<'_> {
             }
         }
     }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            nodes: Nodes::default(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.nodes.append(later.nodes);
+    }
 }
 
 #[cfg(test)]
@@ -239,7 +359,7 @@ mod tests {
     #[test]
     fn small_meshes_are_sampled_whole() {
         for nodes in [1, 2, 7, 64, 126] {
-            let pairs = Vec::from_iter(Sample::new([nodes; 2]).pairs());
+            let pairs = Sample::new([nodes; 2]).pairs();
             assert_eq!(pairs, Vec::from_iter(0..nodes.div_ceil(2)));
         }
     }
@@ -247,7 +367,7 @@ mod tests {
     #[test]
     fn large_meshes_are_sampled_evenly() {
         for (nodes, stride) in [(128, 2), (250, 3), (256, 4), (1024, 8), (4096, 8)] {
-            let pairs = Vec::from_iter(Sample::new([nodes; 2]).pairs());
+            let pairs = Sample::new([nodes; 2]).pairs();
             assert!(pairs.windows(2).all(|pair| pair[1] - pair[0] == stride));
             assert!(pairs.len().abs_diff(nodes / 2 / stride) <= 1);
         }
@@ -255,13 +375,19 @@ mod tests {
 
     #[test]
     fn rows_of_the_sample_are_kept_and_no_others() {
-        let mut sample = Sample::new([256; 2]);
-        for row in 0..256 {
-            sample.keep(Row::new(row, 256), &[row as f32; 256]);
+        for cut in [0, 2, 4, 6, 100, 254, 256] {
+            let mut sample = Sample::new([256; 2]);
+            let mut above = sample.to_keep();
+            let mut below = above.split_off(Row::new(cut, 256));
+            for row in 0..256 {
+                let band = if row < cut { &mut above } else { &mut below };
+                band.keep(Row::new(row, 256), &[row as f32; 256]);
+            }
+            let rows = sample.pairs().into_iter();
+            let rows = rows.flat_map(|pair| [2 * pair, 2 * pair + 1]);
+            let kept: Vec<f32> = rows.map(|row| row as f32).collect();
+            let first = sample.kept.iter().step_by(256);
+            assert_eq!(Vec::from_iter(first.copied()), kept);
         }
-        let rows = sample.pairs().flat_map(|pair| [2 * pair, 2 * pair + 1]);
-        let kept: Vec<f32> = rows.map(|row| row as f32).collect();
-        let first = sample.kept.iter().step_by(256);
-        assert_eq!(Vec::from_iter(first.copied()), kept);
     }
 }

@@ -3,10 +3,11 @@
 use pulp::Simd;
 
 use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
+use super::super::in_order::{Found, InOrder};
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
 use super::super::survey::Extremes;
-use super::sample::Sample;
-use crate::contact::fft::Row;
+use super::sample::SampleBand;
+use crate::contact::fft::{Band, Row};
 
 /// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is
 /// to close: the gap of free nodes and its extension over the others.
@@ -16,11 +17,11 @@ use crate::contact::fft::Row;
 pub struct UpdateGap<'a, const YIELDS: bool> {
     pub response: GapUpdate,
     pub heights: &'a [f32],
-    pub gap: &'a mut [f32],
+    pub gap: Band<'a, f32>,
     /// Moves of free nodes, extension on the others.
-    pub carry: &'a mut [f32],
-    pub sample: &'a mut Sample,
-    pub seen: Seen,
+    pub carry: Band<'a, f32>,
+    pub sample: SampleBand<'a>,
+    pub seen: InOrder<Seen>,
 }
 
 /// What each node does.
@@ -55,14 +56,22 @@ pub struct Seen {
     pub free_sum: f64,
 }
 
-impl Seen {
-    pub const NOTHING: Self = Self {
+impl Found for Seen {
+    const NOTHING: Self = Self {
         free_nodes: 0.0,
         extremes: Extremes::NONE,
         elastic_nodes: 0.0,
         elastic_sum: 0.0,
         free_sum: 0.0,
     };
+
+    fn add(&mut self, later: Self) {
+        self.free_nodes += later.free_nodes;
+        self.extremes.add(later.extremes);
+        self.elastic_nodes += later.elastic_nodes;
+        self.elastic_sum += later.elastic_sum;
+        self.free_sum += later.free_sum;
+    }
 }
 
 impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
@@ -71,14 +80,28 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
         let response = self.response;
         {
             let (values, last_values) = split_mut::<S, R>(values);
-            let (gap, last_gap) = split_mut::<S, R>(row.of_mut(self.gap));
+            let (gap, last_gap) = split_mut::<S, R>(self.gap.row(row));
             let (heights, last_heights) = split::<S, R>(row.of(self.heights));
             response.shift(simd, values, gap, heights);
             response.shift(REST, last_values, last_gap, last_heights);
         }
         self.sample.keep(row, values);
-        let (gap, carry) = (row.of(self.gap), row.of_mut(self.carry));
+        let (gap, carry) = (self.gap.row(row), self.carry.row(row));
         response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            gap: self.gap.split_off(row),
+            carry: self.carry.split_off(row),
+            sample: self.sample.split_off(row),
+            seen: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.seen.append(later.seen);
     }
 }
 
@@ -131,14 +154,14 @@ impl GapUpdate {
         values: &mut [f32],
         gap: &[f32],
         carry: &mut [f32],
-        seen: &mut Seen,
+        seen: &mut InOrder<Seen>,
     ) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split_mut::<S, R>(carry);
-        self.ask::<_, _, YIELDS>(simd, values, gap, carry, seen);
+        seen.push(self.ask::<_, _, YIELDS>(simd, values, gap, carry));
         if !last_values.is_empty() {
-            self.ask::<_, _, YIELDS>(REST, last_values, last_gap, last_carry, seen);
+            seen.push(self.ask::<_, _, YIELDS>(REST, last_values, last_gap, last_carry));
         }
     }
 
@@ -149,8 +172,7 @@ impl GapUpdate {
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         carry: &mut [[S::f32s; R]],
-        seen: &mut Seen,
-    ) {
+    ) -> Seen {
         let offset = Lanes::all(simd, self.offset);
         let offset_change = Lanes::all(simd, self.offset_change);
         let memory = Lanes::all(simd, self.memory);
@@ -195,12 +217,16 @@ impl GapUpdate {
                 mark(next, free, pressed).numbers()
             };
         }
-        seen.free_nodes += free_nodes.total();
-        seen.extremes.add(highest, lowest);
+        let mut seen = Seen {
+            free_nodes: free_nodes.total(),
+            extremes: Extremes::of(highest, lowest),
+            ..Seen::NOTHING
+        };
         if YIELDS {
-            seen.elastic_nodes += elastic_nodes.total();
-            seen.elastic_sum += elastic_sum.total();
-            seen.free_sum += free_sum.total();
+            seen.elastic_nodes = elastic_nodes.total();
+            seen.elastic_sum = elastic_sum.total();
+            seen.free_sum = free_sum.total();
         }
+        seen
     }
 }

@@ -3,9 +3,10 @@
 use pulp::Simd;
 
 use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
+use super::super::in_order::{Found, InOrder};
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_by};
 use super::base::Base;
-use crate::contact::fft::Row;
+use crate::contact::fft::{Band, Row};
 
 /// What is still to be done to pressures after a move: scale them, and take part of it back.
 #[derive(Debug, Clone, Copy)]
@@ -58,12 +59,12 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     /// Of no consequence where nothing yields.
     pub ceiling: Ceiling,
     pub base: &'a Base,
-    pub increment: &'a mut [f32],
+    pub increment: Band<'a, f32>,
     /// Moves of free nodes, extension on the others.
-    pub carry: &'a mut [f32],
+    pub carry: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
-    pub sums: Sums,
+    pub sums: InOrder<Sums>,
 }
 
 impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
@@ -71,12 +72,12 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (base, last_base) = split::<S, R>(self.base.row(row));
-        let (increment, last_increment) = split_mut::<S, R>(row.of_mut(self.increment));
-        let (carry, last_carry) = split_mut::<S, R>(row.of_mut(self.carry));
+        let (increment, last_increment) = split_mut::<S, R>(self.increment.row(row));
+        let (carry, last_carry) = split_mut::<S, R>(self.carry.row(row));
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (heights, last_heights) = split::<S, R>(row.of(self.heights));
         let direction = self.direction;
-        direction.follow::<_, _, YIELDS>(
+        let mut sums = direction.follow::<_, _, YIELDS>(
             simd,
             self.ceiling,
             values,
@@ -85,10 +86,10 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             carry,
             gap,
             heights,
-            &mut self.sums,
         );
         if !last_values.is_empty() {
-            direction.follow::<_, _, YIELDS>(
+            self.sums.push(sums);
+            sums = direction.follow::<_, _, YIELDS>(
                 REST,
                 self.ceiling,
                 last_values,
@@ -97,11 +98,24 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
                 last_carry,
                 last_gap,
                 last_heights,
-                &mut self.sums,
             );
         }
-        let increment = row.of(self.increment);
-        self.sums.increment += sum_by(increment, increment, |increment, _| f64::from(increment));
+        let increment = &*self.increment.row(row);
+        sums.increment = sum_by(increment, increment, |increment, _| f64::from(increment));
+        self.sums.push(sums);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            increment: self.increment.split_off(row),
+            carry: self.carry.split_off(row),
+            sums: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sums.append(later.sums);
     }
 }
 
@@ -163,8 +177,7 @@ impl Direction {
         carry: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         heights: &[[S::f32s; R]],
-        sums: &mut Sums,
-    ) {
+    ) -> Sums {
         let of_pressure = Lanes::all(simd, self.of_pressure);
         let of_move = Lanes::all(simd, self.of_move);
         let share = Lanes::all(simd, self.share);
@@ -218,10 +231,13 @@ impl Direction {
             move_on_height = move_on_height.plus(m, h);
             pressure_on_height = pressure_on_height.plus(p, h);
         }
-        sums.move_on_gap += move_on_gap.total();
-        sums.pressure_on_gap += pressure_on_gap.total();
-        sums.move_on_height += move_on_height.total();
-        sums.pressure_on_height += pressure_on_height.total();
+        Sums {
+            increment: 0.0,
+            move_on_gap: move_on_gap.total(),
+            pressure_on_gap: pressure_on_gap.total(),
+            move_on_height: move_on_height.total(),
+            pressure_on_height: pressure_on_height.total(),
+        }
     }
 }
 
@@ -239,4 +255,22 @@ pub struct Sums {
     pub move_on_height: f64,
     /// Σ pressure after the move × height.
     pub pressure_on_height: f64,
+}
+
+impl Found for Sums {
+    const NOTHING: Self = Self {
+        increment: 0.0,
+        move_on_gap: 0.0,
+        pressure_on_gap: 0.0,
+        move_on_height: 0.0,
+        pressure_on_height: 0.0,
+    };
+
+    fn add(&mut self, later: Self) {
+        self.increment += later.increment;
+        self.move_on_gap += later.move_on_gap;
+        self.pressure_on_gap += later.pressure_on_gap;
+        self.move_on_height += later.move_on_height;
+        self.pressure_on_height += later.pressure_on_height;
+    }
 }
