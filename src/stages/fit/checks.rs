@@ -66,6 +66,10 @@ impl LawWord {
                 "The contact evolution law, a = κy (1 + β(κy)^μ)^(−1/μ), of Yastrebov, Anciaux & \
                  Molinari (2015)."
             }
+            LawWord::Limits => {
+                "Q = Q₀ + Σ c_j f_j(x_j), powers or logarithms of expressions in parameters: an observable \
+                 where small numbers vanish."
+            }
             LawWord::Plain(law) => law.definition().about,
         }
     }
