@@ -90,7 +90,6 @@ pub struct Transform<T> {
 pub struct Scratch<T> {
     threads: Threads,
     half_spectrum: half_spectrum::Scratch<T>,
-    /// Allocated by the first convolution.
     packed: Option<packed::Scratch<T>>,
 }
 
@@ -168,7 +167,7 @@ impl<T: Real> Transform<T> {
         Scratch {
             threads,
             half_spectrum: self.half_spectrum.scratch(),
-            packed: None,
+            packed: self.packed.as_ref().map(Packed::scratch),
         }
     }
 
@@ -272,12 +271,9 @@ impl<T: Real> Transform<T> {
 
     fn way<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Way<'a, T> {
         let threads = &scratch.threads;
-        match &self.packed {
-            Some(packed) => {
-                let scratch = scratch.packed.get_or_insert_with(|| packed.scratch());
-                Way::Packed(packed, threads, scratch)
-            }
-            None => Way::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
+        match (&self.packed, &mut scratch.packed) {
+            (Some(packed), Some(scratch)) => Way::Packed(packed, threads, scratch),
+            _ => Way::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
         }
     }
 }

@@ -228,7 +228,7 @@ impl Stage for Params {
         Columns::All
     }
 
-    /// The peak of a run on one thread, at 512² and 1024². Besides the
+    /// The peak of a run at 4096², whatever the number of threads. Besides the
     /// solver's arrays there is a bit for each node and load, and each pressure field that is kept
     /// with its nulls.
     fn footprint(&self) -> Footprint {
@@ -239,7 +239,7 @@ impl Stage for Params {
             Pressures::At(loads) => loads.len() as f64,
         };
         Footprint {
-            work: 5.0 + self.body().bytes_per_node(self.tolerance),
+            work: 1.0 + self.body().bytes_per_node(self.tolerance),
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }

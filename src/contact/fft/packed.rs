@@ -116,6 +116,7 @@ impl<T: Real> Packed<T> {
         self.columns.kernel(factor)
     }
 
+    /// Nothing yet: the first convolution makes room.
     pub fn scratch(&self) -> Scratch<T> {
         Scratch {
             tiles: Aligned::zeros(0),
