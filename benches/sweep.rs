@@ -1,12 +1,14 @@
-//! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs; and what
-//! ten loads cost on other bodies.
+//! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs; what
+//! ten loads cost on other bodies; and how long they last on several threads.
 
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity::contact::fft::Transform;
 use asperity::contact::grid::{Boundary, Grid};
 use asperity::contact::solver::{HalfSpace, Hardness, Settings, Solver};
+use asperity::contact::threads::Threads;
 use asperity::contact::topography::random::{Amplitude, RandomSurface};
 use asperity::contact::topography::spectrum::Spectrum;
 
@@ -44,9 +46,19 @@ fn main() {
     println!("   pairs  seconds  ratio");
     let mut elastic = None;
     for (name, body) in bodies() {
-        let (pairs, seconds) = ten_loads(nodes, body);
+        let (pairs, seconds) = ten_loads(nodes, body, Threads::one());
         let ratio = seconds / *elastic.get_or_insert(seconds);
         println!("{pairs:8} {seconds:8.2} {ratio:6.2}  {name}");
+    }
+    println!("\nthe same on several threads\n threads  seconds  speed");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut alone = None;
+    for count in (1..=cores).filter(|count| count.is_power_of_two() || *count == cores) {
+        let threads = NonZeroUsize::new(count).expect("one or more");
+        let threads = Threads::new(threads).expect("the system gives threads");
+        let (_, seconds) = ten_loads(nodes, HalfSpace::default(), threads);
+        let speed = *alone.get_or_insert(seconds) / seconds;
+        println!("{count:8} {seconds:8.2} {speed:6.2}");
     }
 }
 
@@ -65,10 +77,11 @@ fn bodies() -> [(&'static str, HalfSpace); 5] {
 }
 
 /// Pairs of transforms and seconds.
-fn ten_loads(nodes: usize, body: HalfSpace) -> (u32, f64) {
+fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
     let heights = heights(grid, 4, nodes as u32 / 16);
     let mut solver = body.solver(grid, &heights);
+    solver.work_on(threads);
     let begun = Instant::now();
     let loads = (1..=10).map(|i| 0.01 * f64::from(i));
     let outcomes = loads.map(|load| solver.press(load, &Settings::default(), &|| false));

@@ -22,9 +22,10 @@
 use rustfft::{FftNum, num_complex::Complex};
 
 use crate::contact::instructions::Instructions;
-use crate::contact::threads::{Crew, Threads};
+use crate::contact::threads::Threads;
 
 mod aligned;
+mod blocks;
 mod half_spectrum;
 mod packed;
 mod padded;
@@ -32,41 +33,13 @@ mod registers;
 mod row;
 
 use aligned::Aligned;
+use blocks::{cut, cut_pairs};
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
 use padded::Padded;
 use registers::Vectorize;
 
 pub use row::{Band, Row};
-
-/// Cuts a pass at rows of so many nodes, from zero on, and leaves nothing.
-fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
-    let firsts = firsts.iter().rev();
-    let mut parts: Vec<P> = firsts
-        .map(|&first| rows.split_off(Row::new(first, nodes)))
-        .collect();
-    parts.reverse();
-    parts
-}
-
-/// Cuts pairs of rows, and a pass that is to see them, into blocks.
-fn cut_pairs<'p, T, P: Rows<T>>(
-    rows: &mut P,
-    pairs: &'p [usize],
-    crew: &Crew,
-    nodes: usize,
-) -> (Vec<P>, Vec<&'p [usize]>) {
-    let cuts = crew.cuts(pairs.len());
-    let ends = cuts[1..].iter().copied().chain([pairs.len()]);
-    let blocks: Vec<&[usize]> = cuts
-        .iter()
-        .zip(ends)
-        .map(|(&first, end)| &pairs[first..end])
-        .collect();
-    let firsts = blocks.iter().map(|pairs| 2 * pairs.first().unwrap_or(&0));
-    let firsts: Vec<usize> = firsts.collect();
-    (cut(rows, &firsts, nodes), blocks)
-}
 
 /// Single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
@@ -117,7 +90,6 @@ pub struct Transform<T> {
 pub struct Scratch<T> {
     threads: Threads,
     half_spectrum: half_spectrum::Scratch<T>,
-    /// Allocated by the first convolution.
     packed: Option<packed::Scratch<T>>,
 }
 
@@ -195,7 +167,7 @@ impl<T: Real> Transform<T> {
         Scratch {
             threads,
             half_spectrum: self.half_spectrum.scratch(),
-            packed: None,
+            packed: self.packed.as_ref().map(Packed::scratch),
         }
     }
 
@@ -299,12 +271,9 @@ impl<T: Real> Transform<T> {
 
     fn way<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Way<'a, T> {
         let threads = &scratch.threads;
-        match &self.packed {
-            Some(packed) => {
-                let scratch = scratch.packed.get_or_insert_with(|| packed.scratch());
-                Way::Packed(packed, threads, scratch)
-            }
-            None => Way::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
+        match (&self.packed, &mut scratch.packed) {
+            (Some(packed), Some(scratch)) => Way::Packed(packed, threads, scratch),
+            _ => Way::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
         }
     }
 }
@@ -317,6 +286,17 @@ enum Way<'a, T> {
         &'a Threads,
         &'a mut half_spectrum::Scratch<T>,
     ),
+}
+
+impl<T: Real> Scratch<T> {
+    /// Takes over memory of another one, whose convolution in progress is lost: for convolutions of
+    /// both precisions in turn.
+    pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
+        other.half_spectrum.release();
+        if let (Some(own), Some(other)) = (&mut self.packed, &mut other.packed) {
+            own.take_over(other);
+        }
+    }
 }
 
 impl<T> Scratch<T> {

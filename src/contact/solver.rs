@@ -67,8 +67,8 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 ///
 /// Holds about 57 bytes a node: heights and pressure in double precision; heights, the search's
 /// pressure, the previous pressure, gap and previous gap, and what nodes carry from iteration to
-/// iteration in single; a half spectrum of each precision, and three kernels of half the mesh. For
-/// tolerances below 1e-5, 4 more.
+/// iteration in single; a half spectrum, of either precision in turn, and three kernels of half the
+/// mesh. For tolerances below 1e-5, 4 more.
 ///
 /// ```
 /// use asperity::contact::elasticity::PeriodicHalfSpace;

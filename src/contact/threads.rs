@@ -1,7 +1,7 @@
 //! Threads that share the work on a surface, and the cores that surfaces share.
 //!
 //! Maps are cut into blocks of rows, spectra into blocks of columns, and whichever thread is free takes
-//! the next block. Sums are added up in the order of the rows afterwards (`InOrder` of the solver), so
+//! the next block. Sums are added up in the order of the rows afterwards, by the solver's `InOrder`, so
 //! that no number depends on how many threads there were, or on which of them did what.
 //!
 //! A thread that has nothing to do sleeps. What is shared is one pass over the mesh: a surface that

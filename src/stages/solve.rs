@@ -206,7 +206,7 @@ impl Stage for Params {
         Columns::All
     }
 
-    /// The peak of a run on one thread, at 512² and 1024². Besides the
+    /// The peak of a run at 4096², whatever the number of threads. Besides the
     /// solver's arrays there is a bit for each node and load, and each pressure field that is kept
     /// with its nulls.
     fn footprint(&self) -> Footprint {
@@ -218,7 +218,7 @@ impl Stage for Params {
         };
         let gap = self.gap_bins.map_or(0.0, |_| 16.0);
         Footprint {
-            work: 5.0 + self.body().bytes_per_node(self.tolerance) + gap,
+            work: 1.0 + self.body().bytes_per_node(self.tolerance) + gap,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }

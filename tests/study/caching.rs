@@ -285,6 +285,17 @@ fn jobs_change_no_byte() {
     assert_same_files(&one.files(), &two.files());
 }
 
+#[test]
+fn a_surface_that_has_all_cores_has_the_bytes_of_one() {
+    // By registers, and by transforms of other factors; several cores share either.
+    let manifest = STUDY.replace("nodes = 32", "nodes = [640, 637]");
+    let manifest = manifest.replace("k_upper = [4, 8]\nrealizations = 2", "k_upper = 8");
+    let [alone, shared] = [Bench::new(), Bench::new()];
+    alone.run_with(&manifest, &["--jobs", "1"]);
+    shared.run_with(&manifest, &["--jobs", "5"]);
+    assert_same_files(&alone.files(), &shared.files());
+}
+
 /// A task whose file is gone is computed again; one whose file says nothing is never looked at.
 #[test]
 fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {

@@ -32,6 +32,13 @@ pub struct Scratch<T> {
     buffers: Vec<Buffers<T>>,
 }
 
+impl<T> Scratch<T> {
+    /// Lets go of the spectrum until the next convolution begins; what it holds is lost.
+    pub fn release(&mut self) {
+        self.spectrum = Vec::new();
+    }
+}
+
 /// What a thread writes on the way.
 struct Buffers<T> {
     row: Vec<T>,

@@ -27,26 +27,22 @@
 //! Threads share rows by blocks of batches, of which each has its part of every tile, and columns by
 //! pairs of tiles.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "several registers are indexed alike, as in the formulas"
-)]
-
 use std::ops::Deref;
 
 use pulp::bytemuck;
 
 use super::aligned::Aligned;
-use super::registers::{Registers, Work};
 use super::{Real, Row, Rows, cut, cut_pairs};
 use crate::contact::instructions::Instructions;
 use crate::contact::threads::{Crew, Threads};
 
 mod butterflies;
 mod columns;
+mod rows;
 mod stages;
 
 use columns::Columns;
+use rows::{Forward, Inverse};
 use stages::Stages;
 
 /// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
@@ -68,10 +64,22 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    /// Tile after tile: real parts, imaginary parts, padding.
-    tiles: Aligned<T>,
+    /// Tile after tile: real parts, imaginary parts, padding. Counted in doubles, whatever `T` is, so
+    /// that transforms of both precisions may have it in turn.
+    tiles: Aligned<f64>,
     /// One for each thread.
     buffers: Vec<Buffers<T>>,
+}
+
+impl<T: Real> Scratch<T> {
+    /// Takes over the tiles of another one; what they hold is lost.
+    pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
+        if other.tiles.len() > self.tiles.len() {
+            self.tiles = std::mem::replace(&mut other.tiles, Aligned::zeros(0));
+        } else {
+            other.tiles = Aligned::zeros(0);
+        }
+    }
 }
 
 /// What a thread writes on the way.
@@ -108,11 +116,17 @@ impl<T: Real> Packed<T> {
         self.columns.kernel(factor)
     }
 
+    /// Nothing yet: the first convolution makes room.
     pub fn scratch(&self) -> Scratch<T> {
         Scratch {
-            tiles: Aligned::zeros(self.nodes[1] / T::LANES * self.tile_len()),
+            tiles: Aligned::zeros(0),
             buffers: Vec::new(),
         }
+    }
+
+    /// Numbers in all tiles.
+    fn tiles_len(&self) -> usize {
+        self.nodes[1] / T::LANES * self.tile_len()
     }
 
     fn buffers(&self) -> Buffers<T> {
@@ -134,13 +148,19 @@ impl<T: Real> Packed<T> {
     }
 
     pub fn begin(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+        let doubles = self.tiles_len() * size_of::<T>() / size_of::<f64>();
+        if scratch.tiles.len() < doubles {
+            // What is too small goes before the other comes.
+            scratch.tiles = Aligned::zeros(0);
+            scratch.tiles = Aligned::zeros(doubles);
+        }
         self.pass::<false, true>(rows, threads, scratch);
     }
 
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let Scratch { tiles, buffers } = scratch;
         let crew = self.crew(threads);
-        let tiles = tiles.chunks_exact_mut(self.tile_len());
+        let tiles = self.numbers_mut(tiles).chunks_exact_mut(self.tile_len());
         let tiles = tiles.map(|tile| &mut tile[..self.filled_rows * T::LANES]);
         let mut pairs = self.columns.pairs(tiles, self.rows.places(), kernel);
         crew.each(
@@ -180,7 +200,7 @@ impl<T: Real> Packed<T> {
         let crew = self.crew(threads);
         let firsts = crew.cuts(self.filled_rows / (2 * BATCH));
         let firsts: Vec<usize> = firsts.into_iter().map(|batch| 2 * BATCH * batch).collect();
-        let shares = self.cut_tiles(tiles, &firsts);
+        let shares = self.cut_tiles(self.numbers_mut(tiles), &firsts);
         let parts = cut(rows, &firsts, nodes_y);
         let blocks = firsts.into_iter().zip(shares).zip(parts);
         let mut blocks: Vec<_> = blocks.collect();
@@ -207,6 +227,11 @@ impl<T: Real> Packed<T> {
         for (_, part) in blocks {
             rows.append(part);
         }
+    }
+
+    /// The numbers in all tiles.
+    fn numbers_mut<'a>(&self, tiles: &'a mut [f64]) -> &'a mut [T] {
+        &mut bytemuck::cast_slice_mut(tiles)[..self.tiles_len()]
     }
 
     /// Cuts all tiles at these rows.
@@ -240,7 +265,8 @@ impl<T: Real> Packed<T> {
     ) {
         let nodes_y = self.nodes[1];
         let Scratch { tiles, buffers } = scratch;
-        let tiles = tiles.chunks_exact(self.tile_len());
+        let tiles: &[T] = bytemuck::cast_slice(tiles);
+        let tiles = tiles[..self.tiles_len()].chunks_exact(self.tile_len());
         let tiles: Vec<[&[T]; 2]> = tiles
             .map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into())
             .collect();
@@ -287,68 +313,5 @@ impl<T: Real> Packed<T> {
             tiles,
         };
         T::vectorize(self.instructions, work);
-    }
-}
-
-/// Takes a batch of complex rows to the tiles.
-struct Forward<'a, 'b, T> {
-    stages: &'a Stages<T, true>,
-    row_nodes: usize,
-    /// The first complex row, of those at hand.
-    first: usize,
-    batch: &'a mut [T],
-    tiles: &'a mut Shares<'b, T>,
-}
-
-impl<T: Real> Work<T> for Forward<'_, '_, T> {
-    #[inline(always)]
-    fn run<R: Registers<Number = T>>(self, r: R) {
-        let registers = self.row_nodes / R::LANES;
-        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
-        for row in batch.chunks_exact_mut(2 * registers) {
-            let (re, im) = row.split_at_mut(registers);
-            self.stages.forward(r, re, im);
-        }
-        let start = self.first * R::LANES;
-        for (j, [re, im]) in self.tiles.iter_mut().enumerate() {
-            let re = &mut re[start..][..BATCH * R::LANES];
-            let im = &mut im[start..][..BATCH * R::LANES];
-            let re: &mut [R::Lanes] = bytemuck::cast_slice_mut(re);
-            let im: &mut [R::Lanes] = bytemuck::cast_slice_mut(im);
-            for k in 0..BATCH {
-                re[k] = batch[2 * k * registers + j];
-                im[k] = batch[(2 * k + 1) * registers + j];
-            }
-        }
-    }
-}
-
-/// Brings so many complex rows back from the tiles.
-struct Inverse<'a, const ROWS: usize, T, B> {
-    stages: &'a Stages<T, true>,
-    row_nodes: usize,
-    first: usize,
-    batch: &'a mut [T],
-    tiles: &'a [[B; 2]],
-}
-
-impl<const ROWS: usize, T: Real, B: Deref<Target = [T]>> Work<T> for Inverse<'_, ROWS, T, B> {
-    #[inline(always)]
-    fn run<R: Registers<Number = T>>(self, r: R) {
-        let registers = self.row_nodes / R::LANES;
-        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
-        let start = self.first * R::LANES;
-        for (j, [re, im]) in self.tiles.iter().enumerate() {
-            let re: &[R::Lanes] = bytemuck::cast_slice(&re[start..][..ROWS * R::LANES]);
-            let im: &[R::Lanes] = bytemuck::cast_slice(&im[start..][..ROWS * R::LANES]);
-            for k in 0..ROWS {
-                batch[2 * k * registers + j] = re[k];
-                batch[(2 * k + 1) * registers + j] = im[k];
-            }
-        }
-        for row in batch.chunks_exact_mut(2 * registers) {
-            let (re, im) = row.split_at_mut(registers);
-            self.stages.inverse(r, re, im);
-        }
     }
 }

@@ -35,6 +35,7 @@ impl Solver {
             carry: Band::of(&mut self.carry),
             keeps_moves: false,
         });
+        self.double_scratch.take_over(&mut self.single_scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
         self.finish_gap()
     }
@@ -194,6 +195,7 @@ impl Solver {
             increment: &self.increment,
             pressure: Band::of(&mut self.pressure),
         });
+        self.double_scratch.take_over(&mut self.single_scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 

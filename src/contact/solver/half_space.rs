@@ -63,7 +63,7 @@ impl HalfSpace {
 
 /// What a free half-space takes more, at the peak of runs on 1024² and 2048² nodes: a mesh of twice the
 /// nodes along both axes, on which the factors of its kernels are made, and these kernels.
-const FREE_BYTES: f64 = 105.0;
+const FREE_BYTES: f64 = 109.0;
 
 /// What is gathered of nodes that may change, where many do at once.
 const YIELDING_BYTES: f64 = 8.0;

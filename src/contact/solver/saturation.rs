@@ -101,6 +101,7 @@ impl Solver {
             carry: Band::of(&mut self.carry),
             keeps_moves: true,
         });
+        self.double_scratch.take_over(&mut self.single_scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 

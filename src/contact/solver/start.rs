@@ -144,6 +144,7 @@ impl Solver {
             base_sum: InOrder::new(),
             bounded_sum: InOrder::new(),
         });
+        self.single_scratch.take_over(&mut self.double_scratch);
         self.single.begin(&mut pass, &mut self.single_scratch);
         let (seen, base_sum) = (pass.0.seen.total(), pass.0.base_sum.total());
         let sum = pass.0.bounded_sum.total();
@@ -247,6 +248,7 @@ impl Solver {
     /// Fills the pressure with the one of zero mean that flattens the heights, as far as the stiffness
     /// is exact: one pair.
     fn fill_with_full_contact(&mut self) {
+        self.double_scratch.take_over(&mut self.single_scratch);
         self.double.convolve(
             &elasticity::stiffness(&*self.body),
             &self.heights,
