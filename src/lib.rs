@@ -74,6 +74,9 @@ pub mod topography_files;
 /// The command: what it prints is for people, and no function of it for programs.
 #[doc(hidden)]
 pub mod cli;
+/// What fuzzing needs of it.
+#[doc(hidden)]
+pub mod spectrum_files;
 
 mod adaptive_sampling;
 mod caveats;
@@ -99,7 +102,6 @@ mod report;
 mod results;
 mod runner;
 mod share;
-mod spectrum_files;
 mod stages;
 mod surface_files;
 mod verify;

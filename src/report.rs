@@ -13,13 +13,16 @@ pub mod figure;
 pub mod figure_data;
 pub mod figures;
 mod load_slider;
+pub mod measured;
 pub mod page;
 pub mod provenance;
 pub mod remarks;
 pub mod samples;
 pub mod seal;
 pub mod styles;
+pub mod surface_curves;
 pub mod tables;
+pub mod units;
 
 use std::fs;
 use std::io;

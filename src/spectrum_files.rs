@@ -40,6 +40,7 @@ impl SpectrumTable {
 
 /// Why a file holds no spectrum.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
 pub enum SpectrumFileError {
     #[error("is neither Parquet nor text")]
     Unknown,

@@ -7,6 +7,7 @@ It needs Debian's packages chromium and chromium-driver, and selenium.
 
 import argparse
 import base64
+import re
 from pathlib import Path
 
 from selenium import webdriver
@@ -70,6 +71,29 @@ return pairs;
 """
 
 
+# Per cent of the first map of heights that are holes, by their colour.
+HOLES = """
+const done = arguments[arguments.length - 1];
+const picture = new Image();
+picture.onload = () => {
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [picture.naturalWidth, picture.naturalHeight];
+    const context = canvas.getContext("2d");
+    context.drawImage(picture, 0, 0);
+    const pixels = context.getImageData(0, 0, canvas.width, canvas.height).data;
+    let holes = 0;
+    for (let at = 0; at < pixels.length; at += 4)
+        holes += pixels[at] === 213 && pixels[at + 1] === 46 && pixels[at + 2] === 35;
+    done(400 * holes / pixels.length);
+};
+picture.src = document.querySelector("#surfaces svg image").getAttribute("href");
+"""
+
+# What a scale bar says, and how many points a map lacks.
+LENGTH = re.compile(r"[125]0* (pm|nm|µm|mm|m)")
+MISSING = re.compile(r"([0-9.]+) % missing")
+
+
 def browser():
     options = webdriver.ChromeOptions()
     for argument in ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -93,21 +117,34 @@ def picture(driver, path):
 
 
 def check_sorting(driver):
-    table = driver.find_element(By.CSS_SELECTOR, "details[open] table")
-    headings = table.find_elements(By.CSS_SELECTOR, "th.number")
-    column = lambda at: driver.execute_script(
+    """A press sorts by a column, another the other way round; in the first table that can show it."""
+    column = lambda table, at: driver.execute_script(
         "return [...arguments[0].tBodies[0].rows].map((row) => parseFloat(row.cells[arguments[1]].textContent))",
         table, at)
-    places = [int(driver.execute_script("return arguments[0].cellIndex", heading)) for heading in headings]
-    # A column that is not in order yet; a constant one shows nothing.
-    at, heading = next((at, heading) for at, heading in zip(places, headings)
-                       if column(at) not in (sorted(column(at)), sorted(column(at), reverse=True)))
+
+    def unsorted():
+        """A heading whose column is not in order yet; a table of one row has none."""
+        for table in driver.find_elements(By.CSS_SELECTOR, "#tables details table"):
+            for heading in table.find_elements(By.CSS_SELECTOR, "th.number"):
+                at = int(driver.execute_script("return arguments[0].cellIndex", heading))
+                values = column(table, at)
+                if values not in (sorted(values), sorted(values, reverse=True)) and None not in values:
+                    return table, heading, at
+        return None
+
+    found = unsorted()
+    if found is None:
+        return False
+    table, heading, at = found
+    driver.execute_script("arguments[0].closest('details').open = true", table)
     button = heading.find_element(By.TAG_NAME, "button")
     driver.execute_script("arguments[0].click()", button)
-    assert column(at) == sorted(column(at)), "the first press sorts upwards"
+    values = column(table, at)
+    assert values == sorted(values), "the first press sorts upwards"
     assert heading.get_attribute("aria-sort") == "ascending"
     button.send_keys(Keys.ENTER)
-    assert column(at) == sorted(column(at), reverse=True), "the key sorts downwards"
+    assert column(table, at) == sorted(values, reverse=True), "the key sorts downwards"
+    return True
 
 
 def check_sliders(driver):
@@ -147,6 +184,28 @@ def check_sliders(driver):
     return len(sliders)
 
 
+def check_measured(driver):
+    """On a page with measured surfaces lengths have units: bars beside maps, and holes have their area."""
+    bars = driver.find_elements(By.CSS_SELECTOR, ".loads .scale")
+    if not bars:
+        return None
+    for bar in bars:
+        assert LENGTH.fullmatch(bar.text), bar.text
+        line = bar.find_element(By.TAG_NAME, "span").size["width"]
+        maps = bar.find_element(By.XPATH, "..").find_element(By.CLASS_NAME, "shown").size["width"]
+        assert 0.05 * maps < line < 0.4 * maps, (line, maps)
+    words = lambda figure: [text.text for text in driver.find_elements(By.CSS_SELECTOR, f"#{figure} svg text")]
+    for figure in ["surfaces", "contact-maps"]:
+        assert any(LENGTH.fullmatch(text) for text in words(figure)), figure
+    for figure, unit in [("heights", "m"), ("spectrum", "m⁴"), ("slope-at-scale", "m"), ("pressure", "Pa")]:
+        assert any(text.endswith(unit) for text in words(figure)), (figure, words(figure))
+    missing = [MISSING.search(text) for text in words("surfaces")]
+    missing = next((float(found[1]) for found in missing if found), 0.0)
+    holes = driver.execute_async_script(HOLES)
+    assert abs(holes - missing) <= 0.1 * missing + 0.1, (holes, missing)
+    return f"{holes:.1f} % of holes"
+
+
 def check_maps_without_slider(driver, page):
     """On paper and without scripts all maps are there, and no slider."""
     shown = lambda: (driver.find_element(By.CSS_SELECTOR, "#contact-maps svg").is_displayed(),
@@ -172,8 +231,9 @@ def check(driver, page, pictures):
     fetched = driver.execute_script("return performance.getEntriesByType('resource')"
                                     ".map((r) => r.name).filter((n) => !n.startsWith('data:'))")
     assert not fetched, fetched
-    check_sorting(driver)
+    sorted_by = "sorted" if check_sorting(driver) else "nothing to sort"
     sliders = check_sliders(driver)
+    measured = check_measured(driver)
     if sliders:
         check_maps_without_slider(driver, page)
     name = page.parent.name
@@ -193,7 +253,9 @@ def check(driver, page, pictures):
     assert paper.startswith(b"%PDF") and len(paper) > 10_000
     errors = [entry["message"][-300:] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
     assert not errors, errors
-    print(f"{page}: {figures} figures, {sliders} sliders, contrast at least {min(contrasts):.1f}, no errors")
+    told = [f"{figures} figures", f"{sliders} sliders", sorted_by, measured,
+            f"contrast at least {min(contrasts):.1f}", "no errors"]
+    print(f"{page}: {', '.join(filter(None, told))}")
 
 
 def main():

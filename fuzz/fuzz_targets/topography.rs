@@ -1,13 +1,23 @@
-//! Any bytes as a file of surface topography, of whichever format they start like.
+//! Any bytes as a file of surface topography, of whichever format they start like. With `FORMAT=sur`
+//! in the environment only what that reader takes up is kept, so that each can be fuzzed for itself.
 #![no_main]
 
-use asperity::topography_files::{Statistics, read};
-use libfuzzer_sys::fuzz_target;
+use std::sync::LazyLock;
+
+use asperity::topography_files::{Statistics, TopographyFileError, formats, read};
+use libfuzzer_sys::{Corpus, fuzz_target};
 
 /// Bytes of an Igor wave that add up to zero.
 const WAVE_HEADER: usize = 384;
 
-fuzz_target!(|bytes: &[u8]| {
+/// The only reader that is of interest; none: all are.
+static FORMAT: LazyLock<Option<String>> = LazyLock::new(|| {
+    let format = std::env::var("FORMAT").ok()?;
+    assert!(formats().iter().any(|known| known.name() == format));
+    Some(format)
+});
+
+fuzz_target!(|bytes: &[u8]| -> Corpus {
     let mut bytes = bytes.to_vec();
     if bytes.len() >= WAVE_HEADER && bytes.starts_with(&[5, 0]) {
         // With the right checksum put in: chance would not find it.
@@ -17,7 +27,17 @@ fuzz_target!(|bytes: &[u8]| {
         let sum = numbers.fold(0, i16::wrapping_add);
         bytes[2..4].copy_from_slice(&sum.wrapping_neg().to_le_bytes());
     }
-    match read(&bytes) {
+    let found = read(&bytes);
+    let is_of_interest = match (FORMAT.as_deref(), &found) {
+        (None, _) => true,
+        (Some(format), Ok(file)) => file.format().name() == format,
+        (Some(format), Err(TopographyFileError::Damaged { name, .. })) => *name == format,
+        (Some(format), Err(TopographyFileError::Unknown { tried, .. })) => {
+            tried.iter().any(|(name, _)| *name == format)
+        }
+        (Some(_), Err(_)) => false,
+    };
+    match found {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(file) => {
             assert!(!file.channels().is_empty());
@@ -30,5 +50,9 @@ fuzz_target!(|bytes: &[u8]| {
                 assert!(Statistics::of(&map).missing <= x * y);
             }
         }
+    }
+    match is_of_interest {
+        true => Corpus::Keep,
+        false => Corpus::Reject,
     }
 });

@@ -1,28 +1,20 @@
 //! Charts and maps side by side above one legend, as SVG.
 
-use std::fmt::Write;
-
-use base64::prelude::{BASE64_STANDARD, Engine};
-use kuva::render::render::{Primitive, Scene, TextAnchor};
+use kuva::render::render::{Primitive, Scene};
 
 use super::chart::{Chart, Series};
 use super::colour::Colour;
 use super::legend::{self, Legend};
-use super::raster::Raster;
+use super::map_panel::{Frame, MapPanel, WORDS};
 use super::svg::{finished, shift};
-use super::words::width_of;
 
 /// The family of all words: the font that travels with the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// Size of words, in pixels.
-const WORDS: u32 = 13;
 /// Space around everything, in pixels.
 const MARGIN: f64 = 8.0;
 /// Space between panels, in pixels.
 const GAP: f64 = 10.0;
-/// Height of a line of words above a map.
-const HEAD: f64 = 24.0;
 
 /// One figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,22 +30,14 @@ pub struct Figure {
 pub enum Panel {
     /// Series over axes.
     Chart(Box<Chart>),
-    /// A map under a few words.
-    Map {
-        /// The words.
-        title: String,
-        /// The map.
-        raster: Raster,
-        /// Sides of what it shows along x, to the right, and y, upwards, in any unit.
-        size: [f64; 2],
-    },
+    /// A map of a surface.
+    Map(MapPanel),
 }
 
 impl Panel {
-    /// Sides of what it shows, if it is a map.
-    fn size_of_map(&self) -> Option<[f64; 2]> {
+    fn map(&self) -> Option<&MapPanel> {
         match self {
-            Panel::Map { size, .. } => Some(*size),
+            Panel::Map(map) => Some(map),
             Panel::Chart(_) => None,
         }
     }
@@ -95,16 +79,23 @@ impl Figure {
         scene.background_color = None;
         scene.text_color = Some(Colour::Text.css());
         scene.font_family = Some(FONT_FAMILY.to_owned());
-        let mut maps = String::new();
+        let mut pictures = String::new();
+        let maps = self.rows.iter().flatten().filter_map(Panel::map);
+        let frame = Frame::of(maps, panel_width);
         for (row, panels) in self.rows.iter().enumerate() {
             for (column, panel) in panels.iter().enumerate() {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
                 let y = MARGIN + row as f64 * (panel_height + GAP);
-                self.draw(panel, [x, y], &mut scene, &mut maps);
+                match panel {
+                    Panel::Chart(chart) => place(&mut scene, chart.draw(self.panel, WORDS), [x, y]),
+                    Panel::Map(map) => {
+                        map.draw(self.panel, &frame, [x, y], &mut scene, &mut pictures);
+                    }
+                }
             }
         }
         legend.draw(&mut scene, top, width);
-        finished(&scene, &maps, name)
+        finished(&scene, &pictures, name)
     }
 
     fn series(&self) -> impl Iterator<Item = &Series> {
@@ -112,114 +103,31 @@ impl Figure {
         panels
             .filter_map(|panel| match panel {
                 Panel::Chart(chart) => Some(chart),
-                Panel::Map { .. } => None,
+                Panel::Map(_) => None,
             })
             .flat_map(|chart| &chart.series)
-    }
-
-    fn draw(&self, panel: &Panel, [x, y]: [f64; 2], scene: &mut Scene, maps: &mut String) {
-        match panel {
-            Panel::Chart(chart) => place(scene, chart.draw(self.panel, WORDS), [x, y]),
-            Panel::Map {
-                title,
-                raster,
-                size,
-            } => self.draw_map(title, (raster, *size), [x, y], scene, maps),
-        }
-    }
-
-    fn draw_map(
-        &self,
-        title: &str,
-        (raster, size): (&Raster, [f64; 2]),
-        [x, y]: [f64; 2],
-        scene: &mut Scene,
-        maps: &mut String,
-    ) {
-        let [width, height] = self.panel;
-        let lines = wrapped(title, width);
-        let line = f64::from(WORDS) * 1.4;
-        // Maps of one row are of one size, whatever the lines above them.
-        let sizes = self.rows.iter().flatten().filter_map(Panel::size_of_map);
-        let tallest = tallest(sizes);
-        let side = width.min((height - HEAD) / tallest);
-        let [map_width, map_height] = size.map(|length| side * (length / size[0].max(size[1])));
-        let left = x + (width - map_width) / 2.0;
-        let head = height - side * tallest;
-        for (from_last, text) in lines.iter().rev().enumerate() {
-            scene.add(Primitive::Text {
-                x: x + width / 2.0,
-                y: y + head - 5.0 - from_last as f64 * line,
-                content: text.clone(),
-                size: WORDS,
-                anchor: TextAnchor::Middle,
-                rotate: None,
-                bold: false,
-                color: Some(Colour::Text.css().into()),
-            });
-        }
-        scene.add(Primitive::Rect {
-            x: left,
-            y: y + head,
-            width: map_width,
-            height: map_height,
-            fill: "none".into(),
-            stroke: Some(Colour::Muted.css().into()),
-            stroke_width: Some(1.0),
-            opacity: None,
-        });
-        let data = BASE64_STANDARD.encode(raster.to_png());
-        let _ = write!(
-            maps,
-            "<image x=\"{left:.1}\" y=\"{:.1}\" width=\"{map_width:.1}\" \
-             height=\"{map_height:.1}\" preserveAspectRatio=\"none\" \
-             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{data}\"/>",
-            y + head,
-        );
     }
 }
 
 /// Rows of two charts: on a page, words of more would be small.
-pub fn in_pairs(mut charts: Vec<Chart>) -> Vec<Vec<Chart>> {
+pub fn in_pairs(charts: Vec<Chart>) -> Vec<Vec<Chart>> {
+    in_rows(2, charts)
+}
+
+/// Rows of so many, the last of what is left.
+pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
     let mut rows = Vec::new();
-    while !charts.is_empty() {
-        let rest = charts.split_off(charts.len().min(2));
-        rows.push(std::mem::replace(&mut charts, rest));
+    while !all.is_empty() {
+        let rest = all.split_off(all.len().min(columns.max(1)));
+        rows.push(std::mem::replace(&mut all, rest));
     }
     rows
 }
 
-/// Width and height of panels for maps with such words above, in pixels.
-pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel> + Clone, width: f64) -> [f64; 2] {
-    let words = panels.clone().filter_map(|panel| match panel {
-        Panel::Map { title, .. } => Some(title.as_str()),
-        Panel::Chart(_) => None,
-    });
-    let lines = words.map(|words| wrapped(words, width).len()).max();
-    let height = width * tallest(panels.filter_map(Panel::size_of_map));
-    [width, height + HEAD * lines.unwrap_or(0) as f64]
-}
-
-/// Height of the tallest of maps whose longer sides are one.
-fn tallest(sizes: impl Iterator<Item = [f64; 2]>) -> f64 {
-    let heights = sizes.map(|[size_x, size_y]| size_y / size_x.max(size_y));
-    heights.reduce(f64::max).unwrap_or(1.0)
-}
-
-/// Words broken between parts so that lines fit a width.
-fn wrapped(text: &str, width: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for part in text.split(" · ") {
-        let joined = lines.last().map(|line| format!("{line} · {part}"));
-        match joined {
-            Some(line) if width_of(&line, WORDS) <= width => {
-                lines.pop();
-                lines.push(line);
-            }
-            _ => lines.push(part.to_owned()),
-        }
-    }
-    lines
+/// Width and height of panels that hold each of these maps, in pixels.
+pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> [f64; 2] {
+    let frame = Frame::of(panels.filter_map(Panel::map), width);
+    [width, frame.height(width)]
 }
 
 /// Adds a drawing to another, moved.
@@ -235,9 +143,14 @@ mod tests {
     use super::super::axis::Axis;
     use super::super::chart::DataPoint;
     use super::super::pixels;
+    use super::super::raster::Raster;
     use super::super::style::{Dash, Marker, Style};
     use super::super::svg::alone;
     use super::*;
+
+    fn heights() -> Raster {
+        Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0])
+    }
 
     fn figure() -> Figure {
         let mut chart = Chart::new(Axis::linear("load y"), Axis::logarithmic("area"));
@@ -255,11 +168,7 @@ mod tests {
         chart
             .series
             .push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
-        let map = Panel::Map {
-            title: "heights".to_owned(),
-            raster: Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]),
-            size: [1.0, 1.0],
-        };
+        let map = Panel::Map(MapPanel::new("heights", heights(), [1.0, 1.0]));
         Figure {
             rows: vec![vec![Panel::Chart(Box::new(chart)), map]],
             panel: [300.0, 200.0],
@@ -276,12 +185,7 @@ mod tests {
     #[test]
     fn a_map_of_a_rectangle_has_its_sides() {
         let drawn = |size: [f64; 2]| {
-            let map = Panel::Map {
-                title: String::new(),
-                raster: Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]),
-                size,
-            };
-            let rows = vec![vec![map]];
+            let rows = vec![vec![Panel::Map(MapPanel::new("", heights(), size))]];
             let panel = panel_of_map(rows[0].iter(), 200.0);
             Figure { rows, panel }.to_svg("map")
         };

@@ -68,6 +68,16 @@ impl Scale {
         self.lowest..=self.highest
     }
 
+    /// All of its colours, from the lowest number to the highest.
+    pub fn bar(&self) -> Raster {
+        let colour = |step| self.gradient.eval_rational(step, PALETTE).into_array();
+        Raster {
+            width: PALETTE,
+            height: 1,
+            pixels: (0..PALETTE).map(colour).collect(),
+        }
+    }
+
     /// The colour of a number; numbers beyond an end have that of the end.
     pub fn colour(&self, value: f64) -> Pixel {
         let share = (value - self.lowest) / (self.highest - self.lowest);
@@ -91,7 +101,11 @@ pub fn colour_of_load(load: usize, count: usize) -> Pixel {
 impl Raster {
     /// Heights of the nodes, row-major; NaN where one is missing.
     pub fn of_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
-        let scale = Scale::of_heights(heights);
+        Raster::of_heights_on(&Scale::of_heights(heights), nodes, heights)
+    }
+
+    /// The same in the colours of a scale.
+    pub fn of_heights_on(scale: &Scale, nodes: [usize; 2], heights: &[f64]) -> Raster {
         Raster::of_nodes(nodes, |node| match heights[node].is_nan() {
             true => HOLE,
             false => scale.colour(heights[node]),
@@ -140,6 +154,12 @@ impl Raster {
             height: nodes_y,
             pixels: pixels.map(colour).collect(),
         }
+    }
+
+    /// Row by row from the top.
+    #[cfg(test)]
+    pub(super) fn pixels(&self) -> impl Iterator<Item = &Pixel> {
+        self.pixels.iter()
     }
 
     /// Width and height, in pixels.

@@ -46,6 +46,13 @@ impl FigureData<'_> {
         self.stage("density", &lines)
     }
 
+    /// Slopes by scale.
+    pub fn lines_of_scales(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let lines = format!("kind = \"measure\"\nfrom = \"{surfaces}\"\nwhat = \"scales\"");
+        self.stage("slopes", &lines)
+    }
+
     /// Random surfaces.
     pub fn lines_of_surfaces(&self) -> String {
         let lines = "kind = \"generate\"\nnodes = 256\nhurst = 0.8\nk_lower = [1, 2, 4]\n\

@@ -59,6 +59,15 @@ impl Mean {
         ends(self.mean, self.half_bar)
     }
 
+    /// The quantity in another unit.
+    pub fn times(&self, factor: f64) -> Mean {
+        Mean {
+            load: self.load,
+            mean: factor * self.mean,
+            half_bar: self.half_bar.map(|half| factor * half),
+        }
+    }
+
     /// The quantity over the load: the secant of its curve.
     pub fn secant(&self) -> Mean {
         Mean {

@@ -60,6 +60,11 @@ impl Drawn {
         self
     }
 
+    /// What a figure is drawn from is gone.
+    pub fn gone(needs: &'static str) -> Drawn {
+        Drawn::Gone { needs }
+    }
+
     /// What would add a figure: a stage of the given lines below its header.
     pub fn missing(needs: &'static str, lines: impl Into<String>) -> Drawn {
         Drawn::Missing {

@@ -9,8 +9,10 @@ use super::ReportError;
 use super::bars::Bars;
 use super::caveat::caveat;
 use super::ensembles::{self, EnsembleCurves, Mean, Point};
+use super::measured::MeasuredMaps;
 use super::styles::{Files, Styles};
 use super::tables::{FinishedStage, FinishedStages};
+use super::units::Units;
 use crate::contact::topography::spectrum::Spectrum;
 use crate::figures::chart::{DataPoint, Series};
 use crate::figures::style::Style;
@@ -36,6 +38,10 @@ pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 pub struct FigureData<'a> {
     /// The tables.
     pub finished: &'a FinishedStages<'a>,
+    /// Units of length.
+    pub units: Units,
+    /// Maps of measured surfaces.
+    pub maps: MeasuredMaps,
     /// Measured contacts.
     pub measured: Vec<EnsembleCurves<'a>>,
     /// Corrected areas.
@@ -57,6 +63,7 @@ impl<'a> FigureData<'a> {
     /// When a table lacks a column that its kind of stage writes.
     pub fn of(finished: &'a FinishedStages<'a>, bars: Bars) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
+        let units = Units::of(finished)?;
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name, bars)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name, bars)?;
         let mut points: Vec<Point> = match measured.is_empty() {
@@ -70,6 +77,8 @@ impl<'a> FigureData<'a> {
         let styles = Styles::of(&points, &files);
         Ok(FigureData {
             finished,
+            maps: MeasuredMaps::of(finished, &units)?,
+            units,
             measured,
             corrected,
             caveat: caveat(finished, &styles)?,

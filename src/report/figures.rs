@@ -1,4 +1,4 @@
-//! All figures of a page, in the order of the paper. Each file is one figure: what it needs, from
+//! All figures of a page: surfaces, then contact in the order of the paper. Each file is one figure: what it needs, from
 //! which tables, over which axes, with which words.
 
 mod area;
@@ -8,10 +8,13 @@ mod corrections;
 mod full_contact;
 mod gap;
 mod heights;
+mod measured_heights;
+mod measured_spectrum;
 mod mesh;
 mod near_full_contact;
 mod pressure;
 mod pressure_growth;
+mod scales;
 mod slope;
 mod spectrum;
 mod summits;
@@ -21,10 +24,11 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 17] = [
-    &spectrum::FIGURE,
-    &heights::FIGURE,
+pub const ALL: [&Definition; 18] = [
     &surfaces::FIGURE,
+    &heights::FIGURE,
+    &spectrum::FIGURE,
+    &scales::FIGURE,
     &area::FIGURE,
     &slope::FIGURE,
     &full_contact::FIGURE,

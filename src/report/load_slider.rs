@@ -3,6 +3,7 @@
 use base64::prelude::{BASE64_STANDARD, Engine};
 use serde::Serialize;
 
+use super::units::LengthUnit;
 use crate::figures::raster::Raster;
 
 /// The most maps of one slider: each takes some kilobytes of the page.
@@ -15,10 +16,21 @@ pub struct LoadSlider {
     pub label: String,
     /// Sides of what the maps show, along x and y, over the longer one.
     pub size: [f64; 2],
+    /// A length of the maps, where its unit is known.
+    pub scale: Option<SliderScale>,
     /// Maps under ascending loads, spread over all that there are.
     pub steps: Vec<Step>,
     /// How many loads there are.
     pub loads: usize,
+}
+
+/// A scale bar below maps.
+#[derive(Debug, Serialize)]
+pub struct SliderScale {
+    /// Its share of their width, in per cent.
+    pub percent: f64,
+    /// Its length.
+    pub label: String,
 }
 
 /// A map of contact, and what is told beside it.
@@ -35,16 +47,12 @@ pub struct Step {
 }
 
 impl Step {
-    /// Of contact on a share of the area.
+    /// Of contact on a share of the area, the mean gap in the unit of the surface.
     pub fn of(load: f64, area: f64, mean_gap: f64, unit: Option<&str>, picture: &Raster) -> Step {
-        let mean_gap = short(mean_gap);
         Step {
             load: short(load),
             area: format!("{} %", short(100.0 * area)),
-            mean_gap: match unit {
-                Some(unit) => format!("{mean_gap} {unit}"),
-                None => mean_gap,
-            },
+            mean_gap: told(mean_gap, unit),
             picture: BASE64_STANDARD.encode(picture.to_png()),
         }
     }
@@ -57,6 +65,19 @@ pub fn spread(count: usize) -> impl Iterator<Item = usize> {
         1 => 0,
         _ => step * (count - 1) / (steps - 1),
     })
+}
+
+/// A length with its unit: with a prefix where it is metres.
+fn told(length: f64, unit: Option<&str>) -> String {
+    let shared = LengthUnit::common([unit]);
+    let length = shared.factor(unit) * length;
+    match shared {
+        LengthUnit::Unknown => short(length),
+        LengthUnit::Metre | LengthUnit::Named(_) => {
+            let scaled = shared.scaled(length);
+            format!("{} {}", short(scaled.factor * length), scaled.unit)
+        }
+    }
 }
 
 /// Three significant digits.
@@ -82,6 +103,14 @@ mod tests {
             assert!(steps.is_sorted_by(|one, next| one < next), "{steps:?}");
         }
         assert_eq!(spread(0).count(), 0);
+    }
+
+    #[test]
+    fn lengths_are_told_in_their_unit_with_the_prefix_that_suits_them() {
+        assert_eq!(told(1.234e-8, Some("m")), "12.3 nm");
+        assert_eq!(told(0.25, Some("µm")), "250 nm");
+        assert_eq!(told(0.25, Some("px")), "0.25 px");
+        assert_eq!(told(0.25, None), "0.25");
     }
 
     #[test]

@@ -3,18 +3,17 @@
 
 use super::ensembles::{self, Mean};
 use super::figure_data::{COUNTED_AREA, FigureData, LIGHT};
+use super::units::LengthUnit;
 use crate::contact::grid::Grid;
 use crate::contact::morphology::correction::YASTREBOV_2017;
-use crate::stages::columns::{PERIMETER_MANHATTAN, UNIT};
+use crate::stages::columns::PERIMETER_MANHATTAN;
 use crate::store::table::TableError;
 
 impl FigureData<'_> {
-    /// The unit of length of measured surfaces, if all have the same.
-    pub fn unit_of_length(&self) -> &str {
-        let mut units = self.measured.iter().map(|one| one.point.get(UNIT.name));
-        let first = units.next().flatten();
-        let common = first.filter(|unit| units.all(|other| other == Some(*unit)));
-        common.map_or("the unit of the side", String::as_str)
+    /// The unit of length that the measured contacts share.
+    pub fn unit_of_length(&self) -> LengthUnit {
+        let points = self.measured.iter().map(|one| &one.point);
+        LengthUnit::common(points.map(|point| self.units.at(point)))
     }
 
     /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their

@@ -2,11 +2,11 @@
 
 use super::ReportError;
 use super::ensembles::{self, Point};
-use super::figure_data::FigureData;
+use super::tables::FinishedStages;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::surface::Surface;
 use crate::ensemble;
-use crate::stages::generate::{self, Origin};
+use crate::stages::generate::{self, Heights, MeasuredSurface, Origin};
 use crate::stages::{Recipe, Stage as _, StageError, grids};
 use crate::store::TaskTables;
 use crate::store::parquet::Columns;
@@ -27,6 +27,14 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
+    /// The file that it was measured in, if it was.
+    pub fn file(&self) -> Option<&MeasuredSurface> {
+        match &self.params.origin {
+            Origin::File(file) => Some(file),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => None,
+        }
+    }
+
     /// Its spectrum and draw, if it was drawn.
     pub fn random(&self) -> Option<&RandomSurface> {
         match &self.params.origin {
@@ -35,12 +43,25 @@ impl Sample<'_> {
         }
     }
 
+    /// Its heights, if the store has them.
+    ///
+    /// # Errors
+    /// When its table is damaged.
+    pub fn kept(&self, finished: &FinishedStages) -> Result<Option<Surface>, StageError> {
+        let (store, key) = (finished.archive.store(), finished.plan.tasks[self.task].key);
+        if self.params.heights != Heights::Keep || !store.has(key) {
+            return Ok(None);
+        }
+        let table = store.read(key, Columns::All).map_err(StageError::Store)?;
+        self.params.surface(&table, finished.sources).map(Some)
+    }
+
     /// Its heights, on a mesh that is fine enough to be looked at: a random surface is the same on
     /// all meshes.
     ///
     /// # Errors
     /// When the file of a measured surface cannot be read, or heights that were kept.
-    pub fn draw(&self, data: &FigureData) -> Result<Surface, StageError> {
+    pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
                 let grid = self.params.grid()?;
@@ -53,13 +74,13 @@ impl Sample<'_> {
                 Ok(surface.draw(grids::grid(shown, grid.cell().size())?))
             }
             Origin::Spectrum { .. } if self.params.origin.reads_stage() => {
-                let store = data.finished.archive.store();
-                let table = store.read(data.finished.plan.tasks[self.task].key, Columns::All);
+                let store = finished.archive.store();
+                let table = store.read(finished.plan.tasks[self.task].key, Columns::All);
                 self.params
-                    .surface(&table.map_err(StageError::Store)?, data.finished.sources)
+                    .surface(&table.map_err(StageError::Store)?, finished.sources)
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => {
-                self.params.draw(data.finished.sources)
+                self.params.draw(finished.sources)
             }
         }
     }
@@ -69,8 +90,8 @@ impl Sample<'_> {
 ///
 /// # Errors
 /// When a surface's table cannot be read.
-pub fn of<'a>(data: &FigureData<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
-    let (plan, archive) = (data.finished.plan, data.finished.archive);
+pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
+    let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
     let surfaces = tasks.filter_map(|(at, task)| match &task.recipe {
         Recipe::Generate(params) => Some((at, params)),

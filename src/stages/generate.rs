@@ -166,7 +166,8 @@ impl Params {
         grids::grid(self.nodes(), self.size())
     }
 
-    fn sides(&self) -> Option<[f64; 2]> {
+    /// Sides that the manifest gives.
+    pub fn sides(&self) -> Option<[f64; 2]> {
         self.side.map(|PerAxis(sides)| sides)
     }
 

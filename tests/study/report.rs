@@ -236,15 +236,142 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
     ] {
         assert!(drawn.iter().any(|one| one == title), "{title} in {said}");
     }
-    // 50 GPa/(1 − 0.3²), and a length in the unit of the files.
-    assert!(page.contains("E* = 5.4945"), "{page}");
-    assert!(figure(&bench, "pressure").contains("mean gap, in m"));
+    // 50 GPa/(1 − 0.3²), and lengths and pressures with the prefixes that suit them.
+    assert!(page.contains("E* = 54.945 GPa"), "{page}");
+    let pressure = figure(&bench, "pressure");
+    assert!(pressure.contains(">mean gap, in nm<"), "{pressure}");
+    assert!(pressure.contains(">mean pressure p₀, in GPa<"));
 
     let bench = Bench::new();
     bench.run(STUDY);
     let (said, _) = report(&bench);
     let missing = said["missing"].to_string();
     assert!(missing.contains("against the mean pressure"), "{said}");
+}
+
+/// A scan of 24 × 16 nodes on 6 µm × 3 µm, tilted, of which three points are missing, pressed as it is
+/// in pascals; with further stages.
+fn scanned(bench: &Bench, further: &str) {
+    let mut text = "# Width: 6 µm\n# Height: 3 µm\n# Value units: nm\n".to_owned();
+    for j in 0..16_i32 {
+        for i in 0..24_i32 {
+            let height = rough(i, j) + f64::from(3 * i - 2 * j);
+            let missing = [(3, 4), (4, 4), (20, 9)].contains(&(i, j));
+            text += &if missing {
+                "nan ".to_owned()
+            } else {
+                format!("{height:.6} ")
+            };
+        }
+        text += "\n";
+    }
+    std::fs::write(bench.path("scan.txt"), text).unwrap();
+    bench.run(&format!(
+        "[study]\nname = \"pascals\"\n\n[stage.scan]\nkind = \"generate\"\nmethod = \"file\"\n\
+         path = \"scan.txt\"\nperiodic = false\nlevel = \"plane\"\nfill = \"harmonic\"\n\n\
+         [stage.contact]\nkind = \"solve\"\nfrom = \"scan\"\nboundary = \"free\"\n\
+         bodies = [{{ youngs_modulus = 50e9, poisson_ratio = 0.3 }}]\nload_unit = \"absolute\"\n\
+         loads = {{ from = 2e7, to = 1e9, steps = 4, spacing = \"geometric\" }}\n\n\
+         [stage.area]\nkind = \"measure\"\nfrom = \"contact\"\n\n{further}"
+    ));
+}
+
+/// Heights of a few nanometres, fewer and fewer the shorter the waves.
+fn rough(i: i32, j: i32) -> f64 {
+    let wave = |k: i32| {
+        let k = f64::from(k);
+        let along = k.sin() * f64::from(i) / 24.0 + k.cos() * f64::from(j) / 16.0;
+        20.0 * k.powf(-1.8) * (std::f64::consts::TAU * k * along + k * k).cos()
+    };
+    (1..12).map(wave).sum()
+}
+
+#[test]
+fn a_measured_surface_has_its_map_its_heights_its_spectrum_and_its_slopes_without_being_asked() {
+    let bench = Bench::new();
+    scanned(&bench, "");
+    let (said, page) = report(&bench);
+    let drawn = said["drawn"].to_string();
+    for title in [
+        "Maps of heights",
+        "Distribution of heights",
+        "Power spectral density",
+        "Slope by scale",
+        "Contact maps",
+    ] {
+        assert!(drawn.contains(title), "{title} in {drawn}");
+    }
+    let maps = figure(&bench, "surfaces");
+    for words in ["as measured", "0.78 % missing", "as pressed"] {
+        assert_eq!(maps.matches(words).count(), 1, "{words} in {maps}");
+    }
+    // Two maps with a bar for lengths and one for heights each: a fifth to a third of 6 µm.
+    assert_eq!(maps.matches(">2 µm<").count(), 2);
+    assert_eq!(maps.matches(" nm<").count(), 4);
+    for (name, words) in [
+        ("heights", "height, nm"),
+        ("spectrum", "power spectral density C(q), m⁴"),
+        ("slope-at-scale", "distance ℓ, µm"),
+        ("contact-maps", "2 µm"),
+    ] {
+        let svg = figure(&bench, name);
+        assert!(svg.contains(&format!(">{words}<")), "{words} in {svg}");
+    }
+    assert_eq!(page.matches("</span>2 µm</div>").count(), 1, "one slider");
+    assert!(page.contains("width: 33.33%"), "2 of 6 µm");
+}
+
+#[test]
+fn what_stages_have_measured_of_a_surface_is_drawn_from_their_tables() {
+    let bench = Bench::new();
+    scanned(
+        &bench,
+        "[stage.spectrum]\nkind = \"measure\"\nfrom = \"scan\"\nwhat = \"spectrum\"\n\n\
+         [stage.scales]\nkind = \"measure\"\nfrom = \"scan\"\nwhat = \"scales\"\n\n\
+         [stage.law]\nkind = \"fit\"\nfrom = \"spectrum\"\nlaw = \"self-affine\"\n",
+    );
+    let (_, page) = report(&bench);
+    let [spectrum, scales] = ["spectrum", "slope-at-scale"].map(|name| figure(&bench, name));
+    // One curve each: the page does not draw what it could compute beside what is in a table.
+    assert_eq!(spectrum.matches(">scan.txt<").count(), 1, "{spectrum}");
+    assert_eq!(scales.matches(">scan.txt, along x<").count(), 1);
+    assert_eq!(spectrum.matches(">self-affine law, fitted<").count(), 1);
+    let law = bench.table("pascals", "law");
+    let hurst = law.reals("hurst_exponent").unwrap().value(0);
+    let told = page.split("scan.txt H = ").nth(1).unwrap();
+    let told: f64 = told.split(' ').next().unwrap().parse().unwrap();
+    assert!((told - hurst).abs() <= 5e-3 * hurst, "{told} {hurst}");
+    // And what it computes where there is no table is the same.
+    let alone = Bench::new();
+    scanned(&alone, "");
+    report(&alone);
+    assert!(figure(&alone, "slope-at-scale") == scales);
+}
+
+#[test]
+fn a_measured_surface_whose_file_is_gone_is_shown_as_far_as_its_heights_were_kept() {
+    let bench = Bench::new();
+    scanned(&bench, "");
+    report(&bench);
+    fs::remove_file(bench.path("scan.txt")).unwrap();
+    let heights = figure(&bench, "heights");
+    report(&bench);
+    assert!(figure(&bench, "heights") == heights);
+    let maps = figure(&bench, "surfaces");
+    assert!(maps.contains(">2 µm<") && !maps.contains("as measured"));
+
+    let bench = Bench::new();
+    scanned(&bench, "");
+    let redrawn = fs::read_to_string(bench.path("study.toml")).unwrap();
+    let redrawn = redrawn.replace("periodic = false", "periodic = false\nheights = \"redraw\"");
+    bench.run(&redrawn);
+    report(&bench);
+    fs::remove_file(bench.path("scan.txt")).unwrap();
+    let path = bench.path("study.toml");
+    let output = bench.output(&["report", path.to_str().unwrap()]);
+    assert!(!output.status.success());
+    let told = text(&output.stderr);
+    assert!(told.contains("\"Maps of heights\""), "{told}");
 }
 
 #[test]

@@ -14,6 +14,8 @@ pub struct Histogram {
     pub bins: Vec<Bin>,
     /// Width of a bin, in rms heights.
     pub width: f64,
+    /// The root mean square height about the mean that heights are scaled by; a length.
+    pub rms_height: f64,
     /// Nodes beyond the range.
     pub outside: usize,
 }
@@ -65,6 +67,7 @@ impl Histogram {
         Self {
             bins,
             width,
+            rms_height: variance.sqrt(),
             outside,
         }
     }

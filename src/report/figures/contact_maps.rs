@@ -6,16 +6,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::contact::morphology::area::ContactArea;
 use crate::contact::morphology::map::ContactMap;
 use crate::ensemble;
-use crate::figures::figure::{Figure, Panel, panel_of_map};
+use crate::figures::figure::{Figure, Panel, in_rows, panel_of_map};
+use crate::figures::map_panel::{MapPanel, ScaleBar};
 use crate::figures::raster::Raster;
 use crate::report::ReportError;
 use crate::report::ensembles::{self, Point};
 use crate::report::figure::{Definition, Drawn};
 use crate::report::figure_data::FigureData;
-use crate::report::load_slider::{self, LoadSlider, Step};
+use crate::report::load_slider::{self, LoadSlider, SliderScale, Step};
 use crate::report::samples::{self, Sample};
 use crate::report::tables::FinishedStages;
-use crate::stages::columns::{CONTACT, LOAD, MEAN_GAP, UNIT};
+use crate::report::units::scale_bar;
+use crate::stages::columns::{CONTACT, LOAD, MEAN_GAP};
 use crate::stages::grids::Grids;
 use crate::stages::{Recipe, Stage as _, StageError};
 use crate::store::TaskTables;
@@ -35,7 +37,7 @@ const PIXELS: usize = 256;
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let (mut rows, mut sliders) = (Vec::new(), Vec::new());
-    let samples = extremes(samples::of(data)?);
+    let samples = extremes(samples::of(data.finished)?);
     let which = match samples.iter().all(|sample| sample.random().is_some()) {
         true => "with the smallest and of the one with the largest lower cutoff",
         false => "and of the last parameter point",
@@ -49,11 +51,8 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             continue;
         }
         let label = data.styles.label(&pressed.point);
-        let mut panels = pressed.panels(label.as_deref());
-        while !panels.is_empty() {
-            let rest = panels.split_off(panels.len().min(3));
-            rows.push(std::mem::replace(&mut panels, rest));
-        }
+        let panels = pressed.panels(label.as_deref());
+        rows.extend(in_rows(3, panels));
         sliders.push(pressed.slider(label.unwrap_or_default()));
     }
     if rows.is_empty() {
@@ -136,6 +135,7 @@ impl Pressed {
             }
             pressed.add(&archive.store().read(task.key, Columns::All)?)?;
         }
+        pressed.unit = data.units.at(&pressed.point).map(str::to_owned);
         Ok(Some(pressed))
     }
 
@@ -145,10 +145,6 @@ impl Pressed {
             return Ok(());
         }
         self.point = ensembles::point(block, 0);
-        let units = block.has(UNIT.name).then(|| block.texts(UNIT.name));
-        if let Some(units) = units.transpose()? {
-            self.unit = units.iter().flatten().next().map(str::to_owned);
-        }
         let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
         let bits = block.bytes(CONTACT.name)?;
         let grids = Grids::of(block)?;
@@ -171,19 +167,26 @@ impl Pressed {
         let maps = shown.iter().map(|load| (load, &self.states[load].map));
         let mut panels: Vec<Panel> = ('a'..)
             .zip(maps.clone())
-            .map(|(letter, (load, map))| Panel::Map {
-                title: format!("{label}({letter}) load {:.3}", f64::from_bits(*load)),
-                raster: Raster::of_contact(map).at_most(PIXELS),
-                size: self.size,
+            .map(|(letter, (load, map))| {
+                let title = format!("{label}({letter}) load {:.3}", f64::from_bits(*load));
+                self.panel(title, &Raster::of_contact(map))
             })
             .collect();
         let maps: Vec<ContactMap> = maps.map(|(_, map)| map.clone()).collect();
-        panels.push(Panel::Map {
-            title: format!("{label}all loads"),
-            raster: Raster::of_contacts(&maps).at_most(PIXELS),
-            size: self.size,
-        });
+        let title = format!("{label}all loads");
+        panels.push(self.panel(title, &Raster::of_contacts(&maps)));
         panels
+    }
+
+    fn panel(&self, title: String, picture: &Raster) -> Panel {
+        Panel::Map(MapPanel {
+            scale_bar: self.scale_bar(),
+            ..MapPanel::new(title, picture.at_most(PIXELS), self.size)
+        })
+    }
+
+    fn scale_bar(&self) -> Option<ScaleBar> {
+        scale_bar(self.size[0], self.unit.as_deref())
     }
 
     /// The loads nearest to those that are shown, each once.
@@ -215,6 +218,10 @@ impl Pressed {
         LoadSlider {
             label,
             size: self.size.map(|side| side / longer),
+            scale: self.scale_bar().map(|bar| SliderScale {
+                percent: 100.0 * bar.length / self.size[0],
+                label: bar.label,
+            }),
             steps: load_slider::spread(states.len()).map(step).collect(),
             loads: states.len(),
         }

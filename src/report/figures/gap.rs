@@ -7,9 +7,10 @@ use crate::figures::chart::{Chart, Series};
 use crate::figures::figure::Figure;
 use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
-use crate::report::ensembles;
+use crate::report::ensembles::{self, EnsembleCurves, Mean, Point};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::figure_data::{FigureData, LOAD_LABEL, series};
+use crate::report::units::{LengthUnit, Scaled};
 use crate::stages::columns::MEAN_GAP;
 use crate::store::table::{Table, TableError};
 
@@ -20,16 +21,16 @@ pub const FIGURE: Definition = Definition {
 };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let gaps = gaps(data, data.measured.iter())?;
     let mut chart = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
-        Axis::linear(format!("mean gap, in {}", data.unit_of_length())),
+        Axis::linear(gaps.label.clone()),
     );
-    for ensemble in &data.measured {
-        let gaps = ensemble.mean(MEAN_GAP.name)?;
+    for (ensemble, gaps) in data.measured.iter().zip(&gaps.means) {
         let style = data.styles.markers(&ensemble.point);
         chart
             .series
-            .push(series(&gaps, style).named(data.label(ensemble)));
+            .push(series(gaps, style).named(data.label(ensemble)));
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
         let lines =
@@ -44,7 +45,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         .finished
         .with(&["decay_length", "closing_load", "window_lower"])
     {
-        chart.series.extend(relations(data, &stage.table)?);
+        chart.series.extend(relations(data, &stage.table, &gaps)?);
     }
     let fits = match chart.series.len() > drawn {
         true => {
@@ -61,15 +62,64 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
+/// Mean gaps of ensembles in one unit.
+pub struct Gaps {
+    /// What an axis says of them.
+    pub label: String,
+    /// Under the loads of each ensemble.
+    pub means: Vec<Vec<Mean>>,
+    shared: LengthUnit,
+    factor: f64,
+}
+
+impl Gaps {
+    /// What a length of a surface at a point is multiplied with.
+    fn factor(&self, data: &FigureData, point: &Point) -> f64 {
+        self.factor * self.shared.factor(data.units.at(point))
+    }
+}
+
+/// The mean gaps of measured contacts, in metres with a prefix where their unit allows.
+///
+/// # Errors
+/// When a table has no mean gaps.
+pub fn gaps<'a>(
+    data: &FigureData,
+    ensembles: impl Iterator<Item = &'a EnsembleCurves<'a>>,
+) -> Result<Gaps, TableError> {
+    let shared = data.unit_of_length();
+    let mut means = Vec::new();
+    for ensemble in ensembles {
+        let factor = shared.factor(data.units.at(&ensemble.point));
+        let gaps = ensemble.mean(MEAN_GAP.name)?.into_iter();
+        means.push(gaps.map(|gap| gap.times(factor)).collect::<Vec<_>>());
+    }
+    let largest = means
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |most, gap| most.max(gap.mean));
+    let Scaled { factor, unit } = shared.scaled(largest);
+    let scale = |gap: &mut Mean| *gap = gap.times(factor);
+    means.iter_mut().flatten().for_each(scale);
+    Ok(Gaps {
+        label: format!("mean gap, in {unit}"),
+        means,
+        shared,
+        factor,
+    })
+}
+
 /// The fitted relations as lines over their windows of loads.
-fn relations(data: &FigureData, table: &Table) -> Result<Vec<Series>, TableError> {
+fn relations(data: &FigureData, table: &Table, gaps: &Gaps) -> Result<Vec<Series>, TableError> {
     let column = |name: &str| table.reals(name);
     let (lengths, closing) = (column("decay_length")?, column("closing_load")?);
     let (from, to) = (column("window_lower")?, column("window_upper")?);
     let is_fitted = |&row: &usize| lengths.is_valid(row) && closing.is_valid(row);
     let lines = (0..table.rows()).filter(is_fitted).map(|row| {
-        let gap = |load: f64| lengths.value(row) * (closing.value(row) / load).ln();
-        let colour = data.styles.colour(&ensembles::point(table, row));
+        let point = ensembles::point(table, row);
+        let length = gaps.factor(data, &point) * lengths.value(row);
+        let gap = |load: f64| length * (closing.value(row) / load).ln();
+        let colour = data.styles.colour(&point);
         // A window may begin at zero, and the relation has no end there.
         let range = [from.value(row).max(1e-3 * to.value(row)), to.value(row)];
         let style = Style::line(colour, Dash::Solid, 1.5);

@@ -1,9 +1,11 @@
-//! Distribution of heights: linear, close to its tail, logarithmic (figs. 3 and B.1).
+//! Distribution of heights: linear, close to its tail, logarithmic (figs. 3 and B.1); of measured
+//! surfaces in their unit of length, too.
 
 use std::f64::consts::TAU;
 
 use arrow::array::Array;
 
+use super::measured_heights;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
 use crate::figures::colour::Colour;
@@ -13,7 +15,9 @@ use crate::report::ReportError;
 use crate::report::ensembles::{self, Point};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::figure_data::FigureData;
+use crate::report::measured::{FILE_IS_GONE, MeasuredMaps};
 use crate::report::samples::MOST;
+use crate::report::surface_curves::runs;
 use crate::stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
 use crate::store::table::{Table, TableError};
 
@@ -47,26 +51,37 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     for stage in data.finished.with(&[BIN.name, DENSITY.name]) {
         single(&stage.table, &mut all)?;
     }
-    if all.is_empty() {
+    let measured = measured_heights::charts(data);
+    if all.is_empty() && measured.is_none() {
         let lines = data.lines_of_heights();
-        return Ok(Drawn::missing("a distribution of heights", lines));
+        return Ok(match data.maps {
+            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
+            MeasuredMaps::There(_) => Drawn::missing("a distribution of heights", lines),
+        });
     }
-    let shown = &all[..all.len().min(MOST)];
-    let rows = shown
-        .iter()
-        .map(|densities| charts(data, densities))
-        .collect();
+    let (mut rows, mut captions): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
+    let size = match all.is_empty() {
+        true => [430.0, 340.0],
+        false => [300.0, 225.0],
+    };
+    if !all.is_empty() {
+        let shown = &all[..all.len().min(MOST)];
+        rows.extend(shown.iter().map(|densities| charts(data, densities)));
+        captions.push(caption(shown));
+    }
+    let figure = Figure::of_charts(rows, size);
+    Ok(Drawn::figure(figure, captions.join(" ")))
+}
+
+/// What is to be seen of densities over the rms height.
+fn caption(shown: &[Densities]) -> String {
     let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
-    let caption = format!(
+    format!(
         "Probability density of heights over their rms: linear, close to the tail, logarithmic. \
          Black the mean over {}, dashed one standard deviation between surfaces to either side, \
          vermilion the normal density, other colours three single surfaces. Bins are joined to {POINTS}.",
         sample(&surfaces),
-    );
-    Ok(Drawn::figure(
-        Figure::of_charts(rows, [300.0, 225.0]),
-        caption,
-    ))
+    )
 }
 
 fn charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
@@ -223,13 +238,4 @@ fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     all.iter_mut()
         .for_each(|densities| densities.single.truncate(SINGLE));
     Ok(())
-}
-
-/// Rows whose bins ascend: one histogram each.
-fn runs(bins: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let mut starts: Vec<usize> = (0..bins.len())
-        .filter(|&row| row == 0 || bins[row] <= bins[row - 1])
-        .collect();
-    starts.push(bins.len());
-    starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }

@@ -1,5 +1,6 @@
 //! Area and mean gap against the mean pressure, in the units of the study; beyond the paper.
 
+use super::gap;
 use crate::contact::theory::persson;
 use crate::figures::axis::{Axis, Spacing};
 use crate::figures::chart::{Chart, DataPoint, Series};
@@ -10,7 +11,8 @@ use crate::report::ReportError;
 use crate::report::ensembles::{EnsembleCurves, Mean};
 use crate::report::figure::{Definition, Drawn, sample};
 use crate::report::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData};
-use crate::stages::columns::{EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE};
+use crate::report::units::{self, Scaled, digits};
+use crate::stages::columns::{EFFECTIVE_MODULUS, PRESSURE};
 
 pub const FIGURE: Definition = Definition {
     name: "pressure",
@@ -33,24 +35,30 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             lines,
         ));
     }
-    let axis = || Axis::logarithmic("mean pressure p₀, in the unit of E*");
-    let mut areas = Chart::new(axis(), Axis::logarithmic(AREA_LABEL));
-    let gap = format!("mean gap, in {}", data.unit_of_length());
-    let mut gaps = Chart::new(axis(), Axis::linear(gap));
-    let mut moduli: Vec<String> = Vec::new();
+    let gaps = gap::gaps(data, pressed.iter().copied())?;
+    let mut pressures = Vec::new();
     for ensemble in &pressed {
-        let pressures = ensemble.mean(PRESSURE.name)?;
+        pressures.push(ensemble.mean(PRESSURE.name)?);
+    }
+    let scaled = unit_of(data, &pressed, &pressures);
+    let in_unit = |pressure: &mut Mean| *pressure = pressure.times(scaled.factor);
+    pressures.iter_mut().flatten().for_each(in_unit);
+    let axis = || Axis::logarithmic(format!("mean pressure p₀, in {}", scaled.unit));
+    let mut areas = Chart::new(axis(), Axis::logarithmic(AREA_LABEL));
+    let mut mean_gaps = Chart::new(axis(), Axis::linear(gaps.label));
+    let mut moduli: Vec<String> = Vec::new();
+    for ((ensemble, gaps), pressures) in pressed.iter().zip(&gaps.means).zip(&pressures) {
         let style = data.styles.markers(&ensemble.point);
         let against = |means: &[Mean]| Series {
-            points: against(&pressures, means),
+            points: against(pressures, means),
             style,
             label: None,
         };
         let area = against(&ensemble.mean(COUNTED_AREA)?);
         areas.series.push(area.named(data.label(ensemble)));
-        gaps.series.push(against(&ensemble.mean(MEAN_GAP.name)?));
-        areas.series.extend(theory(data, ensemble, &pressures));
-        moduli.extend(modulus(ensemble).map(|modulus| format!("{modulus:e}")));
+        mean_gaps.series.push(against(gaps));
+        areas.series.extend(theory(data, ensemble, pressures));
+        moduli.extend(modulus(ensemble).map(|modulus| told(modulus, &scaled)));
     }
     moduli.dedup();
     // One entry for all of its lines.
@@ -60,8 +68,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         .push(Series::new([], persson).named("Persson 2001"));
     let caption = format!(
         "Contact area fraction and, to the right, mean gap against the mean pressure, from {}; \
-         area as counted on the mesh. E* = {}, in whose unit pressures are: pascals if it is given \
-         in pascals. Points are means over the surfaces, bars {}. An exponential \
+         area as counted on the mesh. E* = {}. Points are means over the surfaces, bars {}. An exponential \
          relation of pressure and gap is a straight line. {}{}",
         sample(&pressed.iter().map(|one| one.surfaces).collect::<Vec<_>>()),
         moduli.join(", "),
@@ -69,7 +76,27 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         data.share_of_mesh()?,
         data.caveat,
     );
-    Ok(Drawn::figure(Figure::of_two(areas, gaps), caption))
+    Ok(Drawn::figure(Figure::of_two(areas, mean_gaps), caption))
+}
+
+/// The unit of the pressures.
+fn unit_of(data: &FigureData, pressed: &[&EnsembleCurves], pressures: &[Vec<Mean>]) -> Scaled {
+    let moduli = pressed.iter().filter_map(|one| modulus(one));
+    let least_modulus = moduli.fold(f64::INFINITY, f64::min);
+    let pressures = pressures.iter().flatten();
+    let largest = pressures.fold(0.0_f64, |most, pressure| most.max(pressure.mean));
+    units::of_pressures(largest, least_modulus, &data.unit_of_length())
+}
+
+/// E* with its unit, where that is known.
+fn told(modulus: f64, pressures: &Scaled) -> String {
+    match pressures.unit.strip_suffix("Pa") {
+        Some(_) => {
+            let Scaled { factor, unit } = units::in_pascals(modulus);
+            format!("{} {unit}", digits(factor * modulus, 5))
+        }
+        None => format!("{modulus:e}"),
+    }
 }
 
 /// E*, if it was given: pressures in units of it are what the other figures show.

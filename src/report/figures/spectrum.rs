@@ -1,5 +1,7 @@
-//! Power spectral density (fig. 2).
+//! Power spectral density: of random surfaces in units of their cell (fig. 2), of measured surfaces and
+//! of whatever a `measure` stage has found in units of length.
 
+use super::measured_spectrum;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, Series};
 use crate::figures::figure::Figure;
@@ -7,6 +9,7 @@ use crate::figures::style::{Dash, Style};
 use crate::report::ReportError;
 use crate::report::figure::{Definition, Drawn};
 use crate::report::figure_data::FigureData;
+use crate::report::measured::{FILE_IS_GONE, MeasuredMaps};
 use crate::report::samples;
 
 pub const FIGURE: Definition = Definition {
@@ -19,7 +22,28 @@ pub const FIGURE: Definition = Definition {
 const POINTS: f64 = 40.0;
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
-    let samples = samples::of(data)?;
+    let drawn = of_random_surfaces(data)?;
+    let measured = measured_spectrum::chart(data)?;
+    let mut found: Vec<(Chart, String)> = measured.into_iter().chain(drawn).collect();
+    if found.is_empty() {
+        let lines = data.lines_of_surfaces();
+        return Ok(match data.maps {
+            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
+            MeasuredMaps::There(_) => Drawn::missing("random or measured surfaces", lines),
+        });
+    }
+    if let [_] = found.as_slice() {
+        let (chart, caption) = found.remove(0);
+        return Ok(Drawn::figure(Figure::of(chart), caption));
+    }
+    let (charts, captions): (Vec<Chart>, Vec<String>) = found.into_iter().unzip();
+    let figure = Figure::of_charts(vec![charts], [430.0, 340.0]);
+    Ok(Drawn::figure(figure, captions.join(" To the right: ")))
+}
+
+/// The densities that random surfaces are drawn from, and what is drawn.
+fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, ReportError> {
+    let samples = samples::of(data.finished)?;
     let mut chart = Chart::new(
         Axis::logarithmic("wavenumber k = L/λ"),
         Axis::logarithmic("power of a mode |ĥ(k)|²/(h′ L)²"),
@@ -50,8 +74,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             .push(Series::new(drawn.collect::<Vec<_>>(), markers).named(label));
     }
     if chart.series.is_empty() {
-        let lines = data.lines_of_surfaces();
-        return Ok(Drawn::missing("random surfaces", lines));
+        return Ok(None);
     }
     let caption = format!(
         "Power spectral density of {} of the study's spectra: points are means over rings of one \
@@ -59,5 +82,5 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
          drawn from, scaled to the same rms slope h′. L is the side of the periodic cell.",
         chart.series.len() / 2,
     );
-    Ok(Drawn::figure(Figure::of(chart), caption))
+    Ok(Some((chart, caption)))
 }

@@ -9,6 +9,7 @@ use crate::contact::grid::Grid;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::preparation::{Preparation, Prepared};
 use crate::contact::topography::random::RandomSurface;
+use crate::contact::topography::scan::Scan;
 use crate::contact::topography::shapes::Shape;
 use crate::contact::topography::surface::Surface;
 use crate::stages::StageError;
@@ -166,24 +167,49 @@ impl MeasuredSurface {
         side: Option<[f64; 2]>,
         sources: &SurfaceFiles,
     ) -> Result<ReadSurface, StageError> {
+        let (scan, channel) = self.scan(side, sources)?;
+        Ok(ReadSurface {
+            prepared: self.prepare(scan, sources)?,
+            channel,
+        })
+    }
+
+    /// Reads the map as the file has it, and which of its maps that is.
+    ///
+    /// # Errors
+    /// When the file is gone, has changed, or holds no such map.
+    pub fn scan(
+        &self,
+        side: Option<[f64; 2]>,
+        sources: &SurfaceFiles,
+    ) -> Result<(Scan, ChannelRead), StageError> {
         let bytes = sources.read(&self.content)?;
-        let path = || {
-            let path = sources.path_of(&self.content);
-            path.map(|path| path.display().to_string())
-                .unwrap_or_default()
-        };
         let unusable = |source: MapFileError| StageError::Measured {
-            path: path(),
+            path: self.path(sources),
             source: Box::new(source),
         };
         let map = MapFile::read(&bytes, self.channel.as_ref()).map_err(unusable)?;
         let channel = map.channel.clone();
         let scan = map.scan(side, self.height_scale).map_err(unusable)?;
+        Ok((scan, channel))
+    }
+
+    /// The map as it is to be pressed.
+    ///
+    /// # Errors
+    /// When it cannot be prepared so.
+    pub fn prepare(&self, scan: Scan, sources: &SurfaceFiles) -> Result<Prepared, StageError> {
         let prepared = self.preparation.prepare(scan, self.edges);
-        let prepared = prepared.map_err(|source| StageError::Preparation {
-            path: path(),
+        prepared.map_err(|source| StageError::Preparation {
+            path: self.path(sources),
             source,
-        })?;
-        Ok(ReadSurface { prepared, channel })
+        })
+    }
+
+    /// Where the file is, for messages.
+    fn path(&self, sources: &SurfaceFiles) -> String {
+        let path = sources.path_of(&self.content);
+        path.map(|path| path.display().to_string())
+            .unwrap_or_default()
     }
 }

@@ -1,0 +1,319 @@
+//! A map under a few words, with the length of its scale bar and the numbers of its colours below.
+
+use std::fmt::Write;
+
+use base64::prelude::{BASE64_STANDARD, Engine};
+use kuva::render::render::{Primitive, Scene, TextAnchor};
+
+use super::colour::Colour;
+use super::raster::Raster;
+use super::words::width_of;
+
+/// Size of words, in pixels.
+pub(super) const WORDS: u32 = 13;
+/// Height of a line of words above a map.
+const HEAD: f64 = 24.0;
+/// Height of a bar below it.
+const FOOT: f64 = 22.0;
+/// Between a bar and its words.
+const SPACE: f64 = 6.0;
+/// Room that a colour bar takes at least, below maps that are narrower.
+const LEAST_BAR: f64 = 180.0;
+
+/// A map and what is told of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapPanel {
+    /// Words above it.
+    pub title: String,
+    /// The map.
+    pub raster: Raster,
+    /// Sides of what it shows along x, to the right, and y, upwards, in any unit.
+    pub size: [f64; 2],
+    /// A length to compare with.
+    pub scale_bar: Option<ScaleBar>,
+    /// What its colours stand for.
+    pub colour_bar: Option<ColourBar>,
+}
+
+/// A length of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScaleBar {
+    /// In the unit of the map's sides.
+    pub length: f64,
+    /// The same with its unit.
+    pub label: String,
+}
+
+/// The colours of a map and the numbers at their ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColourBar {
+    /// From left to right.
+    pub colours: Raster,
+    /// With its unit.
+    pub lowest: String,
+    /// With its unit.
+    pub highest: String,
+}
+
+/// What all maps of a figure have in common, so that those of one row are of one size.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    /// Height of the tallest of the maps, whose longer sides are one.
+    tallest: f64,
+    /// Lines of words above the map that has most of them.
+    lines: usize,
+    /// Bars below the map that has most of them.
+    bars: usize,
+}
+
+impl Frame {
+    /// Of maps in panels of a width.
+    pub(super) fn of<'a>(maps: impl Iterator<Item = &'a MapPanel>, width: f64) -> Frame {
+        let none = Frame {
+            tallest: 0.0,
+            lines: 0,
+            bars: 0,
+        };
+        let frame = maps.fold(none, |frame, map| {
+            let [size_x, size_y] = map.size;
+            Frame {
+                tallest: frame.tallest.max(size_y / size_x.max(size_y)),
+                lines: frame.lines.max(wrapped(&map.title, width).len()),
+                bars: frame.bars.max(map.bars()),
+            }
+        });
+        match frame.tallest > 0.0 {
+            true => frame,
+            false => Frame {
+                tallest: 1.0,
+                ..frame
+            },
+        }
+    }
+
+    /// Height of a panel of a width that holds each of the maps.
+    pub(super) fn height(&self, width: f64) -> f64 {
+        width * self.tallest + HEAD * self.lines as f64 + self.foot()
+    }
+
+    fn foot(&self) -> f64 {
+        FOOT * self.bars as f64
+    }
+}
+
+impl MapPanel {
+    /// A map without bars.
+    pub fn new(title: impl Into<String>, raster: Raster, size: [f64; 2]) -> MapPanel {
+        MapPanel {
+            title: title.into(),
+            raster,
+            size,
+            scale_bar: None,
+            colour_bar: None,
+        }
+    }
+
+    fn bars(&self) -> usize {
+        usize::from(self.scale_bar.is_some()) + usize::from(self.colour_bar.is_some())
+    }
+
+    /// Draws it into a panel; pictures go behind the scene.
+    pub(super) fn draw(
+        &self,
+        [width, height]: [f64; 2],
+        frame: &Frame,
+        [x, y]: [f64; 2],
+        scene: &mut Scene,
+        pictures: &mut String,
+    ) {
+        let side = width.min((height - HEAD - frame.foot()) / frame.tallest);
+        let longer = self.size[0].max(self.size[1]);
+        let map = self.size.map(|length| side * (length / longer));
+        let left = x + (width - map[0]) / 2.0;
+        let top = y + height - side * frame.tallest - frame.foot();
+        let line = f64::from(WORDS) * 1.4;
+        for (from_last, text) in wrapped(&self.title, width).iter().rev().enumerate() {
+            let place = [x + width / 2.0, top - 5.0 - from_last as f64 * line];
+            scene.add(words(text.clone(), place, TextAnchor::Middle));
+        }
+        scene.add(box_of([left, top], map));
+        picture(&self.raster, [left, top], map, pictures);
+        let mut below = top + map[1] + FOOT / 2.0;
+        if let Some(bar) = &self.scale_bar {
+            bar.draw(left, below, map[0] / self.size[0], scene);
+            below += FOOT;
+        }
+        if let Some(bar) = &self.colour_bar {
+            let room = map[0].max(LEAST_BAR).min(width);
+            let from = x + (width - room) / 2.0;
+            bar.draw([from, from + room], below, scene, pictures);
+        }
+    }
+}
+
+impl ScaleBar {
+    fn draw(&self, left: f64, middle: f64, pixels_per_length: f64, scene: &mut Scene) {
+        let right = left + self.length * pixels_per_length;
+        scene.add(Primitive::Line {
+            x1: left,
+            y1: middle,
+            x2: right,
+            y2: middle,
+            stroke: Colour::Text.css().into(),
+            stroke_width: 3.0,
+            stroke_dasharray: None,
+        });
+        let place = [right + SPACE, middle + 4.5];
+        scene.add(words(self.label.clone(), place, TextAnchor::Start));
+    }
+}
+
+impl ColourBar {
+    fn draw(&self, [from, to]: [f64; 2], middle: f64, scene: &mut Scene, pictures: &mut String) {
+        const HEIGHT: f64 = 10.0;
+        let left = from + width_of(&self.lowest, WORDS) + SPACE;
+        let right = to - width_of(&self.highest, WORDS) - SPACE;
+        let below = middle + 4.5;
+        scene.add(words(self.lowest.clone(), [from, below], TextAnchor::Start));
+        scene.add(words(self.highest.clone(), [to, below], TextAnchor::End));
+        let size = [(right - left).max(1.0), HEIGHT];
+        let place = [left, middle - HEIGHT / 2.0];
+        scene.add(box_of(place, size));
+        picture(&self.colours, place, size, pictures);
+    }
+}
+
+fn words(content: String, [x, y]: [f64; 2], anchor: TextAnchor) -> Primitive {
+    Primitive::Text {
+        x,
+        y,
+        content,
+        size: WORDS,
+        anchor,
+        rotate: None,
+        bold: false,
+        color: Some(Colour::Text.css().into()),
+    }
+}
+
+fn box_of([x, y]: [f64; 2], [width, height]: [f64; 2]) -> Primitive {
+    Primitive::Rect {
+        x,
+        y,
+        width,
+        height,
+        fill: "none".into(),
+        stroke: Some(Colour::Muted.css().into()),
+        stroke_width: Some(1.0),
+        opacity: None,
+    }
+}
+
+fn picture(raster: &Raster, [x, y]: [f64; 2], [width, height]: [f64; 2], pictures: &mut String) {
+    let data = BASE64_STANDARD.encode(raster.to_png());
+    let _ = write!(
+        pictures,
+        "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+         preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
+         href=\"data:image/png;base64,{data}\"/>",
+    );
+}
+
+/// Words broken between parts so that lines fit a width.
+fn wrapped(text: &str, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in text.split(" · ") {
+        let joined = lines.last().map(|line| format!("{line} · {part}"));
+        match joined {
+            Some(line) if width_of(&line, WORDS) <= width => {
+                lines.pop();
+                lines.push(line);
+            }
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::figure::{Figure, Panel, panel_of_map};
+    use super::*;
+
+    fn map(size: [f64; 2]) -> MapPanel {
+        let raster = Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]);
+        MapPanel::new("heights", raster, size)
+    }
+
+    fn drawn(maps: Vec<MapPanel>) -> String {
+        let rows = vec![maps.into_iter().map(Panel::Map).collect::<Vec<_>>()];
+        let panel = panel_of_map(rows[0].iter(), 200.0);
+        Figure { rows, panel }.to_svg("maps")
+    }
+
+    /// What follows an attribute in every place.
+    fn numbers(svg: &str, attribute: &str) -> Vec<f64> {
+        let opening = format!(" {attribute}=\"");
+        let told = svg.split(&opening).skip(1);
+        let number = |told: &str| told.split('"').next().and_then(|told| told.parse().ok());
+        told.filter_map(number).collect()
+    }
+
+    #[test]
+    fn a_scale_bar_has_its_share_of_the_side_along_x() {
+        for (size, pixels) in [([8.0, 8.0], 200.0), ([4.0, 8.0], 100.0)] {
+            let scale_bar = Some(ScaleBar {
+                length: 1.0,
+                label: "1 µm".to_owned(),
+            });
+            let svg = drawn(vec![MapPanel {
+                scale_bar,
+                ..map(size)
+            }]);
+            let length = numbers(&svg, "x2")[0] - numbers(&svg, "x1")[0];
+            assert!((length - pixels / size[0]).abs() < 0.1, "{length}");
+            assert!(svg.contains(">1 µm</text>"));
+        }
+    }
+
+    #[test]
+    fn a_colour_bar_lies_between_its_numbers() {
+        let colours = Raster::of_heights([2, 1], &[0.0, 1.0]);
+        let colour_bar = Some(ColourBar {
+            colours,
+            lowest: "−3 nm".to_owned(),
+            highest: "12 nm".to_owned(),
+        });
+        let svg = drawn(vec![MapPanel {
+            colour_bar,
+            ..map([1.0, 1.0])
+        }]);
+        assert_eq!(svg.matches("<image ").count(), 2);
+        let bar = svg.split("<image ").last().unwrap();
+        let [left, width] = ["x", "width"].map(|name| numbers(&format!(" {bar}"), name)[0]);
+        let room = 200.0 - width_of("−3 nm", WORDS) - width_of("12 nm", WORDS) - 2.0 * SPACE;
+        assert!((width - room).abs() < 0.2, "{width} of {room}");
+        assert!((left - 8.0 - width_of("−3 nm", WORDS) - SPACE).abs() < 0.2);
+    }
+
+    #[test]
+    fn maps_beside_each_other_are_of_one_size_whatever_is_below_them() {
+        let scale_bar = Some(ScaleBar {
+            length: 0.2,
+            label: "2 mm".to_owned(),
+        });
+        let barred = MapPanel {
+            scale_bar,
+            ..map([1.0, 1.0])
+        };
+        let svg = drawn(vec![map([1.0, 1.0]), barred]);
+        let images: Vec<&str> = svg.split("<image ").skip(1).collect();
+        let places = |name| {
+            images
+                .iter()
+                .map(move |image| numbers(&format!(" {image}"), name)[0])
+        };
+        assert_eq!(places("y").collect::<Vec<_>>(), [32.0, 32.0]);
+        assert_eq!(places("height").collect::<Vec<_>>(), [200.0, 200.0]);
+    }
+}
