@@ -34,6 +34,10 @@ pub struct Arguments {
     #[arg(long)]
     license: Option<String>,
 
+    /// An author whom the archive's description gives; once for each.
+    #[arg(long = "author", value_name = "NAME")]
+    authors: Vec<String>,
+
     /// The day that the archive's description gives; today, in universal time, when left out. The
     /// same study and day make the same bytes.
     #[arg(long, value_name = "YYYY-MM-DD")]
@@ -53,6 +57,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         replace: arguments.replace,
         day: arguments.date.unwrap_or_else(|| Day::of(SystemTime::now())),
         license: arguments.license.clone(),
+        authors: arguments.authors.clone(),
     })?;
     let mut out = stdout().lock();
     match arguments.json {

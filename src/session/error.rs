@@ -15,7 +15,7 @@ pub use crate::memory::TooLarge;
 pub use crate::report::ReportError;
 pub use crate::results::ResultsError;
 pub use crate::results::owner::Taken;
-pub use crate::share::ShareError;
+pub use crate::share::error::ShareError;
 pub use crate::stages::StageError;
 pub use crate::stages::aggregate::sql::QueryError;
 pub use crate::stages::generate::map_file::MapFileError;

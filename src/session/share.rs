@@ -6,10 +6,10 @@ use super::Session;
 use super::error::SessionError;
 use super::events::{Event, Notice};
 use crate::results::reading::Reading;
-use crate::share::{Contents, Selection};
+use crate::share::contents::{Contents, Selection};
 
-pub use crate::share::ShareError;
 pub use crate::share::day::{Day, NoDay};
+pub use crate::share::error::ShareError;
 pub use crate::share::places::Unplaceable;
 
 /// What goes into an archive, and where that is.
@@ -26,6 +26,8 @@ pub struct ShareOptions {
     pub day: Day,
     /// The license that its description gives: an identifier of SPDX, or an address.
     pub license: Option<String>,
+    /// The names of the authors that its description gives.
+    pub authors: Vec<String>,
 }
 
 /// An archive.
@@ -55,6 +57,7 @@ pub fn write(session: &Session, options: &ShareOptions) -> Result<SharedStudy, S
         store: options.store,
         day: options.day,
         license: options.license.as_deref(),
+        authors: &options.authors,
     };
     let contents = Contents::of(&reading, session.manifest(), data, &selection)?;
     for (stage, finished, tasks) in &contents.incomplete {

@@ -48,6 +48,8 @@ pub struct Whole<'a> {
     pub day: Day,
     /// An identifier of SPDX, or an address.
     pub license: Option<&'a str>,
+    /// Whose it is.
+    pub authors: &'a [String],
 }
 
 /// The text of the file.
@@ -76,6 +78,9 @@ pub fn metadata(whole: &Whole, files: &[Described]) -> String {
             "description": format!("The license of this study: {license}"),
         })
     }));
+    graph.extend(whole.authors.iter().enumerate().map(
+        |(place, name)| json!({ "@id": author_address(place), "@type": "Person", "name": name }),
+    ));
     graph.push(json!({
         "@id": "#asperity",
         "@type": "SoftwareApplication",
@@ -111,6 +116,10 @@ fn root(whole: &Whole, files: &[Described], manifest: &[Value]) -> Value {
     });
     if let Some(manifest) = manifest.first() {
         root["mainEntity"] = manifest.clone();
+    }
+    if !whole.authors.is_empty() {
+        let authors = (0..whole.authors.len()).map(|place| reference(&author_address(place)));
+        root["author"] = as_value(authors.collect());
     }
     // The specification asks for one, or for a text.
     root["license"] = match whole.license {
@@ -163,6 +172,10 @@ fn license_address(license: &str) -> String {
     }
 }
 
+fn author_address(place: usize) -> String {
+    format!("#author-{}", place + 1)
+}
+
 /// A path as a relative address (RFC 3986).
 fn address(path: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte);
@@ -192,6 +205,7 @@ mod tests {
             about: "A study.".to_owned(),
             day: "2026-11-22".parse().unwrap(),
             license,
+            authors: &["Ada Lovelace".to_owned(), "Heinrich Hertz".to_owned()],
         };
         let files = [
             described("small.toml", Role::Manifest),
@@ -239,6 +253,18 @@ mod tests {
             run["result"],
             json!({ "@id": "data/results/small/area.parquet" })
         );
+    }
+
+    #[test]
+    fn authors_are_persons_in_their_order() {
+        let graph = graph(None);
+        let authors = graph[1]["author"].as_array().unwrap();
+        let name = |author: &Value| {
+            let found = graph.iter().find(|entity| entity["@id"] == author["@id"]);
+            found.map(|entity| entity["name"].clone())
+        };
+        assert_eq!(name(&authors[0]), Some(json!("Ada Lovelace")));
+        assert_eq!(name(&authors[1]), Some(json!("Heinrich Hertz")));
     }
 
     #[test]

@@ -1,0 +1,297 @@
+//! What goes into an archive of a study.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::archive::{Archive, CHECKSUMS, Source};
+use super::day::Day;
+use super::error::ShareError;
+use super::places::Places;
+use super::research_object::{self, Described, Role, Whole};
+use super::words::{self, Facts, VERSIONS};
+use crate::data_folder::DataFolder;
+use crate::names;
+use crate::reasons::record::Record;
+use crate::results;
+use crate::results::owner::{self, Owner};
+use crate::results::reading::Reading;
+use crate::stages::Kind;
+use crate::store::files::{Existing, verify_whole, write_with};
+use crate::store::{self, StoreError};
+
+/// What people are to read first.
+const README: &str = "README.txt";
+/// The folder of finished work.
+const DATA: &str = "data";
+
+/// What is to be shared of a study.
+#[derive(Debug)]
+pub struct Selection<'a> {
+    /// Whether the tables of the store go along, with all maps.
+    pub store: bool,
+    /// When the archive is put together, for its description.
+    pub day: Day,
+    /// Under which license, for its description.
+    pub license: Option<&'a str>,
+    /// Whose it is, for its description.
+    pub authors: &'a [String],
+}
+
+/// A file that goes into an archive.
+#[derive(Debug)]
+struct File {
+    source: Source,
+    role: Role,
+    about: String,
+}
+
+/// What goes into an archive of a study.
+#[derive(Debug)]
+pub struct Contents {
+    study: String,
+    about: String,
+    places: Places,
+    /// By their paths in the archive.
+    files: BTreeMap<String, File>,
+    /// How many stages have a table.
+    pub tables: usize,
+    /// How many tasks of the study have a table that goes along, and how many it has.
+    pub stored: Option<(usize, usize)>,
+    /// Stages of which not all tasks are finished: how many are, and how many there are.
+    pub incomplete: Vec<(String, usize, usize)>,
+}
+
+impl Contents {
+    /// Finds what is to be shared. All tables are read to their ends, and are as they were written.
+    ///
+    /// # Errors
+    /// When a table is damaged, or not that of the study as it is, and when a file has no place.
+    pub fn of(
+        reading: &Reading,
+        manifest: &Path,
+        data: &DataFolder,
+        selection: &Selection,
+    ) -> Result<Contents, ShareError> {
+        let sources = &reading.study.sources;
+        let places = Places::of(manifest, sources.read_files())?;
+        let mut contents = Contents {
+            study: reading.plan.study.clone(),
+            about: words::about(reading),
+            places,
+            files: BTreeMap::new(),
+            tables: 0,
+            stored: None,
+            incomplete: Vec::new(),
+        };
+        contents.add_manifest(manifest)?;
+        let finished = contents.add_results(reading, manifest, data)?;
+        if selection.store {
+            contents.add_store(reading)?;
+        }
+        contents.add_records(reading, &finished)?;
+        Ok(contents)
+    }
+
+    /// Writes the archive, whole or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written, or a file not be read.
+    pub fn write(self, path: &Path, selection: &Selection) -> Result<(), StoreError> {
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        let workshop = folder.unwrap_or(Path::new("."));
+        write_with(path, Existing::Replace, workshop, |file| {
+            let mut archive = Archive::new(file);
+            for (place, file) in &self.files {
+                archive.add(place, &file.source)?;
+            }
+            let metadata = self.metadata(selection)?;
+            archive.add(research_object::FILE, &Source::Bytes(metadata.into_bytes()))?;
+            archive.finish().map(drop)
+        })
+    }
+
+    fn metadata(&self, selection: &Selection) -> io::Result<String> {
+        let files = self.files.iter().map(|(path, file)| {
+            Ok(Described {
+                path: path.clone(),
+                size: file.source.size()?,
+                role: file.role,
+                about: file.about.clone(),
+            })
+        });
+        let whole = Whole {
+            study: &self.study,
+            about: self.about.clone(),
+            day: selection.day,
+            license: selection.license,
+            authors: selection.authors,
+        };
+        let files = files.collect::<io::Result<Vec<_>>>()?;
+        Ok(research_object::metadata(&whole, &files))
+    }
+
+    fn add_manifest(&mut self, manifest: &Path) -> Result<(), ShareError> {
+        let folder = manifest.parent().unwrap_or(Path::new(""));
+        let files: Vec<_> = self.places.files.clone().into_iter().collect();
+        for (named, place) in files {
+            let source = Source::File(folder.join(named));
+            self.add(place, source, Role::Input, "input that the manifest names")?;
+        }
+        let (place, source) = (
+            self.places.manifest.clone(),
+            Source::File(manifest.to_owned()),
+        );
+        self.add(
+            place,
+            source,
+            Role::Manifest,
+            "manifest: what was asked for",
+        )
+    }
+
+    /// The tables of the stages; the tasks that have rows in them.
+    fn add_results(
+        &mut self,
+        reading: &Reading,
+        manifest: &Path,
+        data: &DataFolder,
+    ) -> Result<BTreeSet<usize>, ShareError> {
+        let mut finished = BTreeSet::new();
+        for stage in &reading.plan.stages {
+            let rows = reading.open(stage)?;
+            if rows.tasks.len() < stage.tasks.len() {
+                let (some, all) = (rows.tasks.len(), stage.tasks.len());
+                self.incomplete.push((stage.name.clone(), some, all));
+            }
+            if rows.tasks.is_empty() {
+                continue;
+            }
+            if !rows.is_published {
+                return Err(ShareError::Outdated {
+                    stage: stage.name.clone(),
+                    manifest: manifest.to_owned(),
+                });
+            }
+            let what = format!(
+                "table of the stage `{}`: {}",
+                stage.name,
+                words::does(stage.kind)
+            );
+            self.add_table(&rows.path, &stage.name, &what)?;
+            finished.extend(rows.tasks);
+            self.tables += 1;
+        }
+        if self.tables == 0 {
+            return Err(ShareError::Nothing {
+                study: self.study.clone(),
+                manifest: manifest.to_owned(),
+            });
+        }
+        let failures = data.table(&self.study, names::FAILURES);
+        if failures.is_file() {
+            self.add_table(
+                &failures,
+                names::FAILURES,
+                "what could not be computed, and why",
+            )?;
+        }
+        Ok(finished)
+    }
+
+    fn add_table(&mut self, path: &Path, name: &str, about: &str) -> Result<(), ShareError> {
+        verify_whole(path)?;
+        let place = results::path(Path::new("data/results"), &self.study, name);
+        let place = place.to_string_lossy().into_owned();
+        self.add(place, Source::File(path.to_owned()), Role::Table, about)
+    }
+
+    fn add_store(&mut self, reading: &Reading) -> Result<(), ShareError> {
+        let store = reading.archive.store();
+        let keys: BTreeSet<_> = reading.plan.keys().into_iter().collect();
+        let all = keys.len();
+        let mut there = 0;
+        for key in keys {
+            if !store.has(key) {
+                continue;
+            }
+            store.verify(key)?;
+            let place = store::path(Path::new("data/store"), key);
+            let place = place.to_string_lossy().into_owned();
+            let source = Source::File(store.path(key));
+            self.add(
+                place,
+                source,
+                Role::Other,
+                "table of one task, with its maps",
+            )?;
+            there += 1;
+        }
+        self.stored = Some((there, all));
+        Ok(())
+    }
+
+    /// What says whose the tables are, what the study is, what computed it, and how to use all this.
+    fn add_records(
+        &mut self,
+        reading: &Reading,
+        finished: &BTreeSet<usize>,
+    ) -> Result<(), ShareError> {
+        let Reading { study, plan, .. } = reading;
+        let owner = Owner::at(self.places.manifest_from(3), study, plan);
+        let place = format!("{DATA}/results/{}/{}", self.study, owner::FILE);
+        let what = "which manifest the tables are of";
+        self.add(place, Source::Bytes(owner.bytes()), Role::Other, what)?;
+
+        let missing = (0..plan.tasks.len()).filter(|task| !finished.contains(task));
+        let record = Record::of(study, plan, &missing.collect::<Vec<_>>());
+        let place = format!("{DATA}/plans/{}.json", self.study);
+        let what = "plan: every stage with its parameters, defaults filled in";
+        self.add(place, Source::Bytes(record.bytes()), Role::Other, what)?;
+
+        let kinds: BTreeSet<Kind> = plan.stages.iter().map(|stage| stage.kind).collect();
+        let versions = kinds.into_iter().map(|kind| (kind.name(), kind.version()));
+        let versions: BTreeMap<&str, u32> = versions.collect();
+        let versions = json!({ "asperity": env!("CARGO_PKG_VERSION"), "stages": versions });
+        let versions = Source::Bytes(format!("{versions:#}\n").into_bytes());
+        let what = "versions of the program and of the numbers of its stages";
+        self.add(VERSIONS.to_owned(), versions, Role::Other, what)?;
+
+        let readme = words::readme(&Facts {
+            study: &self.study,
+            about: &self.about,
+            manifest: &self.places.manifest,
+            stored: self.stored,
+            incomplete: &self.incomplete,
+        });
+        let readme = Source::Bytes(readme.into_bytes());
+        self.add(
+            README.to_owned(),
+            readme,
+            Role::Other,
+            "how to use the archive",
+        )
+    }
+
+    fn add(
+        &mut self,
+        place: String,
+        source: Source,
+        role: Role,
+        about: &str,
+    ) -> Result<(), ShareError> {
+        let about = about.to_owned();
+        let is_own = [CHECKSUMS, research_object::FILE].contains(&&*place);
+        let file = File {
+            source,
+            role,
+            about,
+        };
+        match is_own || self.files.insert(place.clone(), file).is_some() {
+            true => Err(ShareError::Clash { place }),
+            false => Ok(()),
+        }
+    }
+}
