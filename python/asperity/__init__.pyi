@@ -14,9 +14,9 @@ from asperity._surfaces import read as read, surface as surface
 from asperity._table import Column as Column, Table as Table
 from asperity._topography import Topography as Topography
 from asperity.errors import (
+    ArgumentError as ArgumentError,
     Error as Error,
     FitError as FitError,
-    KeyErrors as KeyErrors,
     ManifestError as ManifestError,
     NotComputedError as NotComputedError,
     Problem as Problem,
@@ -28,6 +28,7 @@ from asperity.errors import (
 )
 
 __all__ = [
+    "ArgumentError",
     "Column",
     "Contact",
     "ContactState",
@@ -35,7 +36,6 @@ __all__ = [
     "Error",
     "EvolutionLaw",
     "FitError",
-    "KeyErrors",
     "ManifestError",
     "NotComputedError",
     "Plan",

@@ -83,8 +83,7 @@ def evolution(law: Tuple[float, float, float], function: str, values: _Reals) ->
 def fit_evolution(
     loads: _Reals,
     areas: _Reals,
-    from_: float,
-    to: float,
+    window: Tuple[float, float],
     quantity: str,
     kappa: Optional[float] = None,
     least_convex: bool = False,

@@ -105,7 +105,7 @@ class EvolutionLaw:
         if isinstance(kappa, str) and kappa not in ("free", "least-convex"):
             raise ValueError(f'kappa is "{kappa}", it must be a number, "free" or "least-convex"')
         parameters, _, _, _ = _asperity.fit_evolution(
-            abscissae, rows, *window, quantity, value, kappa == "least-convex"
+            abscissae, rows, window, quantity, value, kappa == "least-convex"
         )
         return cls(*parameters)
 

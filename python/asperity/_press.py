@@ -11,7 +11,7 @@ from asperity import _asperity
 from asperity._arrays import Size
 from asperity._contact import Contact, ContactState
 from asperity._topography import Topography
-from asperity.errors import KeyErrors, SurfaceError
+from asperity.errors import ArgumentError, SurfaceError
 
 #: One load, several, or ``{"from", "to", "steps", "spacing"}``.
 Loads = Union[ArrayLike, Mapping[str, Any]]
@@ -74,7 +74,7 @@ def press(
 
     Raises
     ------
-    KeyErrors
+    ArgumentError
         If an argument makes no sense.
     SurfaceError
         If points are missing, or a map that is not periodic would be pressed as one that is.
@@ -167,7 +167,7 @@ def _keys(
 ) -> Dict[str, Any]:
     """The keys of a `solve` stage."""
     if (loads is None) == (pressures is None):
-        raise KeyErrors(
+        raise ArgumentError(
             "either `loads`, in units of E* × rms slope, or `pressures`, in the unit of `effective_modulus`"
         )
     return {
@@ -200,7 +200,7 @@ def _pressing(
     if isinstance(heights, Topography):
         topography = heights
         if size is not None:
-            raise KeyErrors("`size` is that of the topography, and cannot be another one")
+            raise ArgumentError("`size` is that of the topography, and cannot be another one")
     else:
         sides = 1.0 if size is None else size
         topography = Topography(heights, sides, is_periodic=boundary == "periodic")

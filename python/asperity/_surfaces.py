@@ -122,7 +122,7 @@ def surface(
 
     Raises
     ------
-    KeyErrors
+    ArgumentError
         If an argument makes no sense.
 
     Notes
@@ -138,7 +138,7 @@ def surface(
     >>> surface(nodes=128, hurst=0.8, k_lower=2, k_upper=100)
     Traceback (most recent call last):
     ...
-    asperity.errors.KeyErrors: `k_upper = 100` needs at least 200 nodes per side, ...
+    asperity.errors.ArgumentError: `k_upper = 100` needs at least 200 nodes per side, ...
     """
     written: Dict[str, Any] = {
         "nodes": nodes,

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, List, NamedTuple, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from asperity.errors import UnknownNameError
+
 if TYPE_CHECKING:
     from asperity import _asperity
 
@@ -80,7 +82,7 @@ class Table:
 
         Raises
         ------
-        KeyErrors
+        UnknownNameError
             If there is no such column.
         """
         return self._table.column(name)
@@ -100,13 +102,13 @@ class Table:
 
         Raises
         ------
-        KeyError
+        UnknownNameError
             If there is no such column.
         """
         for column in self.columns:
             if column.name == name:
                 return column
-        raise KeyError(name)
+        raise UnknownNameError(f"the table has no column `{name}`: {', '.join(self.names)}")
 
     def to_polars(self) -> Any:
         """The table as a ``polars.DataFrame``; takes polars."""

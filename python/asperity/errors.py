@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 __all__ = [
+    "ArgumentError",
     "Error",
     "FitError",
-    "KeyErrors",
     "ManifestError",
     "NotComputedError",
     "Problem",
@@ -75,7 +75,7 @@ def _problem(message: str, place: Optional[Sequence[int]], help: Optional[str]) 
     return Problem(message, line, column, help)
 
 
-class KeyErrors(Error, ValueError):
+class ArgumentError(Error, ValueError):
     """An argument makes no sense: its name, its value, and what would do."""
 
 
@@ -92,7 +92,7 @@ class QueryError(Error, ValueError):
 
 
 class UnknownNameError(Error, LookupError):
-    """A stage or a task is not there; the text says what is."""
+    """A stage or a column is not there; the text says what is."""
 
 
 class NotComputedError(Error, LookupError):

@@ -4,7 +4,7 @@ use asperity::contact::grid::{Cell, Grid};
 use asperity::contact::topography::scan::Scan;
 use asperity::contact::topography::surface::Surface;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use toml::{Table, Value};
@@ -29,7 +29,10 @@ fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::Boolean(truth.is_true()));
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(Value::Integer(value.extract()?));
+        let number = value.extract().map_err(|_| {
+            PyOverflowError::new_err(format!("{value} is too large a number for a manifest"))
+        });
+        return Ok(Value::Integer(number?));
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(Value::Float(value.extract()?));

@@ -45,7 +45,7 @@ pub fn surface_error(py: Python<'_>, error: &dyn Error) -> PyErr {
 /// Of what stages compute without a study.
 pub fn direct_error(py: Python<'_>, error: &DirectError) -> PyErr {
     match error {
-        DirectError::Keys(errors) => exception(py, "KeyErrors", (errors.to_string(),)),
+        DirectError::Keys(errors) => exception(py, "ArgumentError", (errors.to_string(),)),
         other => surface_error(py, other),
     }
 }
@@ -55,9 +55,9 @@ pub fn fit_error(py: Python<'_>, error: &dyn Error) -> PyErr {
     exception(py, "FitError", (chain(error),))
 }
 
-/// `KeyErrors`: a value makes no sense.
+/// `ArgumentError`: a value makes no sense.
 pub fn value_error(py: Python<'_>, message: String) -> PyErr {
-    exception(py, "KeyErrors", (message,))
+    exception(py, "ArgumentError", (message,))
 }
 
 /// `ManifestError`, with every problem and its place.
@@ -70,6 +70,11 @@ pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     let problems: Vec<_> = problems.collect();
     let arguments = (errors.render(false), errors.file().to_owned(), problems);
     exception(py, "ManifestError", arguments)
+}
+
+/// `UnknownNameError`: a name is not there.
+pub fn unknown_name(py: Python<'_>, message: String) -> PyErr {
+    exception(py, "UnknownNameError", (message,))
 }
 
 /// Of a study in use.

@@ -23,6 +23,12 @@ pub struct Session {
     data: PathBuf,
 }
 
+/// Name, stages, tasks, whether there may be more tasks, and warnings.
+type Checked = (String, Vec<String>, usize, bool, Vec<String>);
+
+/// A stage, and name, type, role, unit and meaning of its columns.
+type StageColumns = (Option<String>, Vec<[String; 5]>);
+
 /// A table, and what should be known of it.
 type TableRead = (Table, Notices);
 
@@ -54,8 +60,8 @@ impl Session {
         Session { manifest, data }
     }
 
-    /// Name, stages, tasks, whether there may be more tasks, and warnings.
-    fn check(&self, py: Python<'_>) -> PyResult<(String, Vec<String>, usize, bool, Vec<String>)> {
+    /// What the manifest amounts to.
+    fn check(&self, py: Python<'_>) -> PyResult<Checked> {
         let answer = self.ask(py, |session| {
             let study = session.study()?;
             let plan = asperity::plan::Plan::of(&study);
@@ -131,12 +137,8 @@ impl Session {
         Ok(table.into())
     }
 
-    /// The columns of stages, each by name, type, role, unit and meaning.
-    fn columns(
-        &self,
-        py: Python<'_>,
-        stage: Option<String>,
-    ) -> PyResult<Vec<(Option<String>, Vec<[String; 5]>)>> {
+    /// The columns of all stages, or of one.
+    fn columns(&self, py: Python<'_>, stage: Option<String>) -> PyResult<Vec<StageColumns>> {
         let (stages, _) = self.ask(py, move |session| session.columns(stage.as_deref()))?;
         let stages = stages.into_iter().map(|stage| {
             let columns = stage.columns.into_iter().map(|column| {

@@ -11,7 +11,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyList};
 
-use crate::errors::{surface_error, value_error};
+use crate::errors::{surface_error, unknown_name};
 
 /// Rows under named, typed and explained columns.
 #[pyclass(frozen, module = "asperity._asperity")]
@@ -78,7 +78,7 @@ impl Table {
                 "the table has no column `{name}`: {}",
                 self.0.names().join(", ")
             );
-            return Err(value_error(py, message));
+            return Err(unknown_name(py, message));
         };
         values(py, array.as_ref())
     }

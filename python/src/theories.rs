@@ -115,13 +115,12 @@ type Fitted = ([f64; 3], f64, f64, usize);
 
 /// Fits a contact evolution law to the areas, a row each, of surfaces under the same loads.
 #[pyfunction]
-#[pyo3(signature = (loads, areas, from, to, quantity, kappa=None, least_convex=false))]
+#[pyo3(signature = (loads, areas, window, quantity, kappa=None, least_convex=false))]
 pub fn fit_evolution(
     py: Python<'_>,
     loads: PyReadonlyArray1<'_, f64>,
     areas: PyReadonlyArray2<'_, f64>,
-    from: f64,
-    to: f64,
+    window: [f64; 2],
     quantity: &str,
     kappa: Option<f64>,
     least_convex: bool,
@@ -136,6 +135,7 @@ pub fn fit_evolution(
         (None, true) => Kappa::LeastConvex,
         (None, false) => Kappa::Free,
     };
+    let [from, to] = window;
     let loads = loads.as_slice()?.to_vec();
     let rows = areas.as_slice()?.chunks(areas.shape()[1].max(1));
     let areas: Vec<Vec<f64>> = rows.map(<[f64]>::to_vec).collect();

@@ -44,8 +44,8 @@ def test_a_mistake_has_file_line_and_column(study):
     (lambda study: study.table("contact"), asperity.NotComputedError),
     (lambda study: study.sql("select load, from contact where"), asperity.QueryError),
     (lambda study: study.sql("select load from contacts"), asperity.UnknownNameError),
-    (lambda study: study.run(jobs=0, progress=False), asperity.KeyErrors),
-    (lambda study: study.run(memory="much", progress=False), asperity.KeyErrors),
+    (lambda study: study.run(jobs=0, progress=False), asperity.ArgumentError),
+    (lambda study: study.run(memory="much", progress=False), asperity.ArgumentError),
     (lambda study: study.run(memory="1KB", progress=False), asperity.Error),
 ])
 def test_what_cannot_be_done_has_an_exception_of_its_own(study, wrong, error):
@@ -100,7 +100,7 @@ def test_what_should_be_known_is_a_warning(study):
     (dict(nodes=64, hurst=[0.5, 0.6], k_lower=2, k_upper=16), "2 surfaces"),
 ])
 def test_arguments_of_surfaces_are_checked_as_keys_are(keys, named):
-    with pytest.raises(asperity.KeyErrors, match=named):
+    with pytest.raises(asperity.ArgumentError, match=named):
         asperity.surface(**keys)
 
 

@@ -49,7 +49,7 @@ def test_a_stream_outlives_its_table(table):
 
 
 def test_a_column_that_is_not_there_is_named(table):
-    with pytest.raises(asperity.KeyErrors, match="no column `lode`"):
+    with pytest.raises(asperity.UnknownNameError, match="no column `lode`"):
         table["lode"]
 
 
