@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
 //! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
 
+mod advise;
 mod cancel;
 mod check;
 mod claims;
@@ -88,6 +89,8 @@ enum Command {
     Finish(finish::Arguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
     Claims(claims::Arguments),
+    /// Say what one more octave towards each limit would cost, and how much it would narrow the limit.
+    Advise(advise::Arguments),
     /// Write a page of figures and tables, and each figure as SVG and PNG.
     Report(report::Arguments),
     /// Print a stage's table, or ask all tables of a study in SQL.
@@ -131,6 +134,7 @@ pub fn main() -> ExitCode {
         Command::Cancel(arguments) => cancel::run(&arguments, &data),
         Command::Finish(arguments) => finish::run(&arguments, &data),
         Command::Claims(arguments) => claims::run(&arguments, &data),
+        Command::Advise(arguments) => advise::run(&arguments, &data),
         Command::Report(arguments) => report::run(&arguments, &data),
         Command::Table(arguments) => table::run(&arguments, &data),
         Command::Columns(arguments) => columns::run(&arguments, &data),

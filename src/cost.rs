@@ -26,10 +26,15 @@ impl CostModel {
 
     /// Seconds of one core for a task.
     pub fn seconds(&self, task: &Task) -> f64 {
-        let effort = effort(task);
+        self.seconds_on(task, task.nodes)
+    }
+
+    /// Seconds of one core for such a task on another mesh.
+    pub fn seconds_on(&self, task: &Task, nodes: [usize; 2]) -> f64 {
+        let effort = effort(task, nodes);
         let in_pairs = match effort.pairs {
             0.0 => 0.0,
-            pairs => pairs * self.seconds_per_pair(task.nodes),
+            pairs => pairs * self.seconds_per_pair(nodes),
         };
         effort.seconds + in_pairs
     }
@@ -52,12 +57,12 @@ impl CostModel {
 
 /// Pairs of transforms that a task is expected to take.
 pub fn expected_pairs(task: &Task) -> f64 {
-    effort(task).pairs
+    effort(task, task.nodes).pairs
 }
 
-fn effort(task: &Task) -> Effort {
+fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
     let extent = Extent {
-        nodes: task.nodes,
+        nodes,
         rows: task.rows,
         tables: task.inputs.len(),
     };
@@ -90,7 +95,10 @@ mod tests {
         );
         let study = Study::parse(&manifest, "study.toml", Path::new("")).unwrap();
         let plan = Plan::of(&study);
-        let Effort { pairs, seconds } = effort(plan.tasks.last().unwrap());
+        let Effort { pairs, seconds } = {
+            let task = plan.tasks.last().unwrap();
+            effort(task, task.nodes)
+        };
         (pairs, seconds)
     }
 

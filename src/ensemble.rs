@@ -111,6 +111,16 @@ impl Point {
         self
     }
 
+    /// The same parameters with other values.
+    pub fn map(&self, value: impl Fn(&str, &Value) -> Value) -> Point {
+        let parameters = self.0.iter();
+        Point(
+            parameters
+                .map(|(name, own)| (name.clone(), value(name, own)))
+                .collect(),
+        )
+    }
+
     /// Of the same point, some parameters alone.
     pub fn only(mut self, names: &[&str]) -> Point {
         self.0.retain(|name, _| names.contains(&name.as_ref()));

@@ -7,6 +7,7 @@
 //! - [`convexity`]: the least κ for which the fitted slopes are convex, of one curve and of several;
 //! - [`pressure_growth`]: the power law of dp̄/dp₀ against the area;
 //! - [`mesh_convergence`]: what the mesh adds to the area, from several meshes of one surface;
+//! - [`limits`]: what an observable tends to where several small numbers vanish;
 //! - [`load_separation`]: the exponential relation of load and mean gap;
 //! - [`scaled_erf`]: Persson's error function with a scaled argument, near full contact;
 //! - [`self_affine`]: Hurst exponent and roll-off of measured power spectra;
@@ -23,6 +24,7 @@ pub mod evolution;
 pub(crate) mod examples;
 mod goodness;
 mod least_squares;
+pub mod limits;
 pub mod load_separation;
 pub mod mesh_convergence;
 pub mod pressure_growth;
@@ -149,6 +151,55 @@ pub enum FitError {
     /// Contacts without an edge tell nothing of what the mesh does to it.
     #[error("on some mesh nothing touches, or the edge is equal on all: nothing to extrapolate")]
     NoEdges,
+    /// A term of a limit needs a small number to vanish.
+    #[error(
+        "term {} is {value} at some point: what is to vanish must be above zero and finite",
+        term + 1
+    )]
+    NotSmall {
+        /// Which term, from zero.
+        term: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A point without scatter has no weight.
+    #[error(
+        "a point has {surfaces} surfaces, or all agree: weights come from the scatter between \
+             surfaces, so every point needs two that differ"
+    )]
+    NoScatter {
+        /// Its surfaces.
+        surfaces: usize,
+    },
+    /// Fewer points than parameters, or as many.
+    #[error(
+        "{found} points for {free} free parameters: sweep the cutoffs or `nodes` over more, or \
+             free fewer"
+    )]
+    TooFewPoints {
+        /// Points.
+        found: usize,
+        /// Free parameters.
+        free: usize,
+    },
+    /// The design of a limit has no full rank.
+    #[error(
+        "the points do not tell the terms apart: some grow in proportion, or one is equal at all \
+             points"
+    )]
+    DependentTerms,
+    /// A free exponent runs away.
+    #[error(
+        "the exponent of term {} ran to {exponent:.3e}: towards zero a power becomes a logarithm, \
+             towards infinity it touches one point alone; give an exponent, or ask for a logarithm",
+        term + 1
+    )]
+    NoExponent {
+        /// Which term, from zero.
+        term: usize,
+        /// Where the search stopped.
+        exponent: f64,
+    },
     /// Several curves were to share one κ, but none has one.
     #[error("no curve of the {curves} has a least convex kappa: see the error of each")]
     NoCommonKappa {

@@ -84,6 +84,7 @@ mod decimal;
 mod diagnostics;
 mod ensemble;
 mod exceeded_hardness;
+mod expression;
 mod failures;
 mod figures;
 mod manifest;

@@ -49,6 +49,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod advice;
 pub mod claims;
 pub mod columns;
 pub mod error;
@@ -79,6 +80,7 @@ use crate::study::Study;
 pub use crate::cluster::shard::{NoShard, Shard};
 pub use crate::data_folder::DataFolder;
 pub use crate::results::reading::{Reading, StageRows};
+pub use advice::StudyAdvice;
 pub use claims::StudyClaims;
 pub use columns::DescribedColumns;
 pub use error::{SessionError, UnknownName};

@@ -90,6 +90,21 @@ impl Bootstrap {
         estimates: &[Estimate],
         mut refit: impl FnMut(&[u32]) -> Result<Vec<f64>, FitError>,
     ) -> Intervals {
+        self.of_groups(&[surfaces], estimates, |_, multiplicities| {
+            refit(&multiplicities[0])
+        })
+    }
+
+    /// The same with ensembles of several numbers of surfaces: `refit` is told which replicate it is,
+    /// and for each number its multiplicities. Ensembles of as many surfaces share them; Student's t is
+    /// that of the fewest.
+    pub fn of_groups(
+        &self,
+        counts: &[usize],
+        estimates: &[Estimate],
+        mut refit: impl FnMut(usize, &[Vec<u32>]) -> Result<Vec<f64>, FitError>,
+    ) -> Intervals {
+        let surfaces = counts.iter().copied().min().unwrap_or(0);
         if surfaces < 2 || self.replicates == 0 {
             return Intervals {
                 intervals: None,
@@ -97,11 +112,14 @@ impl Bootstrap {
                 failed: 0,
             };
         }
-        let mut multiplicities = vec![0; surfaces];
+        let mut multiplicities: Vec<Vec<u32>> =
+            counts.iter().map(|&count| vec![0; count]).collect();
         let mut successes = Vec::with_capacity(self.replicates);
         for replicate in 0..self.replicates {
-            self.draw(replicate, &mut multiplicities);
-            successes.extend(refit(&multiplicities));
+            for group in &mut multiplicities {
+                self.draw(replicate, group);
+            }
+            successes.extend(refit(replicate, &multiplicities));
         }
         let enough = successes.len() as f64 >= LEAST_SUCCESS * self.replicates as f64;
         Intervals {

@@ -18,9 +18,11 @@ use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
 pub mod checks;
+pub mod common_columns;
 pub mod contact_evolution;
 pub mod keys;
 pub mod laws;
+pub mod limits;
 pub mod meshes;
 mod parameter;
 pub mod points;
@@ -28,11 +30,11 @@ pub mod row;
 pub mod rows;
 mod spectra;
 
+use common_columns::STATUS;
 use contact_evolution::{EvolutionChoices, Kappa};
 use laws::{FitOfCurves, Fits, Law};
 use points::Point;
 use row::{FITTED, Row};
-use rows::STATUS;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
@@ -67,7 +69,8 @@ pub struct Params {
 }
 
 impl Params {
-    fn bootstrap(&self) -> Bootstrap {
+    /// How surfaces are resampled.
+    pub fn bootstrap(&self) -> Bootstrap {
         Bootstrap {
             replicates: self.bootstrap as usize,
             seed: self.seed,
@@ -75,7 +78,8 @@ impl Params {
         }
     }
 
-    fn window(&self) -> Window {
+    /// The loads that count.
+    pub fn window(&self) -> Window {
         let [from, to] = self.window;
         Window { from, to }
     }
@@ -84,7 +88,8 @@ impl Params {
 /// Every column that a fit may add to the coordinates of its points.
 pub fn columns() -> Vec<Column> {
     let columns = rows::columns(laws::parameters()).into_iter();
-    columns.chain(meshes::COLUMNS).collect()
+    let columns = columns.chain(meshes::COLUMNS);
+    columns.chain(limits::columns::columns()).collect()
 }
 
 impl Stage for Params {
@@ -107,8 +112,9 @@ impl Stage for Params {
     }
 
     fn reach(&self) -> Reach {
-        let law = match self.law {
+        let law = match &self.law {
             Law::ContactEvolution(law) => return law.reach(),
+            Law::Limits(_) => return Reach::All,
             Law::Plain(law) => law.definition(),
         };
         match law.fits {
@@ -122,7 +128,11 @@ impl Stage for Params {
     /// dozens of iterations to a fit, or hundreds where the data hardly bend; the plan cannot know how
     /// many.
     fn effort(&self, extent: Extent) -> Effort {
-        let replicate = match self.law {
+        let replicate = match &self.law {
+            Law::Limits(choices) => {
+                let loads = choices.loads.len().max(extent.rows.min(1));
+                1e-4 * (choices.combinations().len() * loads) as f64
+            }
             _ if self.reach() == Reach::All => 3e-3,
             Law::ContactEvolution(EvolutionChoices {
                 kappa: Kappa::Free, ..
@@ -162,7 +172,8 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
             .map(|point| point.fit(|curves| fit(curves, params)))
             .collect()
     };
-    let (points, mut rows) = match params.law {
+    let (points, mut rows) = match &params.law {
+        Law::Limits(choices) => return limits::run(table, choices, params),
         Law::ContactEvolution(law) => {
             let points = Point::all(table)?;
             let rows = law.fits(&points, params);

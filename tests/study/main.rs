@@ -17,6 +17,7 @@ mod faults;
 mod hardness;
 mod heights;
 mod instructions;
+mod limits;
 mod memory;
 mod nayak;
 mod owners;

@@ -11,6 +11,8 @@ use super::keys::{
     WrittenDatum, WrittenKappa,
 };
 use super::laws::{Fits, Law, PlainLaw};
+use super::limits;
+use super::limits::keys::LimitTable;
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::stages::Given;
 use crate::stages::{Reads, Recipe, Rows};
@@ -23,6 +25,8 @@ use crate::written::{Key, Layout, Section, Table, Written, reader};
 pub enum LawWord {
     /// The contact evolution law, which is meant when nothing is said.
     ContactEvolution,
+    /// Limits where small numbers vanish.
+    Limits,
     /// Another.
     Plain(PlainLaw),
 }
@@ -32,6 +36,8 @@ pub enum LawWord {
 pub enum FitPoints {
     /// Fits of the contact evolution law.
     Evolution(Section<EvolutionTable>),
+    /// Fits of limits.
+    Limits(Section<LimitTable>),
     /// Fits of another.
     Plain(PlainLaw, Section<LawTable>),
 }
@@ -40,13 +46,15 @@ impl LawWord {
     /// Every word, the one that is meant when nothing is said first.
     pub fn all() -> impl Iterator<Item = LawWord> {
         let plain = PlainLaw::ALL.into_iter().map(LawWord::Plain);
-        [LawWord::ContactEvolution].into_iter().chain(plain)
+        let first = [LawWord::ContactEvolution].into_iter();
+        first.chain(plain).chain([LawWord::Limits])
     }
 
     /// The word itself.
     pub fn word(self) -> &'static str {
         match self {
             LawWord::ContactEvolution => contact_evolution::WORD,
+            LawWord::Limits => limits::WORD,
             LawWord::Plain(law) => law.definition().word,
         }
     }
@@ -55,6 +63,7 @@ impl LawWord {
     pub fn layout(self) -> &'static Layout {
         match self {
             LawWord::ContactEvolution => EvolutionTable::layout(),
+            LawWord::Limits => LimitTable::layout(),
             LawWord::Plain(_) => LawTable::layout(),
         }
     }
@@ -71,6 +80,7 @@ impl LawWord {
             LawWord::ContactEvolution => {
                 FitPoints::Evolution(reader::read(table, place, wanted, problems))
             }
+            LawWord::Limits => FitPoints::Limits(reader::read(table, place, wanted, problems)),
             LawWord::Plain(law) => {
                 FitPoints::Plain(law, reader::read(table, place, wanted, problems))
             }
@@ -83,14 +93,17 @@ impl FitPoints {
     pub fn recipes(&self, given: &mut Given) -> Option<Vec<Recipe>> {
         match self {
             FitPoints::Evolution(section) => evolutions(section, given),
+            FitPoints::Limits(section) => limits::checks::recipes(section, given),
             FitPoints::Plain(law, section) => plain(*law, section, given),
         }
     }
 
     /// What the law can read, if not what the others can.
     pub fn reads(&self) -> Option<Reads> {
-        let FitPoints::Plain(law, _) = self else {
-            return None;
+        let law = match self {
+            FitPoints::Evolution(_) => return None,
+            FitPoints::Limits(_) => return Some(read_by_limits()),
+            FitPoints::Plain(law, _) => law,
         };
         let law = law.definition();
         match law.fits {
@@ -113,6 +126,26 @@ impl FitPoints {
                 .into(),
             }),
         }
+    }
+}
+
+/// Whatever is known of every surface, and what was fitted to them.
+fn read_by_limits() -> Reads {
+    Reads {
+        rows: &[
+            Rows::Surfaces,
+            Rows::Spectra,
+            Rows::Loads,
+            Rows::Contacts,
+            Rows::Roughness,
+            Rows::Corrections,
+            Rows::Fits,
+        ],
+        from: format!(
+            "`generate`, `solve`, `measure`, `correct` and other `fit` stages, where its law is `{}`",
+            limits::WORD
+        )
+        .into(),
     }
 }
 
@@ -180,14 +213,15 @@ fn plain(law: PlainLaw, section: &Section<LawTable>, given: &mut Given) -> Optio
 }
 
 /// Keys that every law has.
-struct CommonKeys<'a> {
-    window: &'a Key<Vec<Written<f64>>>,
-    bootstrap: &'a Key<i64>,
-    level: &'a Key<f64>,
-    seed: &'a Key<i64>,
+pub struct CommonKeys<'a> {
+    pub window: &'a Key<Vec<Written<f64>>>,
+    pub bootstrap: &'a Key<i64>,
+    pub level: &'a Key<f64>,
+    pub seed: &'a Key<i64>,
 }
 
-fn fit(
+/// A fit of a law, `None` where that could not be read.
+pub fn fit(
     law: Option<Law>,
     keys: &CommonKeys,
     default_window: [f64; 2],

@@ -3,10 +3,13 @@
 //! A law that has nothing free but its own parameters is one variant of [`PlainLaw`] and one
 //! [`LawDefinition`]; its numerics are in [`fitting`](crate::fitting).
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::Params;
 use super::contact_evolution::{self, EvolutionChoices};
+use super::limits::{self, LimitChoices};
 use super::parameter::Parameter;
 use super::row::Row;
 use crate::fitting::FitError;
@@ -16,11 +19,13 @@ use crate::fitting::pressure_growth::PressureGrowthProblem;
 use crate::fitting::scaled_erf::ScaledErfProblem;
 
 /// A law and what is free in it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Law {
     /// The contact evolution law of Yastrebov, Anciaux & Molinari (2015).
     ContactEvolution(EvolutionChoices),
+    /// What an observable tends to where small numbers vanish.
+    Limits(Arc<LimitChoices>),
     /// A law that has nothing free but its own parameters.
     Plain(PlainLaw),
 }
@@ -124,14 +129,17 @@ impl Law {
     pub fn word(&self) -> &'static str {
         match self {
             Law::ContactEvolution(_) => contact_evolution::WORD,
+            Law::Limits(_) => limits::WORD,
             Law::Plain(law) => law.definition().word,
         }
     }
 
-    /// Its parameters, in the order of their values.
+    /// Its parameters, in the order of their values; those of limits depend on their terms, and their
+    /// tables are written elsewhere.
     pub fn parameters(&self) -> &'static [Parameter] {
         match self {
             Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,
+            Law::Limits(_) => &[],
             Law::Plain(law) => law.definition().parameters,
         }
     }
@@ -141,7 +149,8 @@ impl Law {
 pub fn parameters() -> impl Iterator<Item = Parameter> {
     let plain = PlainLaw::ALL.into_iter();
     let plain = plain.flat_map(|law| law.definition().parameters.iter().copied());
-    contact_evolution::PARAMETERS.into_iter().chain(plain)
+    let plain = contact_evolution::PARAMETERS.into_iter().chain(plain);
+    plain.chain(limits::columns::parameters())
 }
 
 const EXPONENT: Parameter = Parameter::number(

@@ -3,6 +3,9 @@
 use arrow::array::ArrayRef;
 
 use super::Params;
+use super::common_columns::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, STATUS, SURFACES, UNCONVERGED,
+};
 use super::contact_evolution::{Datum, EvolutionChoices, Kappa};
 use super::laws::{Law, PlainLaw};
 use super::parameter::Parameter;
@@ -12,7 +15,6 @@ use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
 use crate::store::column::{Column, Role, integers, optional_flags, optional_reals, reals, texts};
 use crate::store::table::Table;
 
-const LAW: Column = Column::parameter("law", Text, "", "the law that is fitted");
 const DATUM: Column = Column::parameter("fitted_to", Text, "", "what the residuals are taken of");
 const KAPPA_IS: Column = Column::parameter("kappa_is", Text, "", "given, free or minimal-convex");
 const KAPPA_GIVEN: Column =
@@ -47,32 +49,17 @@ const KAPPA_CONVEX: Column = Column::result(
     "1",
     "smallest κ that makes this point's slopes convex",
 );
-const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
-const UNCONVERGED: Column = Column::result(
-    "unconverged",
-    Integer,
-    "1",
-    "rows whose load did not converge; they are fitted all the same",
-);
 const MASKED: Column = Column::result(
     "masked",
     Integer,
     "1",
     "data that the law cannot have: no increase of the mean pressure, or full contact",
 );
-const DATA: Column = Column::result("data", Integer, "1", "data fitted");
-const RMS_RESIDUAL: Column = Column::result("rms_residual", Real, "1", "root mean square residual");
 const R_SQUARED: Column = Column::result(
     "r_squared",
     Real,
     "1",
     "share of the data's variance that the fit explains",
-);
-const CHI_SQUARE: Column = Column::result(
-    "reduced_chi_square",
-    Real,
-    "1",
-    "χ² over degrees of freedom, from the scatter between surfaces",
 );
 const CONVEX: Column = Column::result(
     "convex",
@@ -80,16 +67,6 @@ const CONVEX: Column = Column::result(
     "",
     "whether the fitted slope is convex in the window",
 );
-const BOOTSTRAP: Column =
-    Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
-const BOOTSTRAP_FAILED: Column = Column::result(
-    "bootstrap_failed",
-    Integer,
-    "1",
-    "resamplings that could not be fitted",
-);
-/// Whether there is a fit.
-pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why there are no values");
 
 /// Every column that a law may add, with those of these parameters.
 pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
@@ -139,7 +116,7 @@ pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
     let mut columns = vec![(LAW, texts(vec![params.law.word(); count]))];
     columns.extend(choices(&params.law, count));
     let [from, to] = params.window;
-    let [lower, upper] = match params.law {
+    let [lower, upper] = match &params.law {
         Law::Plain(PlainLaw::SelfAffine) => [WAVENUMBER_LOWER, WAVENUMBER_UPPER],
         _ => [WINDOW_LOWER, WINDOW_UPPER],
     };
@@ -179,7 +156,7 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
 pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
     let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(|row| value(row)));
     let mut columns = Vec::new();
-    if let Law::ContactEvolution(law) = params.law {
+    if let Law::ContactEvolution(law) = &params.law {
         if law.kappa == Kappa::MinimalConvex {
             columns.push((KAPPA_CONVEX, real(|row| row.own_kappa)));
         }

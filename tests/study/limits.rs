@@ -1,0 +1,109 @@
+//! Limits of a study, and where it should go on.
+
+use serde_json::Value;
+
+use crate::bench::{Bench, text};
+
+/// Three small numbers, each at two values or more, on meshes that take no time.
+const LIMITS: &str = r#"
+[study]
+name = "limits"
+seed = 1
+
+[stage.surfaces]
+kind = "generate"
+hurst = 0.8
+realizations = 5
+heights = "redraw"
+cases = [
+    { k_lower = 1, k_upper = 4, nodes = 16 },
+    { k_lower = 1, k_upper = 4, nodes = 32 },
+    { k_lower = 1, k_upper = 8, nodes = 32 },
+    { k_lower = 2, k_upper = 8, nodes = 32 },
+    { k_lower = 2, k_upper = 8, nodes = 64 },
+    { k_lower = 2, k_upper = 16, nodes = 64 },
+]
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+loads = [0.09, 0.1, 0.11]
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.limit]
+kind = "fit"
+from = "area"
+law = "limits"
+of = ["area_fraction / load", "-1 / slope(mean_gap)"]
+loads = 0.1
+bootstrap = 100
+terms = [
+    { of = "1 / k_lower", exponent = 1 },
+    { of = "k_lower / k_upper", exponent = [0.5, 1] },
+    { of = "k_upper / nodes", exponent = 1 },
+]
+"#;
+
+#[test]
+fn every_quantity_and_every_form_has_a_row() {
+    let bench = Bench::new();
+    bench.run(LIMITS);
+    let fits = bench.table("limits", "limit");
+    assert_eq!(fits.rows(), 4);
+    let status = fits.texts("status").unwrap();
+    assert!(status.iter().all(|status| status == Some("fitted")));
+    let weights = fits.reals("akaike_weight").unwrap();
+    for quantity in [[0, 1], [2, 3]] {
+        let sum: f64 = quantity.iter().map(|&row| weights.value(row)).sum();
+        assert!((sum - 1.0).abs() < 1e-12);
+    }
+    assert!(
+        fits.integers("data")
+            .unwrap()
+            .iter()
+            .all(|data| data == Some(6))
+    );
+}
+
+#[test]
+fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
+    let bench = Bench::new();
+    let manifest = bench.write(LIMITS);
+    let advise = |more: &[&str]| {
+        let arguments = [&["advise", manifest.to_str().unwrap()], more].concat();
+        let output = bench.output(&arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    assert!(advise(&[]).contains("without an answer as yet"));
+    bench.run(LIMITS);
+    let told = advise(&[]);
+    for part in [
+        "area_fraction / load, load 0.1",
+        "as many surfaces again",
+        "k_upper, nodes",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+    let advice: Value = serde_json::from_str(&advise(&["--json"])).unwrap();
+    let steps = advice[0]["steps"].as_array().unwrap();
+    let step = |term: &str| steps.iter().find(|step| step["term"] == term).unwrap();
+    // Twice the cutoffs on twice the nodes, twice the upper one, and twice the nodes alone.
+    for (term, doubled, points) in [
+        ("1 / k_lower", &["k_lower", "k_upper", "nodes"][..], 3),
+        ("k_lower / k_upper", &["k_upper", "nodes"], 4),
+        ("k_upper / nodes", &["nodes"], 4),
+    ] {
+        let step = step(term);
+        assert_eq!(step["doubled"], serde_json::json!(doubled), "{term}");
+        assert_eq!(step["points"], points, "{term}");
+        let factor = step["factor"].as_f64().unwrap();
+        assert!(0.0 < factor && factor < 1.0, "{term}: {factor}");
+        assert!(step["core_hours"].as_f64().unwrap() > 0.0);
+    }
+    let again = &steps[steps.len() - 1];
+    assert_eq!(again["points"], 6);
+}
