@@ -1,5 +1,6 @@
 //! Presses a surface through a block of loads.
 
+mod asperities;
 pub mod checks;
 mod hardness;
 pub mod keys;
@@ -17,6 +18,7 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, summary::range,
 };
+use crate::contact::asperities::Interaction;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{HalfSpace, Hardness, Settings, Stop, cost};
 use crate::diagnostics::counted;
@@ -41,7 +43,7 @@ pub const STAGE: Definition = Definition {
     makes: |_| Some(Rows::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES];
-        [&solved::columns(Boundary::Free, true)[..], &heavy].concat()
+        [&solved::columns(Boundary::Free, true, true)[..], &heavy].concat()
     },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
 };
@@ -69,6 +71,10 @@ pub struct Params {
     /// as all were before there was a choice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness: Option<GivenHardness>,
+    /// How asperities act on each other, where Hertz' contacts of the summits stand for the solved contact;
+    /// a recipe has none where the contact of every node is solved, as all were before there was a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asperities: Option<Interaction>,
     /// The smallest hardness among the bodies, in the unit of their moduli. Whoever reads results
     /// should know where pressures pass it; it decides none, and is no part of the recipe.
     #[serde(skip)]
@@ -99,6 +105,10 @@ impl Params {
             (TOLERANCE, Value::Real(self.tolerance)),
             (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
         ];
+        if let Some(interaction) = self.asperities {
+            let word = interaction.word().to_owned();
+            setting.push((INTERACTION, Value::Text(word)));
+        }
         if self.boundary == Boundary::Free {
             let name = self.boundary.name().to_owned();
             setting.push((BOUNDARY, Value::Text(name)));
@@ -169,6 +179,9 @@ impl Stage for Params {
         let loads: Vec<f64> = loads
             .map(|&given| scales.reduced_pressure(given, self.load_unit))
             .collect();
+        if let Some(interaction) = self.asperities {
+            return asperities::run(self, interaction, (surface, table), &loads, context);
+        }
         let heaviest = *loads.last().expect("a block has a load");
         body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
         let grid = surface.grid();
@@ -208,11 +221,15 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = solved::columns(self.boundary, self.hardness.is_some());
+        let columns = solved::columns(
+            self.boundary,
+            self.hardness.is_some(),
+            self.asperities.is_some(),
+        );
         Ok(beside_coordinates(&columns, inputs)?)
     }
 
-    /// Those of a boundary and of a hardness.
+    /// Those of a boundary, of a hardness and of asperities.
     fn has_columns_of_its_own(&self) -> bool {
         true
     }
@@ -231,8 +248,12 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
+        let work = match self.asperities {
+            Some(interaction) => asperities::bytes_per_node(interaction),
+            None => self.body().bytes_per_node(self.tolerance),
+        };
         Footprint {
-            work: 5.0 + self.body().bytes_per_node(self.tolerance),
+            work: 5.0 + work,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }
@@ -250,6 +271,9 @@ impl Stage for Params {
 
     fn effort(&self, extent: Extent) -> Effort {
         let (body, nodes) = (self.body(), extent.nodes);
+        if let Some(interaction) = self.asperities {
+            return asperities::effort(interaction, self.loads.len(), nodes);
+        }
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
         let effort = Effort::pairs(pairs);
         Effort {

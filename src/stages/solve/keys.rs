@@ -30,6 +30,12 @@ pub struct SolveTable {
     /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
     #[schemars(required)]
     pub loads: Key<Loads>,
+    /// How contact is found: of every node, by boundary elements, or as Hertz' contacts of the summits of
+    /// the surface.
+    #[schemars(extend("default" = "boundary-elements"))]
+    pub method: Key<Method>,
+    /// How asperities act on each other, where `method` is "asperities": `"explicit"` when left out.
+    pub interaction: Key<InteractionWord>,
     /// What lies beyond the edges of the surfaces: the same again, for ever, or nothing.
     #[schemars(extend("default" = "periodic"))]
     pub boundary: Key<Boundary>,
@@ -56,7 +62,7 @@ pub struct SolveTable {
     pub pressures: Key<Pressures>,
 }
 
-table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness"], lists: []);
+table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness", "interaction"], lists: []);
 
 /// An elastic body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -73,6 +79,29 @@ pub struct Body {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub hardness: Key<f64>,
+}
+
+/// How contact is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The contact of every node is solved.
+    BoundaryElements,
+    /// Hertz' elliptic contacts of the summits.
+    Asperities,
+}
+
+/// How asperities act on each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InteractionWord {
+    /// Not at all.
+    None,
+    /// Through the mean pressure, which displaces the body uniformly: areas and forces under a load are
+    /// those without interaction.
+    MeanField,
+    /// Each through its own force.
+    Explicit,
 }
 
 /// What lies beyond the edges of a surface.

@@ -89,10 +89,12 @@ pub struct Solved {
     maps: Vec<Vec<u8>>,
     pressures: Float64Builder,
     kept: Vec<usize>,
+    /// What is known of asperities, row by row.
+    of_asperities: Vec<(Column, ArrayRef)>,
 }
 
 /// What is solved for, beside coordinates.
-pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
+pub fn columns(boundary: Boundary, yields: bool, asperities: bool) -> Vec<Column> {
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
         let place = columns.iter().position(|other| *other == column);
@@ -103,6 +105,10 @@ pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
         insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
         insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
         insert_after(MAX_PAIRS, &[HARDNESS, HARDNESS_REDUCED]);
+    }
+    if asperities {
+        insert_after(CONTACT_NODES, &OF_ASPERITIES);
+        insert_after(MAX_PAIRS, &[INTERACTION]);
     }
     if boundary == Boundary::Free {
         insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
@@ -119,6 +125,14 @@ impl Solved {
             hardness,
             under_unit_pressure,
             ..Solved::default()
+        }
+    }
+
+    /// The same with columns of asperities.
+    pub fn with(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
+        Solved {
+            of_asperities,
+            ..self
         }
     }
 
@@ -168,6 +182,7 @@ impl Solved {
             ),
             (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
         ]);
+        columns.append(&mut self.of_asperities);
         if self.hardness.is_some() {
             let saturated = self.outcomes.iter().map(|outcome| outcome.saturated_nodes);
             let all = (scales.nodes[0] * scales.nodes[1]) as f64;
