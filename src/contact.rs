@@ -1,6 +1,7 @@
 //! Surfaces, elastic bodies and what happens between them: the numerics, which know no files and no
 //! tables.
 //!
+//! - [`asperities`]: Hertz' contacts of the summits of a surface, with and without interaction;
 //! - [`grid`]: where the nodes of all maps lie;
 //! - [`topography`]: rough surfaces, drawn or measured, and their statistics;
 //! - [`elasticity`]: what a pressure does to the surface of a body;
@@ -18,6 +19,7 @@
 //! elastic depends on the load y = p₀/(E* h′) alone, where h′ = √⟨|∇h|²⟩ is the rms slope: solvers
 //! and models work in it.
 
+pub mod asperities;
 pub mod distribution;
 pub mod elasticity;
 pub mod fft;

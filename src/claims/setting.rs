@@ -28,7 +28,16 @@ const COMPARED: [&str; 9] = [
 ];
 
 /// What tells of surfaces that no claim is about.
-const NOT_COMPARED: [&str; 3] = [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
+const NOT_COMPARED: [&str; 4] = [
+    METHOD.name,
+    ANISOTROPY_RATIO.name,
+    ANISOTROPY_ANGLE.name,
+    INTERACTION.name,
+];
+
+/// Where these have a value no claim is about the row: surfaces with a grain, and contacts that are
+/// those of an asperity model.
+const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// What all rows have in common that claims rest on, and what is left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -58,8 +67,8 @@ impl Setting {
             let parameters = table.in_role(Role::Parameter);
             for rows in grouped(&parameters) {
                 let point = Point::of_row(&parameters, rows[0]);
-                let is_isotropic = point.get(ANISOTROPY_RATIO.name).is_none();
-                match point.get(HURST.name).filter(|_| is_isotropic) {
+                let is_meant = WITHOUT.iter().all(|name| point.get(name).is_none());
+                match point.get(HURST.name).filter(|_| is_meant) {
                     Some(_) => settings.add(point.without(&COMPARED), rows.len()),
                     None => not_drawn.add(point.only(&NOT_COMPARED), rows.len()),
                 }
@@ -83,14 +92,14 @@ impl Setting {
     }
 
     /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
-    /// with a grain, which no claim is about.
+    /// with a grain or of asperity models, which no claim is about.
     pub fn rows(&self, table: &Table) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
         let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
         let mut rows: Vec<usize> = (0..table.rows()).collect();
-        if let Some(ratio) = batch.column_by_name(ANISOTROPY_RATIO.name) {
-            rows.retain(|&row| ratio.is_null(row));
+        for column in WITHOUT.iter().filter_map(|name| batch.column_by_name(name)) {
+            rows.retain(|&row| column.is_null(row));
         }
         for (column, value) in asked {
             rows.retain(|&row| Value::of(column, row).as_ref() == Some(value));

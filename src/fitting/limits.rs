@@ -8,19 +8,22 @@
 //! better is told in numbers: χ², Akaike's criterion, and the error of predicting a point that was left
 //! out.
 //!
-//! Weights are one over the variance of the mean over surfaces, estimated for each point. With n
-//! surfaces a point, χ² per degree of freedom of the true law is therefore not one but
-//! (n − 1)/(n − 3), the mean of F(1, n − 1); and points that share realizations, as all spectra of a
-//! study do, deviate together, which lowers it. Intervals are free of either: they come from the
-//! surfaces, resampled whole and the same in all points.
+//! Weights are one over the variance of the mean over surfaces, as a power law of the small numbers has
+//! it that is fitted to the variances of all points (`scatter`). Those of each point by itself would be
+//! its own: points whose few surfaces happen to agree would decide, and intervals of 95 % that take such
+//! weights as given cover 87 % with four surfaces and 91 % with ten. Points that share realizations, as
+//! all spectra of a study do, deviate together, which lowers χ². Intervals come from the surfaces,
+//! resampled whole and the same in all points, and are right whatever the weights.
 
 use super::FitError;
 use super::bootstrap::Bootstrap;
+use scatter::Scatter;
 
 mod design;
 mod draws;
 mod exponents;
 mod linear;
+mod scatter;
 
 pub use draws::{Comparison, Resampled};
 
@@ -99,7 +102,8 @@ impl Observed {
 #[derive(Debug, Clone)]
 pub struct LimitProblem {
     points: Vec<LimitPoint>,
-    /// One over the standard error of each point.
+    scatter: Scatter,
+    /// One over the standard error that each point is weighted by.
     scales: Vec<f64>,
 }
 
@@ -150,9 +154,16 @@ impl LimitProblem {
                 return Err(FitError::NoScatter { surfaces });
             }
         }
-        let error = |point: &LimitPoint| 1.0 / point.observed.standard_error();
-        let scales = points.iter().map(error).collect();
-        Ok(LimitProblem { points, scales })
+        let scatter = Scatter::of(&points);
+        let scale = |point: &LimitPoint| {
+            1.0 / scatter.standard_error(&point.small, point.observed.surfaces())
+        };
+        let scales = points.iter().map(scale).collect();
+        Ok(LimitProblem {
+            points,
+            scatter,
+            scales,
+        })
     }
 
     /// Number of points.

@@ -9,7 +9,7 @@ use crate::cost::CostModel;
 use crate::ensemble::Point;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::reading::Reading;
-use crate::stages::columns::{NODES, NODES_X, NODES_Y};
+use crate::stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
 use crate::stages::fit::laws::Law;
 use crate::stages::fit::limits::octaves::{self, Advised, Octave};
 use crate::stages::fit::limits::{Group, LimitChoices, groups};
@@ -149,7 +149,10 @@ fn told(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices)
     let own = Point::of_row(&parameters, group.row);
     let all = Point::of_row(&parameters.common(), 0);
     let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
-    let distinct = own.beyond(&all).without(&over).without(&["k_rolloff"]);
+    let distinct = own
+        .beyond(&all)
+        .without(&over)
+        .without(&[K_ROLLOFF.name, COEFFICIENT.name]);
     let load = load.map(|load| format!("load {load}"));
     let distinct = Some(distinct.to_string()).filter(|text| !text.is_empty());
     let parts = [Some(choices.of.to_string()), load, distinct];

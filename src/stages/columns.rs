@@ -3,6 +3,7 @@
 use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
 use crate::store::column::{Column, Role};
 
+mod asperities;
 mod contacts;
 mod corrections;
 mod descriptors;
@@ -10,6 +11,7 @@ mod distributions;
 mod measured;
 mod surface_statistics;
 
+pub use asperities::*;
 pub use contacts::*;
 pub use corrections::*;
 pub use descriptors::*;

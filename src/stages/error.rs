@@ -2,6 +2,7 @@
 
 use super::aggregate::sql::QueryError;
 use super::generate::map_file::MapFileError;
+use crate::contact::asperities::NoSummits;
 use crate::contact::morphology::map::MapError;
 use crate::contact::solver::HardnessError;
 use crate::contact::topography::preparation::PreparationError;
@@ -29,6 +30,9 @@ pub enum StageError {
     /// The material is pressed by more than it bears.
     #[error("the material does not bear the load, both in units of E* × rms slope")]
     Hardness(#[from] HardnessError),
+    /// A surface has no asperities.
+    #[error("asperities cannot be pressed")]
+    NoSummits(#[from] NoSummits),
     /// A stored contact map does not fit its mesh.
     #[error("a stored contact map does not fit its mesh")]
     Map(#[source] MapError),

@@ -18,6 +18,7 @@ use crate::store::column::Column;
 use crate::store::table::{Table, TableError};
 
 pub mod checks;
+pub mod common_columns;
 pub mod contact_evolution;
 pub mod keys;
 pub mod laws;
@@ -30,11 +31,11 @@ pub mod row;
 pub mod rows;
 mod spectra;
 
+use common_columns::STATUS;
 use contact_evolution::{EvolutionChoices, Kappa};
 use laws::{FitOfCurves, Fits, Law};
 use points::Point;
 use row::{FITTED, Row};
-use rows::STATUS;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;

@@ -1,5 +1,6 @@
 //! Presses a surface through a block of loads.
 
+mod asperities;
 pub mod block;
 pub mod checks;
 mod hardness;
@@ -18,6 +19,7 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, summary::range,
 };
+use crate::contact::asperities::Interaction;
 use crate::contact::distribution::EqualBins;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
@@ -43,7 +45,7 @@ pub const STAGE: Definition = Definition {
     makes: |_| Some(Rows::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
-        [&solved::columns(Boundary::Free, true)[..], &heavy].concat()
+        [&solved::columns(Boundary::Free, true, true)[..], &heavy].concat()
     },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
 };
@@ -77,6 +79,10 @@ pub struct Params {
     /// How many nodes out of contact have which gap is counted in these, in rms heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_bins: Option<EqualBins>,
+    /// How asperities act on each other, where Hertz' contacts of the summits stand for the solved contact;
+    /// a recipe has none where the contact of every node is solved, as all were before there was a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asperities: Option<Interaction>,
     /// The smallest hardness among the bodies, in the unit of their moduli. Whoever reads results
     /// should know where pressures pass it; it decides none, and is no part of the recipe.
     #[serde(skip)]
@@ -107,6 +113,10 @@ impl Params {
             (TOLERANCE, Value::Real(self.tolerance)),
             (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
         ];
+        if let Some(interaction) = self.asperities {
+            let word = interaction.word().to_owned();
+            setting.push((INTERACTION, Value::Text(word)));
+        }
         if self.boundary == Boundary::Free {
             let name = self.boundary.name().to_owned();
             setting.push((BOUNDARY, Value::Text(name)));
@@ -166,6 +176,9 @@ impl Stage for Params {
             unreachable!("the plan gives one surface to each block of loads")
         };
         let surface = drawn.surface(table, context.sources)?;
+        if let Some(interaction) = self.asperities {
+            return asperities::run(self, interaction, (surface, table), context);
+        }
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
         let nodes = surface.grid().nodes();
         let kept = context.checkpoints.last();
@@ -193,11 +206,15 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = solved::columns(self.boundary, self.hardness.is_some());
+        let columns = solved::columns(
+            self.boundary,
+            self.hardness.is_some(),
+            self.asperities.is_some(),
+        );
         Ok(beside_coordinates(&columns, inputs)?)
     }
 
-    /// Those of a boundary and of a hardness.
+    /// Those of a boundary, of a hardness and of asperities.
     fn has_columns_of_its_own(&self) -> bool {
         true
     }
@@ -217,8 +234,12 @@ impl Stage for Params {
             Pressures::At(loads) => loads.len() as f64,
         };
         let gap = self.gap_bins.map_or(0.0, |_| 16.0);
+        let work = match self.asperities {
+            Some(interaction) => 4.0 + asperities::bytes_per_node(interaction),
+            None => self.body().bytes_per_node(self.tolerance),
+        };
         Footprint {
-            work: 1.0 + self.body().bytes_per_node(self.tolerance) + gap,
+            work: 1.0 + work + gap,
             table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
         }
     }
@@ -236,6 +257,9 @@ impl Stage for Params {
 
     fn effort(&self, extent: Extent) -> Effort {
         let (body, nodes) = (self.body(), extent.nodes);
+        if let Some(interaction) = self.asperities {
+            return asperities::effort(interaction, self.loads.len(), nodes);
+        }
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
         let gaps = self.gap_bins.map_or(0.0, |_| PAIRS_OF_GAP);
         let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);

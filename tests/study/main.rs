@@ -2,6 +2,7 @@
 //! alone.
 
 mod adaptive_sampling;
+mod asperities;
 mod beginning;
 mod bench;
 mod caching;

@@ -1,6 +1,6 @@
 //! What more points would make of the standard error of a limit, from the design alone.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::linear::Design;
 use super::{LimitFit, LimitProblem, TermForm};
@@ -9,48 +9,22 @@ impl LimitProblem {
     /// The factor by which points at these small numbers, added to those that there are, change the
     /// standard error of the limit; `None` where the design does not tell.
     ///
-    /// To first order in the free exponents and as if points were independent. A point's own standard
-    /// error is taken from those that there are: its logarithm by least squares, linear in the
-    /// logarithms of the small numbers.
+    /// To first order in the free exponents, as if points were independent, with as many surfaces at new
+    /// points as the fewest have, which scatter by the same power law.
     pub fn narrowing(&self, forms: &[TermForm], fit: &LimitFit, more: &[Vec<f64>]) -> Option<f64> {
-        let errors = self.expected_errors(more);
+        let surfaces = self.surfaces();
         let now = self.points.iter().map(|point| point.small.as_slice());
         let now: Vec<(&[f64], f64)> = now.zip(self.scales.iter().copied()).collect();
-        let more = more.iter().zip(&errors);
-        let after = more.map(|(small, error)| (small.as_slice(), 1.0 / error));
+        let after = more.iter().map(|small| {
+            let error = self.scatter.standard_error(small, surfaces);
+            (small.as_slice(), 1.0 / error)
+        });
         let after: Vec<(&[f64], f64)> = now.iter().copied().chain(after).collect();
         let variance = |points: &[(&[f64], f64)]| {
             let design = Design::new(design(forms, fit, points))?;
             Some(design.variance_of_first())
         };
         Some((variance(&after)? / variance(&now)?).sqrt())
-    }
-
-    /// Standard errors to be expected at other small numbers, with as many surfaces.
-    fn expected_errors(&self, at: &[Vec<f64>]) -> Vec<f64> {
-        let logarithms: Vec<f64> = self.scales.iter().map(|scale| -libm::log(*scale)).collect();
-        let terms = self.points.first().map_or(0, |point| point.small.len());
-        let row = |small: &[f64], column: usize| match column {
-            0 => 1.0,
-            _ => libm::log(small[column - 1]),
-        };
-        let columns = DMatrix::from_fn(self.points.len(), 1 + terms, |point, column| {
-            row(&self.points[point].small, column)
-        });
-        let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
-        let Some(design) = Design::new(columns) else {
-            return vec![libm::exp(mean); at.len()];
-        };
-        let slopes = design.solve(&DVector::from_vec(logarithms));
-        let expected = |small: &Vec<f64>| {
-            let terms = slopes.iter().enumerate();
-            libm::exp(
-                terms
-                    .map(|(column, slope)| slope * row(small, column))
-                    .sum(),
-            )
-        };
-        at.iter().map(expected).collect()
     }
 }
 

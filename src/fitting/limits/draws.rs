@@ -65,13 +65,14 @@ fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<C
         .collect();
     let total: f64 = likelihoods.iter().sum();
     let replicates = criteria.first().map_or(0, Vec::len);
-    let mut wins = vec![0_usize; rivals.len()];
-    for replicate in 0..replicates {
+    let best = |replicate: usize| {
         let value = |rival: &usize| criteria[*rival][replicate];
         let best = (0..rivals.len()).min_by(|one, other| value(one).total_cmp(&value(other)));
-        if let Some(best) = best.filter(|best| value(best).is_finite()) {
-            wins[best] += 1;
-        }
+        best.filter(|best| value(best).is_finite())
+    };
+    let mut wins = vec![0_usize; rivals.len()];
+    for best in (0..replicates).filter_map(best) {
+        wins[best] += 1;
     }
     let compare = |rival: usize| Comparison {
         akaike_weight: likelihoods[rival] / total,

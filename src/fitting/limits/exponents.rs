@@ -69,35 +69,37 @@ impl Search<'_> {
     /// The free exponents with the least χ².
     fn minimum<const P: usize>(&self, start: Option<&LimitFit>) -> Result<Vec<f64>, FitError> {
         let known = start.map(|fit| {
-            let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0).ln();
-            let logarithms: Vec<f64> = self.terms.iter().map(of_term).collect();
+            let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0);
+            let logarithms: Vec<f64> = self.terms.iter().map(of_term).map(libm::log).collect();
             std::array::from_fn(|i| logarithms.get(i).copied().unwrap_or(0.0))
         });
         let starts = match known {
             Some(known) => vec![known],
-            None => STARTS.map(|exponent| [exponent.ln(); P]).to_vec(),
+            None => STARTS.map(|exponent| [libm::log(exponent); P]).to_vec(),
         };
         let mut best: Option<([f64; P], f64)> = None;
+        let mut stray = None;
         for start in starts {
             let found = minimize(self, start);
-            let chi_square = match self.solved(&found.parameters.map(f64::exp)) {
+            let exponents = found.parameters.map(libm::exp);
+            let chi_square = match self.solved(&exponents) {
                 Some(solved) if found.converged => self.left(&solved).norm_squared(),
-                _ => continue,
+                _ => {
+                    stray = stray.or(self.outside(&exponents));
+                    continue;
+                }
             };
             if best.is_none_or(|(_, least)| chi_square < least) {
                 best = Some((found.parameters, chi_square));
             }
         }
-        let (logarithms, _) = best.ok_or(FitError::NotConverged)?;
-        Ok(logarithms.iter().map(|logarithm| logarithm.exp()).collect())
+        let (logarithms, _) = best.ok_or(stray.unwrap_or(FitError::NotConverged))?;
+        Ok(logarithms.iter().copied().map(libm::exp).collect())
     }
 
     fn outcome(&self, exponents: &[f64], free: usize) -> Result<LimitFit, FitError> {
-        let [least, most] = EXPONENTS;
-        let outside = exponents.iter().zip(&self.terms);
-        let mut outside = outside.filter(|(exponent, _)| **exponent < least || **exponent > most);
-        if let Some((&exponent, &term)) = outside.next() {
-            return Err(FitError::NoExponent { term, exponent });
+        if let Some(error) = self.outside(exponents) {
+            return Err(error);
         }
         let solved = self.solved(exponents).ok_or(FitError::DependentTerms)?;
         let chi_square = self.left(&solved).norm_squared();
@@ -109,6 +111,14 @@ impl Search<'_> {
             chi_square,
             free,
         })
+    }
+
+    /// Whose exponent has run away, if any has.
+    fn outside(&self, exponents: &[f64]) -> Option<FitError> {
+        let [least, most] = EXPONENTS;
+        let mut all = exponents.iter().zip(&self.terms);
+        let (&exponent, &term) = all.find(|(one, _)| **one < least || **one > most)?;
+        Some(FitError::NoExponent { term, exponent })
     }
 
     /// The exponent of a term, none of a logarithm.
@@ -170,7 +180,7 @@ impl<const P: usize> Residuals<P> for Search<'_> {
     }
 
     fn residuals(&self, logarithms: [f64; P], into: &mut [f64]) {
-        let exponents = logarithms.map(f64::exp).to_vec();
+        let exponents = logarithms.map(libm::exp).to_vec();
         let left = self.with(exponents, |solved| self.left(solved));
         match left {
             Some(left) => into.copy_from_slice(left.as_slice()),
@@ -180,7 +190,7 @@ impl<const P: usize> Residuals<P> for Search<'_> {
     }
 
     fn gradients(&self, logarithms: [f64; P], into: &mut [[f64; P]]) {
-        let exponents = logarithms.map(f64::exp).to_vec();
+        let exponents = logarithms.map(libm::exp).to_vec();
         let known = self.with(exponents.clone(), |solved| {
             for (place, &term) in self.terms.iter().enumerate() {
                 // ∂(c xᵉ)/∂ ln e = c e xᵉ ln x

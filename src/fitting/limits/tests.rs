@@ -52,11 +52,11 @@ const FREE: [TermForm; 3] = [
 ];
 
 /// Mean deviation over its standard error, and share of the intervals that cover, of a parameter of
-/// 200 studies; of exponents the logarithm deviates, as their intervals have it.
+/// 400 studies; of exponents the logarithm deviates, as their intervals have it.
 fn experiment(forms: &[TermForm], surfaces: usize, place: usize, truth_of: f64) -> (f64, f64) {
-    const STUDIES: u64 = 200;
+    const STUDIES: u64 = 400;
     let bootstrap = Bootstrap {
-        replicates: 300,
+        replicates: 200,
         seed: 5,
         level: 0.95,
     };
@@ -114,15 +114,16 @@ fn limits_of_given_exponents_are_unbiased_and_covered() {
     for (place, known) in [(0, 2.1), (2, -0.8)] {
         let (bias, covered) = experiment(&GIVEN, 10, place, known);
         assert!(bias.abs() < 2.0, "{place}: {bias} standard errors");
-        // Binomial: 0.015 over 200 studies.
+        // Binomial: 0.011 over 400 studies.
         assert!((0.92..=0.98).contains(&covered), "{place}: {covered}");
     }
 }
 
+/// Intervals of nonlinear parameters are right to first order: ten surfaces cover one per cent less.
 #[test]
 fn free_exponents_and_their_limits_are_unbiased_and_covered() {
     for (place, known) in [(0, 2.1), (4, 0.7)] {
-        let (bias, covered) = experiment(&FREE, 10, place, known);
+        let (bias, covered) = experiment(&FREE, 20, place, known);
         assert!(bias.abs() < 2.0, "{place}: {bias} standard errors");
         assert!((0.92..=0.98).contains(&covered), "{place}: {covered}");
     }
@@ -148,7 +149,7 @@ fn the_true_form_has_the_least_criterion_and_predicts_best() {
         .map(|(forms, fit)| problem.judge(forms, fit));
     assert!(judged[0].akaike + 10.0 < judged[1].akaike, "{judged:?}");
     assert!(judged[0].leave_one_out.unwrap() < judged[1].leave_one_out.unwrap());
-    // The mean of F(1, 9) is 9/7, less what realizations have in common.
+    // One, less what realizations have in common.
     assert!(
         (0.4..2.0).contains(&judged[0].reduced_chi_square),
         "{judged:?}"

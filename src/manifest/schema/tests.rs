@@ -7,6 +7,7 @@ use std::path::Path;
 use super::*;
 use crate::diagnostics::ManifestErrors;
 use crate::stages::Rows;
+use crate::stages::fit::checks::LawWord;
 use crate::stages::generate::method::Method;
 use crate::study::Study;
 
@@ -179,6 +180,7 @@ fn smallest(form: Form) -> &'static str {
         Form::Generate(Method::FlatPunch) => "nodes = 64\nradius = 0.4\ndepth = 0.1",
         Form::Solve => "loads = [0.1]",
         Form::Aggregate => "over = \"load\"",
+        Form::Fit(LawWord::Limits) => "of = \"mean_gap\"\nterms = { of = \"1 / k_lower\" }",
         _ => "",
     }
 }

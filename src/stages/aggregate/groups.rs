@@ -8,8 +8,8 @@ use super::super::StageError;
 use super::super::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
 };
+use super::super::fit::common_columns::STATUS;
 use super::super::fit::row::FITTED;
-use super::super::fit::rows::STATUS;
 use super::frame::{self, polars_error};
 use super::names::{COUNT, LOAD_MIDPOINT, UNCONVERGED, UNFITTED, mean_of, named};
 use super::{Groups, Statistic, confidence, meanings, regression, theory};

@@ -20,6 +20,7 @@ pub mod columns;
 pub mod keys;
 mod observations;
 pub mod octaves;
+mod points;
 
 pub use observations::{Group, groups};
 

@@ -3,6 +3,9 @@
 use arrow::array::ArrayRef;
 
 use super::Params;
+use super::common_columns::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, STATUS, SURFACES, UNCONVERGED,
+};
 use super::contact_evolution::{Datum, EvolutionChoices, Kappa};
 use super::laws::{Law, PlainLaw};
 use super::parameter::Parameter;
@@ -12,8 +15,6 @@ use crate::store::column::ColumnKind::{Flag, Integer, Real, Text};
 use crate::store::column::{Column, Role, integers, optional_flags, optional_reals, reals, texts};
 use crate::store::table::Table;
 
-/// Which law.
-pub const LAW: Column = Column::parameter("law", Text, "", "the law that is fitted");
 const DATUM: Column = Column::parameter("fitted_to", Text, "", "what the residuals are taken of");
 const KAPPA_IS: Column = Column::parameter("kappa_is", Text, "", "given, free or minimal-convex");
 const KAPPA_GIVEN: Column =
@@ -48,38 +49,17 @@ const KAPPA_CONVEX: Column = Column::result(
     "1",
     "smallest κ that makes this point's slopes convex",
 );
-/// How many surfaces.
-pub const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
-/// Rows of loads that were given up.
-pub const UNCONVERGED: Column = Column::result(
-    "unconverged",
-    Integer,
-    "1",
-    "rows whose load did not converge; they are fitted all the same",
-);
 const MASKED: Column = Column::result(
     "masked",
     Integer,
     "1",
     "data that the law cannot have: no increase of the mean pressure, or full contact",
 );
-/// How many data.
-pub const DATA: Column = Column::result("data", Integer, "1", "data fitted");
-/// What a fit leaves.
-pub const RMS_RESIDUAL: Column =
-    Column::result("rms_residual", Real, "1", "root mean square residual");
 const R_SQUARED: Column = Column::result(
     "r_squared",
     Real,
     "1",
     "share of the data's variance that the fit explains",
-);
-/// What it leaves, over the scatter.
-pub const CHI_SQUARE: Column = Column::result(
-    "reduced_chi_square",
-    Real,
-    "1",
-    "χ² over degrees of freedom, from the scatter between surfaces",
 );
 const CONVEX: Column = Column::result(
     "convex",
@@ -87,18 +67,6 @@ const CONVEX: Column = Column::result(
     "",
     "whether the fitted slope is convex in the window",
 );
-/// Resamplings.
-pub const BOOTSTRAP: Column =
-    Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
-/// Those that failed.
-pub const BOOTSTRAP_FAILED: Column = Column::result(
-    "bootstrap_failed",
-    Integer,
-    "1",
-    "resamplings that could not be fitted",
-);
-/// Whether there is a fit.
-pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why there are no values");
 
 /// Every column that a law may add, with those of these parameters.
 pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {

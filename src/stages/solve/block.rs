@@ -104,8 +104,9 @@ impl Block {
             return Err(StageError::Interrupted);
         }
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
-        self.rows
-            .push(load, outcome, &mut self.solver, keep, &self.scales);
+        self.rows.count_nodes(&mut self.solver);
+        let pressure = self.solver.pressure();
+        self.rows.push(load, outcome, pressure, keep, &self.scales);
         let heaviest = self.loads.last().copied().unwrap_or(load);
         self.is_flattened =
             outcome.stop == Stop::FullContact && self.solver.is_flattened_by(heaviest);

@@ -7,8 +7,9 @@ mod loads;
 use std::ops::Bound;
 use std::sync::Arc;
 
-use super::keys::{self, Body, MOST_PAIRS, SolveTable};
+use super::keys::{self, Body, InteractionWord, MOST_PAIRS, Method, SolveTable};
 use super::{Params, PressureUnit};
+use crate::contact::asperities::Interaction;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use crate::diagnostics::{Problem, Problems};
@@ -107,6 +108,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         checks,
     );
     let gap_bins = bins::checked("gap_bins", &table.gap_bins, loads.as_deref(), checks);
+    let asperities = asperities(table, checks);
     Some(Params {
         effective_modulus: effective_modulus?,
         load_unit,
@@ -119,7 +121,42 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         softest_body: softest_body?,
+        asperities: asperities?,
     })
+}
+
+/// How asperities act on each other, if summits are pressed: elastic ones, around the cell.
+fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interaction>> {
+    let method = table.method.written().map(|method| method.value);
+    if method != Some(Method::Asperities) {
+        let why = "goes with `method = \"asperities\"`";
+        return checks
+            .forbidden("interaction", &table.interaction, why)
+            .map(|()| None);
+    }
+    let why = "Hertz' contacts are elastic under any pressure";
+    let elastic = checks.forbidden("hardness", &table.hardness, why);
+    let why =
+        "counted of pressures and gaps of all nodes, which Hertz' contacts are not solved for";
+    let pressures = checks.forbidden("pressure_bins", &table.pressure_bins, why);
+    let gaps = checks.forbidden("gap_bins", &table.gap_bins, why);
+    elastic.and(pressures).and(gaps)?;
+    let open = table.boundary.written();
+    let open = open.filter(|written| written.value == keys::Boundary::Free);
+    if let Some(written) = open {
+        let message = "asperities are pressed around the cell, and `boundary` is \"free\"";
+        let label = "must be \"periodic\" with `method = \"asperities\"`";
+        checks.report(
+            "boundary",
+            Problem::new(message, written.span.clone(), label),
+        );
+    }
+    let interaction = match table.interaction.written().map(|written| written.value) {
+        Some(InteractionWord::None) => Interaction::None,
+        Some(InteractionWord::MeanField) => Interaction::MeanField,
+        Some(InteractionWord::Explicit) | None => Interaction::Explicit,
+    };
+    open.is_none().then_some(Some(interaction))
 }
 
 /// What a pressure is measured in, or what it is when left out.

@@ -32,6 +32,12 @@ pub struct SolveTable {
     /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
     #[schemars(required)]
     pub loads: Key<Loads>,
+    /// How contact is found: of every node, by boundary elements, or as Hertz' contacts of the summits of
+    /// the surface.
+    #[schemars(extend("default" = "boundary-elements"))]
+    pub method: Key<Method>,
+    /// How asperities act on each other, where `method` is "asperities": `"explicit"` when left out.
+    pub interaction: Key<InteractionWord>,
     /// What lies beyond the edges of the surfaces: the same again, for ever, or nothing.
     #[schemars(extend("default" = "periodic"))]
     pub boundary: Key<Boundary>,
@@ -66,7 +72,7 @@ pub struct SolveTable {
     pub gap_bins: Key<Bins>,
 }
 
-table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness"], lists: []);
+table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness", "interaction"], lists: []);
 
 /// Equal bins from zero on.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -95,6 +101,29 @@ pub struct Body {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub hardness: Key<f64>,
+}
+
+/// How contact is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The contact of every node is solved.
+    BoundaryElements,
+    /// Hertz' elliptic contacts of the summits.
+    Asperities,
+}
+
+/// How asperities act on each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InteractionWord {
+    /// Not at all.
+    None,
+    /// Through the mean pressure, which displaces the body uniformly: areas and forces under a load are
+    /// those without interaction.
+    MeanField,
+    /// Each through its own force.
+    Explicit,
 }
 
 /// What lies beyond the edges of a surface.

@@ -97,10 +97,12 @@ pub struct Solved {
     pressures: Float64Builder,
     kept: Vec<usize>,
     distributions: Distributions,
+    /// What is known of asperities, row by row.
+    of_asperities: Vec<(Column, ArrayRef)>,
 }
 
 /// What is solved for, beside coordinates.
-pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
+pub fn columns(boundary: Boundary, yields: bool, asperities: bool) -> Vec<Column> {
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
         let place = columns.iter().position(|other| *other == column);
@@ -111,6 +113,10 @@ pub fn columns(boundary: Boundary, yields: bool) -> Vec<Column> {
         insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
         insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
         insert_after(MAX_PAIRS, &[HARDNESS, HARDNESS_REDUCED]);
+    }
+    if asperities {
+        insert_after(CONTACT_NODES, &OF_ASPERITIES);
+        insert_after(MAX_PAIRS, &[INTERACTION]);
     }
     if boundary == Boundary::Free {
         insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
@@ -135,16 +141,27 @@ impl Solved {
         }
     }
 
+    /// The same with columns of asperities.
+    pub fn with(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
+        Solved {
+            of_asperities,
+            ..self
+        }
+    }
+
+    /// Counts pressures and gaps of the load that is pushed next, as far as that is asked for.
+    pub fn count_nodes(&mut self, solver: &mut Solver) {
+        self.distributions.count(solver);
+    }
+
     pub fn push(
         &mut self,
         load: f64,
         outcome: Outcome,
-        solver: &mut Solver,
+        pressures: &[f64],
         keep: bool,
         scales: &Scales,
     ) {
-        self.distributions.count(solver);
-        let pressures = solver.pressure();
         if let Some(sunk) = &self.under_unit_pressure {
             let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
             self.displacements.push(sum / pressures.len() as f64);
@@ -189,6 +206,7 @@ impl Solved {
             ),
             (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
         ]);
+        columns.append(&mut self.of_asperities);
         if self.hardness.is_some() {
             let saturated = self.outcomes.iter().map(|outcome| outcome.saturated_nodes);
             let all = (scales.nodes[0] * scales.nodes[1]) as f64;

@@ -3,11 +3,11 @@
 use arrow::array::ArrayRef;
 
 use super::super::Params;
-use super::super::parameter::Parameter;
-use super::super::row::FITTED;
-use super::super::rows::{
+use super::super::common_columns::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, STATUS, SURFACES, UNCONVERGED,
 };
+use super::super::parameter::Parameter;
+use super::super::row::FITTED;
 use super::{Form, LimitChoices, Line, MOST_TERMS, Outcome, WORD};
 use crate::fitting::bootstrap::Interval;
 use crate::stages::columns::{K_ROLLOFF, LOAD};

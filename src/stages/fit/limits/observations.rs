@@ -3,18 +3,14 @@
 //! A point is one ensemble: rows that agree in every parameter. A group is the points that agree in
 //! every parameter but those that vary among the points of a fit.
 
-use std::collections::BTreeMap;
-
-use arrow::array::Array;
-
 use super::LimitChoices;
+use super::points::{Known, Reader};
 use crate::decimal;
-use crate::ensemble::{Ensemble, Member, Members, Point, ensembles, grouped};
+use crate::ensemble::Point;
 use crate::fitting::Window;
 use crate::fitting::limits::{LimitPoint, Observed};
-use crate::stages::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
-use crate::stages::solve::GIVEN_UP;
-use crate::store::column::{Role, Value};
+use crate::stages::columns::{K_LOWER, K_ROLLOFF};
+use crate::store::column::Value;
 use crate::store::table::{Table, TableError};
 
 /// The points of one fit.
@@ -38,14 +34,6 @@ struct Observations {
     known: Known,
     /// Loads that did not converge, one entry a surface.
     given_up: Vec<f64>,
-}
-
-#[derive(Debug, Clone)]
-enum Known {
-    /// Under each load, for each surface; not a number where a surface lacks it.
-    Surfaces(Vec<(Option<f64>, Vec<f64>)>),
-    /// Under each load, an estimate.
-    Estimates(Vec<(Option<f64>, Observed)>),
 }
 
 impl Group {
@@ -137,7 +125,7 @@ pub fn groups(
         });
         groups[at].points.push(Observations {
             place: point.only(&over),
-            small: reader.small(row)?,
+            small: reader.small(row),
             known,
             given_up,
         });
@@ -184,152 +172,4 @@ fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec
     all.sort_by(f64::total_cmp);
     all.dedup_by(|next, kept| decimal::is_same(*next, *kept));
     all.into_iter().map(Some).collect()
-}
-
-/// One point: the row that stands for it, its parameters, what is known, and loads given up.
-type Found = (usize, Point, Known, Vec<f64>);
-
-struct Reader<'a> {
-    table: &'a Table,
-    choices: &'a LimitChoices,
-    /// The columns that expressions name, as numbers; not a number where null.
-    columns: BTreeMap<&'a str, Vec<f64>>,
-}
-
-impl<'a> Reader<'a> {
-    fn new(table: &'a Table, choices: &'a LimitChoices) -> Result<Reader<'a>, TableError> {
-        let terms = choices.terms.iter().map(|term| &term.of);
-        let named = terms.chain([&choices.of]).flat_map(|one| one.columns());
-        let columns = named.map(|name| Ok((name, numbers(table, name)?)));
-        Ok(Reader {
-            table,
-            choices,
-            columns: columns.collect::<Result<_, TableError>>()?,
-        })
-    }
-
-    fn points(&self) -> Result<Vec<Found>, TableError> {
-        match &self.choices.error {
-            Some(error) => self.estimates(error),
-            None if self.table.has(LOAD.name) => self.under_loads(),
-            None => self.without_loads(),
-        }
-    }
-
-    fn small(&self, row: usize) -> Result<Vec<f64>, TableError> {
-        let value = |name: &str| self.columns[name][row];
-        let terms = self.choices.terms.iter();
-        Ok(terms.map(|term| term.of.value(&value)).collect())
-    }
-
-    fn under_loads(&self) -> Result<Vec<Found>, TableError> {
-        let stops = self
-            .table
-            .has(STOP.name)
-            .then(|| self.table.texts(STOP.name));
-        let stops = stops.transpose()?;
-        let found = ensembles(self.table)?.into_iter().map(|ensemble| {
-            let states = ensemble.states();
-            let given_up = states
-                .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP));
-            let given_up = given_up.map(|(_, load, _)| load).collect();
-            let known = Known::Surfaces(self.curves(&ensemble));
-            (ensemble.first, ensemble.point, known, given_up)
-        });
-        Ok(found.collect())
-    }
-
-    /// The observable of every surface along the loads that it has.
-    fn curves(&self, ensemble: &Ensemble) -> Vec<(Option<f64>, Vec<f64>)> {
-        let places = 0..ensemble.loads.len();
-        let surfaces = ensemble.members.len();
-        let mut states: Vec<(Option<f64>, Vec<f64>)> = ensemble
-            .loads
-            .iter()
-            .map(|&load| (Some(load), vec![f64::NAN; surfaces]))
-            .collect();
-        for surface in 0..surfaces {
-            let own = places
-                .clone()
-                .filter_map(|place| Some((place, ensemble.row(surface, place)?)));
-            let (places, rows): (Vec<usize>, Vec<usize>) = own.unzip();
-            let loads: Vec<f64> = places.iter().map(|&place| ensemble.loads[place]).collect();
-            let column = |name: &str| {
-                let values = &self.columns[name];
-                rows.iter().map(|&row| values[row]).collect()
-            };
-            let values = self.choices.of.values(&column, &loads);
-            for (place, value) in places.into_iter().zip(values) {
-                states[place].1[surface] = value;
-            }
-        }
-        states
-    }
-
-    fn without_loads(&self) -> Result<Vec<Found>, TableError> {
-        let parameters = self.table.in_role(Role::Parameter);
-        let members = Members::of(self.table)?;
-        let found = grouped(&parameters).into_iter().map(|rows| {
-            let mut own: BTreeMap<Member, usize> = BTreeMap::new();
-            for &row in &rows {
-                own.entry(members.of_row(row)).or_insert(row);
-            }
-            let value = |&row: &usize| self.choices.of.value(&|name| self.columns[name][row]);
-            let states = vec![(None, own.values().map(value).collect())];
-            let point = Point::of_row(&parameters, rows[0]);
-            (rows[0], point, Known::Surfaces(states), Vec::new())
-        });
-        Ok(found.collect())
-    }
-
-    /// Parameters that were fitted to all surfaces of a point; those of single surfaces are left out.
-    fn estimates(&self, error: &str) -> Result<Vec<Found>, TableError> {
-        let table = self.table;
-        let errors = numbers(table, error)?;
-        let surfaces = table.integers(super::super::rows::SURFACES.name)?;
-        let loads = table
-            .has(LOAD.name)
-            .then(|| table.reals(LOAD.name))
-            .transpose()?;
-        let alone = table
-            .has(REALIZATION.name)
-            .then(|| table.integers(REALIZATION.name));
-        let alone = alone.transpose()?;
-        let parameters = table.in_role(Role::Parameter);
-        let found = grouped(&parameters).into_iter().map(|rows| {
-            let pooled = rows
-                .iter()
-                .filter(|&&row| alone.is_none_or(|alone| alone.is_null(row)));
-            let states = pooled.filter_map(|&row| {
-                let value = self.choices.of.value(&|name| self.columns[name][row]);
-                let load = loads.filter(|loads| loads.is_valid(row));
-                let estimate = Observed::Estimate {
-                    value,
-                    standard_error: errors[row],
-                    surfaces: surfaces.value(row).unsigned_abs() as usize,
-                };
-                let is_known = value.is_finite() && errors[row].is_finite();
-                is_known.then(|| (load.map(|loads| loads.value(row)), estimate))
-            });
-            let states = states.collect();
-            let point = Point::of_row(&parameters, rows[0]);
-            (rows[0], point, Known::Estimates(states), Vec::new())
-        });
-        Ok(found.collect())
-    }
-}
-
-/// A column of numbers; not a number where null.
-fn numbers(table: &Table, name: &str) -> Result<Vec<f64>, TableError> {
-    if let Ok(integers) = table.integers(name) {
-        let values = integers.iter();
-        return Ok(values
-            .map(|value| value.map_or(f64::NAN, |value| value as f64))
-            .collect());
-    }
-    let reals = table.reals(name)?;
-    Ok(reals
-        .iter()
-        .map(|value| value.unwrap_or(f64::NAN))
-        .collect())
 }

@@ -1,0 +1,72 @@
+//! Asperities beside the solution, from end to end.
+
+use arrow::array::Array;
+
+use crate::bench::Bench;
+
+const ASPERITIES: &str = r#"
+[study]
+name = "asperities"
+seed = 1
+
+[stage.surfaces]
+kind = "generate"
+nodes = 64
+hurst = 0.8
+k_lower = 2
+k_upper = 8
+realizations = 2
+heights = "redraw"
+
+[stage.solved]
+kind = "solve"
+from = "surfaces"
+loads = [0.01, 0.02]
+
+[stage.summits]
+kind = "solve"
+from = "surfaces"
+method = "asperities"
+interaction = ["none", "mean-field", "explicit"]
+loads = [0.01, 0.02]
+
+[stage.area]
+kind = "measure"
+from = ["solved", "summits"]
+"#;
+
+#[test]
+fn asperities_have_rows_beside_those_that_are_solved() {
+    let bench = Bench::new();
+    bench.run(ASPERITIES);
+    let summits = bench.table("asperities", "summits");
+    assert_eq!(summits.rows(), 3 * 2 * 2);
+    let areas = summits.reals("asperity_area_fraction").unwrap();
+    let interactions = summits.texts("interaction").unwrap();
+    for row in 0..summits.rows() {
+        // √(2π) times the load, within a factor of two.
+        let load = summits.reals("load").unwrap().value(row);
+        let kappa = areas.value(row) / load;
+        assert!((1.2..5.0).contains(&kappa), "{kappa}");
+        assert!(summits.integers("contacts").unwrap().value(row) > 0);
+        assert_eq!(summits.texts("stop").unwrap().value(row), "converged");
+    }
+    // A uniform displacement moves the plane and nothing else.
+    let of = |word: &str| -> Vec<f64> {
+        let rows = (0..summits.rows()).filter(|&row| interactions.value(row) == word);
+        rows.map(|row| areas.value(row)).collect()
+    };
+    assert_eq!(of("none"), of("mean-field"));
+    assert_ne!(of("none"), of("explicit"));
+    let area = bench.table("asperities", "area");
+    let solved = area.texts("interaction").unwrap();
+    assert_eq!((area.rows(), solved.null_count()), (16, 4));
+}
+
+#[test]
+fn what_is_solved_keeps_its_columns() {
+    let bench = Bench::new();
+    bench.run(ASPERITIES);
+    let solved = bench.table("asperities", "solved");
+    assert!(!solved.has("interaction") && !solved.has("contacts"));
+}
