@@ -6,9 +6,11 @@ pub mod keys;
 mod solved;
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -195,6 +197,7 @@ impl Stage for Params {
                 expected: expected(&loads[..=index]) - expected(&loads[..index]),
                 shares: [&loads[..index], &loads[..=index]]
                     .map(|done| expected(done) / expected(&loads)),
+                told: Cell::new(Instant::now()),
             };
             let outcome = solver.press(load, &self.settings(), &watch);
             if outcome.stop == Stop::Interrupted {
@@ -284,7 +287,12 @@ struct LoadWatch<'a> {
     expected: f64,
     /// What is done of the block before the load, and after it.
     shares: [f64; 2],
+    /// When that was told last.
+    told: Cell<Instant>,
 }
+
+/// Nobody needs to be told more often; on small meshes telling would take longer than iterations.
+const TELL_EVERY: Duration = Duration::from_millis(200);
 
 impl Watch for LoadWatch<'_> {
     fn is_interrupted(&self) -> bool {
@@ -292,6 +300,10 @@ impl Watch for LoadWatch<'_> {
     }
 
     fn spent(&self, pairs: u32) {
+        if self.told.get().elapsed() < TELL_EVERY {
+            return;
+        }
+        self.told.set(Instant::now());
         let [before, after] = self.shares;
         let done = (f64::from(pairs) / self.expected).min(1.0);
         (self.context.advance)(before + done * (after - before));
