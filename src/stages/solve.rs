@@ -8,9 +8,11 @@ pub mod keys;
 mod solved;
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -194,6 +196,7 @@ impl Stage for Params {
                 context,
                 expected: after - before,
                 shares: [before, after].map(|pairs| pairs / expected(&loads)),
+                told: Cell::new(Instant::now()),
             };
             block.press(&watch)?;
             (context.advance)(watch.shares[1]);
@@ -288,7 +291,12 @@ struct LoadWatch<'a> {
     expected: f64,
     /// What is done of the block before the load, and after it.
     shares: [f64; 2],
+    /// When that was told last.
+    told: Cell<Instant>,
 }
+
+/// Nobody needs to be told more often; on small meshes telling would take longer than iterations.
+const TELL_EVERY: Duration = Duration::from_millis(200);
 
 impl Watch for LoadWatch<'_> {
     fn is_interrupted(&self) -> bool {
@@ -296,6 +304,10 @@ impl Watch for LoadWatch<'_> {
     }
 
     fn spent(&self, pairs: u32) {
+        if self.told.get().elapsed() < TELL_EVERY {
+            return;
+        }
+        self.told.set(Instant::now());
         let [before, after] = self.shares;
         let done = (f64::from(pairs) / self.expected).min(1.0);
         (self.context.advance)(before + done * (after - before));
