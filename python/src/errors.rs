@@ -94,6 +94,7 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         | SessionError::Memory(_)
         | SessionError::Threads(_)
         | SessionError::Report(_)
+        | SessionError::Share(_)
         | SessionError::Slurm(_)
         | SessionError::InQueue { .. }
         | SessionError::NotSubmitted { .. } => "Error",

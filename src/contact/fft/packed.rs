@@ -27,6 +27,11 @@
 //! Threads share rows by blocks of batches, of which each has its part of every tile, and columns by
 //! pairs of tiles.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "several registers are indexed alike, as in the formulas"
+)]
+
 use std::ops::Deref;
 
 use pulp::bytemuck;

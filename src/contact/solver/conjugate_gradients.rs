@@ -289,7 +289,7 @@ impl Solver {
             heights: &self.single_heights,
             gap: Band::of(&mut self.gap),
             carry: Band::of(&mut self.carry),
-            sample: self.sample.to_keep(),
+            sample: self.sample.band(),
             seen: InOrder::new(),
         });
         self.single.turn(&mut pass, &mut self.single_scratch);

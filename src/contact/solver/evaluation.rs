@@ -156,7 +156,7 @@ impl Solver {
             increment: &self.increment,
             gap: Band::of(&mut self.gap),
             carry: Band::of(&mut self.carry),
-            sample: self.sample.to_keep(),
+            sample: self.sample.band(),
             found: vec![0.0; self.nodes[1]],
         });
         self.double.finish(&mut pass, &mut self.double_scratch);

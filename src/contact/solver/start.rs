@@ -138,7 +138,7 @@ impl Solver {
             pressure: Band::of(&mut self.pressure),
             hardness,
             carry: Band::of(&mut self.carry),
-            base: self.base.to_set(),
+            base: self.base.band(),
             increment: Band::of(&mut self.increment),
             seen: InOrder::new(),
             base_sum: InOrder::new(),

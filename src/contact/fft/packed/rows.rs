@@ -1,10 +1,5 @@
 //! Complex rows between a batch and the tiles: forward there, backwards from there.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "several registers are indexed alike, as in the formulas"
-)]
-
 use std::ops::Deref;
 
 use pulp::bytemuck;

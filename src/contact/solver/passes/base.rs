@@ -42,7 +42,7 @@ impl Base {
     }
 
     /// All rows, to be set.
-    pub fn to_set(&mut self) -> BaseBand<'_> {
+    pub fn band(&mut self) -> BaseBand<'_> {
         BaseBand {
             zeros: &self.zeros,
             map: (!self.map.is_empty()).then(|| Band::of(&mut self.map)),

@@ -60,7 +60,7 @@ impl Sample {
     }
 
     /// All rows, to be kept.
-    pub fn to_keep(&mut self) -> SampleBand<'_> {
+    pub fn band(&mut self) -> SampleBand<'_> {
         SampleBand {
             geometry: self.geometry,
             kept: Band::of(&mut self.kept),
@@ -377,7 +377,7 @@ mod tests {
     fn rows_of_the_sample_are_kept_and_no_others() {
         for cut in [0, 2, 4, 6, 100, 254, 256] {
             let mut sample = Sample::new([256; 2]);
-            let mut above = sample.to_keep();
+            let mut above = sample.band();
             let mut below = above.split_off(Row::new(cut, 256));
             for row in 0..256 {
                 let band = if row < cut { &mut above } else { &mut below };
