@@ -16,9 +16,9 @@
 //! Units are those of the solver: lengths along the plane in longer sides of the cell, heights and
 //! displacements in rms slope × longer side, pressures in E* × rms slope, and so E* = 1.
 //!
-//! - [`summits`]: where they are and how they bend;
-//! - [`green`]: what a force does to the body at a distance;
-//! - [`overlaps`]: which contacts overlap;
+//! - `summits`: where they are and how they bend;
+//! - `green`: what a force does to the body at a distance;
+//! - `overlaps`: which contacts overlap;
 //! - `equilibrium`: the forces under a load.
 //!
 //! [`Ellipse`]: super::theory::models::hertz::Ellipse
