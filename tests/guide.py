@@ -71,12 +71,17 @@ def check_outputs(page, said):
 
 
 def check_manifests(page, asperity):
-    """Manifests on a page, and parts of them: their paths are those of `manifests/`."""
+    """Manifests on a page, and parts of them: their paths are those of `manifests/`. A part that reads a
+    stage which it has not got goes on from what is before it on the page."""
     manifests = [text for _, text in blocks(page, "toml") if not text.startswith("[cluster]")]
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(ROOT / "data", Path(folder) / "data")
+        before = ""
         for number, text in enumerate(manifests):
+            lacks = set(re.findall(r'^from = "([^"]+)"', text, re.M)) - set(re.findall(r"^\[stage\.([\w-]+)\]", text, re.M))
             whole = text if "[study]" in text else f'[study]\nname = "part"\n\n{text}'
+            whole = f"{before}\n{text}" if lacks else whole
+            before = whole
             path = Path(folder) / "manifests" / f"{page.stem}-{number}.toml"
             path.parent.mkdir(exist_ok=True)
             path.write_text(whole, encoding="utf-8")
