@@ -19,8 +19,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-# Its blocks need a scheduler: tests/cluster.py runs what they say.
-NOT_RUN = {DOCS / "cluster.md"}
+# Blocks that need a scheduler: tests/cluster.py runs what they say. Those that go on from each other in one
+# Python: python/tests runs them.
+NOT_RUN = {DOCS / "cluster.md", DOCS / "how-to/python.md"}
 GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md"]
 
 
