@@ -41,6 +41,10 @@ pub fn block(keys: &Table) -> Result<solve::Params, KeyErrors> {
         ("contact", contact),
     ])?;
     match study.stages[1].work.recipes() {
+        // Its rows would be those of another method than the keys ask for.
+        [Recipe::Solve(block)] if block.asperities.is_some() => Err(KeyErrors(vec![
+            "`method = \"asperities\"` is for stages of a manifest".to_owned(),
+        ])),
         [Recipe::Solve(block)] => Ok(block.as_ref().clone()),
         several => Err(not_one(several.len(), "blocks of loads")),
     }
@@ -107,6 +111,13 @@ mod tests {
         let keys = table("nodes = 64\nhurst = [0.7, 0.8]\nk_lower = 2\nk_upper = 16");
         let message = surface(&keys).unwrap_err().to_string();
         assert!(message.contains("2 surfaces"), "{message}");
+    }
+
+    #[test]
+    fn asperities_are_not_pressed_as_if_every_node_were_solved() {
+        let keys = table("loads = [0.1]\nmethod = \"asperities\"");
+        let message = block(&keys).unwrap_err().to_string();
+        assert!(message.contains("`method = \"asperities\"`"), "{message}");
     }
 
     #[test]
