@@ -4,6 +4,7 @@ use arrow::array::{Array, AsArray};
 use arrow::compute::cast;
 use arrow::datatypes::{DataType, Float64Type};
 use bytes::Bytes;
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::ParquetError;
@@ -16,7 +17,16 @@ use super::decode::unless_it_panics;
 /// When the bytes are no Parquet, are damaged, or hold more rows than `most`.
 pub fn numbers(bytes: Vec<u8>, most: usize) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
     unless_it_panics(|| {
-        let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes))?.build()?;
+        let file = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes))?;
+        let rows = usize::try_from(file.metadata().file_metadata().num_rows());
+        if !rows.is_ok_and(|rows| rows <= most) {
+            return Err(ParquetError::Malformed);
+        }
+        // Only these are decoded: the rest may be large, or made to take for ever.
+        let fields = file.schema().fields().iter().enumerate();
+        let numbers = fields.filter(|(_, field)| field.data_type().is_numeric());
+        let wanted = ProjectionMask::roots(file.parquet_schema(), numbers.map(|(place, _)| place));
+        let reader = file.with_projection(wanted).build()?;
         let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
         let mut rows = 0;
         for batch in reader {
@@ -27,7 +37,7 @@ pub fn numbers(bytes: Vec<u8>, most: usize) -> Result<Vec<(String, Vec<f64>)>, P
             }
             let fields = batch.schema();
             let numbers = fields.fields().iter().zip(batch.columns());
-            for (field, column) in numbers.filter(|(field, _)| field.data_type().is_numeric()) {
+            for (field, column) in numbers {
                 let column = cast(column, &DataType::Float64)?;
                 let values = column.as_primitive::<Float64Type>();
                 let values = (0..values.len())
@@ -50,8 +60,7 @@ mod tests {
     use crate::store::column::{Column, ColumnKind, reals, texts};
     use crate::store::table::Table;
 
-    #[test]
-    fn numbers_are_read_and_text_is_passed_over() {
+    fn table_of_a_word_and_two_numbers() -> Vec<u8> {
         let column = |name| Column::result(name, ColumnKind::Real, "1", "");
         let text = Column::result("word", ColumnKind::Text, "", "");
         let table = Table::new(
@@ -62,7 +71,12 @@ mod tests {
                 (column("other"), reals([3.0, 4.0])),
             ],
         );
-        let bytes = encode(&table, &Metadata::default());
+        encode(&table, &Metadata::default())
+    }
+
+    #[test]
+    fn numbers_are_read_and_text_is_passed_over() {
+        let bytes = table_of_a_word_and_two_numbers();
         let found = numbers(bytes.clone(), 10).unwrap();
         let expected = [("one", vec![1.0, 2.0]), ("other", vec![3.0, 4.0])];
         assert_eq!(
@@ -71,5 +85,15 @@ mod tests {
         );
         assert!(numbers(bytes, 1).is_err());
         assert!(numbers(b"PAR1PAR1".to_vec(), 10).is_err());
+    }
+
+    #[test]
+    fn damage_in_columns_that_are_no_numbers_is_not_met() {
+        let mut bytes = table_of_a_word_and_two_numbers();
+        let file = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes.clone())).unwrap();
+        let (start, length) = file.metadata().row_group(0).column(0).byte_range();
+        let words = usize::try_from(start).unwrap()..usize::try_from(start + length).unwrap();
+        bytes[words].fill(0xff);
+        assert_eq!(numbers(bytes, 2).unwrap().len(), 2);
     }
 }
