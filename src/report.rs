@@ -8,6 +8,7 @@ pub mod advice;
 pub mod bars;
 pub mod basis;
 pub mod caveat;
+pub mod distributions;
 pub mod ensembles;
 pub mod figure;
 pub mod figure_data;
@@ -186,18 +187,18 @@ pub fn write(
     })
 }
 
-/// Draws one figure.
+/// Draws one figure, if anybody asked for it.
 fn draw(
     definition: &Definition,
     data: &FigureData,
-) -> Result<Result<DrawnFigure, MissingFigure>, ReportError> {
+) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
     let Definition { name, title, draw } = *definition;
     let missing = |needs, lines| MissingFigure {
         title,
         needs,
         lines,
     };
-    Ok(match draw(data)? {
+    Ok(Some(match draw(data)? {
         Drawn::Figure {
             figure,
             caption,
@@ -218,7 +219,8 @@ fn draw(
         }
         Drawn::Gone { needs } => Err(missing(needs, None)),
         Drawn::Missing { needs, lines } => Err(missing(needs, Some(lines))),
-    })
+        Drawn::NotAsked => return Ok(None),
+    }))
 }
 
 /// Writes two files for each figure, and takes away those that an earlier report has left of
@@ -247,10 +249,10 @@ fn remove(path: &Path) -> Result<(), ReportError> {
 }
 
 fn parted(
-    drawn: Vec<Result<DrawnFigure, MissingFigure>>,
+    drawn: Vec<Option<Result<DrawnFigure, MissingFigure>>>,
 ) -> (Vec<DrawnFigure>, Vec<MissingFigure>) {
     let (mut there, mut missing) = (Vec::new(), Vec::new());
-    for figure in drawn {
+    for figure in drawn.into_iter().flatten() {
         match figure {
             Ok(figure) => there.push(figure),
             Err(figure) => missing.push(figure),

@@ -225,6 +225,40 @@ impl EnsembleCurves<'_> {
         Ok(growth.collect())
     }
 
+    /// A quantity over one of another ensemble of the same surfaces, surface by surface, under each load
+    /// that all of them have in both.
+    ///
+    /// # Errors
+    /// When a table has no such column of numbers.
+    pub fn ratio(
+        &self,
+        column: &str,
+        other: &EnsembleCurves,
+        other_column: &str,
+    ) -> Result<Vec<Mean>, TableError> {
+        let (values, others) = (self.table.reals(column)?, other.table.reals(other_column)?);
+        let others: BTreeMap<_, f64> = other
+            .rows
+            .states()
+            .map(|(member, load, row)| ((member, load.to_bits()), others.value(row)))
+            .collect();
+        let means = self.complete().filter_map(|(load, rows)| {
+            let members = self.rows.members.iter().zip(rows);
+            let ratios = members.map(|(&member, row)| {
+                let other = others.get(&(member, load.to_bits()))?;
+                Some(values.value(row) / other)
+            });
+            let (mean, half_bar) =
+                mean_and_half_bar(&ratios.collect::<Option<Vec<_>>>()?, self.bars);
+            Some(Mean {
+                load,
+                mean,
+                half_bar,
+            })
+        });
+        Ok(means.collect())
+    }
+
     /// The loads that all surfaces have, with a row of each.
     fn complete(&self) -> impl Iterator<Item = (f64, Vec<usize>)> {
         let loads = self.rows.loads.iter().enumerate();
@@ -318,6 +352,20 @@ mod tests {
         let each: [f64; 2] = [2.0 / 0.3 - 10.0, 4.0 - 1.0 / 0.3];
         let [low, high] = growth.bar.unwrap();
         assert!((high - low - (each[1] - each[0]).abs()).abs() < 1e-13);
+    }
+
+    #[test]
+    fn ratios_are_of_the_same_surface_under_the_same_load() {
+        let table = table();
+        let reversed = table.pick(&[6, 5, 4, 3, 2, 1, 0]);
+        let (one, other) = (
+            of(&table, Bars::Sem).unwrap(),
+            of(&reversed, Bars::Sem).unwrap(),
+        );
+        let ratios = one[0].ratio("area", &other[0], "area").unwrap();
+        // Under 0.2 each surface has two rows, of which the first of either table counts.
+        assert_eq!((ratios[0].load, ratios[0].mean), (0.1, 1.0));
+        assert!((ratios[1].mean - (0.30 / 0.31 + 0.50 / 0.51) / 2.0).abs() < 1e-15);
     }
 
     #[test]

@@ -40,6 +40,8 @@ pub enum Drawn {
         /// The lines of a manifest that would add it.
         lines: String,
     },
+    /// It is of a kind of stage that the study has not, and that most studies have not.
+    NotAsked,
 }
 
 impl Drawn {

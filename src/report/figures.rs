@@ -2,12 +2,17 @@
 //! which tables, over which axes, with which words.
 
 mod area;
+mod asperities;
+mod clusters;
 mod collapse;
 mod contact_maps;
+mod contact_pressures;
 mod corrections;
 mod full_contact;
 mod gap;
+mod gap_distribution;
 mod heights;
+mod limits;
 mod measured_heights;
 mod measured_spectrum;
 mod mesh;
@@ -15,6 +20,7 @@ mod near_full_contact;
 mod pressure;
 mod pressure_growth;
 mod scales;
+mod sealing;
 mod slope;
 mod spectrum;
 mod summits;
@@ -24,7 +30,7 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 18] = [
+pub const ALL: [&Definition; 24] = [
     &surfaces::FIGURE,
     &heights::FIGURE,
     &spectrum::FIGURE,
@@ -43,4 +49,10 @@ pub const ALL: [&Definition; 18] = [
     &summits::NAYAK,
     &summits::DENSITY,
     &mesh::FIGURE,
+    &contact_pressures::FIGURE,
+    &gap_distribution::FIGURE,
+    &clusters::FIGURE,
+    &sealing::FIGURE,
+    &asperities::FIGURE,
+    &limits::FIGURE,
 ];

@@ -35,7 +35,8 @@ use common_columns::STATUS;
 use contact_evolution::{EvolutionChoices, Kappa};
 use laws::{FitOfCurves, Fits, Law};
 use points::Point;
-use row::{FITTED, Row};
+pub(crate) use row::FITTED;
+use row::Row;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;

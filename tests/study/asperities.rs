@@ -4,6 +4,7 @@ use arrow::array::Array;
 use asperity::store::table::Table;
 
 use crate::bench::Bench;
+use crate::report::report;
 
 const ASPERITIES: &str = r#"
 [study]
@@ -78,4 +79,17 @@ fn what_is_solved_keeps_its_columns() {
     bench.run(ASPERITIES);
     let solved = bench.table("asperities", "solved");
     assert!(!solved.has("interaction") && !solved.has("contacts"));
+}
+
+#[test]
+fn a_page_draws_models_over_the_solution() {
+    let bench = Bench::new();
+    bench.run(ASPERITIES);
+    let (said, page) = report(&bench);
+    let title = "Asperity models beside the solution";
+    let drawn = said["drawn"].as_array().unwrap();
+    assert!(drawn.iter().any(|one| one == title), "{said}");
+    for interaction in ["no interaction", "mean field", "each by all others"] {
+        assert!(page.contains(interaction), "{interaction}");
+    }
 }

@@ -4,6 +4,7 @@ use asperity::store::table::Table;
 
 use crate::bench::{Bench, is_idle};
 use crate::columns::assert_kept;
+use crate::report::report;
 
 const PRESSED: &str = r#"
 [study]
@@ -164,4 +165,25 @@ fn counting_keeps_what_is_solved_and_other_bins_count_again() {
     };
     assert_eq!(counts(&wide), counts(&narrow));
     assert!(bench.run(PRESSED).values().all(is_idle));
+}
+
+#[test]
+fn a_page_draws_distributions_and_thresholds_where_a_study_has_them() {
+    let bench = Bench::new();
+    bench.run(PRESSED);
+    let (said, page) = report(&bench);
+    let drawn = said["drawn"].as_array().unwrap();
+    for title in [
+        "Distribution of contact pressures",
+        "Distribution of gaps",
+        "Clusters of contact",
+        "Where the interface seals",
+    ] {
+        assert!(drawn.iter().any(|one| one == title), "{title}: {said}");
+    }
+    // The lightest, the middle and the heaviest of fourteen loads.
+    for load in ["load 0.1<", "load 0.476923076923<", "load 0.8<"] {
+        assert!(page.contains(load), "{load}");
+    }
+    assert!(!page.contains("Asperity models beside"), "nobody asked");
 }

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::bench::{Bench, text};
+use crate::report::report;
 
 /// Three small numbers, each at two values or more, on meshes that take no time.
 const LIMITS: &str = r#"
@@ -106,4 +107,26 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     }
     let again = &steps[steps.len() - 1];
     assert_eq!(again["points"], 6);
+}
+
+#[test]
+fn a_page_draws_limits_of_every_quantity_and_tells_forms_apart() {
+    let bench = Bench::new();
+    bench.run(LIMITS);
+    let (said, page) = report(&bench);
+    let title = "Limits of large cells, fine roughness and fine meshes";
+    let drawn = said["drawn"].as_array().unwrap();
+    assert!(drawn.iter().any(|one| one == title), "{said}");
+    for part in [
+        "area_fraction / load",
+        "-1 / slope(mean_gap)",
+        "k_lower / k_upper: power 0.5",
+        "k_lower / k_upper: power 1",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(
+        !page.contains("1 / k_lower: power 1"),
+        "the same in all rows"
+    );
 }

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::bench::{Bench, STUDY, text};
 
 /// Writes a report of the bench's manifest; what it says, and the page.
-fn report(bench: &Bench) -> (Value, String) {
+pub fn report(bench: &Bench) -> (Value, String) {
     let path = bench.path("study.toml");
     let output = bench.output(&["report", path.to_str().unwrap(), "--json"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
