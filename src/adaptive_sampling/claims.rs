@@ -122,6 +122,9 @@ fn looks(growth: &Growth) -> NonZeroU32 {
 mod tests {
     use super::*;
     use crate::claims::decisions::Undecided;
+    use crate::claims::intervals::jackknife;
+    use crate::claims::{Expectation, Verdict};
+    use crate::fitting::examples::normal;
     use crate::study::Until;
 
     fn growth(at_least: u32, at_most: u32) -> Growth {
@@ -154,6 +157,36 @@ mod tests {
         assert_eq!(next(&[Some(11)]), 15);
         assert_eq!(next(&[Some(900_000)]), 20);
         assert_eq!(wanted(40, &Decisions::default(), 60), 60);
+    }
+
+    /// The share of studies that are told on the way that a mean lies above zero, where it is zero.
+    fn misled(looks_shared: usize) -> f64 {
+        const STUDIES: u64 = 2000;
+        let growth = growth(10, 80);
+        let is_misled = |study: &u64| {
+            let all = normal(*study, growth.at_most as usize);
+            let sizes = std::iter::successors(Some(growth.at_least), |&n| Some(least_step(n)));
+            let mut sizes = sizes.take_while(|&n| n < growth.at_most);
+            sizes.any(|n| {
+                let values = &all[..n as usize];
+                let bound = jackknife(String::new(), &[values.len()], |weights| {
+                    Some(weights.mean(values))
+                });
+                let verdict = Expectation::Positive.verdict_of(&bound.unwrap(), 1, looks_shared);
+                verdict == Verdict::Holds
+            })
+        };
+        (0..STUDIES).filter(is_misled).count() as f64 / STUDIES as f64
+    }
+
+    #[test]
+    fn all_looks_together_mislead_no_more_than_one_does() {
+        let looks = looks(&growth(10, 80)).get() as usize;
+        assert_eq!(looks, 5);
+        // 2000 studies tell a share of 5 % to half a point.
+        let (shared, single) = (misled(looks), misled(1));
+        assert!(shared < 0.06, "{shared}");
+        assert!(single > 0.1, "{single}");
     }
 
     #[test]

@@ -35,8 +35,8 @@ const NOT_COMPARED: [&str; 4] = [
     INTERACTION.name,
 ];
 
-/// Where these have a value no claim is about the row: surfaces with a grain, and contacts that are
-/// those of an asperity model.
+/// Where these have a value no claim on areas is about the row: surfaces with a grain, and contacts that
+/// are those of an asperity model.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// What all rows have in common that claims rest on, and what is left out.
@@ -92,7 +92,7 @@ impl Setting {
     }
 
     /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
-    /// with a grain or of asperity models, which no claim is about.
+    /// with a grain, which no claim is about, or of asperity models ([`of_asperities`]).
     pub fn rows(&self, table: &Table) -> Table {
         self.rows_of_any(table, &WITHOUT)
     }
