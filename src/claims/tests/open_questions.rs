@@ -188,7 +188,7 @@ fn the_sealing_area_is_that_at_which_the_gap_stops_percolating() {
         "sealing-area-does-not-depend-on-k-lower",
         "sealing-area-scatters-less-in-greater-cells",
     ];
-    let as_expected = sealing(|_| 0.4155, |k_lower| 0.032 / (k_lower * k_lower) as f64);
+    let as_expected = sealing(|_| 0.4155, |k_lower| 0.02 / (k_lower * k_lower) as f64);
     assert_eq!(
         names.map(|name| verdict(&as_expected, name)),
         [Verdict::Holds; 4]
