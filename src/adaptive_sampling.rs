@@ -1,37 +1,29 @@
 //! Adaptive sampling: how many surfaces a study has, where its manifest says how well a mean must be
-//! known.
+//! known, or which claims must be decided.
 //!
 //! The number follows from tables alone, so that it is the same whoever computes them, in whatever
 //! order, stopped or not. A stage begins with the least number. Once all tables are there that its
 //! condition looks at, either it holds, or as many surfaces are added as the scatter so far asks
 //! for, at most as many as there are. All points of a stage have equally many, for spectra are
-//! compared on the same draws.
+//! compared on the same draws. Claims are about several stages: they are looked at once all means are
+//! known, and by all stages that wait for claims at once.
+
+mod claims;
+mod condition;
+mod error;
+mod means;
+mod tables;
 
 use std::fmt;
 use std::sync::Arc;
 
+use crate::claims::decisions::{Decisions, Undecided};
 use crate::plan::Plan;
-use crate::stages::StageError;
-use crate::stages::aggregate::{Groups, Statistic, grouped};
-use crate::store::table::Table;
 use crate::store::{StoreError, TaskTables};
-use crate::study::{Growth, Limit, Study, Until, Work};
+use crate::study::{Growth, Study, Until, Work};
 
-/// It cannot be told whether a condition holds.
-#[derive(Debug, thiserror::Error)]
-pub enum SamplingError {
-    /// A table cannot be read.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The mean cannot be taken.
-    #[error("cannot tell whether `{until}` holds")]
-    Mean {
-        /// The condition.
-        until: String,
-        /// Why.
-        source: StageError,
-    },
-}
+pub use condition::{Condition, Finding};
+pub use error::SamplingError;
 
 /// A study with as many surfaces as the tables of its tasks ask for.
 #[derive(Debug)]
@@ -56,22 +48,6 @@ pub struct AdaptiveStage {
     /// Whether there will.
     pub condition: Condition,
     position: usize,
-}
-
-/// What is known of a condition.
-#[derive(Debug)]
-pub enum Condition {
-    /// It takes these tasks to tell. Tables of some may be there, but damaged.
-    Open {
-        /// Every task that the condition depends on.
-        tasks: Vec<usize>,
-        /// Damaged tables among them.
-        damaged: Vec<(usize, StoreError)>,
-    },
-    /// It holds: the largest standard error, over its limit.
-    Holds(f64),
-    /// It does not hold: the largest standard error, over its limit.
-    Fails(f64),
 }
 
 impl SampledStudy {
@@ -135,19 +111,35 @@ impl AdaptiveStage {
         }
     }
 
+    /// The claims that are not decided, once that can be told; none where the condition is on a mean.
+    pub fn undecided(&self) -> Option<Vec<&'static str>> {
+        match &self.condition {
+            Condition::Holds(Finding::Claims(found)) | Condition::Fails(Finding::Claims(found)) => {
+                Some(found.undecided.iter().map(|claim| claim.name).collect())
+            }
+            _ => None,
+        }
+    }
+
     /// The stage's position and how many surfaces it needs, if these are not enough.
     fn more(&self) -> Option<(usize, u32)> {
-        let Condition::Fails(error) = self.condition else {
+        let Condition::Fails(finding) = &self.condition else {
             return None;
         };
-        if self.surfaces >= self.growth.at_most {
+        let Growth { at_most, .. } = *self.growth;
+        if self.surfaces >= at_most {
             return None;
         }
-        // Standard errors fall as the square root of the number of surfaces.
-        let now = f64::from(self.surfaces);
-        let needed = (now * error * error).ceil().clamp(now + 1.0, 2.0 * now);
-        // Twice a million is a whole number of 32 bits.
-        Some((self.position, (needed as u32).min(self.growth.at_most)))
+        let wanted = match finding {
+            Finding::Error(error) => means::wanted(self.surfaces, *error).min(at_most),
+            Finding::Claims(found) => claims::wanted(self.surfaces, found, at_most),
+        };
+        Some((self.position, wanted))
+    }
+
+    /// Whether it neither waits for tables nor draws more.
+    fn is_settled(&self) -> bool {
+        self.condition.is_known() && self.more().is_none()
     }
 }
 
@@ -159,21 +151,75 @@ impl fmt::Display for AdaptiveStage {
             growth,
             ..
         } = self;
-        let Growth { at_most, until } = growth.as_ref();
+        let Growth { at_most, until, .. } = growth.as_ref();
         write!(formatter, "{name}: {surfaces} surfaces a point")?;
-        match self.condition {
+        match &self.condition {
             Condition::Open { .. } => {
                 write!(formatter, " so far, at most {at_most}, until {until}")
             }
-            Condition::Holds(error) => {
-                write!(formatter, ", {until} holds at {}", until.limit * error)
-            }
-            Condition::Fails(error) => write!(
-                formatter,
-                ", the most, and {until} does not hold: it is {}",
-                until.limit * error
-            ),
+            Condition::Holds(finding) => match (finding, until) {
+                (Finding::Error(error), Until::Mean(mean)) => {
+                    write!(formatter, ", {until} holds at {}", mean.limit * *error)
+                }
+                (finding, _) => write!(formatter, ": {}", Found(finding)),
+            },
+            Condition::Fails(finding) => match (finding, until) {
+                (Finding::Error(error), Until::Mean(mean)) => write!(
+                    formatter,
+                    ", the most, and {until} does not hold: it is {}",
+                    mean.limit * *error
+                ),
+                (finding, _) => write!(formatter, ", the most: {}", Found(finding)),
+            },
         }
+    }
+}
+
+/// Claims without a quantity that are told one by one: those that somebody has named.
+const MOST_TOLD: usize = 3;
+
+/// What was found of claims, in words.
+struct Found<'a>(&'a Finding);
+
+impl fmt::Display for Found<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Finding::Claims(Decisions {
+            decided,
+            undecided,
+            not_judged,
+        }) = self.0
+        else {
+            return Ok(());
+        };
+        match decided.len() + undecided.len() {
+            0 => formatter.write_str("no claim to decide")?,
+            judged => write!(formatter, "{} of {judged} claims decided", decided.len())?,
+        }
+        let (needing, hopeless): (Vec<&Undecided>, Vec<&Undecided>) =
+            undecided.iter().partition(|claim| claim.surfaces.is_some());
+        let names = |claims: &[&Undecided]| {
+            let names = claims.iter().map(|claim| format!("`{}`", claim.name));
+            names.collect::<Vec<_>>().join(", ")
+        };
+        if !needing.is_empty() {
+            write!(
+                formatter,
+                "; more surfaces would decide {}",
+                names(&needing)
+            )?;
+        }
+        if !hopeless.is_empty() {
+            write!(formatter, "; no number would decide {}", names(&hopeless))?;
+        }
+        if not_judged.len() > MOST_TOLD {
+            return write!(
+                formatter,
+                "; {} claims have no quantity in this study",
+                not_judged.len()
+            );
+        }
+        let mut not_judged = not_judged.iter();
+        not_judged.try_for_each(|(name, needs)| write!(formatter, "; `{name}` needs {needs}"))
     }
 }
 
@@ -182,29 +228,41 @@ fn adaptive_stages(
     plan: &Plan,
     tables: &impl TaskTables,
 ) -> Result<Vec<AdaptiveStage>, SamplingError> {
-    let stages = study.stages.iter().enumerate();
-    let stages = stages.filter_map(|(position, stage)| match &stage.work {
-        Work::Generate(ensembles) => {
-            let first = ensembles.first()?;
-            Some((
-                position,
-                &stage.name,
-                first.realizations,
-                first.growth.clone()?,
-            ))
-        }
-        _ => None,
-    });
-    let adaptive = stages.map(|(position, name, surfaces, growth)| {
-        Ok(AdaptiveStage {
-            name: name.clone(),
-            surfaces,
-            condition: condition(plan, position, &growth.until, tables)?,
+    let mut stages = Vec::new();
+    for (position, stage) in study.stages.iter().enumerate() {
+        let Work::Generate(ensembles) = &stage.work else {
+            continue;
+        };
+        let Some((first, growth)) = ensembles
+            .first()
+            .and_then(|first| Some((first, first.growth.clone()?)))
+        else {
+            continue;
+        };
+        stages.push(AdaptiveStage {
+            name: stage.name.clone(),
+            surfaces: first.realizations,
+            condition: match &growth.until {
+                Until::Mean(mean) => means::condition(plan, position, mean, tables)?,
+                Until::Claims(_) => Condition::open(claims::tasks(plan)),
+            },
             growth,
             position,
-        })
-    });
-    adaptive.collect()
+        });
+    }
+    // A look at claims while another stage still grows would not be the same every time.
+    let is_of_claims = |stage: &AdaptiveStage| matches!(stage.growth.until, Until::Claims(_));
+    let means = stages.iter().filter(|stage| !is_of_claims(stage));
+    if !means.into_iter().all(AdaptiveStage::is_settled) {
+        return Ok(stages);
+    }
+    for stage in stages.iter_mut().filter(|stage| is_of_claims(stage)) {
+        if let Until::Claims(names) = &stage.growth.until {
+            let sampled = (stage.surfaces, stage.growth.as_ref());
+            stage.condition = claims::condition((study, plan), sampled, names, tables)?;
+        }
+    }
+    Ok(stages)
 }
 
 /// The plan of a study with as many surfaces as its manifest allows.
@@ -232,83 +290,4 @@ fn draw(study: &mut Study, stage: usize, surfaces: u32) {
             .iter_mut()
             .for_each(|ensemble| ensemble.realizations = surfaces);
     }
-}
-
-/// Whether a condition on the surfaces of a stage holds.
-fn condition(
-    plan: &Plan,
-    surfaces: usize,
-    until: &Until,
-    there: &impl TaskTables,
-) -> Result<Condition, SamplingError> {
-    let looked_at = plan.stages.iter().find(|stage| stage.name == until.stage);
-    let looked_at = looked_at.expect("conditions name stages of the study");
-    let mut is_own = vec![false; plan.tasks.len()];
-    plan.stages[surfaces]
-        .tasks
-        .iter()
-        .for_each(|&task| is_own[task] = true);
-    let lines = looked_at.tasks.iter().map(|&task| line(plan, task));
-    let lines: Vec<Vec<usize>> = lines
-        .filter(|line| line.iter().any(|&task| is_own[task]))
-        .collect();
-    let keys: Vec<_> = lines.iter().map(|line| plan.tasks[line[0]].key).collect();
-    let is_open = there.have(&keys).contains(&false);
-    let mut tables = Vec::new();
-    let mut damaged = Vec::new();
-    if !is_open {
-        for (line, key) in lines.iter().zip(keys) {
-            match there.light(key) {
-                Ok(table) => tables.push(table),
-                Err(error) if error.is_mendable() => damaged.push((line[0], error)),
-                Err(error) => return Err(error.into()),
-            }
-        }
-    }
-    if is_open || !damaged.is_empty() {
-        return Ok(Condition::Open {
-            tasks: lines.concat(),
-            damaged,
-        });
-    }
-    let error = largest_error(&tables, until);
-    let error = error.map_err(|source| SamplingError::Mean {
-        until: until.to_string(),
-        source,
-    })?;
-    Ok(match error < 1.0 {
-        true => Condition::Holds(error),
-        false => Condition::Fails(error),
-    })
-}
-
-/// A task and those that it depends on, up to its surface and the spectrum of that: each reads one
-/// other.
-fn line(plan: &Plan, task: usize) -> Vec<usize> {
-    let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
-    std::iter::successors(Some(task), above).collect()
-}
-
-/// The largest standard error of a mean over surfaces, over its limit; means without scatter, or
-/// without values, have none.
-fn largest_error(tables: &[Table], until: &Until) -> Result<f64, StageError> {
-    let groups = Groups {
-        group_by: None,
-        over: vec![until.column.clone()],
-        statistics: vec![Statistic::Mean, Statistic::Sem],
-        models: vec![],
-    };
-    let reduced = grouped(&Table::stack(tables)?, &groups)?;
-    let column =
-        |statistic: Statistic| reduced.reals(&format!("{}_{}", until.column, statistic.suffix()));
-    let errors = column(Statistic::Sem)?.iter().zip(column(Statistic::Mean)?);
-    let over_limit = errors.filter_map(|(error, mean)| {
-        let (error, mean) = (error?, mean?);
-        let limit = match until.limit {
-            Limit::Absolute(limit) => limit,
-            Limit::Relative(share) => share * mean.abs(),
-        };
-        (error > 0.0).then_some(error / limit)
-    });
-    Ok(over_limit.fold(0.0, f64::max))
 }

@@ -1,4 +1,4 @@
-//! What Yastrebov, Anciaux & Molinari (2015) say, put to the tables of a study.
+//! What Yastrebov, Anciaux & Molinari (2015) say, and what they left open, put to the tables of a study.
 //!
 //! A claim is a set of quantities and what they must be for it to hold: positive, or within a range.
 //! It **holds** if every quantity, at one-sided 95 % each, is as expected: that all of them are is
@@ -11,21 +11,27 @@
 use std::fmt;
 
 mod alpha;
+mod asperities;
 pub mod closed_forms;
 mod collapse;
+pub mod decisions;
+mod distributions;
 pub mod evidence;
 mod full_contact;
 mod groups;
 pub mod intervals;
 mod kappa;
 mod light;
+mod limits;
 mod mesh;
 mod misprints;
+mod percolation;
 pub mod power;
 mod quantities;
 mod setting;
 mod slope;
 mod steps;
+mod stiffness;
 mod surfaces;
 
 pub use evidence::Evidence;
@@ -160,9 +166,14 @@ impl fmt::Display for Expectation {
 impl Expectation {
     /// What one of so many quantities says.
     pub fn verdict(self, bound: &Bound, quantities: usize) -> Verdict {
+        self.verdict_of(bound, quantities, 1)
+    }
+
+    /// The same at one of so many looks, all of which together are as sure.
+    pub fn verdict_of(self, bound: &Bound, quantities: usize, looks: usize) -> Verdict {
         let (low, high) = self.range();
-        let [least, most] = bound.single();
-        let [lower, upper] = bound.together(quantities);
+        let [least, most] = bound.single_of(looks);
+        let [lower, upper] = bound.together(quantities * looks);
         if least >= low && most <= high {
             Verdict::Holds
         } else if upper < low || lower > high {
@@ -234,19 +245,30 @@ impl Judgement {
 
 /// Every claim: those of the paper in its order, ours beside them, and its misprints at the end.
 pub fn all(evidence: &Evidence) -> Vec<Claim> {
-    let mut claims = surfaces::claims(evidence);
-    claims.extend(light::claims(evidence));
-    claims.extend(groups::claims(evidence));
-    claims.extend(alpha::claims(evidence));
-    claims.extend(slope::claims(evidence));
-    claims.extend(kappa::claims(evidence));
-    claims.extend(full_contact::claims(evidence));
-    claims.extend(mesh::claims(evidence));
-    claims.extend(collapse::claims(evidence));
+    let of_the_study = OF_A_STUDY.iter().flat_map(|claims| claims(evidence));
+    let mut claims: Vec<Claim> = of_the_study.collect();
     claims.extend(closed_forms::claims());
     claims.extend(misprints::claims());
     claims
 }
+
+/// The claims that a study decides, file by file.
+const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 14] = [
+    surfaces::claims,
+    light::claims,
+    groups::claims,
+    alpha::claims,
+    slope::claims,
+    kappa::claims,
+    full_contact::claims,
+    mesh::claims,
+    collapse::claims,
+    limits::claims,
+    stiffness::claims,
+    asperities::claims,
+    distributions::claims,
+    percolation::claims,
+];
 
 #[cfg(test)]
 mod tests;

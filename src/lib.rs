@@ -69,6 +69,7 @@ pub mod plan;
 pub mod session;
 pub mod store;
 pub mod study;
+mod study_evidence;
 pub mod topography_files;
 
 /// The command: what it prints is for people, and no function of it for programs.

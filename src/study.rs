@@ -20,7 +20,7 @@ use crate::surface_files::{Recollection, SurfaceFiles, read_regular};
 
 pub use crate::diagnostics::{ManifestErrors, Problem};
 pub(crate) use crate::stages::Work;
-pub(crate) use crate::stages::generate::growth::{Growth, Limit, Until};
+pub(crate) use crate::stages::generate::growth::{Growth, KnownMean, Limit, Until};
 pub use warnings::Warning;
 
 /// Bytes of a manifest: far more than anybody writes.

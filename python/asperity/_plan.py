@@ -120,7 +120,7 @@ class Run:
     stages : list of dict
         ``name``, ``kind``, ``tasks``, ``computed``, ``failed`` and ``path`` of each stage.
     sampling : list of str
-        How well means are known, of stages that draw surfaces until they are.
+        How well means are known, or which claims are decided, of stages that draw surfaces until they are.
     failures : Path or None
         The table of failures, if there is one.
     halted : bool

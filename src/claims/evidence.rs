@@ -5,55 +5,27 @@ use std::collections::BTreeMap;
 use arrow::array::{Array, Float64Array};
 
 use super::intervals::Weights;
-use super::setting::Setting;
-use crate::contact::topography::nayak::Continuum;
+use super::setting::{Setting, of_asperities};
 use crate::ensemble::{self, Member, Members, ensembles};
 use crate::fitting::{Curves, Window};
 use crate::stages::Kind;
 use crate::stages::columns::*;
 use crate::stages::correct::AS_COUNTED;
 use crate::stages::fit::meshes::refinements;
-use crate::stages::grids::Meshes;
+use crate::store::column::Role;
 use crate::store::table::{Table, TableError};
+
+mod kappa_limits;
+mod per_load;
+mod spectra;
+
+pub use kappa_limits::{KappaPoints, LimitsFit};
+pub use per_load::{PerLoad, Pressures};
+pub use spectra::Spectrum;
+use spectra::{Varied, key, spectrum};
 
 /// Nodes to the shortest wavelength of the paper's coarsest meshes.
 const COARSEST: i64 = 8;
-
-/// A spectrum on a mesh.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spectrum {
-    /// Hurst exponent.
-    pub hurst: f64,
-    /// Lower cutoff.
-    pub k_lower: i64,
-    /// End of the plateau.
-    pub k_rolloff: i64,
-    /// Upper cutoff.
-    pub k_upper: i64,
-    /// Nodes per side.
-    pub nodes: i64,
-}
-
-impl Spectrum {
-    /// Whether it has no plateau.
-    pub fn is_plain(&self) -> bool {
-        self.k_lower == self.k_rolloff
-    }
-
-    /// Whether the paper's words are about such spectra.
-    pub fn is_of_the_paper(&self) -> bool {
-        self.hurst == 0.8 && self.is_plain()
-    }
-
-    /// The same over continuous wavenumbers.
-    pub fn continuum(&self) -> Continuum {
-        Continuum {
-            hurst: self.hurst,
-            plateau: self.k_lower as f64 / self.k_rolloff as f64,
-            magnification: self.k_upper as f64 / self.k_rolloff as f64,
-        }
-    }
-}
 
 /// The area curves of the surfaces of one spectrum, under one correction.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +88,12 @@ pub struct Evidence {
     surfaces: Table,
     /// All measured contacts.
     contacts: Table,
+    /// All asperity models on the surfaces.
+    asperities: Table,
+    /// All distributions of contact pressures.
+    pressures: Table,
+    /// The points of fits that take κ to its limits.
+    pub kappa: Vec<KappaPoints>,
     /// What tells spectra from each other, and belongs into their names.
     varied: Varied,
     /// What all of them have in common, and what is left out.
@@ -155,13 +133,29 @@ impl Evidence {
             }
         }
         let surfaces = stacked(of_kind(Kind::Generate).collect())?;
+        let is_pressures = |table: &&Table| table.has(PRESSURE_DENSITY.name);
+        let pressures = stacked(of_kind(Kind::Measure).filter(is_pressures).collect())?;
+        let asperities = of_kind(Kind::Solve).map(|table| of_asperities(table, &setting));
+        let asperities = Table::stack(&asperities.collect::<Vec<_>>())?;
         Ok(Evidence {
-            varied: Varied::among(ensembles.iter().map(|ensemble| &ensemble.spectrum)),
+            varied: varied(&ensembles, &pressures)?,
             ensembles,
             surfaces,
             contacts,
+            asperities,
+            pressures,
+            kappa: Vec::new(),
             setting,
         })
+    }
+
+    /// The same with what is taken to limits.
+    ///
+    /// # Errors
+    /// When a table lacks a column that a fit reads.
+    pub fn with_limits(mut self, fits: &[LimitsFit]) -> Result<Evidence, TableError> {
+        self.kappa = kappa_limits::all(fits, &self.setting)?;
+        Ok(self)
     }
 
     /// The ensembles that the paper's words are about, under one correction, by spectrum: on meshes
@@ -176,17 +170,7 @@ impl Evidence {
 
     /// A spectrum among others: `k_lower 4, k_upper 32`, and what else varies.
     pub fn name(&self, spectrum: &Spectrum) -> String {
-        let mut name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
-        if !spectrum.is_plain() {
-            name += &format!(", k_rolloff {}", spectrum.k_rolloff);
-        }
-        if self.varied.hurst {
-            name += &format!(", H {}", spectrum.hurst);
-        }
-        if self.varied.nodes {
-            name += &format!(", {} nodes", spectrum.nodes);
-        }
-        name
+        self.varied.name(spectrum)
     }
 
     /// The ensembles under one correction, by spectrum.
@@ -253,25 +237,16 @@ impl Evidence {
     }
 }
 
-/// What tells spectra from each other, besides their cutoffs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Varied {
-    hurst: bool,
-    nodes: bool,
-}
-
-impl Varied {
-    fn among<'a>(spectra: impl Iterator<Item = &'a Spectrum> + Clone) -> Varied {
-        let first = spectra.clone().next();
-        let differs = |differ: fn(&Spectrum, &Spectrum) -> bool| {
-            let mut spectra = spectra.clone();
-            first.is_some_and(|first| spectra.any(|other| differ(first, other)))
-        };
-        Varied {
-            hurst: differs(|one, other| one.hurst != other.hurst),
-            nodes: differs(|one, other| one.nodes != other.nodes),
+/// What tells the spectra of areas from each other; of pressures, where a study has no areas.
+fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
+    let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
+    if spectra.is_empty() {
+        let parameters = pressures.in_role(Role::Parameter);
+        for rows in ensemble::grouped(&parameters) {
+            spectra.extend(spectrum(pressures, rows[0])?);
         }
     }
+    Ok(Varied::among(spectra.iter()))
 }
 
 impl AreaCurves {
@@ -287,11 +262,7 @@ impl AreaCurves {
 
     /// The place of the load nearest to one, if it is within a tenth of it.
     pub fn at(&self, load: f64) -> Option<usize> {
-        let nearest = (0..self.loads.len()).min_by(|&one, &other| {
-            let distance = |index: usize| (self.loads[index] - load).abs();
-            distance(one).total_cmp(&distance(other))
-        })?;
-        ((self.loads[nearest] / load - 1.0).abs() < 0.1).then_some(nearest)
+        per_load::nearest(&self.loads, load)
     }
 
     /// The curves of the surfaces that count, up to the first load at which all of them are in full
@@ -311,36 +282,6 @@ impl AreaCurves {
     pub fn mean(&self, load: usize) -> f64 {
         self.areas[load].iter().sum::<f64>() / self.surfaces() as f64
     }
-}
-
-/// The columns of a table's spectra; none of surfaces that were not drawn from one.
-fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
-    if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {
-        return Ok(None);
-    }
-    let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));
-    // The paper has no rectangles.
-    let Some(nodes) = Meshes::of(table)?.of_square(row) else {
-        return Ok(None);
-    };
-    Ok(Some(Spectrum {
-        hurst: table.reals(HURST.name)?.value(row),
-        k_lower: whole(K_LOWER.name)?,
-        k_rolloff: whole(K_ROLLOFF.name)?,
-        k_upper: whole(K_UPPER.name)?,
-        nodes,
-    }))
-}
-
-fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
-    let Spectrum {
-        hurst,
-        k_lower,
-        k_rolloff,
-        k_upper,
-        nodes,
-    } = *spectrum;
-    (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
 }
 
 fn curves(table: &Table) -> Result<Vec<AreaCurves>, TableError> {

@@ -53,7 +53,13 @@ impl Bound {
 
     /// Two ends that each hold by themselves.
     pub fn single(&self) -> [f64; 2] {
-        self.interval(2.0 * LEVEL - 1.0, self.surfaces)
+        self.single_of(1)
+    }
+
+    /// The same at each of so many looks, so that all of them together are as sure.
+    pub fn single_of(&self, looks: usize) -> [f64; 2] {
+        let beyond = 1.0 - (2.0 * LEVEL - 1.0);
+        self.interval(1.0 - beyond / looks as f64, self.surfaces)
     }
 
     /// The same with another number of surfaces and the present scatter.

@@ -1,5 +1,7 @@
 //! How many more surfaces would decide a claim.
 
+use std::num::NonZeroU32;
+
 use super::intervals::Bound;
 use super::{Expectation, Judgement, Verdict};
 
@@ -14,25 +16,65 @@ impl Judgement {
     /// A quantity on the wrong side decides the claim once its interval, beside those of all others,
     /// excludes what is expected; else the claim holds once each quantity does by itself.
     pub fn more_surfaces(&self, expected: Expectation) -> Option<usize> {
-        if self.verdict != Verdict::CannotSay || self.undecided == 0 {
-            return None;
-        }
-        let now = self
+        let now = self.surfaces()?;
+        Some(self.surfaces_to_decide(expected, 1)? - now)
+    }
+
+    /// Whether the claim is decided at one of so many looks, of which each is so much surer than a single
+    /// one that all of them together are as sure.
+    pub fn is_decided(&self, expected: Expectation, looks: NonZeroU32) -> bool {
+        let [contradicting, undecided] = self.counts(expected, looks.get() as usize);
+        contradicting > 0 || (undecided == 0 && self.without_value.is_empty())
+    }
+
+    /// How many surfaces of each spectrum there are, and how many would decide the claim at one of so many
+    /// looks, as [`Judgement::more_surfaces`] has it; `None` if no number would.
+    pub fn decided_with(&self, expected: Expectation, looks: NonZeroU32) -> Option<[usize; 2]> {
+        let needed = self.surfaces_to_decide(expected, looks.get() as usize)?;
+        let could_hold = self
             .bounds
             .iter()
-            .filter_map(|bound| bound.surfaces)
-            .min()?;
+            .all(|bound| expected.contains(bound.value));
+        // Beside a quantity without a value nothing holds of all.
+        let is_hopeless = could_hold && !self.without_value.is_empty();
+        Some([self.surfaces()?, needed]).filter(|_| !is_hopeless)
+    }
+
+    /// The fewest surfaces behind a quantity.
+    fn surfaces(&self) -> Option<usize> {
+        let counts = self.bounds.iter().filter_map(|bound| bound.surfaces);
+        counts.min()
+    }
+
+    /// How many quantities contradict the claim, and how many say neither.
+    fn counts(&self, expected: Expectation, looks: usize) -> [usize; 2] {
+        let all = self.bounds.len();
+        let verdict = |bound: &Bound| expected.verdict_of(bound, all, looks);
+        [Verdict::DoesNotHold, Verdict::CannotSay].map(|meant| {
+            let bounds = self.bounds.iter();
+            bounds.filter(|bound| verdict(bound) == meant).count()
+        })
+    }
+
+    /// The surfaces of each spectrum with which an undecided claim would be decided.
+    fn surfaces_to_decide(&self, expected: Expectation, looks: usize) -> Option<usize> {
+        let [contradicting, undecided] = self.counts(expected, looks);
+        if contradicting > 0 || undecided == 0 {
+            return None;
+        }
+        let now = self.surfaces()?;
         let all = self.bounds.len();
         let until = |bound: &Bound, wanted: Verdict| {
-            let decided =
-                |surfaces: usize| expected.verdict(&bound.with_surfaces(surfaces), all) == wanted;
+            let decided = |surfaces: usize| {
+                expected.verdict_of(&bound.with_surfaces(surfaces), all, looks) == wanted
+            };
             fewest(now, decided)
         };
         let (agreeing, others): (Vec<&Bound>, Vec<&Bound>) = self
             .bounds
             .iter()
             .partition(|bound| expected.contains(bound.value));
-        let needed = match others.is_empty() {
+        match others.is_empty() {
             false => {
                 let each = others.into_iter();
                 each.filter_map(|bound| until(bound, Verdict::DoesNotHold))
@@ -44,8 +86,7 @@ impl Judgement {
                     .map(|bound| until(bound, Verdict::Holds));
                 each.collect::<Option<Vec<usize>>>()?.into_iter().max()
             }
-        };
-        Some(needed? - now)
+        }
     }
 }
 

@@ -35,8 +35,8 @@ const NOT_COMPARED: [&str; 4] = [
     INTERACTION.name,
 ];
 
-/// Where these have a value no claim is about the row: surfaces with a grain, and contacts that are
-/// those of an asperity model.
+/// Where these have a value no claim on areas is about the row: surfaces with a grain, and contacts that
+/// are those of an asperity model.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// What all rows have in common that claims rest on, and what is left out.
@@ -92,13 +92,18 @@ impl Setting {
     }
 
     /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
-    /// with a grain or of asperity models, which no claim is about.
+    /// with a grain, which no claim is about, or of asperity models ([`of_asperities`]).
     pub fn rows(&self, table: &Table) -> Table {
+        self.rows_of_any(table, &WITHOUT)
+    }
+
+    /// The rows that are in the setting and have no value in some columns.
+    fn rows_of_any(&self, table: &Table, without: &[&str]) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
         let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
         let mut rows: Vec<usize> = (0..table.rows()).collect();
-        for column in WITHOUT.iter().filter_map(|name| batch.column_by_name(name)) {
+        for column in without.iter().filter_map(|name| batch.column_by_name(name)) {
             rows.retain(|&row| column.is_null(row));
         }
         for (column, value) in asked {
@@ -106,6 +111,25 @@ impl Setting {
         }
         table.pick(&rows)
     }
+}
+
+/// The rows of a table that are of asperity models, on surfaces in the setting: how these are solved
+/// besides is another matter.
+pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
+    let Some(interactions) = table.batch().column_by_name(INTERACTION.name) else {
+        return table.pick(&[]);
+    };
+    let rows: Vec<usize> = (0..table.rows())
+        .filter(|&row| interactions.is_valid(row))
+        .collect();
+    let of_surfaces = Setting {
+        point: setting
+            .point
+            .clone()
+            .without(&[TOLERANCE.name, MAX_PAIRS.name]),
+        left_out: Vec::new(),
+    };
+    of_surfaces.rows_of_any(&table.pick(&rows), &[ANISOTROPY_RATIO.name])
 }
 
 /// Points in order of appearance, each with its number of rows.

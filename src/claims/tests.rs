@@ -12,6 +12,8 @@ use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use crate::store::column::{integers, reals, texts};
 use crate::store::table::Table;
 
+mod open_questions;
+
 /// A grid of spectra, each with surfaces that share their scatter with those of other spectra.
 struct Campaign {
     surfaces: u64,

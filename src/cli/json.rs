@@ -34,6 +34,7 @@ pub fn adaptive(stages: &[AdaptiveStage]) -> Value {
             "at_most": stage.growth.at_most,
             "until": stage.growth.until.to_string(),
             "holds": stage.holds(),
+            "undecided": stage.undecided(),
         })
     });
     stages.collect()

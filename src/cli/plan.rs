@@ -19,7 +19,7 @@ pub struct Arguments {
     manifest: PathBuf,
 
     /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
-    /// "growing": [{"name", "surfaces", "at_most", "until", "holds"}, …], "warnings": [{"stage",
+    /// "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"}, …], "warnings": [{"stage",
     /// "message"}, …]}`.
     #[arg(long)]
     json: bool,

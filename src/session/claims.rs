@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::{SessionError, UnknownName};
-use crate::claims::evidence::KindTable;
 use crate::claims::{self, Evidence};
 use crate::cost::CostModel;
 use crate::ensemble::Point;
 use crate::plan::Plan;
 use crate::results::FIGURES;
 use crate::stages::{Kind, Recipe, Stage as _};
+use crate::study_evidence;
 
+pub use crate::claims::decisions::{Decisions, Undecided};
 pub use crate::claims::intervals::Bound;
 pub use crate::claims::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement, Verdict};
 
@@ -34,18 +35,13 @@ impl StudyClaims {
     pub(super) fn of(session: &Session) -> Result<StudyClaims, SessionError> {
         let reading = session.reading()?;
         let plan = &reading.plan;
-        let mut finished: Vec<KindTable> = Vec::new();
+        let mut tables = Vec::new();
         let mut missing = 0;
         for (stage, rows) in plan.stages.iter().zip(reading.all()?) {
             missing += stage.tasks.len() - rows.tasks.len();
-            if let Some(table) = rows.table {
-                finished.push(KindTable {
-                    kind: stage.kind,
-                    table,
-                });
-            }
+            tables.push(rows.table);
         }
-        let evidence = Evidence::of(&finished)?;
+        let evidence = study_evidence::of(&reading.study, plan, &tables)?;
         Ok(StudyClaims {
             claims: claims::all(&evidence),
             evidence,

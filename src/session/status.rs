@@ -13,7 +13,7 @@ use crate::store::table::{Table, TableError};
 use crate::study::Warning;
 use crate::{memory, runner, worklist};
 
-pub use crate::adaptive_sampling::{AdaptiveStage, Condition};
+pub use crate::adaptive_sampling::{AdaptiveStage, Condition, Finding};
 pub use crate::reasons::Group;
 pub use crate::reasons::cause::{Cause, Change, Field, Shown, Why};
 

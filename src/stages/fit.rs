@@ -25,7 +25,7 @@ pub mod laws;
 pub mod limits;
 pub mod meshes;
 mod parameter;
-mod percolation;
+pub mod percolation;
 pub mod points;
 pub mod row;
 pub mod rows;

@@ -30,7 +30,7 @@ use crate::store::column::{Column, Role, flags, integers, optional_reals, reals}
 use crate::store::parquet::Columns;
 use crate::store::table::Table;
 
-use distributions::Distribution;
+pub use distributions::Distribution;
 use statistics::Statistic;
 
 /// Raise it when the numbers change, or what columns say of themselves.

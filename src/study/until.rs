@@ -3,12 +3,15 @@
 use arrow::datatypes::DataType;
 
 use super::graph::Graph;
+use crate::claims::decisions;
+use crate::claims::intervals::FEWEST_SURFACES;
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
 use crate::manifest::StageTable;
 use crate::stages::Kind;
 use crate::stages::columns::SURFACE;
 use crate::stages::form::Points;
-use crate::stages::generate::growth::{Until, parse};
+use crate::stages::generate::growth::{AT_LEAST, KnownMean, Until, parse};
+use crate::stages::generate::keys::Growing;
 use crate::store::column::Role;
 use crate::store::table::Table;
 use crate::written::Written;
@@ -16,8 +19,15 @@ use crate::written::Written;
 /// A stage whose surfaces are as many as a condition asks for, and the condition as it is written.
 struct Conditional<'a> {
     stage: usize,
+    growing: &'a Growing,
     written: &'a Written<String>,
     until: Until,
+}
+
+impl Conditional<'_> {
+    fn problem(&self, message: String, label: &str) -> Problem {
+        Problem::new(message, self.written.span.clone(), label)
+    }
 }
 
 fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
@@ -26,81 +36,110 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
         let Some(Points::Generate(points)) = &table.points else {
             return None;
         };
-        let written = points.condition()?;
+        let growing = points.growing()?;
+        let written = growing.until.written()?;
         let until = parse(&written.value)?;
         Some(Conditional {
             stage,
+            growing,
             written,
             until,
         })
     })
 }
 
-/// The stages whose tables conditions look at.
+/// The stages whose tables conditions on means look at.
 pub fn looked_at(stages: &[StageTable]) -> Vec<usize> {
     let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
     conditions(stages)
-        .filter_map(|condition| named(&condition.until.stage))
+        .filter_map(|condition| match &condition.until {
+            Until::Mean(mean) => named(&mean.stage),
+            Until::Claims(_) => None,
+        })
         .collect()
 }
 
-/// Checks that conditions look at tables with rows for each surface; `empty` gives the tables of
-/// stages without rows, as far as they are known.
+/// Checks that conditions on means look at tables with rows for each surface, and those on claims at
+/// claims that surfaces decide; `empty` gives the tables of stages without rows, as far as they are known.
 pub fn check<'t>(
     stages: &[StageTable],
     graph: &Graph,
     empty: impl Fn(usize) -> Option<&'t Table>,
     problems: &mut Problems,
 ) {
-    for Conditional {
-        stage,
-        written,
-        until,
-    } in conditions(stages)
-    {
-        let problem =
-            |message: String, label: &str| Problem::new(message, written.span.clone(), label);
-        let names = || stages.iter().map(|stage| stage.name.value.as_str());
-        let Some(looked_at) = names().position(|name| name == until.stage) else {
-            let meant = did_you_mean(&until.stage, names());
-            let label = meant.map_or("unknown stage".to_owned(), |m| {
-                format!("did you mean `{m}`?")
-            });
-            let message = format!("there is no stage `{}`", until.stage);
-            let help = format!("the stages are {}", listed(names(), "and"));
-            problems.push(problem(message, &label).help(help));
-            continue;
+    for condition in conditions(stages) {
+        let problem = match &condition.until {
+            Until::Mean(mean) => of_mean(&condition, mean, stages, graph, &empty),
+            Until::Claims(names) => of_claims(&condition, names),
         };
-        let surfaces = &stages[stage].name.value;
-        if !reads(graph, looked_at, stage) {
-            let message = format!("`{}` does not read `{surfaces}`", until.stage);
-            problems.push(problem(message, "its rows say nothing of these surfaces"));
-            continue;
-        }
-        let Some(table) = empty(looked_at) else {
-            continue;
-        };
-        let is_pooled = matches!(stages[looked_at].kind, Some(Kind::Fit | Kind::Aggregate));
-        if is_pooled || !table.has(SURFACE.name) {
-            let message = format!("`{}` has no rows for each surface", until.stage);
-            let label = "must be a stage that looks at surfaces one by one";
-            problems.push(problem(message, label));
-            continue;
-        }
-        let columns = numbers(table);
-        if !columns.contains(&until.column.as_str()) {
-            let meant = did_you_mean(&until.column, columns.iter().copied());
-            let label = meant.map_or("unknown column".to_owned(), |m| {
-                format!("did you mean `{m}`?")
-            });
-            let message = format!(
-                "`{}` has no column of results `{}`",
-                until.stage, until.column
-            );
-            let help = format!("there are {}", listed(columns.iter().copied(), "and"));
-            problems.push(problem(message, &label).help(help));
-        }
+        problem
+            .into_iter()
+            .for_each(|problem| problems.push(problem));
     }
+}
+
+fn of_mean<'t>(
+    condition: &Conditional,
+    mean: &KnownMean,
+    stages: &[StageTable],
+    graph: &Graph,
+    empty: &impl Fn(usize) -> Option<&'t Table>,
+) -> Option<Problem> {
+    let names = || stages.iter().map(|stage| stage.name.value.as_str());
+    let Some(looked_at) = names().position(|name| name == mean.stage) else {
+        let label = meant(&mean.stage, names(), "unknown stage");
+        let message = format!("there is no stage `{}`", mean.stage);
+        let help = format!("the stages are {}", listed(names(), "and"));
+        return Some(condition.problem(message, &label).help(help));
+    };
+    let surfaces = &stages[condition.stage].name.value;
+    if !reads(graph, looked_at, condition.stage) {
+        let message = format!("`{}` does not read `{surfaces}`", mean.stage);
+        return Some(condition.problem(message, "its rows say nothing of these surfaces"));
+    }
+    let table = empty(looked_at)?;
+    let is_pooled = matches!(stages[looked_at].kind, Some(Kind::Fit | Kind::Aggregate));
+    if is_pooled || !table.has(SURFACE.name) {
+        let message = format!("`{}` has no rows for each surface", mean.stage);
+        let label = "must be a stage that looks at surfaces one by one";
+        return Some(condition.problem(message, label));
+    }
+    let columns = numbers(table);
+    if columns.contains(&mean.column.as_str()) {
+        return None;
+    }
+    let label = meant(&mean.column, columns.iter().copied(), "unknown column");
+    let message = format!(
+        "`{}` has no column of results `{}`",
+        mean.stage, mean.column
+    );
+    let help = format!("there are {}", listed(columns.iter().copied(), "and"));
+    Some(condition.problem(message, &label).help(help))
+}
+
+fn of_claims(condition: &Conditional, names: &[String]) -> Option<Problem> {
+    let known = decisions::names();
+    if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        let message = format!("there is no claim `{unknown}` that surfaces decide");
+        let label = meant(unknown, known.into_iter(), "unknown claim");
+        let help = "`asperity claims` lists them; closed forms decide some, whatever the surfaces";
+        return Some(condition.problem(message, &label).help(help));
+    }
+    let at_least = condition.growing.at_least.written();
+    let at_least = at_least.filter(|written| written.value < FEWEST_SURFACES as i64)?;
+    let message = format!("`at_least = {}` is too few for claims", at_least.value);
+    let label = format!("{FEWEST_SURFACES} or more: of fewer surfaces no scatter is known");
+    let help = format!("left out, it is {AT_LEAST}");
+    Some(Problem::new(message, at_least.span.clone(), label).help(help))
+}
+
+/// What was meant by a name, or that it is unknown.
+fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>, otherwise: &str) -> String {
+    let meant = did_you_mean(name, known);
+    meant.map_or_else(
+        || otherwise.to_owned(),
+        |meant| format!("did you mean `{meant}`?"),
+    )
 }
 
 /// Whether rows of a stage come from another, itself included.

@@ -1,4 +1,6 @@
-//! Studies that draw surfaces until a mean is known.
+//! Studies that draw surfaces until a mean is known, or claims are decided.
+
+mod claims;
 
 use serde_json::Value;
 

@@ -287,12 +287,10 @@ fn scripts_compute_the_study_under_any_scheduler_that_counts() {
     slurm.compare(STUDY);
 }
 
-#[test]
-fn surfaces_are_drawn_until_a_mean_is_known_in_rounds_of_the_last_job() {
-    let growing = STUDY.replace(
-        "realizations = 2",
-        "realizations = { at_least = 3, at_most = 200, until = \"sem(area.area_fraction) < 4 %\" }",
-    );
+/// Submits a small study whose number of surfaces grows, and finishes it in rounds.
+fn in_rounds(until: &str) {
+    let realizations = format!("realizations = {until}");
+    let growing = STUDY.replace("realizations = 2", &realizations);
     let slurm = Slurm::willing();
     slurm.bench.write(&growing);
     assert!(slurm.output("submit", &SHORT).status.success());
@@ -310,4 +308,14 @@ fn surfaces_are_drawn_until_a_mean_is_known_in_rounds_of_the_last_job() {
     }
     assert!(rounds > 1, "at least one more array");
     slurm.compare(&growing);
+}
+
+#[test]
+fn surfaces_are_drawn_until_a_mean_is_known_in_rounds_of_the_last_job() {
+    in_rounds("{ at_least = 3, at_most = 200, until = \"sem(area.area_fraction) < 4 %\" }");
+}
+
+#[test]
+fn surfaces_are_drawn_until_claims_are_decided_in_rounds_of_the_last_job() {
+    in_rounds("{ at_least = 5, at_most = 40, until = \"decided(full-contact-at-1.7)\" }");
 }

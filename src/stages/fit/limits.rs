@@ -78,7 +78,7 @@ pub enum Form {
 
 impl Form {
     /// As numerics know it.
-    fn numeric(self) -> TermForm {
+    pub fn numeric(self) -> TermForm {
         match self {
             Form::Power(exponent) => TermForm::Power(exponent),
             Form::FreePower => TermForm::FreePower,

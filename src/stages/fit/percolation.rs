@@ -42,7 +42,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 }
 
 /// What is read of measured contacts.
-struct Measured<'a> {
+pub struct Measured<'a> {
     meshes: Meshes<'a>,
     contact_nodes: &'a Int64Array,
     switches: &'a Int64Array,
@@ -51,7 +51,11 @@ struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    fn of(table: &'a Table) -> Result<Self, TableError> {
+    /// Looks at the columns that tell it.
+    ///
+    /// # Errors
+    /// When the table holds no measured contacts.
+    pub fn of(table: &'a Table) -> Result<Self, TableError> {
         Ok(Self {
             meshes: Meshes::of(table)?,
             contact_nodes: table.integers(CONTACT_NODES.name)?,
@@ -76,7 +80,8 @@ impl<'a> Measured<'a> {
         })
     }
 
-    fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
+    /// One surface under the loads that it has, ascending.
+    pub fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
         let loads = ensemble.loads.iter().enumerate();
         let rows = loads.filter_map(|(place, &load)| Some((load, ensemble.row(member, place)?)));
         rows.map(|(load, row)| self.interface(load, row)).collect()

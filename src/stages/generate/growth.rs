@@ -1,4 +1,4 @@
-//! How many surfaces a point has, and how their number grows.
+//! How many surfaces a point has, and until when their number grows.
 
 use std::fmt;
 use std::ops::Mul;
@@ -26,6 +26,8 @@ pub struct PlannedSurfaces {
 /// How the number of surfaces of a stage grows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
+    /// Where it begins.
+    pub at_least: u32,
     /// Where it ends in any case.
     pub at_most: u32,
     /// What is to be reached.
@@ -44,11 +46,22 @@ impl PlannedSurfaces {
 const MOST: u32 = 1_000_000;
 /// Fewer have no scatter.
 const FEWEST: u32 = 2;
-const AT_LEAST: u32 = 10;
+pub const AT_LEAST: u32 = 10;
+/// The condition on all claims.
+const CLAIMS_DECIDED: &str = "claims decided";
+
+/// What is to be reached.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Until {
+    /// A mean is known well enough.
+    Mean(KnownMean),
+    /// The claims of these names are decided; without any, all that the study can judge.
+    Claims(Vec<String>),
+}
 
 /// When a mean is known well enough: `sem(area.area_fraction) < 0.5 %`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Until {
+pub struct KnownMean {
     /// The stage whose table has the column.
     pub stage: String,
     /// The column whose mean over surfaces it is about, at each point and each load.
@@ -68,7 +81,17 @@ pub enum Limit {
 
 impl fmt::Display for Until {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Until {
+        match self {
+            Until::Mean(mean) => mean.fmt(formatter),
+            Until::Claims(names) if names.is_empty() => formatter.write_str(CLAIMS_DECIDED),
+            Until::Claims(names) => write!(formatter, "decided({})", names.join(", ")),
+        }
+    }
+}
+
+impl fmt::Display for KnownMean {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let KnownMean {
             stage,
             column,
             limit,
@@ -147,15 +170,21 @@ pub fn realizations(
         checks.report("realizations", Problem::new(message, place, "larger"));
         return None;
     }
-    Some((at_least, Some(Arc::new(Growth { at_most, until }))))
+    let growth = Growth {
+        at_least,
+        at_most,
+        until,
+    };
+    Some((at_least, Some(Arc::new(growth))))
 }
 
 /// The condition, if it can be read.
 fn checked(written: &Written<String>, checks: &mut Checks) -> Option<Until> {
     let until = parse(&written.value);
     if until.is_none() {
-        let message = format!("{:?} is no condition on a mean", written.value);
-        let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, or without `%` in the column's unit";
+        let message = format!("{:?} is no condition on surfaces", written.value);
+        let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, or without `%` in the column's unit; or `claims \
+                     decided`, or `decided(CLAIM, …)`";
         checks.report(
             "realizations",
             Problem::new(message, written.span.clone(), label),
@@ -166,11 +195,27 @@ fn checked(written: &Written<String>, checks: &mut Checks) -> Option<Until> {
 
 /// A condition, if the text is one.
 pub fn parse(text: &str) -> Option<Until> {
-    let inside = text
-        .trim()
-        .strip_prefix("sem")?
-        .trim_start()
-        .strip_prefix('(')?;
+    let text = text.trim();
+    if text
+        .split_whitespace()
+        .eq(CLAIMS_DECIDED.split_whitespace())
+    {
+        return Some(Until::Claims(Vec::new()));
+    }
+    let named = text.strip_prefix("decided").map(str::trim_start);
+    let names = named.and_then(|named| named.strip_prefix('(')?.strip_suffix(')'));
+    match names {
+        Some(names) => {
+            let names = names.split(',').map(|name| name.trim().to_owned());
+            let names: Vec<String> = names.collect();
+            (!names.iter().any(String::is_empty)).then_some(Until::Claims(names))
+        }
+        None => known_mean(text).map(Until::Mean),
+    }
+}
+
+fn known_mean(text: &str) -> Option<KnownMean> {
+    let inside = text.strip_prefix("sem")?.trim_start().strip_prefix('(')?;
     let (mean, rest) = inside.split_once(')')?;
     let (stage, column) = mean.split_once('.')?;
     let number = rest.trim_start().strip_prefix('<')?.trim();
@@ -182,7 +227,7 @@ pub fn parse(text: &str) -> Option<Until> {
         .parse()
         .ok()
         .filter(|limit: &f64| limit.is_finite() && *limit > 0.0)?;
-    Some(Until {
+    Some(KnownMean {
         stage: stage.trim().to_owned(),
         column: column.trim().to_owned(),
         limit: match is_share {
@@ -206,6 +251,11 @@ mod tests {
             told("sem(s.alpha)<1e-3").as_deref(),
             Some("sem(s.alpha) < 0.001")
         );
+        assert_eq!(told(" claims  decided").as_deref(), Some("claims decided"));
+        assert_eq!(
+            told("decided( area-above-persson,slope-decreases )").as_deref(),
+            Some("decided(area-above-persson, slope-decreases)")
+        );
     }
 
     #[test]
@@ -221,6 +271,12 @@ mod tests {
             "sem(area.x) < nan",
             "sd(area.x) < 1",
             "sem(area.x) < 1 % x",
+            "claims",
+            "claimsdecided",
+            "decided",
+            "decided()",
+            "decided(slope-decreases,)",
+            "decided(slope-decreases",
         ] {
             assert_eq!(parse(text), None, "{text}");
         }

@@ -97,11 +97,11 @@ pub struct AnisotropyTable {
 pub enum Realizations {
     /// So many.
     Number(#[schemars(range(min = 1, max = 1_000_000))] i64),
-    /// As many as it takes to know a mean.
+    /// As many as it takes to know a mean, or to decide claims.
     Until(Growing),
 }
 
-/// As many surfaces as it takes to know a mean.
+/// As many surfaces as it takes to know a mean, or to decide claims.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Growing {
@@ -113,6 +113,9 @@ pub struct Growing {
     pub at_most: Key<i64>,
     /// What must hold at each point and each load: `"sem(STAGE.COLUMN) < 0.5 %"` of the mean, or
     /// without `%` in the unit of the column. `sem` is the standard error of the mean over surfaces.
+    /// Or `"claims decided"`: all claims that the study can judge are decided; or
+    /// `"decided(CLAIM, …)"`, those of these names, as `asperity claims` lists them. Then `at_least` is
+    /// 5 or more.
     #[schemars(required)]
     pub until: Key<String>,
 }

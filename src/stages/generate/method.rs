@@ -15,7 +15,7 @@ use crate::contact::topography::random::Amplitude;
 use crate::diagnostics::{Problems, Span};
 use crate::stages::{Given, Reads, Rows};
 use crate::written::advice::Wanted;
-use crate::written::{Layout, Section, Table, Written, reader};
+use crate::written::{Layout, Section, Table, reader};
 
 /// The word after `method =`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -177,17 +177,16 @@ impl SurfacePoints {
         })
     }
 
-    /// Until when more surfaces are drawn, as it is written; the points of a grid share it.
-    pub fn condition(&self) -> Option<&Written<String>> {
+    /// How the number of surfaces grows, as it is written; the points of a grid share it.
+    pub fn growing(&self) -> Option<&Growing> {
         let realizations = match self {
             SurfacePoints::Random(_, section) => &section.points.first()?.table.realizations,
             SurfacePoints::Spectrum(section) => &section.points.first()?.table.realizations,
             _ => return None,
         };
-        let realizations = realizations.written()?;
-        let Realizations::Until(Growing { until, .. }) = &realizations.value else {
-            return None;
-        };
-        until.written()
+        match &realizations.written()?.value {
+            Realizations::Until(growing) => Some(growing),
+            Realizations::Number(_) => None,
+        }
     }
 }
