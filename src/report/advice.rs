@@ -28,6 +28,16 @@ impl FigureData<'_> {
         self.stage("loads", &solve) + &self.stage("contacts", measure)
     }
 
+    /// The flow through the gap, and where it ends.
+    pub fn lines_of_flow(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let solve = format!(
+            "kind = \"solve\"\nfrom = \"{surfaces}\"\nloads = {{ to = 0.8, steps = 16 }}\nflow = true\n\n"
+        );
+        let measure = "kind = \"measure\"\nfrom = \"loads\"";
+        self.stage("loads", &solve) + &self.stage("contacts", measure)
+    }
+
     /// Corrected areas.
     pub fn lines_of_corrections(&self) -> String {
         let measured = self.source(Kind::Measure, "area");

@@ -5,6 +5,7 @@ mod area;
 mod collapse;
 mod contact_maps;
 mod corrections;
+mod flow;
 mod full_contact;
 mod gap;
 mod heights;
@@ -24,7 +25,7 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 18] = [
+pub const ALL: [&Definition; 19] = [
     &surfaces::FIGURE,
     &heights::FIGURE,
     &spectrum::FIGURE,
@@ -36,6 +37,7 @@ pub const ALL: [&Definition; 18] = [
     &near_full_contact::FIGURE,
     &pressure::FIGURE,
     &gap::FIGURE,
+    &flow::FIGURE,
     &corrections::RELATIVE_ERROR,
     &corrections::CORRECTED,
     &collapse::FIGURE,
