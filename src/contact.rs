@@ -8,6 +8,7 @@
 //! - [`instructions`]: which vector instructions of the processor they run on;
 //! - [`fft`]: the transforms that both are computed with;
 //! - [`solver`]: which nodes of a surface touch under a load, and with which pressure;
+//! - [`flow`]: what flows through the gap between them;
 //! - [`morphology`]: area, perimeter and clusters of the nodes that touch;
 //! - [`distribution`]: how many of them bear which pressure;
 //! - [`theory`]: what the area should be;
@@ -23,6 +24,7 @@ pub mod asperities;
 pub mod distribution;
 pub mod elasticity;
 pub mod fft;
+pub mod flow;
 pub mod grid;
 pub mod instructions;
 pub mod morphology;

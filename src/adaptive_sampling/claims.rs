@@ -60,7 +60,8 @@ fn is_looked_at(recipe: &Recipe) -> bool {
         Recipe::Generate(_) | Recipe::Correct(_) => true,
         Recipe::Measure(params) => matches!(
             params,
-            measure::Params::Contacts | measure::Params::Distribution(Distribution::Pressures)
+            measure::Params::Contacts { .. }
+                | measure::Params::Distribution(Distribution::Pressures)
         ),
         // What is solved is measured.
         Recipe::Solve(params) => {

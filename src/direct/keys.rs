@@ -45,6 +45,9 @@ pub fn block(keys: &Table) -> Result<solve::Params, KeyErrors> {
         [Recipe::Solve(block)] if block.asperities.is_some() => Err(KeyErrors(vec![
             "`method = \"asperities\"` is for stages of a manifest".to_owned(),
         ])),
+        [Recipe::Solve(block)] if block.flow => Err(KeyErrors(vec![
+            "`flow = true` is for stages of a manifest".to_owned(),
+        ])),
         [Recipe::Solve(block)] => Ok(block.as_ref().clone()),
         several => Err(not_one(several.len(), "blocks of loads")),
     }

@@ -138,6 +138,11 @@ fn told(point: ensemble::Point) -> Point {
 }
 
 impl EnsembleCurves<'_> {
+    /// Whether its table has a column.
+    pub fn has(&self, column: &str) -> bool {
+        self.table.has(column)
+    }
+
     /// A quantity under each load that all surfaces have: a mean curve ends where the first of its
     /// surfaces reaches full contact, for it has no rows beyond.
     ///

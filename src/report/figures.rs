@@ -8,6 +8,7 @@ mod collapse;
 mod contact_maps;
 mod contact_pressures;
 mod corrections;
+mod flow;
 mod full_contact;
 mod gap;
 mod gap_distribution;
@@ -30,7 +31,7 @@ mod theories;
 use super::figure::Definition;
 
 /// Every figure that a study can have.
-pub const ALL: [&Definition; 24] = [
+pub const ALL: [&Definition; 25] = [
     &surfaces::FIGURE,
     &heights::FIGURE,
     &spectrum::FIGURE,
@@ -53,6 +54,7 @@ pub const ALL: [&Definition; 24] = [
     &gap_distribution::FIGURE,
     &clusters::FIGURE,
     &sealing::FIGURE,
+    &flow::FIGURE,
     &asperities::FIGURE,
     &limits::FIGURE,
 ];

@@ -8,6 +8,7 @@ mod contacts;
 mod corrections;
 mod descriptors;
 mod distributions;
+mod flow;
 mod measured;
 mod surface_statistics;
 
@@ -16,6 +17,7 @@ pub use contacts::*;
 pub use corrections::*;
 pub use descriptors::*;
 pub use distributions::*;
+pub use flow::*;
 pub use measured::*;
 pub use surface_statistics::*;
 

@@ -10,6 +10,7 @@ use std::borrow::Cow;
 pub mod distributions;
 pub mod keys;
 pub mod statistics;
+mod stiffness;
 
 use serde::Serialize;
 
@@ -49,7 +50,7 @@ pub const STAGE: Definition = Definition {
         _ => Some(Rows::Contacts),
     },
     columns: || {
-        let contacts = contact_measures(true, true);
+        let contacts = contact_measures(true, true, true, true);
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
         let lists: [&[Column]; 5] = [
@@ -82,7 +83,12 @@ pub const STAGE: Definition = Definition {
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Params {
     /// Contact maps, from a solve stage.
-    Contacts,
+    Contacts {
+        /// Whether the stiffness of the interface is measured, too; a recipe says so where it is, as it was
+        /// before there was a choice.
+        #[serde(skip_serializing_if = "not_asked")]
+        stiffness: bool,
+    },
     /// The distribution of heights, from a generate stage.
     Heights {
         /// Number of bins.
@@ -105,6 +111,11 @@ pub enum Params {
     Distribution(Distribution),
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn not_asked(asked: &bool) -> bool {
+    !asked
+}
+
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Measure
@@ -121,16 +132,19 @@ impl Stage for Params {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.of(input),
-            Params::Contacts | Params::Pool { .. } => contacts(&input.table),
+            Params::Contacts { stiffness } => contacts(&input.table, stiffness),
+            Params::Pool { .. } => unreachable!("pools were told apart"),
         }
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts => {
+            Params::Contacts { stiffness } => {
                 let solved = stacked(inputs)?;
                 let yields = solved.has(SATURATED_NODES.name);
-                let measures = contact_measures(grids::has_rectangles(&solved), yields);
+                let flows = solved.has(FLOW_STOP.name);
+                let of_rectangles = grids::has_rectangles(&solved);
+                let measures = contact_measures(of_rectangles, yields, flows, *stiffness);
                 beside_coordinates(&measures, inputs)?
             }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
@@ -148,7 +162,7 @@ impl Stage for Params {
 
     fn reach(&self) -> Reach {
         match self {
-            Params::Contacts
+            Params::Contacts { .. }
             | Params::Distribution(_)
             | Params::Heights { .. }
             | Params::Surface(_) => Reach::Single,
@@ -159,7 +173,7 @@ impl Stage for Params {
     /// Pooled surfaces are drawn again, whether or not their heights were kept.
     fn columns_read(&self) -> Columns {
         match self {
-            Params::Contacts
+            Params::Contacts { .. }
             | Params::Distribution(_)
             | Params::Heights { .. }
             | Params::Surface(_) => Columns::All,
@@ -171,7 +185,7 @@ impl Stage for Params {
     fn footprint(&self) -> Footprint {
         let beside = match self {
             Params::Surface(statistic) => statistic.bytes_per_node(),
-            Params::Contacts
+            Params::Contacts { .. }
             | Params::Distribution(_)
             | Params::Heights { .. }
             | Params::Pool { .. } => 0.0,
@@ -185,7 +199,7 @@ impl Stage for Params {
     /// A surface is drawn again to look at its heights; of contact there are bits to count.
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
-            Params::Contacts | Params::Distribution(_) => 0.2 * extent.rows as f64,
+            Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
             Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })
@@ -193,18 +207,38 @@ impl Stage for Params {
 }
 
 /// What has been solved for and stands beside what is measured, as far as it is there.
-const CARRIED: [Column; 6] = [
+const CARRIED: [Column; 12] = [
     SATURATED_NODES,
     SATURATED_FRACTION,
     MEAN_GAP,
     MEAN_YIELDED_DEPTH,
+    FLOW_FACTOR_X,
+    FLOW_FACTOR_Y,
+    FLOW_CONDUCTIVITY_X,
+    FLOW_CONDUCTIVITY_Y,
+    FLOW_RESIDUAL,
+    FLOW_STOP,
     ENERGY,
     STOP,
 ];
 
-/// What is measured of contact maps, squares or rectangles, of materials that yield or not.
-fn contact_measures(of_rectangles: bool, yields: bool) -> Vec<Column> {
+/// What is measured of contact maps, squares or rectangles, of materials that yield or not, beside flows
+/// or without, with the stiffness or without.
+fn contact_measures(
+    of_rectangles: bool,
+    yields: bool,
+    flows: bool,
+    stiffness: bool,
+) -> Vec<Column> {
     let mut measures = CONTACT_MEASURES.to_vec();
+    let gap = measures.iter().position(|column| *column == MEAN_GAP);
+    let gap = gap.expect("it is measured");
+    if flows {
+        measures.splice(gap + 1..gap + 1, FLOW);
+    }
+    if stiffness {
+        measures.insert(gap, STIFFNESS);
+    }
     if yields {
         let gap = measures.iter().position(|column| *column == MEAN_GAP);
         let gap = gap.expect("it is measured");
@@ -219,7 +253,7 @@ fn contact_measures(of_rectangles: bool, yields: bool) -> Vec<Column> {
     measures
 }
 
-fn contacts(solved: &Table) -> Result<Table, StageError> {
+fn contacts(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     let grids = Grids::of(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
     let boundary = solve::boundary(solved);
@@ -299,8 +333,32 @@ fn contacts(solved: &Table) -> Result<Table, StageError> {
             real(&|row, contact| contact.area.fraction() / load.value(row)),
         ),
     ]);
+    if stiffness {
+        columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
+    }
     let carried = solved.only(&CARRIED.map(|column| column.name));
     Ok(solved.coordinates().with(columns).beside(&carried))
+}
+
+/// The stiffness at each load of a block, in units of E* over the longer side.
+fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageError> {
+    let pressures = solved.reals(PRESSURE.name)?;
+    let gaps = solved.reals(MEAN_GAP.name)?;
+    let moduli = solved.reals(EFFECTIVE_MODULUS.name)?;
+    let stops = solved.texts(STOP.name)?;
+    let approach = |row| stiffness::Approach {
+        pressure: pressures.value(row),
+        mean_gap: gaps.value(row),
+        is_solved: stops.value(row) != solve::GIVEN_UP,
+    };
+    let loads: Vec<_> = (0..solved.rows()).map(approach).collect();
+    let found = stiffness::of_block(&loads).into_iter().enumerate();
+    found
+        .map(|(row, stiffness)| {
+            let side = grids.grid(row)?.cell().longer_side();
+            Ok(stiffness.map(|stiffness| stiffness * side / moduli.value(row)))
+        })
+        .collect()
 }
 
 fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
@@ -411,7 +469,7 @@ mod tests {
             (STOP, texts(["converged"; 2])),
             (CONTACT, bytes(&maps)),
         ];
-        let measured = contacts(&Table::new(2, columns)).unwrap();
+        let measured = contacts(&Table::new(2, columns), false).unwrap();
         let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
         assert!(means.is_null(0), "not infinite");
         assert_eq!(means.value(1), 4.0);

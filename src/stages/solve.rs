@@ -23,6 +23,7 @@ use super::{
 };
 use crate::contact::asperities::Interaction;
 use crate::contact::distribution::EqualBins;
+use crate::contact::flow;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
 use crate::diagnostics::counted;
@@ -30,6 +31,7 @@ use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
 use block::Block;
+use solved::Besides;
 
 pub use hardness::GivenHardness;
 
@@ -47,7 +49,13 @@ pub const STAGE: Definition = Definition {
     makes: |_| Some(Rows::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
-        [&solved::columns(Boundary::Free, true, true)[..], &heavy].concat()
+        let all = Besides {
+            boundary: Boundary::Free,
+            yields: true,
+            asperities: true,
+            flow: true,
+        };
+        [&solved::columns(all)[..], &heavy].concat()
     },
     summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
 };
@@ -81,6 +89,9 @@ pub struct Params {
     /// How many nodes out of contact have which gap is counted in these, in rms heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_bins: Option<EqualBins>,
+    /// Whether what flows through the gap is found under each load.
+    #[serde(skip_serializing_if = "not_asked")]
+    pub flow: bool,
     /// How asperities act on each other, where Hertz' contacts of the summits stand for the solved contact;
     /// a recipe has none where the contact of every node is solved, as all were before there was a choice.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -160,6 +171,15 @@ pub enum Pressures {
 /// What the gap of one load costs: a pair in double precision.
 const PAIRS_OF_GAP: f64 = 2.5;
 
+/// What the flow of one load takes, along both axes, in pairs: as measured at 512² and 1024² from light
+/// loads to those near percolation. Beyond them nothing flows, which takes next to no time.
+const PAIRS_OF_FLOW: f64 = 900.0;
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn not_asked(asked: &bool) -> bool {
+    !asked
+}
+
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Solve
@@ -209,15 +229,16 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = solved::columns(
-            self.boundary,
-            self.hardness.is_some(),
-            self.asperities.is_some(),
-        );
+        let columns = solved::columns(Besides {
+            boundary: self.boundary,
+            yields: self.hardness.is_some(),
+            asperities: self.asperities.is_some(),
+            flow: self.flow,
+        });
         Ok(beside_coordinates(&columns, inputs)?)
     }
 
-    /// Those of a boundary, of a hardness and of asperities.
+    /// Those of a boundary, of a hardness, of a flow and of asperities.
     fn has_columns_of_its_own(&self) -> bool {
         true
     }
@@ -236,7 +257,11 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
-        let gap = self.gap_bins.map_or(0.0, |_| 16.0);
+        let gap = match self.flow {
+            // The gap, the pressure, and the gap as it is where nothing touches.
+            true => 24.0 + flow::BYTES_PER_NODE,
+            false => self.gap_bins.map_or(0.0, |_| 16.0),
+        };
         let work = match self.asperities {
             Some(interaction) => 4.0 + asperities::bytes_per_node(interaction),
             None => self.body().bytes_per_node(self.tolerance),
@@ -264,7 +289,11 @@ impl Stage for Params {
             return asperities::effort(interaction, self.loads.len(), nodes);
         }
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
-        let gaps = self.gap_bins.map_or(0.0, |_| PAIRS_OF_GAP);
+        let gaps = match (self.flow, self.gap_bins) {
+            (true, _) => PAIRS_OF_GAP + PAIRS_OF_FLOW,
+            (false, Some(_)) => PAIRS_OF_GAP,
+            (false, None) => 0.0,
+        };
         let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);
         Effort {
             seconds: effort.seconds + cost::preparation(&body, nodes),

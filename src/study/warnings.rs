@@ -171,7 +171,8 @@ impl Study {
     /// meshes; `None` where nothing is pressed.
     fn is_corrected(&self, surfaces: usize) -> Option<bool> {
         let solved = self.readers(surfaces, |recipe| matches!(recipe, Recipe::Solve(_)));
-        let counts = |recipe: &Recipe| *recipe == Recipe::Measure(measure::Params::Contacts);
+        let counts =
+            |recipe: &Recipe| matches!(recipe, Recipe::Measure(measure::Params::Contacts { .. }));
         let corrects = |recipe: &Recipe| match recipe {
             Recipe::Correct(params) => params.corrections.iter().any(|one| one.coefficient > 0.0),
             Recipe::Fit(fit) => fit.law == Law::Plain(PlainLaw::MeshConvergence),

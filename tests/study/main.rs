@@ -17,6 +17,7 @@ mod ensembles;
 mod explain;
 mod failures;
 mod faults;
+mod flow;
 mod hardness;
 mod heights;
 mod instructions;

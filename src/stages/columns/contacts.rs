@@ -141,6 +141,14 @@ pub const MEAN_CONTACT_PRESSURE: Column = real(
 );
 pub const SECANT: Column = real("secant", "1", "area fraction over load, κ of the secant");
 
+pub const STIFFNESS: Column = real(
+    "stiffness",
+    "E*/side",
+    "incremental stiffness of the interface, −(side/E*) dp₀/d mean_gap, from the loads beside this one in \
+     its block; the longer side of a rectangle; null of the first load and the last, in full contact, and \
+     where one of the three loads was given up",
+);
+
 /// What is measured of a contact map that is a rectangle, besides.
 pub const SWITCHES_ALONG_AXES: [Column; 2] = [SWITCHES_X, SWITCHES_Y];
 

@@ -50,6 +50,10 @@ pub struct MeasureTable {
     /// deviation between them, instead of having one each; for surfaces only.
     #[schemars(extend("default" = false))]
     pub pool: Key<bool>,
+    /// Whether the incremental stiffness of the interface is measured beside its contacts: how fast the
+    /// pressure rises as the mean gap falls, from neighbouring loads of a block.
+    #[schemars(extend("default" = false))]
+    pub stiffness: Key<bool>,
 }
 
 table!(MeasureTable, swept: [], lists: []);
@@ -174,8 +178,12 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS_A_DECADE, BINS_A_DECADE)?;
     range.and(pool)?;
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        return Some(Params::Contacts);
+        let stiffness = table.stiffness.written();
+        let stiffness = stiffness.is_some_and(|stiffness| stiffness.value);
+        return Some(Params::Contacts { stiffness });
     };
+    let why = "measured beside contacts, `what = \"contacts\"`";
+    checks.forbidden("stiffness", &table.stiffness, why)?;
     let uncounted = match distribution {
         Distribution::Pressures => surfaces
             .pressures_uncounted
@@ -201,6 +209,8 @@ fn of_surfaces(
     kept_alone: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
+    let why = "for loads; this stage reads surfaces";
+    checks.forbidden("stiffness", &table.stiffness, why)?;
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS, DEFAULT_BINS);
     let range = checks.number_or("range", &table.range, POSITIVE, DEFAULT_RANGE);
     misplaced(table, false, checks)?;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::solved::{Distributions, Scales, Solved};
+use super::solved::{Distributions, Flows, Scales, Solved};
 use super::{Params, StageError};
 use crate::contact::grid::Grid;
 use crate::contact::solver::{HalfSpace, Outcome, Solver, Stop, Watch};
@@ -57,7 +57,8 @@ impl Block {
             let mut solver = body.solver(grid, &heights);
             let under_unit_pressure = solver.under_unit_pressure();
             let distributions = Distributions::new(params.pressure_bins, params.gap_bins, &heights);
-            let rows = Solved::of(hardness, under_unit_pressure, distributions);
+            let flows = params.flow.then(|| Flows::on(grid));
+            let rows = Solved::of(hardness, under_unit_pressure, distributions, flows);
             (solver, rows)
         };
         let (mut solver, mut rows) = begin();
@@ -104,7 +105,7 @@ impl Block {
             return Err(StageError::Interrupted);
         }
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
-        self.rows.count_nodes(&mut self.solver);
+        self.rows.look_at_maps(&mut self.solver);
         let pressure = self.solver.pressure();
         self.rows.push(load, outcome, pressure, keep, &self.scales);
         let heaviest = self.loads.last().copied().unwrap_or(load);

@@ -108,6 +108,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         checks,
     );
     let gap_bins = bins::checked("gap_bins", &table.gap_bins, loads.as_deref(), checks);
+    let flow = flow(table, checks);
     let asperities = asperities(table, checks);
     Some(Params {
         effective_modulus: effective_modulus?,
@@ -121,8 +122,24 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         softest_body: softest_body?,
+        flow: flow?,
         asperities: asperities?,
     })
+}
+
+/// Whether the flow through the gap is asked for, of surfaces that repeat themselves.
+fn flow(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
+    let Some(written) = table.flow.written().filter(|flow| flow.value) else {
+        return Some(false);
+    };
+    let open = table.boundary.written();
+    if open.is_some_and(|boundary| boundary.value == keys::Boundary::Free) {
+        let message = "`flow` is true, and `boundary` is \"free\"";
+        let label = "is found where the gap repeats itself, with `boundary = \"periodic\"`";
+        checks.report("flow", Problem::new(message, written.span.clone(), label));
+        return None;
+    }
+    Some(true)
 }
 
 /// How asperities act on each other, if summits are pressed: elastic ones, around the cell.
@@ -140,7 +157,9 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
         "counted of pressures and gaps of all nodes, which Hertz' contacts are not solved for";
     let pressures = checks.forbidden("pressure_bins", &table.pressure_bins, why);
     let gaps = checks.forbidden("gap_bins", &table.gap_bins, why);
-    elastic.and(pressures).and(gaps)?;
+    let why = "found of the gap of all nodes, which Hertz' contacts are not solved for";
+    let flow = checks.forbidden("flow", &table.flow, why);
+    elastic.and(pressures).and(gaps).and(flow)?;
     let open = table.boundary.written();
     let open = open.filter(|written| written.value == keys::Boundary::Free);
     if let Some(written) = open {

@@ -70,6 +70,11 @@ pub struct SolveTable {
     /// to that gap in rms heights. A `measure` stage with `what = "gaps"` tells their distribution. It
     /// costs a pair of transforms a load.
     pub gap_bins: Key<Bins>,
+    /// Whether what flows through the gap is found under each load, along x and along y, by Reynolds'
+    /// equation on the mesh. It takes ten to twenty times as long as the loads themselves; surfaces must
+    /// repeat themselves.
+    #[schemars(extend("default" = false))]
+    pub flow: Key<bool>,
 }
 
 table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness", "interaction"], lists: []);

@@ -2,6 +2,7 @@
 
 mod checkpoint;
 mod distributions;
+mod flows;
 
 use arrow::array::{ArrayRef, Float64Builder};
 
@@ -17,6 +18,7 @@ use crate::store::column::{Column, bytes, integers, lists, reals, texts};
 use crate::store::table::Table;
 
 pub use distributions::Distributions;
+pub use flows::Flows;
 
 /// From the solver's units to the user's.
 pub struct Scales {
@@ -97,18 +99,37 @@ pub struct Solved {
     pressures: Float64Builder,
     kept: Vec<usize>,
     distributions: Distributions,
+    flows: Option<Flows>,
     /// What is known of asperities, row by row.
     of_asperities: Vec<(Column, ArrayRef)>,
 }
 
+/// What the table of a block has columns of, besides what all have.
+#[derive(Debug, Clone, Copy)]
+pub struct Besides {
+    pub boundary: Boundary,
+    pub yields: bool,
+    pub asperities: bool,
+    pub flow: bool,
+}
+
 /// What is solved for, beside coordinates.
-pub fn columns(boundary: Boundary, yields: bool, asperities: bool) -> Vec<Column> {
+pub fn columns(besides: Besides) -> Vec<Column> {
+    let Besides {
+        boundary,
+        yields,
+        asperities,
+        flow,
+    } = besides;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
         let place = columns.iter().position(|other| *other == column);
         let place = 1 + place.expect("it is solved for");
         columns.splice(place..place, new.iter().copied());
     };
+    if flow {
+        insert_after(MEAN_GAP, &FLOW);
+    }
     if yields {
         insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
         insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
@@ -132,11 +153,13 @@ impl Solved {
         hardness: Option<SurfaceHardness>,
         under_unit_pressure: Option<Vec<f64>>,
         distributions: Distributions,
+        flows: Option<Flows>,
     ) -> Solved {
         Solved {
             hardness,
             under_unit_pressure,
             distributions,
+            flows,
             ..Solved::default()
         }
     }
@@ -149,9 +172,19 @@ impl Solved {
         }
     }
 
-    /// Counts pressures and gaps of the load that is pushed next, as far as that is asked for.
-    pub fn count_nodes(&mut self, solver: &mut Solver) {
-        self.distributions.count(solver);
+    /// Counts pressures and gaps of the load that is pushed next, and finds what flows through them, as
+    /// far as that is asked for.
+    pub fn look_at_maps(&mut self, solver: &mut Solver) {
+        self.distributions.count_pressures(solver.pressure());
+        if !self.distributions.counts_gaps() && self.flows.is_none() {
+            return;
+        }
+        let pressures = solver.pressure().to_vec();
+        let gap = solver.gap_under(&pressures);
+        self.distributions.count_gaps(&gap, &pressures);
+        if let Some(flows) = &mut self.flows {
+            flows.find(&gap, &pressures);
+        }
     }
 
     pub fn push(
@@ -231,6 +264,10 @@ impl Solved {
         if self.hardness.is_some() {
             let depth = column(|outcome| outcome.yielded_depth, scales.length());
             columns.push((MEAN_YIELDED_DEPTH, depth));
+        }
+        if let Some(flows) = &self.flows {
+            let gaps: Vec<f64> = self.outcomes.iter().map(|load| load.mean_gap).collect();
+            columns.extend(flows.columns(&gaps, scales.length()));
         }
         columns.extend([
             (

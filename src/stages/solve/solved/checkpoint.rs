@@ -44,6 +44,9 @@ impl Solved {
             real(out, value.unwrap_or(-1.0))?;
         }
         self.distributions.save(out)?;
+        if let Some(flows) = &self.flows {
+            flows.save(out)?;
+        }
         solver.save(out)
     }
 
@@ -75,6 +78,9 @@ impl Solved {
                 .append_option((value >= 0.0).then_some(value));
         }
         self.distributions.restore(from)?;
+        if let Some(flows) = &mut self.flows {
+            flows.restore(self.loads.len(), from)?;
+        }
         solver.restore(from)
     }
 

@@ -7,7 +7,6 @@ use arrow::array::{ArrayRef, Float64Array};
 
 use super::checkpoint::{read_real, read_whole, real, whole};
 use crate::contact::distribution::EqualBins;
-use crate::contact::solver::Solver;
 use crate::stages::columns::{GAP_COUNTS, PRESSURE_COUNTS};
 use crate::store::column::{Column, lists};
 
@@ -44,16 +43,23 @@ impl Distributions {
         }
     }
 
-    /// Counts what the solver has found under a load.
-    pub fn count(&mut self, solver: &mut Solver) {
-        if let Some(pressures) = &mut self.pressures {
-            let in_contact = solver.pressure().iter().filter(|pressure| **pressure > 0.0);
-            pressures.add(in_contact.copied());
+    /// Counts the pressures that the solver has found under a load.
+    pub fn count_pressures(&mut self, pressures: &[f64]) {
+        if let Some(counted) = &mut self.pressures {
+            let in_contact = pressures.iter().filter(|pressure| **pressure > 0.0);
+            counted.add(in_contact.copied());
         }
+    }
+
+    /// Whether gaps are counted.
+    pub fn counts_gaps(&self) -> bool {
+        self.gaps.is_some()
+    }
+
+    /// Counts the gaps of a load, if they are counted.
+    pub fn count_gaps(&mut self, gap: &[f64], pressures: &[f64]) {
         if let Some(gaps) = &mut self.gaps {
-            let pressures = solver.pressure().to_vec();
-            let gap = solver.gap_under(&pressures);
-            let apart = gap.iter().zip(&pressures).filter(|(_, p)| **p == 0.0);
+            let apart = gap.iter().zip(pressures).filter(|(_, p)| **p == 0.0);
             gaps.add(apart.map(|(gap, _)| gap.max(0.0) / self.rms_height));
         }
     }

@@ -1,0 +1,107 @@
+//! The flow factor of the gap against the load, along both axes, with the loads from which on the gap is
+//! sealed; beyond the paper.
+
+use arrow::array::Array;
+
+use crate::figures::axis::Axis;
+use crate::figures::chart::{Chart, Series};
+use crate::figures::figure::Figure;
+use crate::figures::style::{Dash, Style};
+use crate::report::ReportError;
+use crate::report::ensembles::{self, EnsembleCurves, Mean};
+use crate::report::figure::{Definition, Drawn, sample};
+use crate::report::figure_data::{FigureData, LOAD_LABEL, series};
+use crate::stages::columns::{FLOW_FACTOR_X, FLOW_FACTOR_Y};
+use crate::store::column::Column;
+use crate::store::table::TableError;
+
+pub const FIGURE: Definition = Definition {
+    name: "flow",
+    title: "Flow through the gap",
+    draw,
+};
+
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let panels = [("along x", FLOW_FACTOR_X), ("along y", FLOW_FACTOR_Y)];
+    let mut charts = Vec::with_capacity(panels.len());
+    for (title, column) in panels {
+        charts.push(chart(data, title, column)?);
+    }
+    if charts.iter().all(|chart| chart.series.is_empty()) {
+        return Ok(Drawn::NotAsked);
+    }
+    let [mut left, mut right]: [Chart; 2] = charts
+        .try_into()
+        .unwrap_or_else(|_| unreachable!("there are two panels"));
+    let thresholds = thresholds(data)?;
+    let range = range([&left, &right]);
+    for &(load, style) in &thresholds {
+        for chart in [&mut left, &mut right] {
+            let ends = range.map(|flow| (load, flow));
+            chart.series.push(Series::new(ends, style));
+        }
+    }
+    let sealed = match thresholds.is_empty() {
+        true => {
+            "A fit with `law = \"gap-percolation\"` adds the loads from which on the gap is sealed."
+        }
+        false => "Dotted lines are the mean loads from which on the gap percolates no more.",
+    };
+    let caption = format!(
+        "Flow factor of the gap against load, from {}: flow over that between smooth walls at the mean gap. \
+         Points are means over the surfaces, those without flow counted as zero, bars {}, where they end \
+         above zero. {sealed}",
+        sample(&data.sample()),
+        data.bars,
+    );
+    Ok(Drawn::figure(Figure::of_two(left, right), caption))
+}
+
+fn chart(data: &FigureData, title: &str, column: Column) -> Result<Chart, TableError> {
+    let label = "flow factor 12 μ q/(ū³ ∇p)";
+    let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::logarithmic(label));
+    title.clone_into(&mut chart.title);
+    for ensemble in data.measured.iter().filter(|one| one.has(column.name)) {
+        let means = flowing(ensemble, column)?;
+        if !means.is_empty() {
+            let style = data.styles.markers(&ensemble.point).joined();
+            let points = series(&means, style).named(data.label(ensemble));
+            chart.series.push(points);
+        }
+    }
+    Ok(chart)
+}
+
+/// The means that are above zero, with the bars that are.
+fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, TableError> {
+    let means = ensemble.mean(column.name)?.into_iter();
+    let flowing = means.filter(|flow| flow.mean > 0.0).map(|flow| Mean {
+        half_bar: flow.half_bar.filter(|half| *half < flow.mean),
+        ..flow
+    });
+    Ok(flowing.collect())
+}
+
+/// The loads from which on the gap of each point percolates no more, as they were fitted.
+fn thresholds(data: &FigureData) -> Result<Vec<(f64, Style)>, TableError> {
+    let mut thresholds = Vec::new();
+    for stage in data.finished.with(&["percolation_load"]) {
+        let loads = stage.table.reals("percolation_load")?;
+        for row in (0..stage.table.rows()).filter(|&row| loads.is_valid(row)) {
+            let colour = data.styles.colour(&ensembles::point(&stage.table, row));
+            thresholds.push((loads.value(row), Style::line(colour, Dash::Dotted, 1.5)));
+        }
+    }
+    Ok(thresholds)
+}
+
+/// The smallest and the largest flow of charts.
+fn range(charts: [&Chart; 2]) -> [f64; 2] {
+    let series = charts.into_iter().flat_map(|chart| &chart.series);
+    let flows = series
+        .flat_map(|series| &series.points)
+        .map(|point| point.y);
+    flows.fold([f64::INFINITY, 0.0], |[least, most], flow| {
+        [least.min(flow), most.max(flow)]
+    })
+}
