@@ -50,7 +50,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Flow factor of the gap against load, from {}: flow over that between smooth walls at the mean gap. \
          Points are means over the surfaces, those without flow counted as zero, bars {}, where they end \
-         above zero. {sealed}",
+         above a tenth of the mean. {sealed}",
         sample(&data.sample()),
         data.bars,
     );
@@ -72,11 +72,12 @@ fn chart(data: &FigureData, title: &str, column: Column) -> Result<Chart, TableE
     Ok(chart)
 }
 
-/// The means that are above zero, with the bars that are.
+/// The means that are above zero, with the bars that end above a tenth of them: of a single surface that
+/// flows among many the bar ends at zero, but for rounding.
 fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, TableError> {
     let means = ensemble.mean(column.name)?.into_iter();
     let flowing = means.filter(|flow| flow.mean > 0.0).map(|flow| Mean {
-        half_bar: flow.half_bar.filter(|half| *half < flow.mean),
+        half_bar: flow.half_bar.filter(|half| *half < 0.9 * flow.mean),
         ..flow
     });
     Ok(flowing.collect())
