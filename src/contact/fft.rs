@@ -17,7 +17,9 @@
 //!
 //! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
 //! result of one makes the map of the next, row by row, both happen in one turn, and memory is
-//! passed over once. [`Threads`] share all this: rows and columns by blocks.
+//! passed over once. Where all rows have to be seen before the first can be replaced, they are kept in
+//! place of their spectra, and not transformed twice. [`Threads`] share all this: rows and columns by
+//! blocks.
 
 use rustfft::{FftNum, num_complex::Complex};
 
@@ -59,6 +61,19 @@ impl Real for f64 {
     }
 }
 
+/// Rows that one thread has together: threads part at multiples of them.
+pub const ROWS_TOGETHER: usize = 8;
+
+/// What a convolution in progress has of the rows of a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Held {
+    Nothing,
+    /// The rows themselves,
+    Rows,
+    /// or their spectra.
+    Spectra,
+}
+
 /// What a pass over a map does with its rows.
 ///
 /// Masks, casts and sums done here cost no pass over memory of their own.
@@ -69,7 +84,8 @@ pub trait Rows<T>: Sized + Send {
     /// in ascending order.
     fn row(&mut self, row: Row, values: &mut [T]);
 
-    /// Keeps the rows before one, an even one, and hands on the others. Nothing was seen yet.
+    /// Keeps the rows before one, an even one, and hands on the others. Nothing was seen yet. Where all
+    /// rows are seen, the one is a multiple of [`ROWS_TOGETHER`], or there are no others.
     fn split_off(&mut self, row: Row) -> Self;
 
     /// Takes back what was split off last, when all its rows were seen.
@@ -214,10 +230,7 @@ impl<T: Real> Transform<T> {
 
     /// Begins a convolution of the map whose rows are written.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.padded_rows(rows, |rows| match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => packed.begin(rows, threads, scratch),
-            Way::HalfSpectrum(plain, threads, scratch) => plain.begin(rows, threads, scratch),
-        });
+        self.pass(Held::Nothing, Held::Spectra, rows, scratch);
     }
 
     /// Goes on with a convolution: forward, multiply, inverse, a few columns at a time. Returns the
@@ -234,27 +247,64 @@ impl<T: Real> Transform<T> {
     /// Ends a convolution, whose rows are read, and begins that of the map by which they are
     /// replaced.
     pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.padded_rows(rows, |rows| match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => packed.turn(rows, threads, scratch),
-            Way::HalfSpectrum(plain, threads, scratch) => plain.turn(rows, threads, scratch),
-        });
+        self.pass(Held::Spectra, Held::Spectra, rows, scratch);
     }
 
     /// Ends a convolution, whose rows are read.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.padded_rows(rows, |rows| match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => packed.finish(rows, threads, scratch),
-            Way::HalfSpectrum(plain, threads, scratch) => plain.finish(rows, threads, scratch),
-        });
+        self.pass(Held::Spectra, Held::Nothing, rows, scratch);
+    }
+
+    /// Ends a convolution, whose rows are read, and keeps the map by which they are replaced.
+    pub fn finish_and_keep(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Held::Spectra, Held::Rows, rows, scratch);
+    }
+
+    /// Reads the rows of a map that was kept, and begins the convolution of the map by which they are
+    /// replaced.
+    pub fn turn_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Held::Rows, Held::Spectra, rows, scratch);
+    }
+
+    /// Reads the rows of a map that was kept.
+    pub fn finish_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Held::Rows, Held::Nothing, rows, scratch);
     }
 
     /// Reads, for each of these pairs, rows 2 `pair` and, if there is one, 2 `pair` + 1 of a
     /// convolution about to end. Pairs ascend.
     pub fn peek(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.peek_at(Held::Spectra, pairs, rows, scratch);
+    }
+
+    /// The same of a map that was kept.
+    pub fn peek_kept(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.peek_at(Held::Rows, pairs, rows, scratch);
+    }
+
+    /// Goes over all rows, of which there is one thing before and another one after.
+    fn pass(&self, from: Held, to: Held, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.padded_rows(rows, |rows| match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => packed.peek(pairs, rows, threads, scratch),
+            Way::Packed(packed, threads, scratch) => packed.pass(from, to, rows, threads, scratch),
             Way::HalfSpectrum(plain, threads, scratch) => {
-                plain.peek(pairs, rows, threads, scratch);
+                plain.pass(from, to, rows, threads, scratch);
+            }
+        });
+    }
+
+    fn peek_at(
+        &self,
+        from: Held,
+        pairs: &[usize],
+        rows: &mut impl Rows<T>,
+        scratch: &mut Scratch<T>,
+    ) {
+        self.padded_rows(rows, |rows| match self.way(scratch) {
+            Way::Packed(packed, threads, scratch) => {
+                packed.peek(from, pairs, rows, threads, scratch);
+            }
+            Way::HalfSpectrum(plain, threads, scratch) => {
+                plain.peek(from, pairs, rows, threads, scratch);
             }
         });
     }

@@ -15,8 +15,8 @@
 //!
 //! `start` guesses, `saturation` keeps pressures within their bounds, `conjugate_gradients` holds the
 //! iteration, in the line of Polonsky & Keer
-//! (*Wear* 231, 1999, 206) with a preconditioner, `evaluation` evaluates where it led, and
-//! `active_set` lets go what is in contact by an oversight. The search runs in single precision on
+//! (*Wear* 231, 1999, 206) with the preconditioner of `correction`, `evaluation` evaluates where it led,
+//! and `active_set` lets go what is in contact by an oversight. The search runs in single precision on
 //! increments; what it finds is evaluated in double precision, and the residual found there is
 //! where it goes on: iterative refinement.
 
@@ -27,8 +27,10 @@ use crate::contact::threads::Threads;
 mod active_set;
 mod balance;
 mod conjugate_gradients;
+mod correction;
 pub(crate) mod cost;
 mod evaluation;
+mod extension;
 mod fields;
 mod flags;
 mod half_space;
@@ -54,18 +56,23 @@ pub use hardness::{Hardness, HardnessError};
 pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
 pub use watch::Watch;
 
+use extension::Extension;
 use passes::{Base, Sample};
 use shift::Nodes;
 use steps::Steps;
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
-    if Base::is_map(tolerance) { 61.0 } else { 57.0 }
+    if Base::is_map(tolerance) {
+        62.25
+    } else {
+        58.25
+    }
 }
 
 /// One rough surface, and its contact at the last load.
 ///
-/// Holds about 57 bytes a node: heights and pressure in double precision; heights, the search's
+/// Holds about 58 bytes a node: heights and pressure in double precision; heights, the search's
 /// pressure, the previous pressure, gap and previous gap, and what nodes carry from iteration to
 /// iteration in single; a half spectrum, of either precision in turn, and three kernels of half the
 /// mesh. For tolerances below 1e-5, 4 more.
@@ -131,10 +138,11 @@ pub struct Solver {
     base: Base,
     /// and are higher by this.
     increment: Vec<f32>,
-    /// The last move of free nodes; elsewhere, the extension of the gap. Marked, see `passes`.
+    /// The last move of free nodes. Marked, see `flags`.
     carry: Vec<f32>,
     sample: Sample,
     free_nodes: f64,
+    extension: Extension,
     /// Nodes that ask for a change, and their last moves, where the material yields.
     asking: Nodes,
     last_moves: Vec<f32>,
@@ -226,6 +234,7 @@ impl Solver {
             increment: vec![0.0; cells],
             sample: Sample::new(nodes),
             free_nodes: 0.0,
+            extension: Extension::new(nodes),
             asking: Nodes::default(),
             last_moves: Vec::new(),
             double,

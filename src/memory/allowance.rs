@@ -226,20 +226,20 @@ mod tests {
             refused.unwrap_err().to_string()
         };
         let takes =
-            "a task of stage `contact` takes 4.2GB of memory on its mesh of 8192 × 8192 nodes";
+            "a task of stage `contact` takes 4.3GB of memory on its mesh of 8192 × 8192 nodes";
         assert_eq!(
             told(LimitedBy::Asked),
             format!(
-                "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3926 × \
-                 3926 nodes"
+                "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3886 × \
+                 3886 nodes"
             )
         );
-        assert!(told(LimitedBy::Machine).contains("let it be tried with `--memory 4.2GB`"));
+        assert!(told(LimitedBy::Machine).contains("let it be tried with `--memory 4.3GB`"));
         assert!(
             told(LimitedBy::Addresses)
                 .contains("that `ulimit -v` leaves the process: raise that limit")
         );
-        let most = self::plan(3926, "loads = [0.1]");
+        let most = self::plan(3886, "loads = [0.1]");
         let enough = allowance(ByteSize::gb(1), LimitedBy::Asked);
         assert_eq!(enough.fits(&most, &all(&most)), Ok(()));
     }

@@ -6,7 +6,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner, num_complex::Complex};
 
 use super::aligned::Aligned;
-use super::{Band, Real, Row, Rows, Sink, Source, cut, cut_pairs};
+use super::{Band, Held, ROWS_TOGETHER, Real, Row, Rows, Sink, Source, cut, cut_pairs};
 use crate::contact::threads::{Crew, Threads};
 
 /// Columns transformed together: one cache line of single precision or two of double, so that no
@@ -130,7 +130,15 @@ impl<T: Real> HalfSpectrum<T> {
         scratch: &mut Scratch<T>,
     ) {
         let buffers = &mut scratch.buffers;
-        self.pass::<false, true>(&mut Source(field), spectrum, threads, buffers);
+        let rows = &mut Source(field);
+        self.pass_over(
+            Held::Nothing,
+            Held::Spectra,
+            rows,
+            spectrum,
+            threads,
+            buffers,
+        );
         self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
             self.column_forward.process_with_scratch(tile, butterflies);
         });
@@ -148,15 +156,33 @@ impl<T: Real> HalfSpectrum<T> {
             self.column_inverse.process_with_scratch(tile, butterflies);
         });
         let rows = &mut Sink(Band::of(field));
-        self.pass::<true, false>(rows, spectrum, threads, buffers);
+        self.pass_over(
+            Held::Spectra,
+            Held::Nothing,
+            rows,
+            spectrum,
+            threads,
+            buffers,
+        );
     }
 
-    pub fn begin(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+    /// Goes over all rows that are not zero for certain, which may come from the half spectrum and may
+    /// go there.
+    pub fn pass(
+        &self,
+        from: Held,
+        to: Held,
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
         let Scratch { spectrum, buffers } = scratch;
         spectrum.resize(self.len(), Complex::default());
         let [filled, zeros] = self.split(spectrum);
-        self.pass::<false, true>(rows, filled, threads, buffers);
-        zeros.fill(Complex::default());
+        self.pass_over(from, to, rows, filled, threads, buffers);
+        if to == Held::Spectra {
+            zeros.fill(Complex::default());
+        }
     }
 
     /// Forward, multiply, inverse, one tile of columns at a time.
@@ -180,22 +206,10 @@ impl<T: Real> HalfSpectrum<T> {
         found.into_iter().fold(0.0, |sum, found| sum + found)
     }
 
-    pub fn turn(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
-        let Scratch { spectrum, buffers } = scratch;
-        let [filled, zeros] = self.split(spectrum);
-        zeros.fill(Complex::default());
-        self.pass::<true, true>(rows, filled, threads, buffers);
-    }
-
-    pub fn finish(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
-        let Scratch { spectrum, buffers } = scratch;
-        let [filled, _] = self.split(spectrum);
-        self.pass::<true, false>(rows, filled, threads, buffers);
-    }
-
-    /// Goes over rows, which may come from their half spectra and may go there.
-    fn pass<const COME: bool, const GO: bool>(
+    fn pass_over(
         &self,
+        from: Held,
+        to: Held,
         rows: &mut impl Rows<T>,
         spectrum: &mut [Complex<T>],
         threads: &Threads,
@@ -203,8 +217,8 @@ impl<T: Real> HalfSpectrum<T> {
     ) {
         let count = spectrum.len() / self.columns();
         let crew = threads.crew(count * self.nodes[1]);
-        let firsts = crew.cuts(count.div_ceil(2));
-        let firsts: Vec<usize> = firsts.into_iter().map(|pair| 2 * pair).collect();
+        let firsts = crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter();
+        let firsts: Vec<usize> = firsts.map(|block| ROWS_TOGETHER * block).collect();
         let parts = cut(rows, &firsts, self.nodes[1]);
         let mut rest = spectrum;
         let mut blocks = Vec::with_capacity(firsts.len());
@@ -225,12 +239,16 @@ impl<T: Real> HalfSpectrum<T> {
                     ..
                 } = buffers;
                 for (row, half) in (*first..).zip(halves.chunks_exact_mut(self.columns())) {
-                    if COME {
-                        self.inverse_row(half, values, butterflies);
+                    match from {
+                        Held::Nothing => (),
+                        Held::Rows => unpack(half, values),
+                        Held::Spectra => self.inverse_row(half, values, butterflies),
                     }
                     rows.row(self.row(row), values);
-                    if GO {
-                        self.forward_row(values, half, butterflies);
+                    match to {
+                        Held::Nothing => (),
+                        Held::Rows => pack(values, half),
+                        Held::Spectra => self.forward_row(values, half, butterflies),
                     }
                 }
             },
@@ -242,6 +260,7 @@ impl<T: Real> HalfSpectrum<T> {
 
     pub fn peek(
         &self,
+        from: Held,
         pairs: &[usize],
         rows: &mut impl Rows<T>,
         threads: &Threads,
@@ -256,9 +275,13 @@ impl<T: Real> HalfSpectrum<T> {
                 let Some(half) = spectrum.chunks_exact(self.columns()).nth(row) else {
                     return;
                 };
-                let copy = &mut buffers.tile[..half.len()];
-                copy.copy_from_slice(half);
-                self.inverse_row(copy, &mut buffers.row, &mut buffers.butterflies);
+                if from == Held::Rows {
+                    unpack(half, &mut buffers.row);
+                } else {
+                    let copy = &mut buffers.tile[..half.len()];
+                    copy.copy_from_slice(half);
+                    self.inverse_row(copy, &mut buffers.row, &mut buffers.butterflies);
+                }
                 Rows::row(rows, self.row(row), &mut buffers.row);
             }
         };
@@ -347,6 +370,22 @@ impl<T: Real> HalfSpectrum<T> {
             }
         }
         shares
+    }
+}
+
+/// Keeps a row where its half spectrum was.
+fn pack<T: Real>(row: &[T], half: &mut [Complex<T>]) {
+    for (values, kept) in row.chunks(2).zip(half) {
+        *kept = Complex::new(values[0], values.get(1).copied().unwrap_or_default());
+    }
+}
+
+fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
+    for (values, kept) in row.chunks_mut(2).zip(half) {
+        values[0] = kept.re;
+        if let [_, second] = values {
+            *second = kept.im;
+        }
     }
 }
 

@@ -37,7 +37,7 @@ use std::ops::Deref;
 use pulp::bytemuck;
 
 use super::aligned::Aligned;
-use super::{Real, Row, Rows, cut, cut_pairs};
+use super::{Held, ROWS_TOGETHER, Real, Row, Rows, cut, cut_pairs};
 use crate::contact::instructions::Instructions;
 use crate::contact::threads::{Crew, Threads};
 
@@ -47,12 +47,12 @@ mod rows;
 mod stages;
 
 use columns::Columns;
-use rows::{Forward, Inverse};
+use rows::{Fetch, Store};
 use stages::Stages;
 
 /// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
 /// leave a tile before a cache line's neighbours are written, and more the first-level cache.
-const BATCH: usize = 4;
+const BATCH: usize = ROWS_TOGETHER / 2;
 
 /// Cache lines between tiles, so that a row's registers in all of them do not compete for a few
 /// places in the cache.
@@ -109,7 +109,7 @@ impl<T: Real> Packed<T> {
         }
         Some(Self {
             nodes,
-            filled_rows: rows.next_multiple_of(2 * BATCH),
+            filled_rows: rows.next_multiple_of(ROWS_TOGETHER),
             instructions,
             rows: Stages::new(nodes_y, lanes)?,
             columns: Columns::new(nodes, lanes)?,
@@ -139,7 +139,7 @@ impl<T: Real> Packed<T> {
         // Of a tile that is its own opposite, or of two that are to be completed.
         let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
         Buffers {
-            rows: Aligned::zeros(2 * BATCH * row),
+            rows: Aligned::zeros(ROWS_TOGETHER * row),
             spare: Aligned::zeros(whole_tiles * column * T::LANES),
         }
     }
@@ -152,14 +152,13 @@ impl<T: Real> Packed<T> {
         threads.crew(self.filled_rows * self.nodes[1])
     }
 
-    pub fn begin(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
+    fn make_room(&self, scratch: &mut Scratch<T>) {
         let doubles = self.tiles_len() * size_of::<T>() / size_of::<f64>();
         if scratch.tiles.len() < doubles {
             // What is too small goes before the other comes.
             scratch.tiles = Aligned::zeros(0);
             scratch.tiles = Aligned::zeros(doubles);
         }
-        self.pass::<false, true>(rows, threads, scratch);
     }
 
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
@@ -184,27 +183,25 @@ impl<T: Real> Packed<T> {
         pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
     }
 
-    pub fn turn(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
-        self.pass::<true, true>(rows, threads, scratch);
-    }
-
-    pub fn finish(&self, rows: &mut impl Rows<T>, threads: &Threads, scratch: &mut Scratch<T>) {
-        self.pass::<true, false>(rows, threads, scratch);
-    }
-
     /// Goes over all rows that are not zero for certain, which may come from the tiles and may go
     /// there.
-    fn pass<const COME: bool, const GO: bool>(
+    pub fn pass(
         &self,
+        from: Held,
+        to: Held,
         rows: &mut impl Rows<T>,
         threads: &Threads,
         scratch: &mut Scratch<T>,
     ) {
+        if from == Held::Nothing {
+            self.make_room(scratch);
+        }
         let nodes_y = self.nodes[1];
         let Scratch { tiles, buffers } = scratch;
         let crew = self.crew(threads);
-        let firsts = crew.cuts(self.filled_rows / (2 * BATCH));
-        let firsts: Vec<usize> = firsts.into_iter().map(|batch| 2 * BATCH * batch).collect();
+        let firsts = crew.cuts(self.filled_rows / ROWS_TOGETHER);
+        let firsts = firsts.into_iter().map(|batch| ROWS_TOGETHER * batch);
+        let firsts: Vec<usize> = firsts.collect();
         let shares = self.cut_tiles(self.numbers_mut(tiles), &firsts);
         let parts = cut(rows, &firsts, nodes_y);
         let blocks = firsts.into_iter().zip(shares).zip(parts);
@@ -216,16 +213,12 @@ impl<T: Real> Packed<T> {
             |buffers, ((first, tiles), rows)| {
                 let batch = &mut buffers.rows;
                 let filled = 2 * tiles[0][0].len() / T::LANES;
-                for own in (0..filled).step_by(2 * BATCH) {
-                    if COME {
-                        self.inverse::<BATCH, _>(own / 2, batch, tiles);
-                    }
+                for own in (0..filled).step_by(ROWS_TOGETHER) {
+                    self.fetch::<BATCH, _>(from, own / 2, batch, tiles);
                     for (row, values) in (*first + own..).zip(batch.chunks_exact_mut(nodes_y)) {
                         rows.row(Row::new(row, nodes_y), values);
                     }
-                    if GO {
-                        self.forward(own / 2, batch, tiles);
-                    }
+                    self.store(to, own / 2, batch, tiles);
                 }
             },
         );
@@ -263,6 +256,7 @@ impl<T: Real> Packed<T> {
 
     pub fn peek(
         &self,
+        from: Held,
         pairs: &[usize],
         rows: &mut impl Rows<T>,
         threads: &Threads,
@@ -281,7 +275,7 @@ impl<T: Real> Packed<T> {
         let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
             let batch = &mut buffers.rows[..2 * nodes_y];
             for &pair in *pairs {
-                self.inverse::<1, _>(pair, batch, &tiles);
+                self.fetch::<1, _>(from, pair, batch, &tiles);
                 for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(nodes_y)) {
                     Rows::row(rows, Row::new(row, nodes_y), values);
                 }
@@ -293,9 +287,12 @@ impl<T: Real> Packed<T> {
         }
     }
 
-    fn forward(&self, first: usize, batch: &mut [T], tiles: &mut Shares<T>) {
-        let work = Forward {
-            stages: &self.rows,
+    fn store(&self, to: Held, first: usize, batch: &mut [T], tiles: &mut Shares<T>) {
+        if to == Held::Nothing {
+            return;
+        }
+        let work = Store {
+            stages: (to == Held::Spectra).then_some(&self.rows),
             row_nodes: self.nodes[1],
             first,
             batch,
@@ -304,14 +301,18 @@ impl<T: Real> Packed<T> {
         T::vectorize(self.instructions, work);
     }
 
-    fn inverse<const ROWS: usize, B: Deref<Target = [T]>>(
+    fn fetch<const ROWS: usize, B: Deref<Target = [T]>>(
         &self,
+        from: Held,
         first: usize,
         batch: &mut [T],
         tiles: &[[B; 2]],
     ) {
-        let work = Inverse::<ROWS, T, B> {
-            stages: &self.rows,
+        if from == Held::Nothing {
+            return;
+        }
+        let work = Fetch::<ROWS, T, B> {
+            stages: (from == Held::Spectra).then_some(&self.rows),
             row_nodes: self.nodes[1],
             first,
             batch,

@@ -157,9 +157,11 @@ fn packed_error<T: Real>(
         let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / field.len() as f64);
         let mut scratch = packed.scratch();
         let one = &Threads::one();
-        packed.begin(&mut Source(field), one, &mut scratch);
+        let rows = &mut Source(field);
+        packed.pass(Held::Nothing, Held::Spectra, rows, one, &mut scratch);
         let work = packed.multiply(&kernel, one, &mut scratch);
-        packed.finish(&mut Sink(Band::of(out)), one, &mut scratch);
+        let rows = &mut Sink(Band::of(out));
+        packed.pass(Held::Spectra, Held::Nothing, rows, one, &mut scratch);
         let numbers = out.iter().map(|number| (*number).into());
         bits.extend(numbers.chain([work]).map(f64::to_bits));
     }))
@@ -401,6 +403,53 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
         let pairs = Vec::from_iter(0..nodes[0].div_ceil(2));
         transform.peek(&pairs, &mut seen, &mut scratch);
         assert_eq!(seen.rows, Vec::from_iter(0..nodes[0]));
+    }
+}
+
+#[test]
+fn a_map_that_was_kept_goes_on_as_one_that_was_written() {
+    /// Keeps what it sees, and leaves it so many times as large.
+    struct Times<'a>(f64, Band<'a, f64>);
+    impl Rows<f64> for Times<'_> {
+        fn row(&mut self, row: Row, values: &mut [f64]) {
+            self.1.row(row).copy_from_slice(values);
+            values.iter_mut().for_each(|value| *value *= self.0);
+        }
+
+        fn split_off(&mut self, row: Row) -> Self {
+            Self(self.0, self.1.split_off(row))
+        }
+
+        fn append(&mut self, _: Self) {}
+    }
+    let whole = EITHER_WAY.into_iter().chain(SHARED);
+    for (map_nodes, nodes) in whole.map(|nodes| (nodes, nodes)).chain(CORNERS) {
+        let kernel = Kernel::new(nodes, factor);
+        let transform = Transform::padded(map_nodes, nodes);
+        let mut scratch = transform.scratch_on(threads(3));
+        let field = &map(map_nodes);
+        let [mut once, mut seen, mut kept, mut twice] =
+            std::array::from_fn(|_| vec![0.0; field.len()]);
+        transform.convolve(&kernel, field, &mut once, &mut scratch);
+        transform.begin(&mut Source(field), &mut scratch);
+        transform.multiply(&kernel, &mut scratch);
+        transform.finish_and_keep(&mut Times(2.0, Band::of(&mut seen)), &mut scratch);
+        assert!(seen == once, "{nodes:?}");
+        let doubled: Vec<f64> = once.iter().map(|value| 2.0 * value).collect();
+        let pairs: Vec<usize> = (0..map_nodes[0] / 2).step_by(3).collect();
+        let mut peeked = doubled.clone();
+        transform.peek_kept(&pairs, &mut Times(1.0, Band::of(&mut peeked)), &mut scratch);
+        assert!(peeked == doubled, "{nodes:?}");
+        transform.turn_kept(&mut Times(3.0, Band::of(&mut kept)), &mut scratch);
+        assert!(kept == doubled, "{nodes:?}");
+        transform.multiply(&kernel, &mut scratch);
+        transform.finish_and_keep(&mut Times(1.0, Band::of(&mut twice)), &mut scratch);
+        let six_times: Vec<f64> = doubled.iter().map(|value| 3.0 * value).collect();
+        let mut expected = vec![0.0; field.len()];
+        transform.finish_kept(&mut Times(1.0, Band::of(&mut seen)), &mut scratch);
+        assert!(seen == twice, "{nodes:?}");
+        transform.convolve(&kernel, &six_times, &mut expected, &mut scratch);
+        assert!(twice == expected, "{nodes:?}");
     }
 }
 

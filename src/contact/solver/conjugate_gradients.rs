@@ -4,31 +4,24 @@
 //! stay positive and keep its mean. One iteration takes two transform pairs:
 //!
 //! 1. *Correct.* On the free nodes, those with pressure or penetrating, the gap is turned into the
-//!    pressure that would close it if every node were free: the stiffness |q|/2 of the half-space
-//!    is the preconditioner. Made conjugate to the last move, the correction is the direction.
+//!    pressure that would close it (`correction`): the preconditioner is the stiffness |q|/2 of the
+//!    half-space between a continuation of the gap over all nodes and its transpose. Made conjugate
+//!    to the last move, the correction is the direction.
 //! 2. *Move.* The pressure follows the direction by a predicted step, is clipped at zero and
 //!    scaled back to its mean; the displacement of what did move updates the gap.
-//!
-//! Where nodes are not free, the gap that is turned into a pressure is not zero but an *extension*
-//! of the gap on the free ones: were it the displacement that the sought correction causes there,
-//! the stiffness would give the correction exactly, with no pressure outside. It starts from
-//! nothing, follows every move, and gives way to the pressure found outside, each node for itself.
-//! A jump to zero at the edges of contact would cost a fifth more iterations on rough surfaces and
-//! leave twice as many nodes wrong at the end.
 //!
 //! An exact line search would need the displacement of the direction before it is clipped: a third
 //! pair, for nearly every move clips. But how long the move should have been is known after it at
 //! no cost. That teaches the step of the same iteration at the next load, and what was missed is
 //! made up for by the next move, whose direction contains the last one.
 //!
-//! On large meshes memory is the limit, and not arithmetic. So the end of each transform and the
-//! beginning of the next are one pass: the mesh is gone over twice an iteration, each time between
-//! two transforms. What a pass would have to know in advance is had in other ways. The line search
-//! after a move follows from sums over the pass that made it and from the transform
-//! (`line_search`), and so does the offset of the gap, which here is its mean weighted by pressure.
-//! Scaling pressures back to their mean, and taking back what was too far, are left to the next
-//! pass (`PendingUpdate`). And what the corrections are like on the whole is seen in a sample of
-//! rows, before all of them are made.
+//! On large meshes memory is the limit, and not arithmetic. So the mesh is gone over at the ends and
+//! beginnings of transforms, and only once from a correction to a move. What a pass would have to know
+//! in advance is had in other ways. The line search after a move follows from sums over the pass that
+//! made it and from the transform (`line_search`), and so does the offset of the gap, which here is its
+//! mean weighted by pressure. Scaling pressures back to their mean, and taking back what was too far,
+//! are left to the next pass (`PendingUpdate`). And what the corrections are like on the whole is seen
+//! in a sample of rows, before all of them are made.
 //!
 //! Where the material yields, the pressure is clipped at the hardness too, and free are besides
 //! elastic nodes those that penetrate without pressure and those whose gap is open under the
@@ -51,19 +44,13 @@ use super::start::Start;
 use super::survey::Standing;
 use crate::contact::fft::Band;
 
-/// How much of the extension an iteration hands to the next, and how far it gives way to a pressure
-/// on a node that is not free, in units of the displacement that this node alone asks for. More of
-/// either sways at light loads; less forgets what it knew. Tried from 0.3 to 0.7, and 0.3 to 1.6.
-const MEMORY: f32 = 0.5;
-const COMPLIANCE: f64 = 1.4;
-
 /// The largest share of the last move in a direction: more would make it grow from one iteration
 /// to the next, which a predicted step does not bear.
 const LARGEST_SHARE: f64 = 2.0;
 
 /// The least by which an iteration is expected to reduce the residual, nearly always: what comes
 /// that close to the goal is moved and evaluated in double precision at once.
-const EXPECTED_REDUCTION: f64 = 0.5;
+const EXPECTED_REDUCTION: f64 = 0.2;
 
 impl Solver {
     /// Iterates, at least once, until single precision has done what it can or need do, and
@@ -87,9 +74,7 @@ impl Solver {
         }
         loop {
             let is_last = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
-            self.single
-                .multiply(&self.single_stiffness, &mut self.single_scratch);
-            self.pairs += 1;
+            self.correct();
             let step = history.damping * self.steps.of(history.iteration);
             let lacked = balance.map_or(0.0, |balance| total - balance.sum);
             let direction = self.direction(last.as_ref(), step, lacked, history.sees_all_rows);
@@ -106,6 +91,7 @@ impl Solver {
             };
             if line.sheds_load() {
                 history.shorten_steps();
+                self.extension.continues = history.continues();
                 return self.settle(PendingUpdate::ALL_BACK, standing.offset);
             }
             if is_last {
@@ -150,8 +136,8 @@ impl Solver {
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
-        let short = history.learn(&mut self.steps, best);
-        let part = if short { best } else { 1.0 };
+        let part = history.learn(&mut self.steps, best);
+        self.extension.continues = history.continues();
         let pending = PendingUpdate {
             scale: line.scale,
             part,
@@ -159,19 +145,22 @@ impl Solver {
         let (standing, free_offset) = match self.bound {
             None => {
                 let next_offset = line.offset(part, curvature);
-                self.update_gap::<false>(pending, next_offset, next_offset - offset)
+                self.update_gap::<false>(pending, next_offset)
             }
             Some(_) => {
                 let next_offset = self.peek_offset(part, standing, history.sees_all_rows);
-                self.update_gap::<true>(pending, next_offset, next_offset - offset)
+                self.update_gap::<true>(pending, next_offset)
             }
         };
         let made = LastMove {
             pending,
             curvature: part * part * curvature,
-            missed: if short { 0.0 } else { (best - 1.0).min(1.0) },
+            missed: if part < 1.0 {
+                0.0
+            } else {
+                (best - 1.0).min(1.0)
+            },
             offset_change: standing.offset - offset,
-            extends: true,
         };
         (standing, free_offset, made)
     }
@@ -187,11 +176,12 @@ impl Solver {
             last_moves: Vec::new(),
             rows: 0,
         });
-        let mut peek = Wide(Peek::new(&self.carry, &self.sample, asking));
+        let extension = &self.extension;
+        let mut peek = Wide(Peek::new(&self.carry, &self.sample, extension, asking));
         let (single, scratch) = (&self.single, &mut self.single_scratch);
-        single.peek(&self.sample.pairs(), &mut peek, scratch);
+        single.peek_kept(&self.sample.pairs(), &mut peek, scratch);
         if sees_all_rows || peek.0.saw_too_little() {
-            single.peek(&self.sample.other_pairs(), &mut peek, scratch);
+            single.peek_kept(&self.sample.other_pairs(), &mut peek, scratch);
         }
         let means = peek.0.means();
         let Some(asking) = peek.0.asking() else {
@@ -228,12 +218,7 @@ impl Solver {
         let mean = self
             .balanced_mean([step, share * part], lacked, rows)
             .unwrap_or(mean);
-        let compliance = if last.extends {
-            COMPLIANCE / self.nodal_stiffness
-        } else {
-            0.0
-        };
-        Direction::next(last.pending, share, step, mean, compliance)
+        Direction::next(last.pending, share, step, mean)
     }
 
     /// Moves the pressures along a new direction.
@@ -254,15 +239,16 @@ impl Solver {
             ceiling: Ceiling::at(self.ceiling()),
             base: &self.base,
             increment: Band::of(&mut self.increment),
+            given: self.extension.given_rows(),
             carry: Band::of(&mut self.carry),
             gap: &self.gap,
             heights: &self.single_heights,
             sums: InOrder::new(),
         });
         if is_last {
-            self.single.finish(&mut pass, &mut self.single_scratch);
+            self.single.finish_kept(&mut pass, &mut self.single_scratch);
         } else {
-            self.single.turn(&mut pass, &mut self.single_scratch);
+            self.single.turn_kept(&mut pass, &mut self.single_scratch);
         }
         pass.0.sums.total()
     }
@@ -272,29 +258,28 @@ impl Solver {
         &mut self,
         pending: PendingUpdate,
         offset: f64,
-        offset_change: f64,
     ) -> (Standing, f64) {
         let response = GapUpdate {
             offset: offset as f32,
-            offset_change: offset_change as f32,
             on_move: (pending.part * pending.scale) as f32,
             on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
             reference: (self.reference + self.height_reference) as f32,
             // What is taken back in part leaves pressure wherever there was some.
             pressed: if pending.part < 1.0 { FREE } else { PRESSED },
-            memory: MEMORY,
         };
         let mut pass = Wide(UpdateGap::<YIELDS> {
             response,
             heights: &self.single_heights,
             gap: Band::of(&mut self.gap),
             carry: Band::of(&mut self.carry),
+            asked: self.extension.asked_rows(),
             sample: self.sample.band(),
             seen: InOrder::new(),
         });
-        self.single.turn(&mut pass, &mut self.single_scratch);
+        self.single.finish(&mut pass, &mut self.single_scratch);
         let seen = pass.0.seen.total();
         self.free_nodes = seen.free_nodes;
+        self.begin_correction(offset);
         let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
         // In elastic bodies the sums are zero, and it is known already.
         let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);

@@ -174,15 +174,16 @@ impl Solver {
         evaluation: Evaluation,
         offset_change: f64,
     ) -> Evaluation {
-        if history.learn(&mut self.steps, best) {
-            return self.evaluate_without(1.0 - best, evaluation.standing.offset);
+        let part = history.learn(&mut self.steps, best);
+        self.extension.continues = history.continues();
+        if part < 1.0 {
+            return self.evaluate_without(1.0 - part, evaluation.standing.offset);
         }
         history.last = (best > 0.0).then_some(LastMove {
             pending: PendingUpdate::NOTHING,
             curvature,
             missed: (best - 1.0).min(1.0),
             offset_change,
-            extends: false,
         });
         evaluation
     }

@@ -2,8 +2,8 @@
 //! number that can spare them.
 //!
 //! Between passes, each node carries one number from iteration to iteration: its last move if it is
-//! free, else the extension of the gap. Both only steer the search, so that their lowest bits are
-//! as good as any to tell which it is. A map of its own would be read and written in every pass.
+//! free. It only steers the search, so that its lowest bits are as good as any to tell whether it is.
+//! A map of its own would be read and written in every pass.
 
 use pulp::Simd;
 

@@ -7,8 +7,14 @@ use super::steps::Steps;
 /// half it would have raised the energy.
 const SMALLEST_PART: f64 = 0.5;
 
-/// Where less than this part would have been best, the next steps are shortened.
+/// Where less than this part would have been best, all of it is taken back, and the next steps are
+/// shortened: a small part would leave a trace of pressure on many nodes that should have none, so that
+/// directions would go on to count with them.
 const RECKLESS_PART: f64 = 0.25;
+
+/// While steps are shortened further than this, corrections go without a continuation of the gap.
+/// Where many nodes are clipped, the rest of what was meant for all may lead uphill.
+const CONTINUED_DAMPING: f64 = 0.5;
 
 /// Steps are shortened as far as this only if directions are wrong altogether: made for the rows of
 /// a sample, it may be, where contact follows the rows.
@@ -38,21 +44,28 @@ impl Default for History {
 }
 
 impl History {
-    /// Learns from a move of which the part `best` would have been right. Says whether that was too
-    /// little to keep it.
-    pub fn learn(&mut self, steps: &mut Steps, best: f64) -> bool {
+    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    pub fn learn(&mut self, steps: &mut Steps, best: f64) -> f64 {
         if self.damping == 1.0 {
             steps.learn(self.iteration, best);
         }
         // What the first move clips of a guess is not to be taken back.
         let short = self.iteration > 0 && best < SMALLEST_PART;
-        if short && best < RECKLESS_PART {
-            self.shorten_steps();
-        } else if !short {
-            self.damping = (2.0 * self.damping).min(1.0);
-        }
         self.iteration += 1;
-        short
+        if !short {
+            self.damping = (2.0 * self.damping).min(1.0);
+            return 1.0;
+        }
+        if best < RECKLESS_PART {
+            self.shorten_steps();
+            return 0.0;
+        }
+        best
+    }
+
+    /// Whether corrections are made with a continuation of the gap.
+    pub fn continues(&self) -> bool {
+        self.damping >= CONTINUED_DAMPING
     }
 
     pub fn shorten_steps(&mut self) {
@@ -71,6 +84,4 @@ pub struct LastMove {
     pub missed: f64,
     /// How much higher the offset is after it.
     pub offset_change: f64,
-    /// Whether the extension followed it.
-    pub extends: bool,
 }

@@ -9,7 +9,7 @@ use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Range, Sub};
 
 use pulp::{NullaryFnOnce, Scalar, Scalar512b, Simd};
 
-use crate::contact::fft::{Band, Real, Row, Rows};
+use crate::contact::fft::{Band, ROWS_TOGETHER, Real, Row, Rows};
 use crate::contact::instructions::Instructions;
 use crate::contact::threads::Threads;
 
@@ -77,8 +77,8 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     let mut whole = Band::of(map);
     let mut blocks: Vec<(Range<usize>, Band<T>, Wide<P>)> = Vec::new();
     let mut end = count;
-    for pair in crew.cuts(count.div_ceil(2)).into_iter().rev() {
-        let first = Row::new(2 * pair, nodes);
+    for block in crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter().rev() {
+        let first = Row::new(ROWS_TOGETHER * block, nodes);
         blocks.push((
             first.index()..end,
             whole.split_off(first),

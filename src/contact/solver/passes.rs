@@ -3,6 +3,7 @@
 mod ask;
 mod base;
 mod evaluate;
+mod extend;
 mod sample;
 mod update_gap;
 mod update_pressure;
@@ -13,6 +14,7 @@ pub use evaluate::{
     GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromoteYielding, PromotedInput,
     TakeBack,
 };
+pub use extend::{Extend, TakeOthers};
 pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

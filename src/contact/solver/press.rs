@@ -26,6 +26,7 @@ impl Solver {
             hardness.bear(load).expect("the caller has asked");
         }
         self.pairs = 0;
+        self.extension.continues = true;
         self.base.prepare(settings.tolerance);
         if self.is_flattened_by(load) {
             self.bound = None;
@@ -47,6 +48,7 @@ impl Solver {
             Some(hardness) if elastic.peak_pressure > hardness.pressure() => {
                 self.yields_from = self.yields_from.min(load);
                 let evaluation = self.guess_yielding(hardness);
+                self.extension.continues = true;
                 self.solve(History::default(), evaluation, settings, watch)
             }
             _ => elastic,

@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 use super::Solver;
 use super::balance::Balance;
 use super::in_order::InOrder;
-use super::lanes::Wide;
+use super::lanes::over_rows;
 use super::passes::{Ask, GapUpdate, Onwards};
 use super::survey::Standing;
 use crate::contact::elasticity;
@@ -131,24 +131,27 @@ impl Solver {
             earlier_pressure: Band::of(&mut self.earlier_pressure),
             earlier_gap: Band::of(&mut self.earlier_gap),
         });
-        let mut pass = Wide(Ask::<YIELDS> {
+        let mut pass = Ask::<YIELDS> {
             onwards,
             response: GapUpdate::to_a_start(offset),
             gap: Band::of(&mut self.gap),
-            pressure: Band::of(&mut self.pressure),
             hardness,
             carry: Band::of(&mut self.carry),
+            asked: self.extension.asked_rows(),
+            row: vec![0.0; self.nodes[1]],
             base: self.base.band(),
             increment: Band::of(&mut self.increment),
             seen: InOrder::new(),
             base_sum: InOrder::new(),
             bounded_sum: InOrder::new(),
-        });
-        self.single_scratch.take_over(&mut self.double_scratch);
-        self.single.begin(&mut pass, &mut self.single_scratch);
-        let (seen, base_sum) = (pass.0.seen.total(), pass.0.base_sum.total());
-        let sum = pass.0.bounded_sum.total();
+        };
+        let row_nodes = self.nodes[1];
+        over_rows(&self.threads, &mut self.pressure, row_nodes, &mut pass);
+        let (seen, base_sum) = (pass.seen.total(), pass.base_sum.total());
+        let sum = pass.bounded_sum.total();
         self.free_nodes = seen.free_nodes;
+        self.single_scratch.take_over(&mut self.double_scratch);
+        self.begin_correction(offset);
         Start {
             standing: seen.extremes.seen_from(offset),
             base_sum,

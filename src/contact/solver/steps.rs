@@ -3,12 +3,14 @@
 /// Iterations of one load whose steps are told apart; later ones share the last.
 const STEPS: usize = 16;
 
-/// The step before any was learnt: between those of first iterations, 0.7, and of later ones, 0.35.
-const UNTRIED_STEP: f64 = 0.5;
+/// The step before any was learnt. Corrections are too large by up to a third; with one half, first loads
+/// take half as many pairs again.
+const UNTRIED_STEP: f64 = 0.9;
 
-/// Steps stay within what surfaces of all kinds were seen to need, 0.15 to 1, with a margin: a load
-/// that ends in rounding must not teach the next.
-const STEP_RANGE: (f64, f64) = (0.1, 1.5);
+/// Steps stay above what surfaces of all kinds were seen to need: a load that ends in rounding must not
+/// teach the next. More than the whole correction closes the gap only of nodes about to be let go; one
+/// load may have many of them, and the next one none.
+const STEP_RANGE: (f64, f64) = (0.1, 1.0);
 
 /// The steps that each iteration of a load learnt from earlier loads.
 pub struct Steps([f64; STEPS]);

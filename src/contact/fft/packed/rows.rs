@@ -1,4 +1,5 @@
-//! Complex rows between a batch and the tiles: forward there, backwards from there.
+//! Complex rows between a batch and the tiles: transformed forward there and backwards from there, or as
+//! they are.
 
 use std::ops::Deref;
 
@@ -10,8 +11,9 @@ use super::stages::Stages;
 use super::{BATCH, Shares};
 
 /// Takes a batch of complex rows to the tiles.
-pub struct Forward<'a, 'b, T> {
-    pub stages: &'a Stages<T, true>,
+pub struct Store<'a, 'b, T> {
+    /// Of the transform that comes before, if any does.
+    pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
     /// The first complex row, of those at hand.
     pub first: usize,
@@ -19,14 +21,16 @@ pub struct Forward<'a, 'b, T> {
     pub tiles: &'a mut Shares<'b, T>,
 }
 
-impl<T: Real> Work<T> for Forward<'_, '_, T> {
+impl<T: Real> Work<T> for Store<'_, '_, T> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
         let registers = self.row_nodes / R::LANES;
         let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
-        for row in batch.chunks_exact_mut(2 * registers) {
-            let (re, im) = row.split_at_mut(registers);
-            self.stages.forward(r, re, im);
+        if let Some(stages) = self.stages {
+            for row in batch.chunks_exact_mut(2 * registers) {
+                let (re, im) = row.split_at_mut(registers);
+                stages.forward(r, re, im);
+            }
         }
         let start = self.first * R::LANES;
         for (j, [re, im]) in self.tiles.iter_mut().enumerate() {
@@ -43,15 +47,16 @@ impl<T: Real> Work<T> for Forward<'_, '_, T> {
 }
 
 /// Brings so many complex rows back from the tiles.
-pub struct Inverse<'a, const ROWS: usize, T, B> {
-    pub stages: &'a Stages<T, true>,
+pub struct Fetch<'a, const ROWS: usize, T, B> {
+    /// Of the transform that comes after, if any does.
+    pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
     pub first: usize,
     pub batch: &'a mut [T],
     pub tiles: &'a [[B; 2]],
 }
 
-impl<const ROWS: usize, T: Real, B: Deref<Target = [T]>> Work<T> for Inverse<'_, ROWS, T, B> {
+impl<const ROWS: usize, T: Real, B: Deref<Target = [T]>> Work<T> for Fetch<'_, ROWS, T, B> {
     #[inline(always)]
     fn run<R: Registers<Number = T>>(self, r: R) {
         let registers = self.row_nodes / R::LANES;
@@ -65,9 +70,11 @@ impl<const ROWS: usize, T: Real, B: Deref<Target = [T]>> Work<T> for Inverse<'_,
                 batch[(2 * k + 1) * registers + j] = im[k];
             }
         }
-        for row in batch.chunks_exact_mut(2 * registers) {
-            let (re, im) = row.split_at_mut(registers);
-            self.stages.inverse(r, re, im);
+        if let Some(stages) = self.stages {
+            for row in batch.chunks_exact_mut(2 * registers) {
+                let (re, im) = row.split_at_mut(registers);
+                stages.inverse(r, re, im);
+            }
         }
     }
 }

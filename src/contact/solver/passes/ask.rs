@@ -1,7 +1,8 @@
-//! Begins a search: from a gap and its pressure to what the first correction is to close.
+//! Gets ready for a search: from a gap and its pressure to what the first correction is to close.
 
 use pulp::Simd;
 
+use super::super::extension::AskedRows;
 use super::super::flags::marked_by_pressure;
 use super::super::in_order::InOrder;
 use super::super::lanes::{Lanes, Pass, REST, split_mut, sum_by};
@@ -9,17 +10,20 @@ use super::base::BaseBand;
 use super::update_gap::{GapUpdate, Seen};
 use crate::contact::fft::{Band, Row};
 
-/// Starts from the last gap and pressure, or from a guess along the straight line through them.
+/// Goes over pressures. Starts from the last gap and pressure, or from a guess along the straight line
+/// through them.
 pub struct Ask<'a, const YIELDS: bool> {
     /// Where to go on to first.
     pub onwards: Option<Onwards<'a>>,
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
-    pub pressure: Band<'a, f64>,
     /// The pressure at which nodes are saturated.
     pub hardness: f64,
     /// Marked by pressure; the last move on free nodes, if there is one to go on from.
     pub carry: Band<'a, f32>,
+    pub asked: AskedRows<'a>,
+    /// A row of what free nodes ask for.
+    pub row: Vec<f32>,
     pub base: BaseBand<'a>,
     /// Set to the pressure above the base.
     pub increment: Band<'a, f32>,
@@ -40,10 +44,9 @@ pub struct Onwards<'a> {
     pub earlier_gap: Band<'a, f32>,
 }
 
-impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
+impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
     #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let pressure = self.pressure.row(row);
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
         let gap = self.gap.row(row);
         let carry = self.carry.row(row);
         if let Some(onwards) = &mut self.onwards {
@@ -67,9 +70,10 @@ impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
         split(pressure, base, self.increment.row(row));
         self.base_sum
             .push(sum_by(base, base, |base, _| f64::from(base)));
-        values.fill(0.0);
+        let (asked, seen) = (&mut self.row, &mut self.seen);
         self.response
-            .ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
+            .ask_row::<S, R, YIELDS>(simd, asked, gap, carry, seen);
+        self.asked.add_row::<S, R>(simd, row, asked, carry);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
@@ -81,8 +85,9 @@ impl<const YIELDS: bool> Pass<f32> for Ask<'_, YIELDS> {
                 earlier_gap: onwards.earlier_gap.split_off(row),
             }),
             gap: self.gap.split_off(row),
-            pressure: self.pressure.split_off(row),
             carry: self.carry.split_off(row),
+            asked: self.asked.split_off(row),
+            row: self.row.clone(),
             base: self.base.split_off(row),
             increment: self.increment.split_off(row),
             seen: InOrder::new(),

@@ -2,6 +2,7 @@
 
 use pulp::Simd;
 
+use super::super::extension::{Extension, GivenRows};
 use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::in_order::{Found, InOrder};
 use super::super::lanes::{Pass, sum_by, total, weight};
@@ -125,6 +126,8 @@ pub struct Peek<'a> {
     carry: &'a [f32],
     /// Displacements under the last move.
     sample: &'a Sample,
+    /// What is to be given to corrections.
+    given: GivenRows<'a>,
     sums: InOrder<PeekSums>,
     /// Where the material yields, free nodes and what they ask for.
     asking: Option<Asking<'a>>,
@@ -206,10 +209,16 @@ impl Asking<'_> {
 }
 
 impl<'a> Peek<'a> {
-    pub fn new(carry: &'a [f32], sample: &'a Sample, asking: Option<Asking<'a>>) -> Self {
+    pub fn new(
+        carry: &'a [f32],
+        sample: &'a Sample,
+        extension: &'a Extension,
+        asking: Option<Asking<'a>>,
+    ) -> Self {
         Self {
             carry,
             sample,
+            given: extension.given_rows(),
             sums: InOrder::new(),
             asking,
         }
@@ -243,6 +252,7 @@ impl Pass<f32> for Peek<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
+        self.given.give_row(row, values);
         if let Some(asking) = &mut self.asking {
             asking.gather(row, values, carry);
         }
@@ -272,6 +282,7 @@ impl Pass<f32> for Peek<'_> {
 
     fn split_off(&mut self, _: Row) -> Self {
         Self {
+            given: self.given.split_off(),
             sums: InOrder::new(),
             asking: self.asking.as_mut().map(Asking::split_off),
             ..*self

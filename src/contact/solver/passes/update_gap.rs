@@ -1,7 +1,8 @@
-//! From the displacement under a move to the gap after it, and to what is asked of the next.
+//! From the displacement under a move to the gap after it, and to what free nodes ask of the next.
 
 use pulp::Simd;
 
+use super::super::extension::AskedRows;
 use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
 use super::super::in_order::{Found, InOrder};
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
@@ -9,8 +10,8 @@ use super::super::survey::Extremes;
 use super::sample::SampleBand;
 use crate::contact::fft::{Band, Row};
 
-/// Moves the gap by the displacement of a move, frees nodes, and leaves what the next correction is
-/// to close: the gap of free nodes and its extension over the others.
+/// Moves the gap by the displacement of a move, frees nodes, and adds up the gap of free ones, which
+/// the next correction is to close.
 ///
 /// Free are nodes that have pressure or penetrate; where the material yields, saturated ones only
 /// if their gap is open.
@@ -18,8 +19,9 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
     pub response: GapUpdate,
     pub heights: &'a [f32],
     pub gap: Band<'a, f32>,
-    /// Moves of free nodes, extension on the others.
+    /// Moves of free nodes.
     pub carry: Band<'a, f32>,
+    pub asked: AskedRows<'a>,
     pub sample: SampleBand<'a>,
     pub seen: InOrder<Seen>,
 }
@@ -29,8 +31,6 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
 pub struct GapUpdate {
     /// Level of the gap after the move.
     pub offset: f32,
-    /// How much higher that is than before.
-    pub offset_change: f32,
     /// Of the displacement under the move before it is scaled.
     pub on_move: f32,
     /// Of the displacement under the pressure before the move.
@@ -39,8 +39,6 @@ pub struct GapUpdate {
     pub reference: f32,
     /// The mark of nodes that may have pressure.
     pub pressed: u32,
-    /// How much of the extension is kept.
-    pub memory: f32,
 }
 
 /// What is seen on the way.
@@ -88,12 +86,14 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
         self.sample.keep(row, values);
         let (gap, carry) = (self.gap.row(row), self.carry.row(row));
         response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
+        self.asked.add_row::<S, R>(simd, row, values, carry);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
         Self {
             gap: self.gap.split_off(row),
             carry: self.carry.split_off(row),
+            asked: self.asked.split_off(row),
             sample: self.sample.split_off(row),
             seen: InOrder::new(),
             ..*self
@@ -106,16 +106,14 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
 }
 
 impl GapUpdate {
-    /// To a gap that has not moved, and that nothing extends.
+    /// To a gap that has not moved.
     pub fn to_a_start(offset: f64) -> Self {
         Self {
             offset: offset as f32,
-            offset_change: 0.0,
             on_move: 0.0,
             on_pressure: 0.0,
             reference: 0.0,
             pressed: PRESSED,
-            memory: 0.0,
         }
     }
 
@@ -146,7 +144,7 @@ impl GapUpdate {
         }
     }
 
-    /// Turns a row of displacements into what the next correction is to close.
+    /// Turns a row into what the next correction is to close, with zeros where nodes are not free.
     #[inline(always)]
     pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,
@@ -174,8 +172,6 @@ impl GapUpdate {
         carry: &mut [[S::f32s; R]],
     ) -> Seen {
         let offset = Lanes::all(simd, self.offset);
-        let offset_change = Lanes::all(simd, self.offset_change);
-        let memory = Lanes::all(simd, self.memory);
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
         let mut free_nodes = zero;
         let mut highest = Lanes::all(simd, -f32::MAX);
@@ -207,10 +203,8 @@ impl GapUpdate {
             highest = pressed.choose(highest.max(g), highest);
             lowest = lower;
             free_nodes = free_nodes + free.or_zero(one);
-            let extended = c + Lanes::of(simd, *value) - offset_change;
-            let extension = memory * was_free.choose(above, extended);
-            *value = free.choose(above, extension).numbers();
-            let next = free.choose(was_free.or_zero(c), extension);
+            *value = free.or_zero(above).numbers();
+            let next = (free & was_free).or_zero(c);
             *carry = if YIELDS {
                 mark_yielding(next, free, pressed, saturated).numbers()
             } else {

@@ -2,6 +2,7 @@
 
 use pulp::Simd;
 
+use super::super::extension::GivenRows;
 use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
 use super::super::in_order::{Found, InOrder};
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_by};
@@ -60,7 +61,9 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub ceiling: Ceiling,
     pub base: &'a Base,
     pub increment: Band<'a, f32>,
-    /// Moves of free nodes, extension on the others.
+    /// What is to be given to rows of the correction.
+    pub given: GivenRows<'a>,
+    /// Moves of free nodes.
     pub carry: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
@@ -70,6 +73,7 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
 impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        self.given.give_row(row, values);
         let (values, last_values) = split_mut::<S, R>(values);
         let (base, last_base) = split::<S, R>(self.base.row(row));
         let (increment, last_increment) = split_mut::<S, R>(self.increment.row(row));
@@ -109,6 +113,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
         Self {
             increment: self.increment.split_off(row),
             carry: self.carry.split_off(row),
+            given: self.given.split_off(),
             sums: InOrder::new(),
             ..*self
         }
@@ -132,9 +137,6 @@ pub struct Direction {
     mean: f32,
     /// How far the direction is followed.
     step: f32,
-    /// Displacement per pressure by which the extension gives way to corrections where nodes are
-    /// not free.
-    compliance: f32,
 }
 
 impl Direction {
@@ -147,12 +149,11 @@ impl Direction {
             scaling: 0.0,
             mean: mean as f32,
             step: step as f32,
-            compliance: 0.0,
         }
     }
 
     /// With `share` of the last move, of which `pending` is still to be done.
-    pub fn next(pending: PendingUpdate, share: f64, step: f64, mean: f64, compliance: f64) -> Self {
+    pub fn next(pending: PendingUpdate, share: f64, step: f64, mean: f64) -> Self {
         let share = share * pending.part;
         Self {
             of_pressure: (pending.part * (pending.scale - 1.0)) as f32,
@@ -161,7 +162,6 @@ impl Direction {
             scaling: (share * (pending.scale - 1.0)) as f32,
             mean: mean as f32,
             step: step as f32,
-            compliance: compliance as f32,
         }
     }
 
@@ -184,7 +184,6 @@ impl Direction {
         let scaling = Lanes::all(simd, self.scaling);
         let mean = Lanes::all(simd, self.mean);
         let step = Lanes::all(simd, self.step);
-        let compliance = Lanes::all(simd, self.compliance);
         let nearest = Lanes::all(simd, ceiling.nearest);
         let rest = Lanes::all(simd, ceiling.rest);
         let zero = Lanes::all(simd, 0.0);
@@ -213,7 +212,7 @@ impl Direction {
             };
             // Of what was stored before, so that rounding is part of the move.
             let m = (new - r) - due;
-            let next = free.choose(m, c - compliance * correction);
+            let next = free.or_zero(m);
             *value = m.numbers();
             *increment = new.numbers();
             let pressed = (-b).is_below(new);

@@ -1,0 +1,309 @@
+//! Rows of the mesh to the smallest blocks, and back: what passes over the mesh work with.
+//!
+//! Threads part at multiples of [`SIDE`] rows, so that a row of blocks is one thread's.
+
+use pulp::Simd;
+
+use super::super::flags::FREE;
+use super::super::lanes::{Lanes, REST, split, split_mut};
+use super::interpolation::{gather, interpolate, is_before, repeat, shares, sum};
+use super::{Extension, Level, SIDE};
+use crate::contact::fft::{Band, ROWS_TOGETHER, Row};
+
+const _: () = assert!(ROWS_TOGETHER.is_multiple_of(SIDE));
+
+/// Rows of what free nodes ask for, to be added up.
+pub struct AskedRows<'a> {
+    rows: usize,
+    blocks: usize,
+    free: Band<'a, f32>,
+    values: Band<'a, f32>,
+    /// Free nodes in a row of blocks so far, and what they ask for.
+    sums: [Vec<f32>; 2],
+}
+
+impl Extension {
+    /// All rows of what free nodes ask for.
+    pub fn asked_rows(&mut self) -> AskedRows<'_> {
+        let smallest = &mut self.levels[0];
+        let blocks = smallest.blocks[1];
+        AskedRows {
+            rows: self.nodes[0],
+            blocks,
+            free: Band::of(&mut smallest.free),
+            values: Band::of(&mut smallest.values),
+            sums: [vec![0.0; SIDE * blocks], vec![0.0; SIDE * blocks]],
+        }
+    }
+
+    /// All rows of the continuation.
+    pub fn continued_rows(&self) -> ContinuedRows<'_> {
+        ContinuedRows::of(&self.levels[0])
+    }
+
+    /// All rows of what the other nodes are asked for.
+    pub fn taken_rows(&mut self) -> TakenRows<'_> {
+        let smallest = &mut self.levels[0];
+        let blocks = smallest.blocks[1];
+        let [for_before, for_after] = &mut self.for_neighbours;
+        TakenRows {
+            rows: self.nodes[0],
+            blocks,
+            bands: [for_before, &mut smallest.values, for_after].map(|map| Band::of(map)),
+            sums: empty_sums(blocks),
+        }
+    }
+
+    /// All rows of what is handed back.
+    pub fn given_rows(&self) -> GivenRows<'_> {
+        GivenRows::of(&self.levels[0])
+    }
+}
+
+impl AskedRows<'_> {
+    /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they are.
+    #[inline(always)]
+    pub fn add_row<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        row: Row,
+        asked: &[f32],
+        carry: &[f32],
+    ) {
+        let [free, values] = &mut self.sums;
+        let (free_sums, last_free) = split_mut::<S, R>(&mut free[..asked.len()]);
+        let (sums, last_sums) = split_mut::<S, R>(&mut values[..asked.len()]);
+        let (asked, last_asked) = split::<S, R>(asked);
+        let (carry, last_carry) = split::<S, R>(carry);
+        add_asked(simd, free_sums, sums, asked, carry);
+        add_asked(REST, last_free, last_sums, last_asked, last_carry);
+        if ends_blocks(row, self.rows) {
+            let place = Row::new(row.index() / SIDE, self.blocks);
+            let bands = [&mut self.free, &mut self.values];
+            for (sums, band) in self.sums.iter_mut().zip(bands) {
+                sum(sums.as_chunks::<SIDE>().0, band.row(place));
+                sums.fill(0.0);
+            }
+        }
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        let place = Row::new(row.index().div_ceil(SIDE), self.blocks);
+        Self {
+            free: self.free.split_off(place),
+            values: self.values.split_off(place),
+            sums: self.sums.clone(),
+            ..*self
+        }
+    }
+}
+
+#[inline(always)]
+fn add_asked<S: Simd, const R: usize>(
+    simd: S,
+    free_sums: &mut [[S::f32s; R]],
+    sums: &mut [[S::f32s; R]],
+    asked: &[[S::f32s; R]],
+    carry: &[[S::f32s; R]],
+) {
+    let one = Lanes::all(simd, 1.0);
+    let rows = asked.iter().zip(carry);
+    for ((free_sum, sum), (asked, carry)) in free_sums.iter_mut().zip(sums).zip(rows) {
+        let free = Lanes::of(simd, *carry).has(FREE).or_zero(one);
+        *free_sum = (Lanes::of(simd, *free_sum) + free).numbers();
+        *sum = (Lanes::of(simd, *sum) + Lanes::of(simd, *asked)).numbers();
+    }
+}
+
+/// Rows of the continuation.
+pub struct ContinuedRows<'a> {
+    smallest: &'a Level,
+    /// A row of blocks, with one more before and after.
+    near: Vec<f32>,
+    /// The rows of blocks before, here and after, interpolated along the row,
+    rows: [Vec<f32>; 3],
+    /// and which of them is here.
+    here: Option<usize>,
+}
+
+impl<'a> ContinuedRows<'a> {
+    fn of(smallest: &'a Level) -> Self {
+        let blocks = smallest.blocks[1];
+        Self {
+            smallest,
+            near: vec![0.0; blocks + 2],
+            rows: std::array::from_fn(|_| vec![0.0; SIDE * blocks]),
+            here: None,
+        }
+    }
+
+    /// The two rows, of no fewer nodes, that the continuation of a row lies between, with their shares.
+    #[inline(always)]
+    pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
+        let (block, part) = (row.index() / SIDE, row.index() % SIDE);
+        if self.here != Some(block) {
+            self.go_to(block);
+        }
+        let [own, other] = shares::<SIDE>(part);
+        let [before, here, after] = &self.rows;
+        let neighbour = if is_before::<SIDE>(part) {
+            before
+        } else {
+            after
+        };
+        [(here, own), (neighbour, other)]
+    }
+
+    #[inline(always)]
+    fn go_to(&mut self, block: usize) {
+        let rows = self.smallest.blocks[0];
+        if block > 0 && self.here == Some(block - 1) {
+            self.rows.rotate_left(1);
+        } else {
+            self.interpolate(0, (block + rows - 1) % rows);
+            self.interpolate(1, block);
+        }
+        self.interpolate(2, (block + 1) % rows);
+        self.here = Some(block);
+    }
+
+    #[inline(always)]
+    fn interpolate(&mut self, which: usize, block: usize) {
+        let blocks = self.smallest.blocks[1];
+        let values = Row::new(block, blocks).of(&self.smallest.values);
+        self.near[1..=blocks].copy_from_slice(values);
+        repeat(&mut self.near);
+        interpolate(&self.near, self.rows[which].as_chunks_mut::<SIDE>().0);
+    }
+
+    pub fn split_off(&self) -> Self {
+        Self::of(self.smallest)
+    }
+}
+
+/// Rows of what nodes that are not free are asked for, to be taken.
+pub struct TakenRows<'a> {
+    rows: usize,
+    blocks: usize,
+    /// For the rows of blocks before, here and after,
+    bands: [Band<'a, f32>; 3],
+    /// and in the present one so far, with a block more before and after.
+    sums: [Vec<f32>; 3],
+}
+
+fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
+    std::array::from_fn(|_| vec![0.0; SIDE * (blocks + 2)])
+}
+
+impl TakenRows<'_> {
+    /// Takes a row, where nodes are not marked as free.
+    #[inline(always)]
+    pub fn take_row<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        row: Row,
+        values: &[f32],
+        carry: &[f32],
+    ) {
+        let part = row.index() % SIDE;
+        let [before, here, after] = &mut self.sums;
+        let neighbour = if is_before::<SIDE>(part) {
+            before
+        } else {
+            after
+        };
+        let own = &mut here[SIDE..][..values.len()];
+        let other = &mut neighbour[SIDE..][..values.len()];
+        let (own, last_own) = split_mut::<S, R>(own);
+        let (other, last_other) = split_mut::<S, R>(other);
+        let (values, last_values) = split::<S, R>(values);
+        let (carry, last_carry) = split::<S, R>(carry);
+        let shares = shares::<SIDE>(part);
+        take(simd, shares, own, other, values, carry);
+        take(REST, shares, last_own, last_other, last_values, last_carry);
+        if ends_blocks(row, self.rows) {
+            let place = Row::new(row.index() / SIDE, self.blocks);
+            for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
+                let nodes = sums.as_chunks_mut::<SIDE>().0;
+                repeat(nodes);
+                gather(nodes, band.row(place));
+                sums.fill(0.0);
+            }
+        }
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        let place = Row::new(row.index().div_ceil(SIDE), self.blocks);
+        Self {
+            bands: self.bands.each_mut().map(|band| band.split_off(place)),
+            sums: empty_sums(self.blocks),
+            ..*self
+        }
+    }
+}
+
+#[inline(always)]
+fn take<S: Simd, const R: usize>(
+    simd: S,
+    [of_own, of_other]: [f32; 2],
+    own: &mut [[S::f32s; R]],
+    other: &mut [[S::f32s; R]],
+    values: &[[S::f32s; R]],
+    carry: &[[S::f32s; R]],
+) {
+    let (of_own, of_other) = (Lanes::all(simd, of_own), Lanes::all(simd, of_other));
+    let zero = Lanes::all(simd, 0.0);
+    let rows = values.iter().zip(carry);
+    for ((own, other), (value, carry)) in own.iter_mut().zip(other).zip(rows) {
+        let free = Lanes::of(simd, *carry).has(FREE);
+        let taken = free.choose(zero, Lanes::of(simd, *value));
+        *own = Lanes::of(simd, *own).plus(of_own, taken).numbers();
+        *other = Lanes::of(simd, *other).plus(of_other, taken).numbers();
+    }
+}
+
+/// Rows of what is handed back: the same to all nodes of a block, of which only free ones matter.
+pub struct GivenRows<'a> {
+    smallest: &'a Level,
+    /// A row of blocks, for each node,
+    nodes: Vec<f32>,
+    /// and which.
+    here: Option<usize>,
+}
+
+impl<'a> GivenRows<'a> {
+    fn of(smallest: &'a Level) -> Self {
+        Self {
+            smallest,
+            nodes: vec![0.0; SIDE * smallest.blocks[1]],
+            here: None,
+        }
+    }
+
+    /// Adds it to a row.
+    #[inline(always)]
+    pub fn give_row(&mut self, row: Row, values: &mut [f32]) {
+        let block = row.index() / SIDE;
+        if self.here != Some(block) {
+            let given = Row::new(block, self.smallest.blocks[1]).of(&self.smallest.values);
+            let nodes = self.nodes.as_chunks_mut::<SIDE>().0;
+            for (nodes, given) in nodes.iter_mut().zip(given) {
+                *nodes = [*given; SIDE];
+            }
+            self.here = Some(block);
+        }
+        for (value, given) in values.iter_mut().zip(&self.nodes) {
+            *value += given;
+        }
+    }
+
+    pub fn split_off(&self) -> Self {
+        Self::of(self.smallest)
+    }
+}
+
+/// Whether a row is the last of its blocks.
+#[inline(always)]
+fn ends_blocks(row: Row, rows: usize) -> bool {
+    row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
+}

@@ -1,0 +1,108 @@
+//! The gap of free nodes over the whole map, and the corrections of the map on free nodes.
+
+use pulp::Simd;
+
+use super::super::extension::{ContinuedRows, TakenRows};
+use super::super::flags::FREE;
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
+use crate::contact::fft::Row;
+
+/// Transforms the gap where nodes are free, and its continuation elsewhere.
+pub struct Extend<'a> {
+    /// Level of the gap.
+    pub offset: f32,
+    pub gap: &'a [f32],
+    /// Marked where nodes are free.
+    pub carry: &'a [f32],
+    pub continued: ContinuedRows<'a>,
+}
+
+impl Pass<f32> for Extend<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let [(own, of_own), (other, of_other)] = self.continued.row(row);
+        let (own, last_own) = split::<S, R>(&own[..values.len()]);
+        let (other, last_other) = split::<S, R>(&other[..values.len()]);
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (gap, last_gap) = split::<S, R>(row.of(self.gap));
+        let (carry, last_carry) = split::<S, R>(row.of(self.carry));
+        let choice = Choose {
+            offset: self.offset,
+            shares: [of_own, of_other],
+        };
+        choice.choose(simd, values, gap, carry, own, other);
+        choice.choose(
+            REST,
+            last_values,
+            last_gap,
+            last_carry,
+            last_own,
+            last_other,
+        );
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            continued: self.continued.split_off(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Between the gap less offset and what lies between two rows.
+#[derive(Clone, Copy)]
+struct Choose {
+    offset: f32,
+    shares: [f32; 2],
+}
+
+impl Choose {
+    #[inline(always)]
+    fn choose<S: Simd, const R: usize>(
+        self,
+        simd: S,
+        values: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        carry: &[[S::f32s; R]],
+        own: &[[S::f32s; R]],
+        other: &[[S::f32s; R]],
+    ) {
+        let offset = Lanes::all(simd, self.offset);
+        let of_own = Lanes::all(simd, self.shares[0]);
+        let of_other = Lanes::all(simd, self.shares[1]);
+        let nodes = values.iter_mut().zip(gap).zip(carry);
+        for (((value, gap), carry), (own, other)) in nodes.zip(own.iter().zip(other)) {
+            let free = Lanes::of(simd, *carry).has(FREE);
+            let above = Lanes::of(simd, *gap) - offset;
+            let own = of_own * Lanes::of(simd, *own);
+            let continued = own.plus(of_other, Lanes::of(simd, *other));
+            *value = free.choose(above, continued).numbers();
+        }
+    }
+}
+
+/// Takes from rows of corrections what belongs on nodes that are not free.
+pub struct TakeOthers<'a> {
+    /// Marked where nodes are free.
+    pub carry: &'a [f32],
+    pub taken: TakenRows<'a>,
+}
+
+impl Pass<f32> for TakeOthers<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let carry = row.of(self.carry);
+        self.taken.take_row::<S, R>(simd, row, values, carry);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            taken: self.taken.split_off(row),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
