@@ -12,9 +12,9 @@
 //! smooth, and zero where either node is in contact. What carries a fluid is then what a channel of nodes
 //! that are neighbours joins, as for the percolation of maps.
 //!
-//! [`links`] are the conductances, [`channels`] what goes around the cell; [`graph`] is what is left of
-//! the mesh, [`aggregates`] and [`multigrid`] the preconditioner of the conjugate gradients in
-//! [`pressure`]. Conductances span many decades near percolation, where the norm of a residual says
+//! `links` are the conductances, `channels` what goes around the cell; `graph` is what is left of
+//! the mesh, `aggregates` and `multigrid` the preconditioner of the conjugate gradients in
+//! `pressure`. Conductances span many decades near percolation, where the norm of a residual says
 //! little about the flow. The solution is therefore held between two bounds: by Dirichlet's principle the
 //! dissipation of no pressure is below K, and by Thomson's that of no flux that conserves mass either. All
 //! is done on one thread, in one order.
