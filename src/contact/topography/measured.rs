@@ -93,7 +93,8 @@ pub(crate) fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), Measured
     }
     let nodes = [rows as usize, columns as usize];
     let heights = element.decode(data);
-    match columns_first {
+    // Of no columns there can be any number of rows.
+    match columns_first && !heights.is_empty() {
         true => Ok((nodes, transposed(&heights, nodes))),
         false => Ok((nodes, heights)),
     }
@@ -326,8 +327,10 @@ mod tests {
             let error = read_npy(&npy("<f8", "False", shape, &[0; 32]), cell(1.0));
             assert_eq!(error, Err(MeasuredError::Shape { found }));
         }
-        let error = read_npy(&npy("<f8", "False", "(0, 0)", &[]), cell(1.0));
-        assert_eq!(error, Err(MeasuredError::Surface(GridError::Empty.into())));
+        for (order, shape) in [("False", "(0, 0)"), ("True", "(100000000000000001, 0)")] {
+            let error = read_npy(&npy("<f8", order, shape, &[]), cell(1.0));
+            assert_eq!(error, Err(MeasuredError::Surface(GridError::Empty.into())));
+        }
     }
 
     #[test]
