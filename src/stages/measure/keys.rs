@@ -178,12 +178,14 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS_A_DECADE, BINS_A_DECADE)?;
     range.and(pool)?;
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        let stiffness = table.stiffness.written();
-        let stiffness = stiffness.is_some_and(|stiffness| stiffness.value);
-        return Some(Params::Contacts { stiffness });
+        return Some(Params::Contacts {
+            stiffness: asks_for_stiffness(table),
+        });
     };
     let why = "measured beside contacts, `what = \"contacts\"`";
-    checks.forbidden("stiffness", &table.stiffness, why)?;
+    if asks_for_stiffness(table) {
+        checks.forbidden("stiffness", &table.stiffness, why)?;
+    }
     let uncounted = match distribution {
         Distribution::Pressures => surfaces
             .pressures_uncounted
@@ -204,13 +206,20 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     None
 }
 
+fn asks_for_stiffness(table: &MeasureTable) -> bool {
+    let written = table.stiffness.written();
+    written.is_some_and(|stiffness| stiffness.value)
+}
+
 fn of_surfaces(
     table: &MeasureTable,
     kept_alone: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
     let why = "for loads; this stage reads surfaces";
-    checks.forbidden("stiffness", &table.stiffness, why)?;
+    if asks_for_stiffness(table) {
+        checks.forbidden("stiffness", &table.stiffness, why)?;
+    }
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS, DEFAULT_BINS);
     let range = checks.number_or("range", &table.range, POSITIVE, DEFAULT_RANGE);
     misplaced(table, false, checks)?;
