@@ -82,6 +82,8 @@ fn a_flow_changes_no_other_column() {
     let with = bench.table("leaking", "contact");
     bench.run(&LEAKING.replace("flow = true", ""));
     let without = bench.table("leaking", "contact");
-    assert_eq!(with.only(&without.names()), without);
+    // Another question is another task.
+    let columns = without.without(&["task"]);
+    assert_eq!(with.only(&columns.names()), columns);
     assert_eq!(with.names().len(), without.names().len() + 6);
 }
