@@ -4,6 +4,7 @@
 use super::ReportError;
 use super::ensembles::{self, Point};
 use super::figure_data::FigureData;
+use super::units::digits;
 use crate::decimal;
 use crate::figures::axis::Spacing;
 use crate::figures::chart::{Chart, DataPoint, Series};
@@ -103,7 +104,7 @@ pub fn surfaces(distributions: &[Distribution]) -> Vec<usize> {
 
 /// The distributions under one load: a line through all bins of each, markers with bars at some.
 pub fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &Chart) -> Chart {
-    let mut chart = empty.clone().titled(format!("load {load}"));
+    let mut chart = empty.clone().titled(format!("load {}", digits(load, 4)));
     for distribution in distributions {
         let Some(points) = distribution.under(load) else {
             continue;

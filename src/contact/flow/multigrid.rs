@@ -68,10 +68,14 @@ impl Multigrid {
         &self.levels[0].graph
     }
 
-    /// Finds potentials under which about these currents leave the nodes.
-    pub fn precondition(&mut self, currents: &[Pair]) {
+    /// Finds potentials under which about these currents leave the nodes, unless it is interrupted.
+    pub fn precondition(
+        &mut self,
+        currents: &[Pair],
+        is_interrupted: &dyn Fn() -> bool,
+    ) -> Option<()> {
         self.levels[0].currents.copy_from_slice(currents);
-        cycle(&mut self.levels);
+        cycle(&mut self.levels, is_interrupted)
     }
 
     /// What was found last.
@@ -104,7 +108,7 @@ impl Level {
 }
 
 /// Sweep, correction by the coarser graph, sweep: potentials of the first level from its currents.
-fn cycle(levels: &mut [Level]) {
+fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let (level, coarser) = levels.split_first_mut().expect("there is a level");
     let Level {
         graph,
@@ -115,7 +119,7 @@ fn cycle(levels: &mut [Level]) {
     } = level;
     if let Some(factors) = &level.factors {
         factors.solve(currents, potentials);
-        return;
+        return Some(());
     }
     graph.sweep_up(currents, work, potentials);
     if let Some(coarse) = coarser.first_mut() {
@@ -127,7 +131,7 @@ fn cycle(levels: &mut [Level]) {
                 *current = [0, 1].map(|of| current[of] + left[of]);
             }
         }
-        solve(coarser);
+        solve(coarser, is_interrupted)?;
         for (potential, &aggregate) in potentials.iter_mut().zip(&level.aggregates) {
             if aggregate != NONE {
                 let correction = coarser[0].solution[aggregate as usize];
@@ -138,20 +142,24 @@ fn cycle(levels: &mut [Level]) {
     work.copy_from_slice(currents);
     graph.take_off(potentials, work);
     graph.sweep_down(work, potentials);
+    Some(())
 }
 
 /// Conjugate gradients on the first level, each step preconditioned by a cycle: its solution.
-fn solve(levels: &mut [Level]) {
+fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let level = &mut levels[0];
     if let Some(factors) = &level.factors {
         factors.solve(&level.currents, &mut level.solution);
-        return;
+        return Some(());
     }
     levels[0].solution.fill([0.0; 2]);
     levels[0].search.restart();
     let mut gained = [0.0; 2];
     for _ in 0..levels[0].most_steps() {
-        cycle(levels);
+        if is_interrupted() {
+            return None;
+        }
+        cycle(levels, is_interrupted)?;
         let level = &mut levels[0];
         let search = &mut level.search;
         let step = search.turn(&level.graph, &level.potentials, &level.currents);
@@ -161,7 +169,7 @@ fn solve(levels: &mut [Level]) {
             .iter()
             .all(|&of| step.gain[of] <= ENOUGH * gained[of])
         {
-            return;
+            break;
         }
         add(
             &mut level.currents,
@@ -169,4 +177,5 @@ fn solve(levels: &mut [Level]) {
             &search.image,
         );
     }
+    Some(())
 }

@@ -35,8 +35,12 @@ impl Conductance {
     }
 }
 
-/// The conductance of all channels along x, and along y.
-pub fn conductances(links: &Links, channels: &Channels) -> [Conductance; 2] {
+/// The conductance of all channels along x, and along y, unless the search is interrupted.
+pub fn conductances(
+    links: &Links,
+    channels: &Channels,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Option<[Conductance; 2]> {
     let mut multigrid = Multigrid::of(channels.graph(links));
     let film = Film { links, channels };
     let mut pressures = vec![[0.0; 2]; channels.count];
@@ -45,7 +49,7 @@ pub fn conductances(links: &Links, channels: &Channels) -> [Conductance; 2] {
     let mut dissipation = film.dissipation(&pressures, &mut surplus);
     let mut bounds = dissipation.map(|upper| Conductance { upper, lower: 0.0 });
     for iteration in 1..=ITERATION_LIMIT {
-        multigrid.precondition(&surplus);
+        multigrid.precondition(&surplus, is_interrupted)?;
         let step = search.turn(multigrid.graph(), multigrid.potentials(), &surplus);
         add(&mut pressures, step.length, &search.direction);
         add(
@@ -70,7 +74,7 @@ pub fn conductances(links: &Links, channels: &Channels) -> [Conductance; 2] {
             }
         }
     }
-    bounds
+    Some(bounds)
 }
 
 /// The film in all channels.

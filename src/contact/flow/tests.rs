@@ -171,3 +171,20 @@ fn a_single_constriction_decides_what_flows() {
     let [across, _] = conductivities(square(nodes, 1.0), gap);
     assert_close(across, 1e-15, 1e-6);
 }
+
+#[test]
+fn a_flow_that_is_interrupted_is_none() {
+    let grid = square(64, 1.0);
+    let gap = vec![0.3; grid.count()];
+    let asked = std::cell::Cell::new(0);
+    let interrupt = |at: u32| {
+        asked.set(0);
+        flow_unless(grid, &gap, &|| {
+            asked.set(asked.get() + 1);
+            asked.get() == at
+        })
+    };
+    assert!(interrupt(1).is_none());
+    let all = interrupt(u32::MAX).map(|_| asked.get()).unwrap();
+    assert!(interrupt(all).is_none());
+}

@@ -51,7 +51,6 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::NotAsked);
     }
     let mut quantities: Vec<&str> = limits.iter().map(|limit| limit.of.as_str()).collect();
-    quantities.dedup();
     let mut seen = BTreeSet::new();
     quantities.retain(|of| seen.insert(*of));
     let forms: BTreeSet<&str> = limits.iter().map(|limit| limit.forms.as_str()).collect();

@@ -92,7 +92,7 @@ impl Block {
     /// node touches and none yields.
     ///
     /// # Errors
-    /// When it is told to stop; the load may be pressed again then.
+    /// When it is told to stop; the load may be pressed again then, unless a flow was being found.
     pub fn press(&mut self, watch: &dyn Watch) -> Result<Option<Outcome>, StageError> {
         let index = self.rows.count();
         if self.is_flattened || index == self.loads.len() {
@@ -105,7 +105,7 @@ impl Block {
             return Err(StageError::Interrupted);
         }
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
-        self.rows.look_at_maps(&mut self.solver);
+        self.rows.look_at_maps(&mut self.solver, watch)?;
         let pressure = self.solver.pressure();
         self.rows.push(load, outcome, pressure, keep, &self.scales);
         let heaviest = self.loads.last().copied().unwrap_or(load);

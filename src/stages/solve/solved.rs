@@ -7,10 +7,10 @@ mod flows;
 use arrow::array::{ArrayRef, Float64Builder};
 
 use super::hardness::{GivenHardness, SurfaceHardness};
-use super::{GIVEN_UP, Params, PressureUnit, Pressures};
+use super::{GIVEN_UP, Params, PressureUnit, Pressures, StageError};
 use crate::contact::grid::{Boundary, Grid};
 use crate::contact::morphology::map::ContactMap;
-use crate::contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop};
+use crate::contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop, Watch};
 use crate::contact::topography::surface::Surface;
 use crate::decimal;
 use crate::stages::columns::*;
@@ -174,17 +174,26 @@ impl Solved {
 
     /// Counts pressures and gaps of the load that is pushed next, and finds what flows through them, as
     /// far as that is asked for.
-    pub fn look_at_maps(&mut self, solver: &mut Solver) {
+    ///
+    /// # Errors
+    /// When it is told to stop.
+    pub fn look_at_maps(
+        &mut self,
+        solver: &mut Solver,
+        watch: &dyn Watch,
+    ) -> Result<(), StageError> {
         self.distributions.count_pressures(solver.pressure());
         if !self.distributions.counts_gaps() && self.flows.is_none() {
-            return;
+            return Ok(());
         }
         let pressures = solver.pressure().to_vec();
         let gap = solver.gap_under(&pressures);
         self.distributions.count_gaps(&gap, &pressures);
         if let Some(flows) = &mut self.flows {
-            flows.find(&gap, &pressures);
+            let found = flows.find(&gap, &pressures, watch);
+            found.ok_or(StageError::Interrupted)?;
         }
+        Ok(())
     }
 
     pub fn push(

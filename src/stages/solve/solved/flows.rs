@@ -9,8 +9,9 @@ use std::io::{self, Write};
 use arrow::array::ArrayRef;
 
 use super::checkpoint::{read_real, real};
-use crate::contact::flow::{Flow, Unconverged, flow_through};
+use crate::contact::flow::{Flow, Unconverged, flow_unless};
 use crate::contact::grid::Grid;
+use crate::contact::solver::Watch;
 use crate::stages::columns::*;
 use crate::store::column::{Column, optional_reals, reals, texts};
 
@@ -29,12 +30,15 @@ impl Flows {
         }
     }
 
-    /// Finds those of the next load. What is in contact is closed, whatever the gap there.
-    pub fn find(&mut self, gap: &[f64], pressures: &[f64]) {
+    /// Finds those of the next load, unless it is told to stop. What is in contact is closed, whatever the
+    /// gap there.
+    pub fn find(&mut self, gap: &[f64], pressures: &[f64], watch: &dyn Watch) -> Option<()> {
         let open = gap.iter().zip(pressures);
         let open = open.map(|(gap, pressure)| if *pressure > 0.0 { 0.0 } else { *gap });
         let open: Vec<f64> = open.collect();
-        self.found.push(flow_through(self.grid, &open));
+        let found = flow_unless(self.grid, &open, &|| watch.is_interrupted())?;
+        self.found.push(found);
+        Some(())
     }
 
     /// The columns of these flows, beside the mean gaps, in units of so much.
@@ -128,11 +132,10 @@ mod tests {
     fn flows() -> Flows {
         let mut flows = Flows::on(square(8, 1.0));
         let channels: Vec<f64> = (0..64).map(|node| f64::from(node % 2)).collect();
-        flows.find(
-            &channels,
-            &channels.iter().map(|gap| 1.0 - gap).collect::<Vec<_>>(),
-        );
-        flows.find(&[0.5; 64], &[1.0; 64]);
+        let walls: Vec<f64> = channels.iter().map(|gap| 1.0 - gap).collect();
+        for (gap, pressures) in [(&channels, &walls), (&vec![0.5; 64], &vec![1.0; 64])] {
+            flows.find(gap, pressures, &|| false).unwrap();
+        }
         flows.found.push([Err(Unconverged { residual: 0.1 }); 2]);
         flows
     }
