@@ -89,8 +89,8 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
             match evidence.under(OF_2017).is_empty() {
                 true => needs(evidence, OF_2017, &[], ""),
                 false => {
-                    "spectra with several `hurst`, or with and without a plateau, and light loads \
-                      that all of them have"
+                    "three spectra or more, with several `hurst`, or with and without a plateau, and \
+                      light loads that all of them have"
                         .to_owned()
                 }
             }
@@ -98,8 +98,12 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Root mean square of what a straight line leaves of ln A over a measure of the bandwidth.
+/// Root mean square of what a straight line leaves of ln A over a measure of the bandwidth; of two spectra it
+/// leaves nothing, whatever they are.
 fn left_by_a_line(points: &[[f64; 3]]) -> Option<f64> {
+    if points.len() < 3 {
+        return None;
+    }
     let along = |axis: usize| points.iter().map(move |point| point[axis]);
     let (x, y): (Vec<f64>, Vec<f64>) = (along(0).collect(), along(2).collect());
     let (slope, offset) = line(&x, &y)?;
