@@ -20,7 +20,7 @@ mod per_load;
 mod spectra;
 
 pub use kappa_limits::{KappaPoints, LimitsFit};
-pub use per_load::{PerLoad, Pressures};
+pub use per_load::{PerLoad, Pressures, SealingAreas};
 pub use spectra::Spectrum;
 use spectra::{Varied, key, spectrum};
 

@@ -28,6 +28,8 @@ pub struct Bound {
     pub value: f64,
     /// Its standard error; zero for a number known to rounding.
     pub error: f64,
+    /// A standard error besides, which more surfaces leave as it is.
+    pub systematic: f64,
     /// The fewest surfaces that an ensemble behind it has; none of a closed form.
     pub surfaces: Option<usize>,
 }
@@ -39,8 +41,14 @@ impl Bound {
             label: label.into(),
             value,
             error: 0.0,
+            systematic: 0.0,
             surfaces: None,
         }
+    }
+
+    /// Whether it is known to rounding.
+    pub fn is_exact(&self) -> bool {
+        self.error == 0.0 && self.systematic == 0.0
     }
 
     /// Both ends of the interval that covers together with those of `quantities` in all.
@@ -75,7 +83,7 @@ impl Bound {
     fn interval(&self, probability: f64, surfaces: Option<usize>) -> [f64; 2] {
         let freedom = surfaces.map(|surfaces| surfaces.saturating_sub(1).max(1) as u32);
         let factor = freedom.map_or(0.0, |freedom| two_sided_quantile(probability, freedom));
-        let half = factor * self.error;
+        let half = factor * self.error.hypot(self.systematic);
         [self.value - half, self.value + half]
     }
 }
@@ -149,6 +157,7 @@ pub fn jackknife(
         label,
         value,
         error: variance.sqrt(),
+        systematic: 0.0,
         surfaces: Some(fewest),
     })
 }

@@ -1,9 +1,10 @@
 //! Claims on the area at which the gap stops percolating, and the interface is sealed.
 //!
 //! Of each surface it is the middle of the last open and the first sealed load, mean of both directions,
-//! as the law `gap-percolation` of `fit` has it, of the area corrected as in 2017.
+//! as the law `gap-percolation` of `fit` has it, of the area corrected as in 2017. The distance of the loads
+//! is part of the error of its mean; a scatter that may be all of that distance is no scatter.
 
-use super::evidence::{Evidence, PerSurface};
+use super::evidence::{Evidence, SealingAreas};
 use super::quantities::Quantities;
 use super::{Claim, Expectation, Origin, Statement};
 
@@ -65,23 +66,25 @@ const LOADS: &str =
 /// The claims.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let all = evidence.percolation_areas();
-    let great: Vec<&PerSurface> = all
+    let great: Vec<&SealingAreas> = all
         .iter()
         .filter(|one| one.spectrum.k_lower >= GREAT_CELL)
         .collect();
     let mut at = Quantities::default();
     for one in &great {
-        at.add(
+        at.add_rounded(
             evidence.name(&one.spectrum),
             &[one.values.len()],
+            one.rounding,
             |weights| Some(weights.mean(&one.values)),
         );
     }
     let mut below = Quantities::default();
     for one in &all {
-        below.add(
+        below.add_rounded(
             evidence.name(&one.spectrum),
             &[one.values.len()],
+            one.rounding,
             |weights| Some(0.5 - weights.mean(&one.values)),
         );
     }
@@ -90,12 +93,15 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
         let name = evidence.name(&lesser.spectrum);
         let label = format!("{name}, k_lower {} over it", greater.spectrum.k_lower);
         let surfaces = [lesser.values.len(), greater.values.len()];
-        difference.add(label.clone(), &surfaces, |weights| {
+        let rounding = lesser.rounding.hypot(greater.rounding);
+        difference.add_rounded(label.clone(), &surfaces, rounding, |weights| {
             Some(weights.mean(&greater.values) - weights.mean(&lesser.values))
         });
         scatter.add(label, &surfaces, |weights| {
-            let [lesser, greater] = [lesser, greater].map(|one| weights.deviation(&one.values));
-            (lesser > 0.0 && greater > 0.0).then(|| (lesser / greater).ln())
+            let both = [lesser, greater];
+            let are_resolved = both.iter().all(|one| one.scatter_is_resolved);
+            let [lesser, greater] = both.map(|one| weights.deviation(&one.values));
+            (are_resolved && lesser > 0.0 && greater > 0.0).then(|| (lesser / greater).ln())
         });
     }
     let lacks = |spectra: &'static str| {
@@ -112,9 +118,9 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
 }
 
 /// Pairs that differ in k_lower alone, neighbours in it: the lesser one first.
-fn neighbours(all: &[PerSurface]) -> Vec<[&PerSurface; 2]> {
-    let next = |one: &'_ PerSurface| {
-        let own = |other: &&PerSurface| {
+fn neighbours(all: &[SealingAreas]) -> Vec<[&SealingAreas; 2]> {
+    let next = |one: &'_ SealingAreas| {
+        let own = |other: &&SealingAreas| {
             let (a, b) = (&one.spectrum, &other.spectrum);
             a.is_plain()
                 && b.is_plain()

@@ -119,6 +119,7 @@ mod tests {
             label: String::new(),
             value,
             error,
+            systematic: 0.0,
             surfaces: Some(10),
         }
     }

@@ -32,6 +32,21 @@ impl Quantities {
         }
     }
 
+    /// The same of a quantity that has a systematic error besides.
+    pub fn add_rounded(
+        &mut self,
+        label: String,
+        surfaces: &[usize],
+        error: f64,
+        value: impl Fn(&Weights) -> Option<f64>,
+    ) {
+        let known = self.bounds.len();
+        self.add(label, surfaces, value);
+        for bound in &mut self.bounds[known..] {
+            bound.systematic = error;
+        }
+    }
+
     /// The claim that all of them are as expected; `needs` says what a study without any lacks.
     pub fn judge(
         self,

@@ -6,8 +6,22 @@
 //! its two directions, which are equally likely to be the earlier one on isotropic roughness: its own
 //! threshold is the mean of both. Wang & Müser (2020) find 0.415 of the area on isotropic surfaces whose
 //! longest waves are short beside the cell; smaller cells scatter about it.
+//!
+//! What lies between two loads is not seen, and resampling surfaces does not know it: where all
+//! surfaces are sealed between the same two loads, their middles do not scatter at all. Thresholds that
+//! scatter by σ and are rounded to the middles of steps of w have a mean that is wrong by a function of where
+//! the steps begin, of period w, whose Fourier series is known (rounding is a saw-tooth, and a normal
+//! distribution takes exp(−2π²k²σ²/w²) off its kth wave). Its root mean square,
+//!
+//!   w/(π√2) · √(Σ_k exp(−4π²k²σ²/w²)/k²),
+//!
+//! goes from w/√12 without scatter to next to nothing at σ = w/2, and is added to the standard error. σ is
+//! that of the middles less w²/12 (Sheppard's correction).
 
-use super::bootstrap::{Bootstrap, Estimate, Intervals};
+use std::f64::consts::{PI, SQRT_2};
+
+use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
+use super::student::two_sided_quantile;
 use super::{FitError, Window};
 
 /// One surface under one load.
@@ -34,9 +48,19 @@ pub struct Threshold {
     pub load: f64,
 }
 
+/// Where a surface is sealed along one direction.
+#[derive(Debug, Clone, Copy)]
+struct Passage {
+    /// The middle of the last open and the first sealed load.
+    middle: Threshold,
+    /// How far both are apart.
+    width: Threshold,
+}
+
 /// Thresholds of surfaces.
 #[derive(Debug, Clone)]
 pub struct PercolationProblem {
+    passages: Vec<[Passage; 2]>,
     thresholds: Vec<Threshold>,
 }
 
@@ -47,9 +71,9 @@ impl PercolationProblem {
     /// When there is no surface, or one that is sealed under its lightest load, or still open under
     /// its heaviest: a mean over the others would be biased.
     pub fn new(surfaces: &[Vec<Interface>], window: Window) -> Result<Self, FitError> {
-        let found: Vec<Option<Threshold>> = surfaces
+        let found: Vec<Option<[Passage; 2]>> = surfaces
             .iter()
-            .map(|interfaces| Threshold::of_surface(interfaces, window))
+            .map(|interfaces| Passage::of_surface(interfaces, window))
             .collect();
         let without = found.iter().filter(|found| found.is_none()).count();
         if without > 0 || found.is_empty() {
@@ -59,9 +83,17 @@ impl PercolationProblem {
                 window,
             });
         }
+        let passages: Vec<[Passage; 2]> = found.into_iter().flatten().collect();
+        let of_surface = |both: &[Passage; 2]| mean_of(both.map(|passage| passage.middle));
         Ok(Self {
-            thresholds: found.into_iter().flatten().collect(),
+            thresholds: passages.iter().map(of_surface).collect(),
+            passages,
         })
+    }
+
+    /// Those of the surfaces, each the mean of both directions.
+    pub fn thresholds(&self) -> &[Threshold] {
+        &self.thresholds
     }
 
     /// The mean over the surfaces.
@@ -69,22 +101,61 @@ impl PercolationProblem {
         self.resampled(&vec![1; self.thresholds.len()])
     }
 
+    /// The standard error that the distance of the loads adds to that of the surfaces.
+    pub fn rounding(&self) -> Threshold {
+        let width = mean_of(self.passages.iter().flatten().map(|passage| passage.width));
+        let share = rounding_of_the_mean(self.scatter() / width.load);
+        Threshold::from_values(width.values().map(|width| share * width))
+    }
+
+    /// Whether the loads are close enough to tell how thresholds scatter.
+    pub fn resolves_scatter(&self) -> bool {
+        self.scatter() > 0.0
+    }
+
+    /// The standard deviation of the load at the threshold, between surfaces and directions; zero where all
+    /// scatter may be that of rounding.
+    fn scatter(&self) -> f64 {
+        let all = || self.passages.iter().flatten();
+        let count = 2.0 * self.passages.len() as f64;
+        let mean = all().map(|passage| passage.middle.load).sum::<f64>() / count;
+        let squares = all().map(|passage| (passage.middle.load - mean).powi(2));
+        let of_rounding = all().map(|passage| passage.width.load.powi(2) / 12.0);
+        let variance = squares.sum::<f64>() / (count - 1.0) - of_rounding.sum::<f64>() / count;
+        variance.max(0.0).sqrt()
+    }
+
     /// Intervals of the area, the corrected area and the load, in this order.
     pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
-        let values = |threshold: Threshold| threshold.values().to_vec();
-        let estimates: Vec<Estimate> = values(self.mean())
-            .into_iter()
-            .map(Estimate::Real)
-            .collect();
-        bootstrap.intervals(self.thresholds.len(), &estimates, |multiplicities| {
-            Ok(values(self.resampled(multiplicities)))
-        })
+        let surfaces = self.thresholds.len();
+        let means = self.mean().values();
+        let found = bootstrap.intervals(surfaces, &means.map(Estimate::Real), |multiplicities| {
+            Ok(self.resampled(multiplicities).values().to_vec())
+        });
+        let quantile = two_sided_quantile(bootstrap.level, surfaces.max(2) as u32 - 1);
+        let rounding = self.rounding().values();
+        let widened = |intervals: Vec<Interval>| {
+            let all = means.into_iter().zip(rounding).zip(intervals);
+            let widen = |((mean, rounding), interval): ((f64, f64), Interval)| {
+                let standard_error = interval.standard_error.hypot(rounding);
+                Interval {
+                    lower: mean - quantile * standard_error,
+                    upper: mean + quantile * standard_error,
+                    standard_error,
+                }
+            };
+            all.map(widen).collect()
+        };
+        Intervals {
+            intervals: found.intervals.map(widened),
+            ..found
+        }
     }
 
     fn resampled(&self, multiplicities: &[u32]) -> Threshold {
         let weighted = self.thresholds.iter().zip(multiplicities);
         let weighted = weighted.map(|(threshold, times)| (*threshold, f64::from(*times)));
-        Threshold::mean_of(weighted)
+        weighted_mean(weighted)
     }
 }
 
@@ -94,7 +165,18 @@ impl Threshold {
         [self.area, self.area_corrected, self.load]
     }
 
-    fn of_surface(interfaces: &[Interface], window: Window) -> Option<Threshold> {
+    fn from_values([area, area_corrected, load]: [f64; 3]) -> Threshold {
+        Threshold {
+            area,
+            area_corrected,
+            load,
+        }
+    }
+}
+
+impl Passage {
+    /// Those along x and along y; `None` where one is not seen.
+    fn of_surface(interfaces: &[Interface], window: Window) -> Option<[Passage; 2]> {
         let inside: Vec<&Interface> = interfaces
             .iter()
             .filter(|interface| window.contains(interface.load))
@@ -102,43 +184,48 @@ impl Threshold {
         let along = |axis: usize| {
             let sealed = inside.iter().position(|interface| !interface.is_open[axis]);
             let sealed = sealed.filter(|&sealed| sealed > 0)?;
-            let around = [inside[sealed - 1], inside[sealed]];
-            Some(Threshold::mean_of(around.into_iter().map(|interface| {
-                let &Interface {
-                    load,
-                    area,
-                    area_corrected,
-                    ..
-                } = interface;
-                let threshold = Threshold {
-                    area,
-                    area_corrected,
-                    load,
-                };
-                (threshold, 1.0)
-            })))
+            let around = [inside[sealed - 1], inside[sealed]].map(|interface| Threshold {
+                area: interface.area,
+                area_corrected: interface.area_corrected,
+                load: interface.load,
+            });
+            let [open, closed] = around.map(|one| one.values());
+            let width = [0, 1, 2].map(|value| closed[value] - open[value]);
+            Some(Passage {
+                middle: mean_of(around),
+                width: Threshold::from_values(width),
+            })
         };
-        let [along_x, along_y] = [along(0)?, along(1)?];
-        Some(Threshold::mean_of(
-            [(along_x, 1.0), (along_y, 1.0)].into_iter(),
-        ))
+        Some([along(0)?, along(1)?])
     }
+}
 
-    fn mean_of(weighted: impl Iterator<Item = (Threshold, f64)>) -> Threshold {
-        let (mut sums, mut weights) = ([0.0; 3], 0.0);
-        for (threshold, weight) in weighted {
-            for (sum, value) in sums.iter_mut().zip(threshold.values()) {
-                *sum += weight * value;
-            }
-            weights += weight;
-        }
-        let [area, area_corrected, load] = sums.map(|sum| sum / weights);
-        Threshold {
-            area,
-            area_corrected,
-            load,
-        }
+/// The root mean square, over where the steps begin, of what rounding to the middles of steps of one takes
+/// a mean of numbers off that scatter so much.
+fn rounding_of_the_mean(scatter: f64) -> f64 {
+    if scatter == 0.0 {
+        return 1.0 / 12.0_f64.sqrt();
     }
+    let wave = |k: f64| (-4.0 * (PI * k * scatter).powi(2)).exp() / (k * k);
+    let waves = (1..).map(|k| wave(f64::from(k)));
+    // What is left out is a millionth at most.
+    let sum: f64 = waves.take_while(|&wave| wave > 1e-12).sum();
+    sum.sqrt() / (PI * SQRT_2)
+}
+
+fn mean_of(thresholds: impl IntoIterator<Item = Threshold>) -> Threshold {
+    weighted_mean(thresholds.into_iter().map(|threshold| (threshold, 1.0)))
+}
+
+fn weighted_mean(weighted: impl Iterator<Item = (Threshold, f64)>) -> Threshold {
+    let (mut sums, mut weights) = ([0.0; 3], 0.0);
+    for (threshold, weight) in weighted {
+        for (sum, value) in sums.iter_mut().zip(threshold.values()) {
+            *sum += weight * value;
+        }
+        weights += weight;
+    }
+    Threshold::from_values(sums.map(|sum| sum / weights))
 }
 
 #[cfg(test)]
@@ -173,20 +260,57 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_weigh_the_same_and_equal_ones_have_no_interval_to_speak_of() {
+    fn surfaces_weigh_the_same() {
         let surfaces = [[0.3, 0.3], [0.5, 0.5]].map(surface);
         let mean = PercolationProblem::new(&surfaces, WINDOW).unwrap().mean();
         assert!((mean.load - 0.35).abs() < 1e-15);
+    }
+
+    #[test]
+    fn surfaces_sealed_between_the_same_loads_are_known_to_these_and_no_better() {
         let equal = [[0.3, 0.3]; 4].map(surface);
         let problem = PercolationProblem::new(&equal, WINDOW).unwrap();
+        assert!(!problem.resolves_scatter());
         let bootstrap = Bootstrap {
             replicates: 50,
             seed: 1,
             level: 0.95,
         };
-        for interval in problem.bootstrap(&bootstrap).intervals.unwrap() {
-            assert!(interval.upper - interval.lower < 1e-12);
+        let intervals = problem.bootstrap(&bootstrap).intervals.unwrap();
+        // Loads are 0.1 apart, areas half and two fifths of that.
+        for (interval, width) in intervals.iter().zip([0.05, 0.04, 0.1]) {
+            assert!((interval.standard_error - width / 12.0_f64.sqrt()).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn the_mean_of_rounded_numbers_is_wrong_by_what_the_series_says() {
+        for scatter in [0.02, 0.1, 0.2, 0.35, 0.5] {
+            let bias = |begin: f64| -> f64 {
+                // Each step of a fine grid of normal numbers about `begin`, rounded and not.
+                let steps = (-4000..=4000).map(|i| f64::from(i) / 500.0);
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for deviate in steps {
+                    let (value, weight) =
+                        (begin + scatter * deviate, (-0.5 * deviate * deviate).exp());
+                    sum += weight * (value.floor() + 0.5 - value);
+                    weights += weight;
+                }
+                sum / weights
+            };
+            let places = 200;
+            let squares: f64 = (0..places)
+                .map(|place| bias((f64::from(place) + 0.5) / f64::from(places)).powi(2))
+                .sum();
+            let found = (squares / f64::from(places)).sqrt();
+            let expected = rounding_of_the_mean(scatter);
+            // The fine grid is as coarse as 0.002 scatters.
+            assert!(
+                (found - expected).abs() < 1e-3 * expected + 1e-4,
+                "{scatter}: {found} {expected}"
+            );
+        }
+        assert!((rounding_of_the_mean(1e-3) - rounding_of_the_mean(0.0)).abs() < 1e-3);
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Evidence, PerSurface, Spectrum, key, number, spectrum};
+use super::{Evidence, Spectrum, key, number, spectrum};
 use crate::decimal;
 use crate::ensemble::{Ensemble, ensembles};
 use crate::fitting::Window;
-use crate::fitting::percolation::PercolationProblem;
+use crate::fitting::percolation::{Interface, PercolationProblem};
 use crate::stages::columns::*;
 use crate::stages::fit::percolation::Measured;
 use crate::store::table::{Table, TableError};
@@ -33,6 +33,19 @@ pub struct Pressures {
     pub bins: Vec<[f64; 2]>,
     /// Shares of the nominal area whose pressure lies in a bin, `[bin][surface]`.
     pub shares: Vec<Vec<f64>>,
+}
+
+/// The area, corrected as in 2017, at which the gap of each surface of a spectrum stops percolating.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SealingAreas {
+    /// The spectrum.
+    pub spectrum: Spectrum,
+    /// The areas, by seed and realization.
+    pub values: Vec<f64>,
+    /// The standard error that the distance of the loads adds to that of their mean.
+    pub rounding: f64,
+    /// Whether the loads are close enough to tell how they scatter.
+    pub scatter_is_resolved: bool,
 }
 
 impl PerLoad {
@@ -99,7 +112,7 @@ impl Evidence {
     /// The area, corrected as in 2017, at which the gap of each surface stops percolating, by spectrum;
     /// none of a spectrum that has surfaces without a threshold among its loads, for the mean of the
     /// others would be biased.
-    pub fn percolation_areas(&self) -> Vec<PerSurface> {
+    pub fn percolation_areas(&self) -> Vec<SealingAreas> {
         let table = &self.contacts;
         let is_told = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
             .iter()
@@ -160,20 +173,23 @@ fn curve(ensemble: &Ensemble, value: &impl Fn(usize) -> Option<f64>) -> (Vec<f64
     complete.unzip()
 }
 
-fn thresholds(table: &Table) -> Result<Vec<PerSurface>, TableError> {
+fn thresholds(table: &Table) -> Result<Vec<SealingAreas>, TableError> {
     let measured = Measured::of(table)?;
-    let of_surface = |ensemble: &Ensemble, member: usize| {
-        let interfaces = measured.interfaces(ensemble, member);
-        let problem = PercolationProblem::new(&[interfaces], Window::ALL).ok()?;
-        Some(problem.mean().area_corrected)
-    };
     let of_spectrum = |(spectrum, all): (Spectrum, Vec<Ensemble>)| {
         let ensemble = all.first()?;
         let members = 0..ensemble.members.len();
-        let values = members.map(|member| of_surface(ensemble, member));
-        Some(PerSurface {
+        let surfaces: Vec<Vec<Interface>> = members
+            .map(|member| measured.interfaces(ensemble, member))
+            .collect();
+        let problem = PercolationProblem::new(&surfaces, Window::ALL).ok()?;
+        let thresholds = problem.thresholds().iter();
+        Some(SealingAreas {
             spectrum,
-            values: values.collect::<Option<_>>()?,
+            values: thresholds
+                .map(|threshold| threshold.area_corrected)
+                .collect(),
+            rounding: problem.rounding().area_corrected,
+            scatter_is_resolved: problem.resolves_scatter(),
         })
     };
     let spectra = by_spectrum(table)?.into_iter();

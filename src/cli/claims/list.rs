@@ -47,7 +47,7 @@ fn few_lines(told: &Told, claim: &Claim) -> String {
 fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let deciding = &judgement.bounds[judgement.deciding];
-    let interval = match deciding.error == 0.0 {
+    let interval = match deciding.is_exact() {
         true => "exact".to_owned(),
         false => {
             // The interval that the verdict rests on.

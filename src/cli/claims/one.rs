@@ -85,7 +85,7 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
         .bounds
         .iter()
         .map(|bound| {
-            let range = |[low, high]: [f64; 2]| match bound.error == 0.0 {
+            let range = |[low, high]: [f64; 2]| match bound.is_exact() {
                 true => "exact".to_owned(),
                 false => format!("{} … {}", short(low), short(high)),
             };
