@@ -14,6 +14,7 @@ use crate::store::source::TableSource;
 use crate::store::table::Table;
 
 mod engine;
+mod grouping;
 mod refusal;
 mod scan;
 mod statement;

@@ -13,6 +13,7 @@ use sqlparser::parser::{Parser, ParserError, ParserOptions};
 use sqlparser::tokenizer::Location;
 
 use super::QueryError;
+use super::grouping::ungrouped;
 
 /// Bytes of a query: the parser's tree of it must fit on the stack, however it is built.
 const LONGEST: usize = 64 << 10;
@@ -87,7 +88,14 @@ fn told(error: ParserError) -> String {
         ParserError::RecursionLimitExceeded => "the query nests too many parentheses or queries; \
              compute parts of it in `with NAME as (select …)`"
             .to_owned(),
-        ParserError::TokenizerError(reason) | ParserError::ParserError(reason) => reason,
+        ParserError::TokenizerError(reason) | ParserError::ParserError(reason) => {
+            match reason.contains("found: -") {
+                true => {
+                    format!("{reason}; a name with `-` stands in double quotes, as \"mean-gap\"")
+                }
+                false => reason,
+            }
+        }
     }
 }
 
@@ -113,11 +121,14 @@ impl Visitor for Reader {
         ControlFlow::Continue(())
     }
 
-    fn pre_visit_select(&mut self, _: &Select) -> ControlFlow<String> {
+    fn pre_visit_select(&mut self, select: &Select) -> ControlFlow<String> {
         self.selects += 1;
-        match self.selects > DEEPEST {
-            true => ControlFlow::Break(format!("the query has more than {DEEPEST} times `select`")),
-            false => ControlFlow::Continue(()),
+        if self.selects > DEEPEST {
+            return ControlFlow::Break(format!("the query has more than {DEEPEST} times `select`"));
+        }
+        match ungrouped(select) {
+            Some(reason) => ControlFlow::Break(reason),
+            None => ControlFlow::Continue(()),
         }
     }
 
@@ -232,6 +243,27 @@ mod tests {
     }
 
     #[test]
+    fn a_column_beside_an_aggregate_is_grouped_or_refused() {
+        for query in [
+            "select load, avg(area) from t",
+            "select avg(area) + load from t",
+            "select *, count(*) from t",
+            "select * from (select t.load, max(area) as most from t) as u",
+        ] {
+            assert!(refused(query).contains("`group by"), "{query}");
+        }
+        for query in [
+            "select load, avg(area) from t group by load",
+            "select avg(area), min(load + 1) from t",
+            "select load, avg(area) over (partition by load) from t",
+            "select load, (select avg(area) from t) as mean from t",
+            "select 1, count(*) from t",
+        ] {
+            read(query);
+        }
+    }
+
+    #[test]
     fn depth_is_counted_along_one_branch() {
         let sum = |terms: usize| vec!["a"; terms].join("+");
         let side_by_side = vec![sum(DEEPEST / 2); 9].join(",");
@@ -274,5 +306,6 @@ mod tests {
         assert!(refused("select 1; select 2").contains("2 queries"));
         assert!(refused(" ").contains("no query"));
         assert!(refused("select 1 +").contains("Expected"));
+        assert!(refused("select a from mean-gap").contains("double quotes"));
     }
 }
