@@ -129,9 +129,13 @@ fn text_of(path: &Path) -> Result<String, ManifestErrors> {
     let file = path.display().to_string();
     let unreadable = |reason: String| {
         let mut problems = Problems::default();
-        problems.push(Problem::without_place(format!(
-            "cannot read manifest `{file}`: {reason}"
-        )));
+        let problem = Problem::without_place(format!("cannot read manifest `{file}`: {reason}"));
+        let with_ending = path.with_extension("toml");
+        let meant = path.extension().is_none() && with_ending.is_file();
+        problems.push(match meant {
+            true => problem.help(format!("did you mean `{}`?", with_ending.display())),
+            false => problem,
+        });
         problems.into_errors(&file, "")
     };
     let bytes = read_regular(path, LONGEST_MANIFEST);

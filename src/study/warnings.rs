@@ -1,6 +1,7 @@
 //! What is valid, and should be known all the same before it is run.
 
 mod files;
+mod loads;
 
 use std::fmt;
 
@@ -108,11 +109,16 @@ impl ShortestWave {
 
 impl Study {
     /// What should be known of the study before it is run: meshes that count far too much area,
-    /// lists that could be read in two ways, what was decided about files of measured surfaces.
+    /// lists that could be read in two ways, loads that were probably meant in another unit, what was
+    /// decided about files of measured surfaces.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(place, stage)| {
-            let messages = [taken_as_pairs(stage), self.coarse_mesh(place, stage)];
+            let messages = [
+                taken_as_pairs(stage),
+                self.coarse_mesh(place, stage),
+                loads::improbable(stage),
+            ];
             let messages = messages.into_iter().flatten();
             let messages = messages.chain(files::told(stage, &self.sources));
             messages.map(|message| Warning {
