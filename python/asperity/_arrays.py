@@ -15,6 +15,10 @@ Reals = NDArray[np.float64]
 
 def heights_of(heights: ArrayLike) -> Reals:
     """Heights as 64-bit numbers, row after row; NaN where they are masked. No copy, where they are that."""
+    if np.iscomplexobj(heights):
+        from asperity.errors import SurfaceError
+
+        raise SurfaceError("heights are complex numbers, they must be real ones")
     if isinstance(heights, np.ma.MaskedArray):
         heights = np.ma.filled(heights.astype(np.float64), np.nan)
     array = np.ascontiguousarray(heights, dtype=np.float64)

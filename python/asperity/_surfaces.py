@@ -55,6 +55,8 @@ def read(
     ((256, 256), (1e-05, 1e-05), 'm')
     """
     name = None if channel is None else str(channel)
+    with open(path, "rb"):
+        pass  # Python's own error names the file.
     heights, found, own_unit, name, names, format = _asperity.read(os.fspath(path), name)
     if size is None and found is None:
         raise SurfaceError(f"`{path}` does not say how large the map is: give its `size`")

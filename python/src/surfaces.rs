@@ -60,9 +60,17 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyR
     let file = py.detach(|| asperity::topography_files::read(&bytes));
     let file = file.map_err(|error| surface_error(py, &error))?;
     let place = match &channel {
-        Some(channel) => file
-            .find(channel)
-            .map_err(|error| surface_error(py, &error))?,
+        Some(channel) => file.find(channel).map_err(|error| {
+            let names = file
+                .channels()
+                .iter()
+                .map(|channel| format!("`{}`", channel.name()));
+            let names: Vec<String> = names.collect();
+            value_error(
+                py,
+                format!("{error}; its channels are {}", names.join(", ")),
+            )
+        })?,
         None => file.first_heights().ok_or_else(|| {
             let message = format!("`{}` has no channel of heights", path.display());
             value_error(py, message)

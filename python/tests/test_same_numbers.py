@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,3 +97,13 @@ def test_arrays_of_any_layout_and_type_are_the_same_surface():
 def test_heights_are_not_copied_where_their_layout_allows():
     heights = np.zeros((8, 8))
     assert np.shares_memory(asperity.Topography(heights, size=1.0).heights, heights)
+
+
+def test_what_cannot_be_read_is_named():
+    scan = Path(__file__).resolve().parents[2] / "data/topography/di-3.di"
+    with pytest.raises(FileNotFoundError, match="nosuch.x3p"):
+        asperity.read("nosuch.x3p")
+    with pytest.raises(asperity.ArgumentError, match="`Heigth`; its channels are .*`ZSensor`"):
+        asperity.read(scan, channel="Heigth")
+    with pytest.raises(asperity.SurfaceError, match="complex"):
+        asperity.press(np.ones((8, 8)) * 1j, loads=[0.1])
