@@ -30,7 +30,7 @@ pub enum ColumnLayout {
 }
 
 /// Prints the first rows of some columns, by their places, and says what was left out; 0 for all
-/// rows.
+/// rows. A single row has all of its columns, one below the other where they do not fit.
 ///
 /// # Errors
 /// When the table is damaged, or the output is closed.
@@ -51,6 +51,9 @@ pub fn write(
         ColumnLayout::Everything => columns.len(),
         ColumnLayout::Summary | ColumnLayout::Fitting => fitting(&columns, width),
     };
+    if table.rows() == 1 && fitting < columns.len() {
+        return upright(out, &columns);
+    }
     let (printed, hidden) = columns.split_at(fitting);
     if !constant.is_empty() {
         let text = format!("in every row: {}", constant.join(" · "));
@@ -66,7 +69,10 @@ pub fn write(
     if !hidden.is_empty() {
         let names: Vec<&str> = hidden.iter().map(|column| column.name.as_str()).collect();
         let more = counted(hidden.len(), "more column");
-        let text = format!("… {more}, `--columns` for these: {}", names.join(", "));
+        let text = format!(
+            "… {more}, `--columns NAME,…` for any of these: {}",
+            names.join(", ")
+        );
         writeln!(out, "{}", wrapped(&text))?;
     }
     Ok(())
@@ -114,6 +120,16 @@ fn printed(
         });
     }
     Ok((printed, constant))
+}
+
+/// A single row that is too wide, column below column.
+fn upright(out: &mut impl Write, columns: &[Printed]) -> Result<(), Failure> {
+    let names = columns.iter().map(|column| column.name.chars().count());
+    let width = names.max().unwrap_or(0) + GAP;
+    for column in columns {
+        writeln!(out, "{:width$}{}", column.name, column.cells[0])?;
+    }
+    Ok(())
 }
 
 /// How many columns fit side by side; one is printed however wide it is.

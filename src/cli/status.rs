@@ -72,10 +72,7 @@ fn text(progress: &Progress) -> String {
     }
     let hours = |hours: f64| core_hours(3600.0 * hours);
     let left = hours(progress.core_hours_left);
-    text += &format!(
-        "{} spent on shards, {left} left",
-        hours(progress.core_hours_spent)
-    );
+    text += &format!("{} spent, {left} left", hours(progress.core_hours_spent));
     if let Some(wall) = progress.hours_left {
         let cores = counted(progress.cores, "core");
         text += &format!(": {} on the {cores} at work", in_hours(wall));

@@ -97,7 +97,7 @@ pub enum SessionError {
     },
     /// A stage has no table yet.
     #[error(
-        "nothing of `{stage}` is computed yet; `asperity run {}` does it",
+        "nothing of `{stage}` is computed yet, as the manifest has it now; `asperity run {}` does it",
         manifest.display()
     )]
     NotComputed {

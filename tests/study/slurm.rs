@@ -185,7 +185,7 @@ fn status_counts_what_is_there_without_slurm_too() {
     assert!(after["core_hours_spent"].as_f64() > Some(0.0));
     let told = slurm.plain(&slurm.output("status", &[]).stdout);
     assert!(
-        told.contains("light") && told.contains("core-hours spent on shards"),
+        told.contains("light") && told.contains("core-hours spent"),
         "{told}"
     );
 }

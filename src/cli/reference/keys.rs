@@ -35,7 +35,7 @@ const THEORY: [(&str, &str); 6] = [
 ];
 
 /// Keys that the head of the page explains, and the word that tells a form.
-const EXPLAINED: [&str; 5] = ["kind", "method", "law", "from", "cases"];
+const EXPLAINED: [&str; 3] = ["kind", "from", "cases"];
 
 /// The text of the page.
 pub fn page() -> String {
@@ -71,7 +71,7 @@ fn of_kind(kind: &str, forms: &[Value]) -> String {
     }
     let selector = ["method", "law"]
         .into_iter()
-        .find(|key| properties(forms[0]).any(|(name, _)| name == *key));
+        .find(|key| !word(forms[0], key).is_empty());
     if let Some(key) = selector {
         text += &format!("| `{key}` | what it is |\n|---|---|\n");
         for (place, form) in forms.iter().enumerate() {
@@ -117,7 +117,8 @@ fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
     let mut entries: Vec<Entry> = Vec::new();
     for form in forms {
         let word = selector.map_or_else(String::new, |key| word(form, key));
-        for (name, key) in properties(form).filter(|(name, _)| !EXPLAINED.contains(name)) {
+        let is_told = |name: &str| EXPLAINED.contains(&name) || selector == Some(name);
+        for (name, key) in properties(form).filter(|(name, _)| !is_told(name)) {
             let required = is_required(form, name);
             let equal = |entry: &&mut Entry| {
                 (entry.name, entry.key, entry.required) == (name, key, required)

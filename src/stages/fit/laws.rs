@@ -256,7 +256,7 @@ const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
     ],
     "the same share of the area, corrected for the mesh as by the correction `2017`",
 )
-.called("sealed from");
+.called("sealed from an area of");
 const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
     [
