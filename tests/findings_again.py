@@ -1,0 +1,148 @@
+"""The numbers of claims, once more: from the tables under data/findings and by other means than the program's.
+
+    python3 tests/findings_again.py
+
+Needs polars. Every quantity of the claims below is computed here from means over surfaces (the program has them from
+the surfaces themselves), and compared with what `asperity claims` said to nine digits.
+"""
+
+import json
+import math
+import re
+
+import polars as pl
+
+from findings_tables import CAMPAIGN, TABLES, table
+
+CURVES = table(CAMPAIGN, "curves")
+SPECTRA = {(row["k_lower"], row["k_upper"]): row for row in table(CAMPAIGN, "spectra").to_dicts()}
+CUTOFFS = {"k_lower": (1, 4, 16), "k_upper": (32, 64, 128)}
+LOADS = {row["load"] for row in CURVES.select("load").unique().to_dicts()}
+AREAS = {(row["k_lower"], row["k_upper"], row["correction"], row["load"]): row for row in CURVES.to_dicts()}
+
+
+def quantities(study, name):
+    claims = json.loads((TABLES / study / "claims.json").read_text(encoding="utf-8"))["claims"]
+    return next(claim for claim in claims if claim["name"] == name)["quantities"]
+
+
+def spectrum(label):
+    """The first spectrum that a label names, as `k_lower 1, k_upper 32`."""
+    return tuple(int(re.search(rf"{name} (\d+)", label)[1]) for name in ("k_lower", "k_upper"))
+
+
+def load(label):
+    written = float(re.search(r"load ([0-9.]+)", label)[1])
+    return min(LOADS, key=lambda load: abs(load - written))
+
+
+def neighbour(label):
+    """The spectrum with the next greater cutoff, as `k_lower 4 over it`, and the one before the first, if there is."""
+    axis, greater = re.search(r"(k_lower|k_upper) (\d+) over it", label).groups()
+    at = dict(zip(("k_lower", "k_upper"), spectrum(label), strict=True))
+    place = CUTOFFS[axis].index(at[axis])
+    before = {**at, axis: CUTOFFS[axis][place - 1]}
+    return tuple({**at, axis: int(greater)}.values()), tuple(before.values())
+
+
+def mean(spectrum, at, correction="none"):
+    return AREAS[*spectrum, correction, at]["area_corrected_mean"]
+
+
+def ln_ratio(label, correction="none"):
+    greater, _ = neighbour(label)
+    return math.log(mean(greater, load(label), correction) / mean(spectrum(label), load(label), correction))
+
+
+def area(label, correction="none"):
+    return mean(spectrum(label), 0.06 if "load" not in label else load(label), correction)
+
+
+def over_persson(label, correction="none"):
+    return math.log(area(label, correction) / math.erf(math.sqrt(2) * load(label)))
+
+
+def acceleration(label):
+    greater, before = neighbour(label)
+    here, at = spectrum(label), load(label)
+    areas = [math.log(mean(one, at)) for one in (before, here, greater)]
+    return (areas[2] - areas[1]) - (areas[1] - areas[0]) / 2
+
+
+def scatter(label):
+    greater, _ = neighbour(label)
+    sd = [AREAS[*one, "none", load(label)]["area_corrected_sd"] for one in (spectrum(label), greater)]
+    return math.log(sd[0] / sd[1])
+
+
+def equal_bandwidth(label, correction="none"):
+    (upper, of_upper), (lower, of_lower) = [
+        (int(one), int(other)) for one, other in re.findall(r"k_lower (\d+), k_upper (\d+)", label)]
+    return math.log(mean((upper, of_upper), load(label), correction) / mean((lower, of_lower), load(label), correction))
+
+
+def least_squares_in_cutoffs(label):
+    """t of ln A = c + s ln ζ + t ln k_lower over the nine spectra, by the normal equations."""
+    points = [((1.0, math.log(upper / lower), math.log(lower)), math.log(mean((lower, upper), load(label), "2017")))
+              for lower in CUTOFFS["k_lower"] for upper in CUTOFFS["k_upper"]]
+    matrix = [[sum(x[i] * x[j] for x, _ in points) for j in range(3)] + [sum(x[i] * y for x, y in points)]
+              for i in range(3)]
+    for i in range(3):
+        for j in set(range(3)) - {i}:
+            factor = matrix[j][i] / matrix[i][i]
+            matrix[j] = [a - factor * b for a, b in zip(matrix[j], matrix[i], strict=True)]
+    return matrix[2][3] / matrix[2][2]
+
+
+def secant_growth(label):
+    at = spectrum(label)
+    return math.log(mean(at, 0.06, "pi/8") / 0.06 / (mean(at, 0.012, "pi/8") / 0.012))
+
+
+def modes(label):
+    greater, _ = neighbour(label)
+    return SPECTRA[greater]["effective_modes_mean"] / SPECTRA[spectrum(label)]["effective_modes_mean"]
+
+
+def middle_pressures(label):
+    """The nominal area in bins of pressure from 0.5 to 1, over Persson's."""
+    lower, _ = spectrum(label)
+    at = float(re.search(r"load ([0-9.]+)", label)[1])
+    bins = table("distributions", "mean-pressures").filter(
+        (pl.col("k_lower") == lower) & ((pl.col("load") - at).abs() < 1e-6)
+        & pl.col("contact_pressure").is_between(0.5, 1.0))
+    return bins["pressure_density_mean"].sum() / bins["pressure_density_persson_mean"].sum()
+
+
+CLAIMS = {
+    (CAMPAIGN, "area-at-0.06"): area,
+    (CAMPAIGN, "area-above-persson"): over_persson,
+    (CAMPAIGN, "corrected-area-above-persson"): lambda label: over_persson(label, "2017"),
+    (CAMPAIGN, "widest-k-lower-is-close-to-bgt-asymptote"):
+        lambda label: area(label) / (math.sqrt(2 * math.pi) * load(label)),
+    (CAMPAIGN, "area-grows-with-k-lower"): ln_ratio,
+    (CAMPAIGN, "corrected-area-grows-with-k-lower"): lambda label: ln_ratio(label, "2017"),
+    (CAMPAIGN, "area-falls-with-alpha"): lambda label: -ln_ratio(label),
+    (CAMPAIGN, "corrected-area-falls-with-alpha"): lambda label: -ln_ratio(label, "2017"),
+    (CAMPAIGN, "no-convergence-in-k-lower"): acceleration,
+    (CAMPAIGN, "scatter-falls-with-cutoffs"): scatter,
+    (CAMPAIGN, "alpha-alone-does-not-decide"): equal_bandwidth,
+    (CAMPAIGN, "alpha-alone-decides-corrected"): lambda label: equal_bandwidth(label, "2017"),
+    (CAMPAIGN, "corrected-area-depends-on-bandwidth-alone"): least_squares_in_cutoffs,
+    (CAMPAIGN, "corrected-secant-grows"): secant_growth,
+    (CAMPAIGN, "full-contact-at-1.7"): lambda label: SPECTRA[spectrum(label)]["full_contact_load_mean"],
+    (CAMPAIGN, "modes-come-from-k-lower"): modes,
+    ("distributions", "middle-pressures-are-as-in-persson"): middle_pressures,
+}
+
+
+def main():
+    for (study, name), again in CLAIMS.items():
+        said = quantities(study, name)
+        worst = max(abs(again(one["label"]) / one["value"] - 1) for one in said)
+        assert worst < 1e-9, f"{name}: {worst}"
+        print(f"{name}: {len(said)} numbers, alike to {worst:.0e}")
+
+
+if __name__ == "__main__":
+    main()
