@@ -117,6 +117,7 @@ pub struct Solver {
     /// The hardness, for as long as pressures are kept below it.
     bound: Option<Hardness>,
 
+    /// Under the last load. Before the first one, that of full contact, of zero mean, if there is a formula.
     pressure: Vec<f64>,
     load: f64,
     earlier_pressure: Vec<f32>,
@@ -182,7 +183,8 @@ impl Solver {
     /// The same on a material that yields under the hardness, if there is one.
     ///
     /// Loads whose elastic pressure nowhere passes it are solved as by [`Solver::new`], to the same
-    /// bytes; from the first one on that does, in ascending order, all are solved for both bounds.
+    /// bytes (the first one in more pairs, if it was expected to pass it); from the first one on that
+    /// does, in ascending order, all are solved for both bounds.
     pub fn yielding(
         body: impl ElasticOperator + 'static,
         hardness: Option<Hardness>,

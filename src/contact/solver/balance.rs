@@ -13,6 +13,9 @@ use super::shift::Nodes;
 use super::survey::Standing;
 use super::{Hardness, Solver};
 
+/// Where the residual is yet to be reduced by less than this, moves are balanced by all free nodes.
+const BALANCED_REDUCTION: f64 = 1e-3;
+
 /// What a search under a hardness knows of its pressures besides the gap.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
@@ -32,6 +35,13 @@ impl Balance {
 }
 
 impl Solver {
+    /// Whether a sample of rows shows too little of what pressures will lack, for a move after which the
+    /// residual is yet to be reduced by this factor. Near the end elastic pressures are scaled by what
+    /// is lacked then; a few strips of nodes bear it, and their gaps open by more than the tolerance.
+    pub(super) fn must_balance(&self, reduction: f64) -> bool {
+        self.bound.is_some() && reduction > BALANCED_REDUCTION
+    }
+
     /// What is to be subtracted from a direction so that it brings what pressures lack when they are
     /// clipped, as far as the free nodes that were gathered in so many rows show it.
     pub(super) fn balanced_mean(

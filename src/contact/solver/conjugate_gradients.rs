@@ -28,6 +28,8 @@
 //! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
 //! what is driven to zero. `balance` says how moves keep the mean.
 
+use std::mem::take;
+
 use super::Solver;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, PRESSED};
@@ -39,7 +41,6 @@ use super::passes::{
     Asking, Ceiling, Direction, GapUpdate, Means, Peek, PendingUpdate, Sums, UpdateGap,
     UpdatePressure,
 };
-use super::shift::Nodes;
 use super::start::Start;
 use super::survey::Standing;
 use crate::contact::fft::Band;
@@ -75,9 +76,11 @@ impl Solver {
         loop {
             let is_last = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
             self.correct();
-            let step = history.damping * self.steps.of(history.iteration);
+            let step = history.damping * history.caution * self.steps.of(history.iteration);
             let lacked = balance.map_or(0.0, |balance| total - balance.sum);
-            let direction = self.direction(last.as_ref(), step, lacked, history.sees_all_rows);
+            let reduction = goal / self.residual(standing.error);
+            let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
+            let direction = self.direction(last.as_ref(), step, lacked, sees_all_rows);
             let sums = self.update_pressure(direction, is_last);
             let line = match &balance {
                 None => {
@@ -109,7 +112,7 @@ impl Solver {
             let (next, free_offset, made) = self.follow(history, &line, standing);
             standing = next;
             if let Some(balance) = &mut balance {
-                let moved = base_sum + sums.increment - balance.sum;
+                let moved = base_sum + sums.increment + sums.rounded - balance.sum;
                 balance.sum += made.pending.part * moved;
                 balance.free_offset = free_offset;
             }
@@ -136,8 +139,7 @@ impl Solver {
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
-        let part = history.learn(&mut self.steps, best);
-        self.extension.continues = history.continues();
+        let part = self.learn(history, best);
         let pending = PendingUpdate {
             scale: line.scale,
             part,
@@ -165,15 +167,26 @@ impl Solver {
         (standing, free_offset, made)
     }
 
+    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
+        let part = history.learn(&mut self.steps, best, self.bound.is_some());
+        self.extension.continues = history.continues();
+        part
+    }
+
     /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes. Where
     /// the material yields, free nodes are gathered on the way; returns also in how many rows.
     fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
+        // Their memory serves again.
+        let (mut nodes, mut last_moves) = (take(&mut self.asking), take(&mut self.last_moves));
+        nodes.clear();
+        last_moves.clear();
         let asking = self.bound.map(|_| Asking {
             base: &self.base,
             increment: &self.increment,
             of_move: of_move as f32,
-            nodes: Nodes::default(),
-            last_moves: Vec::new(),
+            nodes,
+            last_moves,
             rows: 0,
         });
         let extension = &self.extension;

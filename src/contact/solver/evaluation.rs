@@ -174,8 +174,7 @@ impl Solver {
         evaluation: Evaluation,
         offset_change: f64,
     ) -> Evaluation {
-        let part = history.learn(&mut self.steps, best);
-        self.extension.continues = history.continues();
+        let part = self.learn(history, best);
         if part < 1.0 {
             return self.evaluate_without(1.0 - part, evaluation.standing.offset);
         }

@@ -60,7 +60,7 @@ impl LineSearch {
     /// The same where the material yields. The move starts from pressures that come to `before`, and
     /// gaps of free nodes have the mean `offset`.
     pub fn yielding(sums: &Sums, base: f64, [before, total]: [f64; 2], offset: f64) -> Self {
-        let after = base + sums.increment;
+        let after = base + sums.increment + sums.rounded;
         Self {
             scale: 1.0,
             needed_scale: total / after,
@@ -169,6 +169,7 @@ mod tests {
             pressure_on_gap: dot(&after, &gap),
             move_on_height: dot(&moved, &heights),
             pressure_on_height: dot(&after, &heights),
+            ..Sums::default()
         };
         let total = pressure.iter().sum();
         let line = LineSearch::new(&sums, (NODES * NODES) as f64, total, reference);

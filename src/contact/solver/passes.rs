@@ -2,6 +2,7 @@
 
 mod ask;
 mod base;
+mod bounded;
 mod evaluate;
 mod extend;
 mod sample;
@@ -10,9 +11,9 @@ mod update_pressure;
 
 pub use ask::{Ask, Onwards};
 pub use base::Base;
+pub use bounded::{PromoteYielding, ScaleElastic, Tally};
 pub use evaluate::{
-    GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromoteYielding, PromotedInput,
-    TakeBack,
+    GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack,
 };
 pub use extend::{Extend, TakeOthers};
 pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};

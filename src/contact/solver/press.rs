@@ -37,22 +37,53 @@ impl Solver {
                 ..self.outcome(Stop::FullContact, evaluation)
             };
         }
+        if let Some(outcome) = self.press_if_yielding(load, settings, watch) {
+            return outcome;
+        }
         self.bound = self.hardness.filter(|_| load >= self.yields_from);
-        let mut history = History::default();
-        let evaluation = match self.guess(load) {
-            Some(start) => self.approach(&mut history, start, settings, watch),
-            None => self.evaluate_guess(settings),
-        };
-        let elastic = self.solve(history, evaluation, settings, watch);
+        let outcome = self.solve_within_bound(load, settings, watch);
         match self.hardness {
-            Some(hardness) if elastic.peak_pressure > hardness.pressure() => {
+            Some(hardness) if outcome.peak_pressure > hardness.pressure() => {
                 self.yields_from = self.yields_from.min(load);
                 let evaluation = self.guess_yielding(hardness);
                 self.extension.continues = true;
                 self.solve(History::default(), evaluation, settings, watch)
             }
-            _ => elastic,
+            _ => outcome,
         }
+    }
+
+    /// The outcome under a first load that is expected to make the material yield, if it does: then it need
+    /// not be solved for without the hardness.
+    fn press_if_yielding(
+        &mut self,
+        load: f64,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> Option<Outcome> {
+        let is_first = self.load == 0.0;
+        let hardness = self.hardness.filter(|_| is_first)?;
+        if !self.is_expected_to_pass(hardness, load) {
+            return None;
+        }
+        self.bound = Some(hardness);
+        let outcome = self.solve_within_bound(load, settings, watch);
+        if outcome.saturated_nodes == 0 && outcome.stop == Stop::Converged {
+            self.forget();
+            return None;
+        }
+        self.yields_from = load;
+        Some(outcome)
+    }
+
+    /// Solves from a guess, for pressures below the bound if there is one.
+    fn solve_within_bound(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
+        let mut history = History::default();
+        let evaluation = match self.guess(load) {
+            Some(start) => self.approach(&mut history, start, settings, watch),
+            None => self.evaluate_guess(settings),
+        };
+        self.solve(history, evaluation, settings, watch)
     }
 
     /// Whether the load presses all nodes into contact and makes none of them yield.

@@ -2,15 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use pulp::Simd;
-
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
-use super::in_order::InOrder;
-use super::lanes::{LANES, Pass, Wide, greater, over_rows, sum_by, weight};
-use super::passes::{PendingUpdate, PressureInput, PromoteYielding};
+use super::lanes::{LANES, Wide, over_rows, weight};
+use super::passes::{PendingUpdate, PressureInput, PromoteYielding, ScaleElastic, Tally};
 use super::{Hardness, Solver};
-use crate::contact::fft::{Band, Row};
+use crate::contact::fft::Band;
 
 /// What elastic pressures are scaled by after a search, and at least in any case: if they were to make
 /// still more room for saturated ones, rather all are scaled.
@@ -55,6 +52,7 @@ impl Solver {
             base: &self.base,
             increment: &self.increment,
             carry: &self.carry,
+            tally: Tally::below(hardness.pressure()),
         };
         over_rows(
             &self.threads,
@@ -62,12 +60,17 @@ impl Solver {
             self.nodes[1],
             &mut promote,
         );
-        if pending.part < 1.0 {
+        let scale = if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
+            self.scale_of_elastic(hardness)
+        } else {
+            let tally = promote.tally;
+            self.scale_after(&tally)
+        };
+        if SCALES.contains(&scale) {
+            return self.share_out_by(hardness, scale);
         }
-        if !SCALES.contains(&self.scale_of_elastic(hardness)) {
-            self.shift_free_nodes(hardness);
-        }
+        self.shift_free_nodes(hardness);
         self.share_out(hardness)
     }
 
@@ -108,9 +111,14 @@ impl Solver {
     /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;
     /// what passes the hardness on the way is saturated.
     pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
+        let scale = self.scale_of_elastic(hardness);
+        self.share_out_by(hardness, scale)
+    }
+
+    /// The same where it is known by what elastic pressures are to be scaled first.
+    fn share_out_by(&mut self, hardness: Hardness, mut scale: f64) -> f64 {
         let mut scaled = 1.0;
         for _ in 0..ROUNDS {
-            let scale = self.scale_of_elastic(hardness);
             if scale == 1.0 {
                 return scaled;
             }
@@ -138,6 +146,7 @@ impl Solver {
             if scaling.highest.into_iter().all(|p| p < hardness.pressure()) {
                 return scaled;
             }
+            scale = self.scale_of_elastic(hardness);
         }
         self.share_out_anew();
         1.0
@@ -145,12 +154,12 @@ impl Solver {
 
     /// By what elastic pressures are to be scaled; those above the hardness are brought down to it.
     fn scale_of_elastic(&mut self, hardness: Hardness) -> f64 {
-        let mut tally = Tally {
-            hardness: hardness.pressure(),
-            elastic: InOrder::new(),
-            saturated_nodes: 0.0,
-        };
+        let mut tally = Tally::below(hardness.pressure());
         over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut tally);
+        self.scale_after(&tally)
+    }
+
+    fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
         let elastic = tally.elastic.total();
@@ -169,74 +178,6 @@ impl Solver {
             self.pressure.iter_mut().for_each(|p| *p *= total / sum);
         } else {
             self.guess_from_heights(self.load);
-        }
-    }
-}
-
-/// Σ of elastic pressures, and how many others there are; what is above the hardness is brought down.
-struct Tally {
-    hardness: f64,
-    elastic: InOrder<f64>,
-    saturated_nodes: f64,
-}
-
-impl Pass<f64> for Tally {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
-        let hardness = self.hardness;
-        for p in &mut *pressure {
-            *p = p.min(hardness);
-        }
-        self.elastic.push(sum_by(pressure, pressure, |p, _| {
-            weight::<f64>(p < hardness) * p
-        }));
-        self.saturated_nodes += sum_by(pressure, pressure, |p, _| weight::<f64>(p >= hardness));
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            hardness: self.hardness,
-            elastic: InOrder::new(),
-            saturated_nodes: 0.0,
-        }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.elastic.append(later.elastic);
-        self.saturated_nodes += later.saturated_nodes;
-    }
-}
-
-struct ScaleElastic {
-    scale: f64,
-    hardness: f64,
-    /// Of what was scaled, lane by lane.
-    highest: [f64; LANES],
-}
-
-impl Pass<f64> for ScaleElastic {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
-        for chunk in pressure.chunks_mut(LANES) {
-            for (highest, p) in self.highest.iter_mut().zip(chunk) {
-                if *p < self.hardness {
-                    *p *= self.scale;
-                    *highest = greater(*highest, *p);
-                }
-            }
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            highest: [0.0; LANES],
-            ..*self
-        }
-    }
-
-    fn append(&mut self, later: Self) {
-        for (highest, later) in self.highest.iter_mut().zip(later.highest) {
-            *highest = greater(*highest, later);
         }
     }
 }

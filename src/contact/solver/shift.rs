@@ -1,7 +1,7 @@
 //! Which shift of pressures within bounds changes their sum by as much as it should.
 
-/// Shifts and sums are found to so much of the highest pressure, as far as single precision knows
-/// them, or in so many steps.
+/// Shifts and sums are found to so much of the largest change, as far as single precision knows them, or in
+/// so many steps.
 const PRECISION: f64 = 1e-6;
 const ROUNDING: f64 = 1e-7;
 const STEPS: usize = 40;
@@ -37,6 +37,21 @@ impl Nodes {
         self.change.append(&mut later.change);
     }
 
+    /// Adds the first of these, with what each is to change by. Copies of one size take a register.
+    #[inline(always)]
+    pub fn extend<const N: usize>(
+        &mut self,
+        pressures: &[f32; N],
+        changes: &[f32; N],
+        first: usize,
+    ) {
+        let nodes = self.len() + first;
+        self.pressure.extend_from_slice(pressures);
+        self.change.extend_from_slice(changes);
+        self.pressure.truncate(nodes);
+        self.change.truncate(nodes);
+    }
+
     #[inline(always)]
     pub fn push(&mut self, pressure: f32, change: f32) {
         self.pressure.push(pressure);
@@ -47,9 +62,9 @@ impl Nodes {
     /// `lacked` more than they do. Of several such shifts, any; none without nodes, or if even
     /// all at their bounds do not.
     pub fn shift(&self, lacked: f64, ceiling: f32) -> Option<f64> {
+        let count = self.len() as f64;
         let before: f64 = self.total(|pressure, _| pressure.clamp(0.0, ceiling));
         let wanted = before + lacked;
-        let count = self.len() as f64;
         if !(wanted >= 0.0 && wanted <= count * f64::from(ceiling) && count > 0.0) {
             return None;
         }
@@ -57,18 +72,23 @@ impl Nodes {
         if !(low.is_finite() && high.is_finite()) {
             return None;
         }
-        let close = PRECISION * f64::from(ceiling);
-        let balanced = close + ROUNDING * wanted;
+        let largest = self.largest_change() + lacked.abs() / count;
+        let close = PRECISION * largest.min(f64::from(ceiling));
+        let balanced = close + ROUNDING / PRECISION * close * count;
         let mut shift = 0.0_f64.clamp(low, high);
         for _ in 0..STEPS {
             let by = shift as f32;
             let after = |pressure: f32, change: f32| pressure + (change + by);
-            let sum = self.total(|p, change| after(p, change).clamp(0.0, ceiling));
+            // What is not clipped counts to its last digit, though pressures are much larger.
+            let gained = self.total(|p, change| {
+                let beyond = p - p.clamp(0.0, ceiling);
+                (change + by).clamp(-p, ceiling - p) + beyond
+            });
             let inside = self.total(|p, change| {
                 let after = after(p, change);
                 f32::from(u8::from(after > 0.0 && after < ceiling))
             });
-            let missing = wanted - sum;
+            let missing = lacked - gained;
             *(if missing > 0.0 { &mut low } else { &mut high }) = shift;
             let step = missing / inside;
             if missing.abs() <= balanced || step.abs() <= close || high - low <= close {
@@ -82,6 +102,11 @@ impl Nodes {
             };
         }
         Some(shift)
+    }
+
+    fn largest_change(&self) -> f64 {
+        let larger = |largest: f32, change: &f32| largest.max(change.abs());
+        f64::from(self.change.iter().fold(0.0, larger))
     }
 
     /// Shifts with which all nodes are at one bound or the other.

@@ -7,12 +7,13 @@
 
 use std::ops::RangeInclusive;
 
-use super::Solver;
 use super::balance::Balance;
 use super::in_order::InOrder;
 use super::lanes::over_rows;
 use super::passes::{Ask, GapUpdate, Onwards};
+use super::steps::Steps;
 use super::survey::Standing;
+use super::{Hardness, Solver};
 use crate::contact::elasticity;
 use crate::contact::fft::Band;
 
@@ -186,6 +187,24 @@ impl Solver {
             .fold(0.0, |lowest: f64, p| lowest.min(*p));
         let most = self.full_contact.map_or(load - lowest, |full| full.load);
         self.raise_to(load, (-peak, most));
+    }
+
+    /// Whether the guess from full contact, under a first load, passes the hardness: raised until its peak
+    /// does, the pressure of full contact bears less than the load. The contact of the guess is larger than
+    /// that of the solution, and its peak lower as a rule. Where the stiffness is not exact, nothing is known.
+    pub(super) fn is_expected_to_pass(&self, hardness: Hardness, load: f64) -> bool {
+        let Some(full) = self.full_contact.filter(|_| !self.is_light(load)) else {
+            return false;
+        };
+        let raised = hardness.pressure() - full.peak;
+        let borne: f64 = self.pressure.iter().map(|p| (p + raised).max(0.0)).sum();
+        borne < load * self.pressure.len() as f64
+    }
+
+    /// Goes back to where no load has been pressed.
+    pub(super) fn forget(&mut self) {
+        self.steps = Steps::default();
+        (self.load, self.reference, self.offset) = (0.0, 0.0, 0.0);
     }
 
     /// What the highest nodes would bear if none displaced another: exact if one bears all, and where

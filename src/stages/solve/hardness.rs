@@ -7,13 +7,36 @@ use crate::contact::solver;
 use crate::stages::columns::{HARDNESS, HARDNESS_REDUCED};
 use crate::store::column::{Column, Value};
 
+/// Version of the numbers of loads that are solved under a hardness. It is a part of their recipes alone:
+/// where it is raised and that of the stage is not, elastic loads are not computed again.
+const VERSION: u32 = 2;
+
 /// The highest pressure that a material bears, as it is given.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(into = "HardnessRecipe")]
 pub struct GivenHardness {
     /// Positive.
     pub pressure: f64,
     /// What it is measured in.
     pub unit: PressureUnit,
+}
+
+/// What recipes say of it.
+#[derive(Serialize)]
+struct HardnessRecipe {
+    pressure: f64,
+    unit: PressureUnit,
+    version: u32,
+}
+
+impl From<GivenHardness> for HardnessRecipe {
+    fn from(GivenHardness { pressure, unit }: GivenHardness) -> Self {
+        Self {
+            pressure,
+            unit,
+            version: VERSION,
+        }
+    }
 }
 
 impl GivenHardness {

@@ -51,7 +51,11 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
         let carry = self.carry.row(row);
         if let Some(onwards) = &mut self.onwards {
             let earlier = onwards.earlier_pressure.row(row);
-            extrapolate(onwards.reach, pressure, earlier);
+            if YIELDS {
+                extrapolate_bounded(onwards.reach, self.hardness, pressure, earlier);
+            } else {
+                extrapolate(onwards.reach, pressure, earlier);
+            }
             let (gap, last_gap) = split_mut::<S, R>(gap);
             let earlier = onwards.earlier_gap.row(row);
             let (earlier, last_earlier) = split_mut::<S, R>(earlier);
@@ -116,6 +120,20 @@ fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
     for (p, earlier) in pressure.iter_mut().zip(earlier) {
         let last = *p;
         *p = last + reach * (last - f64::from(*earlier));
+        *earlier = last as f32;
+    }
+}
+
+/// The same of pressures up to the hardness. What bears it under both loads goes on to bear it: of the
+/// earlier pressure single precision is left, whose difference from the last one is rounding there.
+#[inline(always)]
+fn extrapolate_bounded(reach: f64, hardness: f64, pressure: &mut [f64], earlier: &mut [f32]) {
+    let nearest = hardness as f32;
+    for (p, earlier) in pressure.iter_mut().zip(earlier) {
+        let last = *p;
+        let stays = last >= hardness && *earlier >= nearest;
+        let guess = last + reach * (last - f64::from(*earlier));
+        *p = if stays { hardness } else { guess };
         *earlier = last as f32;
     }
 }

@@ -74,7 +74,7 @@ impl Pass<f64> for PromotedInput<'_> {
 }
 
 #[inline(always)]
-fn promote(factor: f64, base: &[f32], increment: &[f32], pressure: &mut [f64]) {
+pub fn promote(factor: f64, base: &[f32], increment: &[f32], pressure: &mut [f64]) {
     for ((p, base), increment) in pressure.iter_mut().zip(base).zip(increment) {
         *p = factor * (f64::from(*base) + f64::from(*increment));
     }
@@ -96,32 +96,6 @@ impl Pass<f64> for Promote<'_> {
             row.of(self.increment),
             pressure,
         );
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// The same where the material yields: single precision knows the hardness less well.
-pub struct PromoteYielding<'a> {
-    pub hardness: f64,
-    pub base: &'a Base,
-    pub increment: &'a [f32],
-    /// Marked where nodes are saturated.
-    pub carry: &'a [f32],
-}
-
-impl Pass<f64> for PromoteYielding<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(1.0, self.base.row(row), row.of(self.increment), pressure);
-        for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
-            let is_saturated = has(*carry, SATURATED) || *p > self.hardness;
-            *p = if is_saturated { self.hardness } else { *p };
-        }
     }
 
     fn split_off(&mut self, _: Row) -> Self {

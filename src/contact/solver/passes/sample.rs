@@ -5,7 +5,7 @@ use pulp::Simd;
 use super::super::extension::{Extension, GivenRows};
 use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{Pass, sum_by, total, weight};
+use super::super::lanes::{LANES, Pass, sum_by, total, weight};
 use super::super::shift::Nodes;
 use super::base::Base;
 use crate::contact::fft::{Band, Row};
@@ -179,17 +179,47 @@ pub struct Asking<'a> {
 }
 
 impl Asking<'_> {
+    #[inline(always)]
     fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32]) {
-        let pressure = self.base.row(row).iter().zip(row.of(self.increment));
-        for ((correction, carry), (base, increment)) in corrections.iter().zip(carry).zip(pressure)
+        let (corrections, last_corrections) = corrections.as_chunks::<LANES>();
+        let (carry, last_carry) = carry.as_chunks::<LANES>();
+        let (base, last_base) = self.base.row(row).as_chunks::<LANES>();
+        let (increment, last_increment) = row.of(self.increment).as_chunks::<LANES>();
+        let pressure = base.iter().zip(increment);
+        for ((corrections, carry), (base, increment)) in corrections.iter().zip(carry).zip(pressure)
         {
-            if has(*carry, FREE) {
-                self.nodes
-                    .push(base + (increment + self.of_move * carry), -correction);
-                self.last_moves.push(*carry);
+            let marks = carry.iter().fold(0, |marks, node| marks | node.to_bits());
+            if marks & FREE != 0 {
+                self.gather_nodes(corrections, carry, base, increment);
             }
         }
+        self.gather_nodes(last_corrections, last_carry, last_base, last_increment);
         self.rows += 1;
+    }
+
+    /// Gathers from no more than [`LANES`] nodes, without a jump at each.
+    #[inline(always)]
+    fn gather_nodes(
+        &mut self,
+        corrections: &[f32],
+        carry: &[f32],
+        base: &[f32],
+        increment: &[f32],
+    ) {
+        let mut gathered = [[0.0; LANES]; 3];
+        let mut count = 0;
+        let pressure = base.iter().zip(increment);
+        for ((correction, carry), (base, increment)) in corrections.iter().zip(carry).zip(pressure)
+        {
+            gathered[0][count] = base + (increment + self.of_move * carry);
+            gathered[1][count] = -correction;
+            gathered[2][count] = *carry;
+            count += usize::from(has(*carry, FREE));
+        }
+        let [pressures, changes, moves] = &gathered;
+        self.nodes.extend(pressures, changes, count);
+        self.last_moves.extend_from_slice(moves);
+        self.last_moves.truncate(self.nodes.len());
     }
 
     fn split_off(&mut self) -> Self {

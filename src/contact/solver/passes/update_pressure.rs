@@ -191,6 +191,7 @@ impl Direction {
         let mut pressure_on_gap = zero;
         let mut move_on_height = zero;
         let mut pressure_on_height = zero;
+        let mut rounded = zero;
 
         let nodes = values.iter_mut().zip(base).zip(increment).zip(carry);
         for ((((value, b), increment), carry), (g, h)) in nodes.zip(gap.iter().zip(heights)) {
@@ -222,6 +223,7 @@ impl Direction {
                 let elastic = pressed & new.is_below((nearest - b) + rest);
                 let saturated = pressed.unless(elastic);
                 *carry = mark_yielding(next, free, pressed, saturated).numbers();
+                rounded = rounded + saturated.or_zero(((nearest - b) - new) + rest);
                 pressure_on_gap = pressure_on_gap.plus(elastic.or_zero(p), g);
                 continue;
             }
@@ -232,6 +234,7 @@ impl Direction {
         }
         Sums {
             increment: 0.0,
+            rounded: rounded.total(),
             move_on_gap: move_on_gap.total(),
             pressure_on_gap: pressure_on_gap.total(),
             move_on_height: move_on_height.total(),
@@ -246,6 +249,8 @@ impl Direction {
 pub struct Sums {
     /// Σ pressure after the move − base, in double precision.
     pub increment: f64,
+    /// Where the material yields, what saturated nodes bear more than that, for the hardness is rounded.
+    pub rounded: f64,
     /// Σ move × gap.
     pub move_on_gap: f64,
     /// Σ pressure after the move × gap; of elastic nodes alone, where the material yields.
@@ -259,6 +264,7 @@ pub struct Sums {
 impl Found for Sums {
     const NOTHING: Self = Self {
         increment: 0.0,
+        rounded: 0.0,
         move_on_gap: 0.0,
         pressure_on_gap: 0.0,
         move_on_height: 0.0,
@@ -267,6 +273,7 @@ impl Found for Sums {
 
     fn add(&mut self, later: Self) {
         self.increment += later.increment;
+        self.rounded += later.rounded;
         self.move_on_gap += later.move_on_gap;
         self.pressure_on_gap += later.pressure_on_gap;
         self.move_on_height += later.move_on_height;

@@ -94,6 +94,39 @@ fn what_does_not_yield_keeps_every_bit() {
 }
 
 #[test]
+fn a_guess_that_passes_the_hardness_in_vain_changes_no_bit() {
+    let heights = map(64, |x, y| {
+        let is_face = (x - 0.5).hypot(y - 0.5) < 0.3;
+        if is_face { 0.0 } else { -0.001 }
+    });
+    let bits = |solver: &Solver| Vec::from_iter(solver.pressure().iter().map(|p| p.to_bits()));
+    let mut in_vain = 0;
+    for load in [3e-4, 1e-3, 2e-3] {
+        let mut elastic = super::solver(64, &heights);
+        let expected = press(&mut elastic, load, &Settings::default());
+        let mut hard = yielding(64, 1.001 * expected.peak_pressure, &heights);
+        let found = press(&mut hard, load, &Settings::default());
+        assert_eq!(bits(&hard), bits(&elastic));
+        assert_eq!(found.saturated_nodes, 0);
+        in_vain += usize::from(found.pairs > expected.pairs);
+    }
+    assert!(in_vain > 0);
+}
+
+#[test]
+fn a_hardness_that_single_precision_rounds_costs_no_more_than_one_that_it_holds() {
+    let heights = rough(128, 4);
+    let pairs = |hardness: f64| -> u32 {
+        let mut solver = yielding(128, hardness, &heights);
+        let loads = (1..=10).map(|step| 0.02 * f64::from(step));
+        let outcomes = loads.map(|load| press(&mut solver, load, &Settings::default()));
+        outcomes.map(|outcome| outcome.pairs).sum()
+    };
+    let [rounded, held] = [pairs(0.3), pairs(f64::from(0.3_f32))];
+    assert!(20 * rounded <= 21 * held, "{rounded} and {held}");
+}
+
+#[test]
 fn the_softest_material_yields_under_its_highest_nodes_until_they_bear_the_load() {
     // Nothing bends: u is 1e-9 of the heights.
     let (nodes, hardness) = (64, 1e-9);
