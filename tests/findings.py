@@ -25,28 +25,27 @@ PAGE = ROOT / "docs/findings.md"
 def collect(data):
     program = os.environ.get("ASPERITY") or shutil.which("asperity")
     assert program, "no asperity on the PATH"
-    for folder in (TABLES, FIGURES):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-    for study, (tables, figures) in findings_page.STUDIES.items():
-        take(program, data, study, tables, figures)
 
-
-def take(program, data, study, tables, figures):
-    manifest = ROOT / "manifests" / f"{study}.toml"
-
-    def told(command, *arguments, may_be=(0,)):
+    def told(study, command, *arguments, may_be=(0,)):
+        manifest = ROOT / "manifests" / f"{study}.toml"
         ran = subprocess.run([program, command, manifest, "--data", data, *arguments], stdout=subprocess.PIPE)
         assert ran.returncode in may_be, f"{command} of {study}"
         return ran.stdout
 
-    plan = json.loads(told("plan", "--json"))
-    assert not any(stage["to_run"] for stage in plan["stages"]), f"{study} has not been run to its end"
-    about = {
-        "program": subprocess.run([program, "--version"], stdout=subprocess.PIPE, text=True).stdout.strip(),
-        "tasks": {stage["name"]: stage["cached"] for stage in plan["stages"]},
-    }
-    told("report")
+    plans = {study: json.loads(told(study, "plan", "--json")) for study in findings_page.STUDIES}
+    for study, plan in plans.items():
+        assert not any(stage["to_run"] for stage in plan["stages"]), f"{study} has not been run to its end"
+    for folder in (TABLES, FIGURES):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    for study, plan in plans.items():
+        take(told, data, study, plan)
+
+
+def take(told, data, study, plan):
+    tables, figures = findings_page.STUDIES[study]
+    about = {"tasks": {stage["name"]: stage["cached"] for stage in plan["stages"]}}
+    told(study, "report")
     results = Path(data) / "results" / study
     to = TABLES / study
     to.mkdir()
@@ -55,7 +54,7 @@ def take(program, data, study, tables, figures):
     for figure in figures:
         shutil.copy(results / "figures" / f"{figure}.svg", FIGURES / f"{study}-{figure}.svg")
     # It exits with 1 where a claim does not hold, which is a finding.
-    claims = json.loads(told("claims", "--json", may_be=(0, 1)))
+    claims = json.loads(told(study, "claims", "--json", may_be=(0, 1)))
     for name, what in (("about", about), ("claims", claims)):
         (to / f"{name}.json").write_text(json.dumps(what, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
