@@ -2,7 +2,7 @@
 
 use asperity::contact::grid::{Cell, Grid};
 use asperity::contact::topography::scan::Scan;
-use asperity::contact::topography::surface::Surface;
+use asperity::contact::topography::surface::{Surface, check_range};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
@@ -69,7 +69,9 @@ pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid>
 /// here. NaN where they are missing.
 pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
     let grid = grid(py, nodes(heights), size)?;
-    Scan::new(grid, heights.as_slice()?.to_vec()).map_err(|error| surface_error(py, &error))
+    let heights = heights.as_slice()?;
+    check_range(grid, heights).map_err(|error| surface_error(py, &error))?;
+    Scan::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
 /// The same without missing points.
@@ -79,7 +81,9 @@ pub fn surface(
     size: [f64; 2],
 ) -> PyResult<Surface> {
     let grid = grid(py, nodes(heights), size)?;
-    Surface::new(grid, heights.as_slice()?.to_vec()).map_err(|error| surface_error(py, &error))
+    let heights = heights.as_slice()?;
+    check_range(grid, heights).map_err(|error| surface_error(py, &error))?;
+    Surface::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
 fn nodes(heights: &PyReadonlyArray2<'_, f64>) -> [usize; 2] {

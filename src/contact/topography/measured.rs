@@ -6,7 +6,7 @@
 
 use thiserror::Error;
 
-use super::surface::{Surface, SurfaceError};
+use super::surface::{Surface, SurfaceError, check_range};
 use crate::contact::grid::{Cell, Grid};
 
 /// Why a file is not a height map.
@@ -64,6 +64,7 @@ pub enum MeasuredError {
 pub fn read_npy(bytes: &[u8], cell: Cell) -> Result<Surface, MeasuredError> {
     let (nodes, heights) = npy_array(bytes)?;
     let grid = Grid::new(nodes, cell).map_err(SurfaceError::from)?;
+    check_range(grid, &heights)?;
     Ok(Surface::new(grid, heights)?)
 }
 
@@ -238,6 +239,13 @@ mod tests {
 
     fn valid() -> Vec<u8> {
         npy("<f8", "False", "(2, 2)", &doubles(&[1.0, 2.0, 3.0, 4.0]))
+    }
+
+    #[test]
+    fn heights_whose_averages_overflow_are_refused() {
+        let high = npy("<f8", "False", "(1, 2)", &doubles(&[1e308, 1e308]));
+        let error = read_npy(&high, cell(3.0)).unwrap_err().to_string();
+        assert!(error.contains("1e308, more than 1e100"), "{error}");
     }
 
     #[test]

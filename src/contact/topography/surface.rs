@@ -40,6 +40,35 @@ pub enum SurfaceError {
         column: usize,
         height: f64,
     },
+    #[error(
+        "height at row {row}, column {column} is {height:e}, more than {HIGHEST:e}: squares and sums of such \
+         heights are no numbers"
+    )]
+    TooHigh {
+        row: usize,
+        column: usize,
+        height: f64,
+    },
+}
+
+/// How far from zero heights may be that somebody gives: what is made of them then stays finite.
+pub const HIGHEST: f64 = 1e100;
+
+/// Looks at heights that somebody gives; what is not finite is not looked at.
+///
+/// # Errors
+/// When one is beyond [`HIGHEST`].
+pub fn check_range(grid: Grid, heights: &[f64]) -> Result<(), SurfaceError> {
+    let beyond = |height: &f64| height.is_finite() && height.abs() > HIGHEST;
+    let Some(index) = heights.iter().position(beyond) else {
+        return Ok(());
+    };
+    let [row, column] = grid.place(index);
+    Err(SurfaceError::TooHigh {
+        row,
+        column,
+        height: heights[index],
+    })
 }
 
 impl Surface {
