@@ -11,6 +11,7 @@ use arrow::array::Array;
 
 use crate::ensemble::{Point, grouped};
 use crate::stages::columns::*;
+use crate::stages::solve::GIVEN_UP;
 use crate::store::column::{Role, Value};
 use crate::store::table::Table;
 
@@ -114,13 +115,16 @@ impl Setting {
 }
 
 /// The rows of a table that are of asperity models, on surfaces in the setting: how these are solved
-/// besides is another matter.
+/// besides is another matter. Loads that were given up are not among them, for their forces are far from
+/// balanced.
 pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
     let Some(interactions) = table.batch().column_by_name(INTERACTION.name) else {
         return table.pick(&[]);
     };
+    let stops = table.texts(STOP.name).ok();
+    let is_given_up = |row| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP);
     let rows: Vec<usize> = (0..table.rows())
-        .filter(|&row| interactions.is_valid(row))
+        .filter(|&row| interactions.is_valid(row) && !is_given_up(row))
         .collect();
     let of_surfaces = Setting {
         point: setting

@@ -5,6 +5,7 @@ use crate::claims::evidence::LimitsFit;
 use crate::expression::Expression;
 use crate::fitting::Window;
 use crate::stages::fit::limits::{Form, LimitChoices, Term};
+use crate::stages::solve::GIVEN_UP;
 use crate::store::column::flags;
 
 const SURFACES: usize = 10;
@@ -296,6 +297,16 @@ fn the_exponent_of_the_stiffness_is_that_of_the_gaps() {
 
 /// Asperity models whose area is a multiple of the solved one, and whose gap is another.
 fn asperities(area: fn(&str, f64) -> f64, gap: fn(&str) -> f64, overlap: f64) -> Vec<Claim> {
+    asperities_that_stop(|_, _| "converged", area, gap, overlap)
+}
+
+/// The same where the search for the contacts of a surface under a load has ended so.
+fn asperities_that_stop(
+    stop: fn(usize, f64) -> &'static str,
+    area: fn(&str, f64) -> f64,
+    gap: fn(&str) -> f64,
+    overlap: f64,
+) -> Vec<Claim> {
     let loads: Vec<f64> = (0..8).map(|step| 0.001 * 2_f64.powi(step)).collect();
     let solved = |load: f64| 2.0 * load;
     let scatter = normal(9, SURFACES);
@@ -341,6 +352,10 @@ fn asperities(area: fn(&str, f64) -> f64, gap: fn(&str) -> f64, overlap: f64) ->
             ),
             (MEAN_GAP, value(&|_| gap(interaction))),
             (OVERLAPPING_SHARE, value(&|load| overlap * load)),
+            (
+                STOP,
+                texts(states.iter().map(|&(surface, load)| stop(surface, load))),
+            ),
         ]);
         finished(Kind::Solve, Table::new(rows.len(), columns))
     };
@@ -378,6 +393,19 @@ fn asperity_models_are_put_beside_the_solution_of_the_same_surfaces() {
     assert_eq!(found[4], Verdict::DoesNotHold);
     // The lightest load, beyond which nothing agrees, is exact.
     assert_eq!(judgement(&too_little, names[2]).bounds[0].value, 0.001);
+}
+
+#[test]
+fn a_load_that_was_given_up_on_one_surface_tells_nothing_of_asperity_models() {
+    let name = "interaction-brings-asperities-to-the-solution";
+    let stop = |surface: usize, load: f64| match surface == 0 && (load - 0.016).abs() < 1e-9 {
+        true => GIVEN_UP,
+        false => "converged",
+    };
+    let claims = asperities_that_stop(stop, |_, _| 1.0, |_| 1.0, 2.0);
+    let whole = asperities(|_, _| 1.0, |_| 1.0, 2.0);
+    let [stopped, whole] = [claims, whole].map(|claims| judgement(&claims, name).bounds.len());
+    assert_eq!(stopped + 1, whole);
 }
 
 /// Distributions of pressures: Persson's, as many times in each range of pressures.

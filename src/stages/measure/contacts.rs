@@ -11,18 +11,12 @@ use crate::stages::{StageError, solve};
 use crate::store::column::{Column, flags, integers, optional_reals, reals};
 use crate::store::table::Table;
 
-/// What has been solved for and stands beside what is measured, as far as it is there.
-const CARRIED: [Column; 12] = [
+/// What has been solved for and stands beside what is measured, as far as it is there; so does the flow.
+const CARRIED: [Column; 6] = [
     SATURATED_NODES,
     SATURATED_FRACTION,
     MEAN_GAP,
     MEAN_YIELDED_DEPTH,
-    FLOW_FACTOR_X,
-    FLOW_FACTOR_Y,
-    FLOW_CONDUCTIVITY_X,
-    FLOW_CONDUCTIVITY_Y,
-    FLOW_RESIDUAL,
-    FLOW_STOP,
     ENERGY,
     STOP,
 ];
@@ -145,7 +139,8 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     if stiffness {
         columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
     }
-    let carried = solved.only(&CARRIED.map(|column| column.name));
+    let carried = CARRIED.iter().chain(&FLOW).map(|column| column.name);
+    let carried = solved.only(&carried.collect::<Vec<_>>());
     Ok(solved.coordinates().with(columns).beside(&carried))
 }
 
