@@ -24,6 +24,7 @@ use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::{self, ElasticOperator};
 use crate::contact::threads::Threads;
 
+mod active_groups;
 mod active_set;
 mod balance;
 mod conjugate_gradients;
@@ -56,6 +57,7 @@ pub use hardness::{Hardness, HardnessError};
 pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
 pub use watch::Watch;
 
+use active_groups::ActiveGroups;
 use extension::Extension;
 use passes::{Base, Sample};
 use shift::Nodes;
@@ -141,6 +143,7 @@ pub struct Solver {
     increment: Vec<f32>,
     /// The last move of free nodes. Marked, see `flags`.
     carry: Vec<f32>,
+    active: ActiveGroups,
     sample: Sample,
     free_nodes: f64,
     extension: Extension,
@@ -232,6 +235,7 @@ impl Solver {
             offset: 0.0,
             earlier_offset: 0.0,
             carry: vec![0.0; cells],
+            active: ActiveGroups::new(nodes),
             base: Base::new(nodes),
             increment: vec![0.0; cells],
             sample: Sample::new(nodes),

@@ -190,7 +190,13 @@ impl Solver {
             rows: 0,
         });
         let extension = &self.extension;
-        let mut peek = Wide(Peek::new(&self.carry, &self.sample, extension, asking));
+        let mut peek = Wide(Peek::new(
+            &self.carry,
+            &self.active,
+            &self.sample,
+            extension,
+            asking,
+        ));
         let (single, scratch) = (&self.single, &mut self.single_scratch);
         single.peek_kept(&self.sample.pairs(), &mut peek, scratch);
         if sees_all_rows || peek.0.saw_too_little() {
@@ -253,6 +259,7 @@ impl Solver {
             base: &self.base,
             increment: Band::of(&mut self.increment),
             given: self.extension.given_rows(),
+            active: &self.active,
             carry: Band::of(&mut self.carry),
             gap: &self.gap,
             heights: &self.single_heights,
@@ -285,6 +292,7 @@ impl Solver {
             heights: &self.single_heights,
             gap: Band::of(&mut self.gap),
             carry: Band::of(&mut self.carry),
+            active: self.active.band(),
             asked: self.extension.asked_rows(),
             sample: self.sample.band(),
             seen: InOrder::new(),

@@ -15,6 +15,7 @@ impl Solver {
             offset: offset as f32,
             gap: &self.gap,
             carry: &self.carry,
+            active: &self.active,
             continued: self.extension.continued_rows(),
         });
         self.single.begin(&mut pass, &mut self.single_scratch);
@@ -28,6 +29,7 @@ impl Solver {
         self.pairs += 1;
         let mut pass = Wide(TakeOthers {
             carry: &self.carry,
+            active: &self.active,
             taken: self.extension.taken_rows(),
         });
         self.single.finish_and_keep(&mut pass, scratch);

@@ -263,6 +263,21 @@ impl<S: Simd, const R: usize> Choice<S, R> {
 }
 
 impl<S: Simd, const R: usize> Choice<S, R> {
+    /// Whether any is chosen.
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        let mut any = self.1[0];
+        for i in 1..R {
+            any = self.0.or_m32s(any, self.1[i]);
+        }
+        if const { size_of::<S::m32s>() < size_of::<S::f32s>() } {
+            return self.0.first_true_m32s(any) < S::F32_LANES;
+        }
+        let (one, zero) = (self.0.splat_f32s(1.0), self.0.splat_f32s(0.0));
+        let ones = self.0.select_f32s(any, one, zero);
+        self.0.reduce_max_f32s(ones) > 0.0
+    }
+
     /// This choice, but where `other` chooses.
     #[inline(always)]
     pub fn unless(mut self, other: Self) -> Self {
@@ -366,10 +381,34 @@ pub fn total<T: Real>(a: &[T]) -> f64 {
 /// Σ term(a, b), in the precision of the term.
 #[inline(always)]
 pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -> T) -> f64 {
+    sum_of(std::iter::repeat(&true), a, b, term)
+}
+
+/// The same where terms are zero in groups that are not active.
+#[inline(always)]
+pub fn sum_of_active<A: Copy, B: Copy, T: Real>(
+    active: &[bool],
+    a: &[A],
+    b: &[B],
+    term: impl Fn(A, B) -> T,
+) -> f64 {
+    sum_of(active, a, b, term)
+}
+
+#[inline(always)]
+fn sum_of<'a, A: Copy, B: Copy, T: Real>(
+    active: impl IntoIterator<Item = &'a bool>,
+    a: &[A],
+    b: &[B],
+    term: impl Fn(A, B) -> T,
+) -> f64 {
     let (a, a_rest) = a.as_chunks::<LANES>();
     let (b, b_rest) = b.as_chunks::<LANES>();
     let mut partial = [T::zero(); LANES];
-    for (a, b) in a.iter().zip(b) {
+    for ((a, b), active) in a.iter().zip(b).zip(active) {
+        if !active {
+            continue;
+        }
         for lane in 0..LANES {
             partial[lane] = partial[lane] + term(a[lane], b[lane]);
         }

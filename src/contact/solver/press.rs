@@ -2,6 +2,7 @@
 
 use super::evaluation::Evaluation;
 use super::history::History;
+use super::passes::Base;
 use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
@@ -28,6 +29,7 @@ impl Solver {
         self.pairs = 0;
         self.extension.continues = true;
         self.base.prepare(settings.tolerance);
+        self.active.prepare(Base::is_map(settings.tolerance));
         if self.is_flattened_by(load) {
             self.bound = None;
             self.flatten(load);

@@ -138,6 +138,7 @@ impl Solver {
             gap: Band::of(&mut self.gap),
             hardness,
             carry: Band::of(&mut self.carry),
+            active: self.active.band(),
             asked: self.extension.asked_rows(),
             row: vec![0.0; self.nodes[1]],
             base: self.base.band(),

@@ -4,8 +4,9 @@
 
 use pulp::Simd;
 
+use super::super::active_groups::ALL;
 use super::super::flags::FREE;
-use super::super::lanes::{Lanes, REST, split, split_mut};
+use super::super::lanes::{LANES, Lanes, REST, split, split_mut};
 use super::interpolation::{gather, interpolate, is_before, repeat, shares, sum};
 use super::{Extension, Level, SIDE};
 use crate::contact::fft::{Band, ROWS_TOGETHER, Row};
@@ -61,7 +62,8 @@ impl Extension {
 }
 
 impl AskedRows<'_> {
-    /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they are.
+    /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they are:
+    /// in active groups alone.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,
@@ -69,14 +71,16 @@ impl AskedRows<'_> {
         row: Row,
         asked: &[f32],
         carry: &[f32],
+        active: &[bool],
     ) {
         let [free, values] = &mut self.sums;
         let (free_sums, last_free) = split_mut::<S, R>(&mut free[..asked.len()]);
         let (sums, last_sums) = split_mut::<S, R>(&mut values[..asked.len()]);
         let (asked, last_asked) = split::<S, R>(asked);
         let (carry, last_carry) = split::<S, R>(carry);
-        add_asked(simd, free_sums, sums, asked, carry);
-        add_asked(REST, last_free, last_sums, last_asked, last_carry);
+        add_asked(simd, active, free_sums, sums, asked, carry);
+        let rest = &ALL[..last_asked.len()];
+        add_asked(REST, rest, last_free, last_sums, last_asked, last_carry);
         if ends_blocks(row, self.rows) {
             let place = Row::new(row.index() / SIDE, self.blocks);
             let bands = [&mut self.free, &mut self.values];
@@ -101,6 +105,7 @@ impl AskedRows<'_> {
 #[inline(always)]
 fn add_asked<S: Simd, const R: usize>(
     simd: S,
+    active: &[bool],
     free_sums: &mut [[S::f32s; R]],
     sums: &mut [[S::f32s; R]],
     asked: &[[S::f32s; R]],
@@ -108,7 +113,11 @@ fn add_asked<S: Simd, const R: usize>(
 ) {
     let one = Lanes::all(simd, 1.0);
     let rows = asked.iter().zip(carry);
-    for ((free_sum, sum), (asked, carry)) in free_sums.iter_mut().zip(sums).zip(rows) {
+    let rows = free_sums.iter_mut().zip(sums).zip(rows).zip(active);
+    for (((free_sum, sum), (asked, carry)), active) in rows {
+        if !active {
+            continue;
+        }
         let free = Lanes::of(simd, *carry).has(FREE).or_zero(one);
         *free_sum = (Lanes::of(simd, *free_sum) + free).numbers();
         *sum = (Lanes::of(simd, *sum) + Lanes::of(simd, *asked)).numbers();
@@ -196,7 +205,7 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
 }
 
 impl TakenRows<'_> {
-    /// Takes a row, where nodes are not marked as free.
+    /// Takes a row, where nodes are not marked as free, as no node is in groups that are not active.
     #[inline(always)]
     pub fn take_row<S: Simd, const R: usize>(
         &mut self,
@@ -204,6 +213,7 @@ impl TakenRows<'_> {
         row: Row,
         values: &[f32],
         carry: &[f32],
+        active: &[bool],
     ) {
         let part = row.index() % SIDE;
         let [before, here, after] = &mut self.sums;
@@ -219,8 +229,17 @@ impl TakenRows<'_> {
         let (values, last_values) = split::<S, R>(values);
         let (carry, last_carry) = split::<S, R>(carry);
         let shares = shares::<SIDE>(part);
-        take(simd, shares, own, other, values, carry);
-        take(REST, shares, last_own, last_other, last_values, last_carry);
+        take(simd, shares, active, own, other, values, carry);
+        let rest = &ALL[..last_values.len()];
+        take(
+            REST,
+            shares,
+            rest,
+            last_own,
+            last_other,
+            last_values,
+            last_carry,
+        );
         if ends_blocks(row, self.rows) {
             let place = Row::new(row.index() / SIDE, self.blocks);
             for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
@@ -246,6 +265,7 @@ impl TakenRows<'_> {
 fn take<S: Simd, const R: usize>(
     simd: S,
     [of_own, of_other]: [f32; 2],
+    active: &[bool],
     own: &mut [[S::f32s; R]],
     other: &mut [[S::f32s; R]],
     values: &[[S::f32s; R]],
@@ -254,9 +274,13 @@ fn take<S: Simd, const R: usize>(
     let (of_own, of_other) = (Lanes::all(simd, of_own), Lanes::all(simd, of_other));
     let zero = Lanes::all(simd, 0.0);
     let rows = values.iter().zip(carry);
-    for ((own, other), (value, carry)) in own.iter_mut().zip(other).zip(rows) {
-        let free = Lanes::of(simd, *carry).has(FREE);
-        let taken = free.choose(zero, Lanes::of(simd, *value));
+    let rows = own.iter_mut().zip(other).zip(rows).zip(active);
+    for (((own, other), (value, carry)), active) in rows {
+        let mut taken = Lanes::of(simd, *value);
+        if *active {
+            let free = Lanes::of(simd, *carry).has(FREE);
+            taken = free.choose(zero, taken);
+        }
         *own = Lanes::of(simd, *own).plus(of_own, taken).numbers();
         *other = Lanes::of(simd, *other).plus(of_other, taken).numbers();
     }
@@ -280,9 +304,9 @@ impl<'a> GivenRows<'a> {
         }
     }
 
-    /// Adds it to a row.
+    /// Adds it to a row, in active groups.
     #[inline(always)]
-    pub fn give_row(&mut self, row: Row, values: &mut [f32]) {
+    pub fn give_row(&mut self, row: Row, values: &mut [f32], active: &[bool]) {
         let block = row.index() / SIDE;
         if self.here != Some(block) {
             let given = Row::new(block, self.smallest.blocks[1]).of(&self.smallest.values);
@@ -292,13 +316,26 @@ impl<'a> GivenRows<'a> {
             }
             self.here = Some(block);
         }
-        for (value, given) in values.iter_mut().zip(&self.nodes) {
-            *value += given;
+        let (given, last_given) = self.nodes.split_at(values.len() / LANES * LANES);
+        let (values, last_values) = values.as_chunks_mut::<LANES>();
+        let groups = values.iter_mut().zip(given.as_chunks::<LANES>().0);
+        for ((values, given), active) in groups.zip(active) {
+            if *active {
+                give(values, given);
+            }
         }
+        give(last_values, last_given);
     }
 
     pub fn split_off(&self) -> Self {
         Self::of(self.smallest)
+    }
+}
+
+#[inline(always)]
+fn give(values: &mut [f32], given: &[f32]) {
+    for (value, given) in values.iter_mut().zip(given) {
+        *value += given;
     }
 }
 

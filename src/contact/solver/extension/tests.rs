@@ -51,7 +51,9 @@ fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[
         cuts,
         extension.asked_rows(),
         AskedRows::split_off,
-        |part, row| part.add_row::<_, 1>(Scalar512b, row, row.of(asked), row.of(carry)),
+        |part, row| {
+            part.add_row::<_, 1>(Scalar512b, row, row.of(asked), row.of(carry), &[true; 64])
+        },
     );
     extension.extend(&Threads::one());
     let mut values = vec![0.0; asked.len()];
@@ -86,7 +88,9 @@ fn handed_back(
         cuts,
         extension.taken_rows(),
         TakenRows::split_off,
-        |part, row| part.take_row::<_, 1>(Scalar512b, row, row.of(values), row.of(carry)),
+        |part, row| {
+            part.take_row::<_, 1>(Scalar512b, row, row.of(values), row.of(carry), &[true; 64])
+        },
     );
     extension.collect(&Threads::one());
     let mut given = vec![0.0; values.len()];
@@ -95,7 +99,7 @@ fn handed_back(
         cuts,
         extension.given_rows(),
         |part, _| part.split_off(),
-        |part, row| part.give_row(row, row.of_mut(&mut given)),
+        |part, row| part.give_row(row, row.of_mut(&mut given), &[true; 64]),
     );
     given
 }

@@ -2,10 +2,11 @@
 
 use pulp::Simd;
 
+use super::super::active_groups::ActiveBand;
 use super::super::extension::AskedRows;
 use super::super::flags::marked_by_pressure;
 use super::super::in_order::InOrder;
-use super::super::lanes::{Lanes, Pass, REST, split_mut, sum_by};
+use super::super::lanes::{LANES, Lanes, Pass, REST, split_mut, sum_by};
 use super::base::BaseBand;
 use super::update_gap::{GapUpdate, Seen};
 use crate::contact::fft::{Band, Row};
@@ -21,6 +22,8 @@ pub struct Ask<'a, const YIELDS: bool> {
     pub hardness: f64,
     /// Marked by pressure; the last move on free nodes, if there is one to go on from.
     pub carry: Band<'a, f32>,
+    /// Set where there are free nodes, or pressures to be moved.
+    pub active: ActiveBand<'a>,
     pub asked: AskedRows<'a>,
     /// A row of what free nodes ask for.
     pub row: Vec<f32>,
@@ -75,9 +78,20 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
         self.base_sum
             .push(sum_by(base, base, |base, _| f64::from(base)));
         let (asked, seen) = (&mut self.row, &mut self.seen);
+        let always = self.active.always;
+        let active = self.active.row(row);
+        active.fill(true);
         self.response
-            .ask_row::<S, R, YIELDS>(simd, asked, gap, carry, seen);
-        self.asked.add_row::<S, R>(simd, row, asked, carry);
+            .ask_row::<S, R, YIELDS>(simd, asked, gap, carry, active, seen);
+        let groups = self.increment.row(row).as_chunks_mut::<LANES>().0;
+        for (active, increments) in active.iter_mut().zip(groups) {
+            *active |= always || increments.iter().any(|increment| *increment != 0.0);
+            if !*active {
+                // As clipping leaves them.
+                increments.fill(-0.0);
+            }
+        }
+        self.asked.add_row::<S, R>(simd, row, asked, carry, active);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
@@ -90,6 +104,7 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
             }),
             gap: self.gap.split_off(row),
             carry: self.carry.split_off(row),
+            active: self.active.split_off(row),
             asked: self.asked.split_off(row),
             row: self.row.clone(),
             base: self.base.split_off(row),

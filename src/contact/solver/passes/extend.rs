@@ -2,6 +2,7 @@
 
 use pulp::Simd;
 
+use super::super::active_groups::{ALL, ActiveGroups};
 use super::super::extension::{ContinuedRows, TakenRows};
 use super::super::flags::FREE;
 use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
@@ -14,6 +15,8 @@ pub struct Extend<'a> {
     pub gap: &'a [f32],
     /// Marked where nodes are free.
     pub carry: &'a [f32],
+    /// Where they may be.
+    pub active: &'a ActiveGroups,
     pub continued: ContinuedRows<'a>,
 }
 
@@ -30,9 +33,11 @@ impl Pass<f32> for Extend<'_> {
             offset: self.offset,
             shares: [of_own, of_other],
         };
-        choice.choose(simd, values, gap, carry, own, other);
+        let active = self.active.row(row);
+        choice.choose(simd, active, values, gap, carry, own, other);
         choice.choose(
             REST,
+            &ALL[..last_values.len()],
             last_values,
             last_gap,
             last_carry,
@@ -60,9 +65,11 @@ struct Choose {
 
 impl Choose {
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a row of each map")]
     fn choose<S: Simd, const R: usize>(
         self,
         simd: S,
+        active: &[bool],
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         carry: &[[S::f32s; R]],
@@ -73,11 +80,16 @@ impl Choose {
         let of_own = Lanes::all(simd, self.shares[0]);
         let of_other = Lanes::all(simd, self.shares[1]);
         let nodes = values.iter_mut().zip(gap).zip(carry);
-        for (((value, gap), carry), (own, other)) in nodes.zip(own.iter().zip(other)) {
-            let free = Lanes::of(simd, *carry).has(FREE);
-            let above = Lanes::of(simd, *gap) - offset;
+        let nodes = nodes.zip(own.iter().zip(other)).zip(active);
+        for ((((value, gap), carry), (own, other)), active) in nodes {
             let own = of_own * Lanes::of(simd, *own);
             let continued = own.plus(of_other, Lanes::of(simd, *other));
+            if !active {
+                *value = continued.numbers();
+                continue;
+            }
+            let free = Lanes::of(simd, *carry).has(FREE);
+            let above = Lanes::of(simd, *gap) - offset;
             *value = free.choose(above, continued).numbers();
         }
     }
@@ -87,6 +99,8 @@ impl Choose {
 pub struct TakeOthers<'a> {
     /// Marked where nodes are free.
     pub carry: &'a [f32],
+    /// Where they may be.
+    pub active: &'a ActiveGroups,
     pub taken: TakenRows<'a>,
 }
 
@@ -94,7 +108,9 @@ impl Pass<f32> for TakeOthers<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
-        self.taken.take_row::<S, R>(simd, row, values, carry);
+        let active = self.active.row(row);
+        self.taken
+            .take_row::<S, R>(simd, row, values, carry, active);
     }
 
     fn split_off(&mut self, row: Row) -> Self {

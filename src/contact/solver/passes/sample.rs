@@ -2,10 +2,11 @@
 
 use pulp::Simd;
 
+use super::super::active_groups::ActiveGroups;
 use super::super::extension::{Extension, GivenRows};
 use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{LANES, Pass, sum_by, total, weight};
+use super::super::lanes::{LANES, Pass, sum_of_active, weight};
 use super::super::shift::Nodes;
 use super::base::Base;
 use crate::contact::fft::{Band, Row};
@@ -124,6 +125,8 @@ pub struct Means {
 pub struct Peek<'a> {
     /// Last moves, marked where nodes are free.
     carry: &'a [f32],
+    /// Where they are.
+    active: &'a ActiveGroups,
     /// Displacements under the last move.
     sample: &'a Sample,
     /// What is to be given to corrections.
@@ -180,16 +183,15 @@ pub struct Asking<'a> {
 
 impl Asking<'_> {
     #[inline(always)]
-    fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32]) {
+    fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32], active: &[bool]) {
         let (corrections, last_corrections) = corrections.as_chunks::<LANES>();
         let (carry, last_carry) = carry.as_chunks::<LANES>();
         let (base, last_base) = self.base.row(row).as_chunks::<LANES>();
         let (increment, last_increment) = row.of(self.increment).as_chunks::<LANES>();
         let pressure = base.iter().zip(increment);
-        for ((corrections, carry), (base, increment)) in corrections.iter().zip(carry).zip(pressure)
-        {
-            let marks = carry.iter().fold(0, |marks, node| marks | node.to_bits());
-            if marks & FREE != 0 {
+        let groups = corrections.iter().zip(carry).zip(pressure).zip(active);
+        for (((corrections, carry), (base, increment)), active) in groups {
+            if *active {
                 self.gather_nodes(corrections, carry, base, increment);
             }
         }
@@ -241,12 +243,14 @@ impl Asking<'_> {
 impl<'a> Peek<'a> {
     pub fn new(
         carry: &'a [f32],
+        active: &'a ActiveGroups,
         sample: &'a Sample,
         extension: &'a Extension,
         asking: Option<Asking<'a>>,
     ) -> Self {
         Self {
             carry,
+            active,
             sample,
             given: extension.given_rows(),
             sums: InOrder::new(),
@@ -282,22 +286,20 @@ impl Pass<f32> for Peek<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
-        self.given.give_row(row, values);
+        let active = self.active.row(row);
+        self.given.give_row(row, values, active);
         if let Some(asking) = &mut self.asking {
-            asking.gather(row, values, carry);
-        }
-        for (value, carry) in values.iter_mut().zip(carry) {
-            *value *= weight::<f32>(has(*carry, FREE));
+            asking.gather(row, values, carry, active);
         }
         let free = |carry| weight::<f32>(has(carry, FREE));
-        let nodes = sum_by(carry, carry, |carry, _| free(carry));
-        let correction = total(values);
+        let nodes = sum_of_active(active, carry, carry, |carry, _| free(carry));
+        let correction = sum_of_active(active, values, carry, |value, carry| value * free(carry));
         let mut seen = PeekSums {
             free_nodes: nodes,
             sampled_nodes: 0.0,
             sums: Means {
                 correction,
-                last_move: sum_by(carry, carry, |carry, _| free(carry) * carry),
+                last_move: sum_of_active(active, carry, carry, |carry, _| free(carry) * carry),
                 ..Means::default()
             },
         };
@@ -305,7 +307,11 @@ impl Pass<f32> for Peek<'_> {
             let image = place.of(&self.sample.kept);
             seen.sampled_nodes = nodes;
             seen.sums.sampled_correction = correction;
-            seen.sums.correction_on_image = sum_by(values, image, |z, image| z * image);
+            for (value, carry) in values.iter_mut().zip(carry) {
+                *value *= free(*carry);
+            }
+            seen.sums.correction_on_image =
+                sum_of_active(active, values, image, |z, image| z * image);
         }
         self.sums.push(seen);
     }

@@ -2,6 +2,7 @@
 
 use pulp::Simd;
 
+use super::super::active_groups::{ALL, ActiveBand};
 use super::super::extension::AskedRows;
 use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
 use super::super::in_order::{Found, InOrder};
@@ -21,6 +22,8 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
     pub gap: Band<'a, f32>,
     /// Moves of free nodes.
     pub carry: Band<'a, f32>,
+    /// Where there are free nodes.
+    pub active: ActiveBand<'a>,
     pub asked: AskedRows<'a>,
     pub sample: SampleBand<'a>,
     pub seen: InOrder<Seen>,
@@ -85,14 +88,20 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
         }
         self.sample.keep(row, values);
         let (gap, carry) = (self.gap.row(row), self.carry.row(row));
-        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut self.seen);
-        self.asked.add_row::<S, R>(simd, row, values, carry);
+        let always = self.active.always;
+        let active = self.active.row(row);
+        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, active, &mut self.seen);
+        if always {
+            active.fill(true);
+        }
+        self.asked.add_row::<S, R>(simd, row, values, carry, active);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
         Self {
             gap: self.gap.split_off(row),
             carry: self.carry.split_off(row),
+            active: self.active.split_off(row),
             asked: self.asked.split_off(row),
             sample: self.sample.split_off(row),
             seen: InOrder::new(),
@@ -144,7 +153,8 @@ impl GapUpdate {
         }
     }
 
-    /// Turns a row into what the next correction is to close, with zeros where nodes are not free.
+    /// Turns a row into what the next correction is to close, with zeros where nodes are not free: in
+    /// groups that are active then.
     #[inline(always)]
     pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,
@@ -152,14 +162,17 @@ impl GapUpdate {
         values: &mut [f32],
         gap: &[f32],
         carry: &mut [f32],
+        active: &mut [bool],
         seen: &mut InOrder<Seen>,
     ) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split_mut::<S, R>(carry);
-        seen.push(self.ask::<_, _, YIELDS>(simd, values, gap, carry));
+        seen.push(self.ask::<_, _, YIELDS>(simd, active, values, gap, carry));
         if !last_values.is_empty() {
-            seen.push(self.ask::<_, _, YIELDS>(REST, last_values, last_gap, last_carry));
+            let mut rest = ALL;
+            let rest = &mut rest[..last_values.len()];
+            seen.push(self.ask::<_, _, YIELDS>(REST, rest, last_values, last_gap, last_carry));
         }
     }
 
@@ -167,6 +180,7 @@ impl GapUpdate {
     fn ask<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
+        active: &mut [bool],
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         carry: &mut [[S::f32s; R]],
@@ -179,12 +193,19 @@ impl GapUpdate {
         let mut elastic_nodes = zero;
         let mut elastic_sum = zero;
         let mut free_sum = zero;
-        for ((value, gap), carry) in values.iter_mut().zip(gap).zip(carry) {
-            let (g, c) = (Lanes::of(simd, *gap), Lanes::of(simd, *carry));
+        let nodes = values.iter_mut().zip(gap).zip(carry).zip(active);
+        for (((value, gap), carry), active) in nodes {
+            let g = Lanes::of(simd, *gap);
             let above = g - offset;
+            let below = above.is_below(zero);
+            if !*active && !below.any() {
+                lowest = lowest.min(g);
+                continue;
+            }
+            let c = Lanes::of(simd, *carry);
             let was_free = c.has(FREE);
             let mut pressed = c.has(self.pressed);
-            let mut free = pressed | above.is_below(zero);
+            let mut free = pressed | below;
             let mut saturated = zero.is_below(zero);
             let mut lower = lowest.min(g);
             if YIELDS {
@@ -204,6 +225,7 @@ impl GapUpdate {
             lowest = lower;
             free_nodes = free_nodes + free.or_zero(one);
             *value = free.or_zero(above).numbers();
+            *active = (free | pressed).any();
             let next = (free & was_free).or_zero(c);
             *carry = if YIELDS {
                 mark_yielding(next, free, pressed, saturated).numbers()

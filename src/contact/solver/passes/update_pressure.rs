@@ -2,10 +2,11 @@
 
 use pulp::Simd;
 
+use super::super::active_groups::{ALL, ActiveGroups};
 use super::super::extension::GivenRows;
 use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
 use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_by};
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_of_active};
 use super::base::Base;
 use crate::contact::fft::{Band, Row};
 
@@ -61,6 +62,8 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub ceiling: Ceiling,
     pub base: &'a Base,
     pub increment: Band<'a, f32>,
+    /// Where there is anything to be done.
+    pub active: &'a ActiveGroups,
     /// What is to be given to rows of the correction.
     pub given: GivenRows<'a>,
     /// Moves of free nodes.
@@ -73,7 +76,8 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
 impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        self.given.give_row(row, values);
+        let active = self.active.row(row);
+        self.given.give_row(row, values, active);
         let (values, last_values) = split_mut::<S, R>(values);
         let (base, last_base) = split::<S, R>(self.base.row(row));
         let (increment, last_increment) = split_mut::<S, R>(self.increment.row(row));
@@ -84,6 +88,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
         let mut sums = direction.follow::<_, _, YIELDS>(
             simd,
             self.ceiling,
+            active,
             values,
             base,
             increment,
@@ -96,6 +101,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             sums = direction.follow::<_, _, YIELDS>(
                 REST,
                 self.ceiling,
+                &ALL[..last_values.len()],
                 last_values,
                 last_base,
                 last_increment,
@@ -105,7 +111,9 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             );
         }
         let increment = &*self.increment.row(row);
-        sums.increment = sum_by(increment, increment, |increment, _| f64::from(increment));
+        sums.increment = sum_of_active(active, increment, increment, |increment, _| {
+            f64::from(increment)
+        });
         self.sums.push(sums);
     }
 
@@ -171,6 +179,7 @@ impl Direction {
         self,
         simd: S,
         ceiling: Ceiling,
+        active: &[bool],
         values: &mut [[S::f32s; R]],
         base: &[[S::f32s; R]],
         increment: &mut [[S::f32s; R]],
@@ -194,7 +203,12 @@ impl Direction {
         let mut rounded = zero;
 
         let nodes = values.iter_mut().zip(base).zip(increment).zip(carry);
-        for ((((value, b), increment), carry), (g, h)) in nodes.zip(gap.iter().zip(heights)) {
+        let nodes = nodes.zip(gap.iter().zip(heights)).zip(active);
+        for (((((value, b), increment), carry), (g, h)), active) in nodes {
+            if !active {
+                *value = zero.numbers();
+                continue;
+            }
             let correction = Lanes::of(simd, *value);
             let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *increment));
             let c = Lanes::of(simd, *carry);

@@ -1,0 +1,124 @@
+//! Which groups of neighbours take part in the search.
+//!
+//! Contact is patches: on most of a lightly loaded mesh no node is free, no pressure is to be moved, and
+//! nothing was moved before. What passes over the mesh would read there is known, and on large
+//! meshes reading it is most of what they cost. A group is as many neighbours of a row as
+//! [`Lanes`](super::lanes::Lanes) have; the rest of a row is always looked at.
+
+use super::lanes::LANES;
+use crate::contact::fft::{Band, Row};
+
+/// For the rest of a row, node by node.
+pub const ALL: [bool; LANES] = [true; LANES];
+
+/// Groups of a mesh that have a free node, or one with pressure.
+///
+/// In the others, increments are what makes pressures zero, and carries are zero.
+pub struct ActiveGroups {
+    row_groups: usize,
+    map: Vec<bool>,
+    /// Whether all are active, as in a fine search: the base is not zero where there is no pressure.
+    always: bool,
+}
+
+impl ActiveGroups {
+    pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
+        let row_groups = row_nodes / LANES;
+        Self {
+            row_groups,
+            map: vec![true; rows * row_groups],
+            always: false,
+        }
+    }
+
+    /// Gets ready for a search in which all groups are active, or only those that are found to be.
+    pub fn prepare(&mut self, always: bool) {
+        self.always = always;
+    }
+
+    /// The groups of a row.
+    #[inline(always)]
+    pub fn row(&self, row: Row) -> &[bool] {
+        Row::new(row.index(), self.row_groups).of(&self.map)
+    }
+
+    /// All rows, to be set.
+    pub fn band(&mut self) -> ActiveBand<'_> {
+        ActiveBand {
+            row_groups: self.row_groups,
+            map: Band::of(&mut self.map),
+            always: self.always,
+        }
+    }
+}
+
+/// Consecutive rows of groups, to be set.
+pub struct ActiveBand<'a> {
+    row_groups: usize,
+    map: Band<'a, bool>,
+    /// Whether all are to stay active.
+    pub always: bool,
+}
+
+impl ActiveBand<'_> {
+    #[inline(always)]
+    pub fn row(&mut self, row: Row) -> &mut [bool] {
+        self.map.row(Row::new(row.index(), self.row_groups))
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            map: self.map.split_off(Row::new(row.index(), self.row_groups)),
+            ..*self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::elasticity::PeriodicHalfSpace;
+    use crate::contact::grid::samples::{rectangle, square};
+    use crate::contact::solver::{Settings, Solver};
+    use crate::contact::topography::shapes::Shape;
+
+    #[test]
+    fn pressure_is_in_active_groups_alone() {
+        // Strips of contact along y, and along x, where rows end with nine nodes of no group.
+        let grid = rectangle([96, 153], [1.0, 1.0]);
+        let waves = Shape::Wave {
+            amplitude: 0.1,
+            waves: 2,
+        }
+        .draw(grid);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), waves.heights());
+        solver.press(0.01, &Settings::default(), &|| false);
+        let mut counts = [0; 2];
+        for row in (0..96).map(|index| Row::new(index, 153)) {
+            let groups = row.of(solver.pressure()).as_chunks::<LANES>().0;
+            for (active, pressures) in solver.active.row(row).iter().zip(groups) {
+                counts[usize::from(*active)] += 1;
+                assert!(*active || pressures.iter().all(|p| *p == 0.0));
+            }
+        }
+        assert_eq!(counts[0] + counts[1], 96 * 9);
+        assert!(counts[0] > counts[1] && counts[1] > 0);
+    }
+
+    #[test]
+    fn all_groups_of_a_fine_search_stay_active() {
+        let grid = square(64, 1.0);
+        let wave = Shape::Wave {
+            amplitude: 0.1,
+            waves: 1,
+        }
+        .draw(grid);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+        let settings = Settings {
+            tolerance: 1e-8,
+            ..Settings::default()
+        };
+        solver.press(0.01, &settings, &|| false);
+        assert!(solver.active.map.iter().all(|active| *active));
+    }
+}
