@@ -10,6 +10,7 @@
 
 use crate::contact::fft::{Kernel, Real, Transform};
 use crate::contact::grid::{Grid, magnitude};
+use crate::contact::threads::Threads;
 
 pub mod free;
 pub mod half_space;
@@ -20,8 +21,8 @@ pub use half_space::PeriodicHalfSpace;
 /// An elastic body under the pressures on a grid: all that a solver asks of it.
 ///
 /// Pressure p lowers its surface by u, a convolution with an even kernel: a factor for each wave of
-/// the mesh on which pressures are convolved. Threads may hand it on, and with it a solver.
-pub trait ElasticOperator: Send {
+/// the mesh on which pressures are convolved. Threads may share it.
+pub trait ElasticOperator: Send + Sync {
     /// Where pressures act.
     fn grid(&self) -> Grid;
 
@@ -48,29 +49,47 @@ pub trait ElasticOperator: Send {
 
     /// The displacement of one node, in units of cell sides, under a unit pressure on this node
     /// alone, in units of E*.
-    fn nodal_compliance(&self) -> f64 {
-        mean_over_waves(self.convolved_nodes(), |waves| self.displacement(waves))
+    fn nodal_compliance(&self, threads: &Threads) -> f64 {
+        mean_over_waves(threads, self.convolved_nodes(), |waves| {
+            self.displacement(waves)
+        })
     }
 
     /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
     /// alone asks for.
-    fn nodal_stiffness(&self) -> f64 {
-        mean_over_waves(self.convolved_nodes(), |waves| self.stiffness(waves))
+    fn nodal_stiffness(&self, threads: &Threads) -> f64 {
+        mean_over_waves(threads, self.convolved_nodes(), |waves| {
+            self.stiffness(waves)
+        })
     }
 }
 
 /// The convolution from pressure to displacement.
 pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
-    Kernel::new(operator.convolved_nodes(), |k_x, k_y| {
-        operator.displacement([k_x, k_y])
-    })
+    displacement_on(&Threads::one(), operator)
+}
+
+/// The same, made by several threads.
+pub(crate) fn displacement_on<T: Real>(
+    threads: &Threads,
+    operator: &dyn ElasticOperator,
+) -> Kernel<T> {
+    let factor = |k_x, k_y| operator.displacement([k_x, k_y]);
+    Kernel::new_on(threads, operator.convolved_nodes(), factor)
 }
 
 /// The convolution from displacement to pressure.
 pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
-    Kernel::new(operator.convolved_nodes(), |k_x, k_y| {
-        operator.stiffness([k_x, k_y])
-    })
+    stiffness_on(&Threads::one(), operator)
+}
+
+/// The same, made by several threads.
+pub(crate) fn stiffness_on<T: Real>(
+    threads: &Threads,
+    operator: &dyn ElasticOperator,
+) -> Kernel<T> {
+    let factor = |k_x, k_y| operator.stiffness([k_x, k_y]);
+    Kernel::new_on(threads, operator.convolved_nodes(), factor)
 }
 
 /// The transform that such convolutions are made with.
@@ -78,11 +97,34 @@ pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
     Transform::padded(operator.grid().nodes(), operator.convolved_nodes())
 }
 
-/// A node's own share of a convolution: the mean of its factors.
-fn mean_over_waves([nodes_x, nodes_y]: [usize; 2], factor: impl Fn([usize; 2]) -> f64) -> f64 {
-    let waves = (0..nodes_x).flat_map(|k_x| (0..nodes_y).map(move |k_y| (k_x, k_y)));
-    let sum: f64 = waves
-        .map(|(k_x, k_y)| factor([magnitude(k_x, nodes_x), magnitude(k_y, nodes_y)]))
-        .sum();
+/// Rows of factors that are evaluated before they are added up.
+const ROWS_AT_ONCE: usize = 64;
+
+/// A node's own share of a convolution: the mean of its factors. Threads evaluate them, and one adds them
+/// up in their order.
+fn mean_over_waves(
+    threads: &Threads,
+    [nodes_x, nodes_y]: [usize; 2],
+    factor: impl Fn([usize; 2]) -> f64 + Sync,
+) -> f64 {
+    let waves_y = nodes_y / 2 + 1;
+    let mut factors = vec![0.0; ROWS_AT_ONCE * waves_y];
+    let mut sum = 0.0;
+    for first in (0..nodes_x).step_by(ROWS_AT_ONCE) {
+        let rows = factors.chunks_exact_mut(waves_y).zip(first..nodes_x);
+        let mut rows: Vec<(&mut [f64], usize)> = rows.collect();
+        let evaluate = |(): &mut (), (row, k_x): &mut (&mut [f64], usize)| {
+            for (k_y, value) in row.iter_mut().enumerate() {
+                *value = factor([magnitude(*k_x, nodes_x), k_y]);
+            }
+        };
+        let crew = threads.crew(rows.len() * nodes_y);
+        crew.each(&mut Vec::new(), || (), &mut rows, evaluate);
+        for (row, _) in rows {
+            for k_y in 0..nodes_y {
+                sum += row[magnitude(k_y, nodes_y)];
+            }
+        }
+    }
     sum / (nodes_x * nodes_y) as f64
 }

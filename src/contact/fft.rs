@@ -119,12 +119,21 @@ pub struct Kernel<T> {
 impl<T: Real> Kernel<T> {
     /// The convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for these up
     /// to N_x/2 and N_y/2.
-    pub fn new(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64) -> Self {
+    pub fn new(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64 + Sync) -> Self {
+        Self::new_on(&Threads::one(), nodes, factor)
+    }
+
+    /// The same by several threads.
+    pub fn new_on(
+        threads: &Threads,
+        nodes: [usize; 2],
+        factor: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Self {
         // What two unnormalised transforms leave.
         let normalisation = 1.0 / (nodes[0] as f64 * nodes[1] as f64);
         let factor = |k_x, k_y| normalisation * factor(k_x, k_y);
         let factors = match plan_packed(nodes[0], nodes) {
-            Some(packed) => packed.kernel(factor),
+            Some(packed) => packed.kernel(threads, factor),
             None => half_spectrum::kernel(nodes, factor),
         };
         Self { nodes, factors }

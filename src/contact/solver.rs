@@ -193,19 +193,25 @@ impl Solver {
         hardness: Option<Hardness>,
         heights: &[f64],
     ) -> Self {
-        Self::of(Box::new(body), hardness, heights)
+        Self::on(Threads::one(), Box::new(body), hardness, heights)
     }
 
-    fn of(body: Box<dyn ElasticOperator>, hardness: Option<Hardness>, heights: &[f64]) -> Self {
+    /// The same, prepared by several threads, which [work on it](Solver::work_on) from then on.
+    pub(crate) fn on(
+        threads: Threads,
+        body: Box<dyn ElasticOperator>,
+        hardness: Option<Hardness>,
+        heights: &[f64],
+    ) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         assert_eq!(heights.len(), cells, "heights fill the mesh");
         let mean = heights.iter().sum::<f64>() / cells as f64;
         let heights: Vec<f64> = heights.iter().map(|height| height - mean).collect();
         let (double, single) = (elasticity::transform(&*body), elasticity::transform(&*body));
-        let mut double_scratch = double.scratch();
+        let mut double_scratch = double.scratch_on(threads.clone());
         let mut pressure = vec![0.0; cells];
         let full_contact = body.stiffness_is_exact().then(|| {
-            let flatten = elasticity::stiffness(&*body);
+            let flatten = elasticity::stiffness_on(&threads, &*body);
             double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
             FullContact {
                 load: -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p)),
@@ -245,16 +251,16 @@ impl Solver {
             last_moves: Vec::new(),
             double,
             double_scratch,
-            displacement: elasticity::displacement(&*body),
-            single_scratch: single.scratch(),
+            displacement: elasticity::displacement_on(&threads, &*body),
+            single_scratch: single.scratch_on(threads.clone()),
             single,
-            single_displacement: elasticity::displacement(&*body),
-            single_stiffness: elasticity::stiffness(&*body),
-            nodal_stiffness: body.nodal_stiffness(),
-            nodal_compliance: body.nodal_compliance(),
+            single_displacement: elasticity::displacement_on(&threads, &*body),
+            single_stiffness: elasticity::stiffness_on(&threads, &*body),
+            nodal_stiffness: body.nodal_stiffness(&threads),
+            nodal_compliance: body.nodal_compliance(&threads),
             pairs: 0,
             body,
-            threads: Threads::one(),
+            threads,
         }
     }
 

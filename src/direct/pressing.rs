@@ -5,6 +5,7 @@ use toml::Table as Keys;
 use super::{DirectError, keys};
 use crate::contact::grid::{Boundary, Grid};
 use crate::contact::solver::Outcome;
+use crate::contact::threads::Threads;
 use crate::contact::topography::differences;
 use crate::contact::topography::moments::Moments;
 use crate::contact::topography::surface::Surface;
@@ -56,7 +57,7 @@ impl Pressing {
         let mut row = grids::coordinates(grid.nodes(), grid.cell().size());
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
         Ok(Pressing {
-            block: Block::new(&params, map.surface, rms_slope, None)?,
+            block: Block::new(&params, map.surface, rms_slope, None, Threads::one())?,
             row: Table::row(&row),
             keeps_fields: true,
             pressures: Vec::new(),

@@ -199,9 +199,9 @@ impl Stage for Params {
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
         let nodes = surface.grid().nodes();
         let kept = context.checkpoints.last();
-        let mut block = Block::new(self, surface, rms_slope, kept.as_deref())?;
+        let threads = context.threads.clone();
+        let mut block = Block::new(self, surface, rms_slope, kept.as_deref(), threads)?;
         drop(kept);
-        block.work_on(context.threads.clone());
         let loads = block.loads().to_vec();
         let expected =
             |loads: &[f64]| cost::expected_pairs(&self.body(), nodes, loads, self.tolerance);

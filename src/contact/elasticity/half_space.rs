@@ -74,6 +74,7 @@ mod tests {
     use crate::contact::elasticity::{displacement, stiffness};
     use crate::contact::fft::{Kernel, Transform};
     use crate::contact::grid::samples::{rectangle, square};
+    use crate::contact::threads::Threads;
     use std::f64::consts::TAU;
 
     /// Squares, and rectangles with cells that are square or not, lying or standing.
@@ -158,9 +159,12 @@ mod tests {
             alone[0] = 1.0;
             let close = |found: f64, exact: f64| (found - exact).abs() <= 1e-14 * exact;
             let pressure = convolved(grid, &stiffness(&half_space), &alone);
-            assert!(close(pressure[0], half_space.nodal_stiffness()));
+            assert!(close(
+                pressure[0],
+                half_space.nodal_stiffness(&Threads::one())
+            ));
             let sunk = convolved(grid, &displacement(&half_space), &alone);
-            assert!(close(sunk[0], half_space.nodal_compliance()));
+            assert!(close(sunk[0], half_space.nodal_compliance(&Threads::one())));
         }
     }
 
@@ -176,6 +180,9 @@ mod tests {
     #[test]
     fn units_of_length_are_of_no_consequence() {
         let of = |side: f64| PeriodicHalfSpace::new(rectangle([8, 6], [side, 0.75 * side]));
-        assert_eq!(of(1.0).nodal_compliance(), of(2.0).nodal_compliance());
+        assert_eq!(
+            of(1.0).nodal_compliance(&Threads::one()),
+            of(2.0).nodal_compliance(&Threads::one())
+        );
     }
 }

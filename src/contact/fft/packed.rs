@@ -117,8 +117,12 @@ impl<T: Real> Packed<T> {
     }
 
     /// The kernel with `factor(|k_x|, |k_y|)`, as [`Packed::multiply`] reads it.
-    pub fn kernel(&self, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
-        self.columns.kernel(factor)
+    pub fn kernel(
+        &self,
+        threads: &Threads,
+        factor: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Aligned<T> {
+        self.columns.kernel(threads, factor)
     }
 
     /// Nothing yet: the first convolution makes room.

@@ -154,7 +154,9 @@ fn packed_error<T: Real>(
 ) -> Option<f64> {
     let packed = Packed::<T>::new(nodes[0], nodes, instructions)?;
     Some(worst_error(nodes, |field, out| {
-        let kernel = packed.kernel(|k_x, k_y| factor(k_x, k_y) / field.len() as f64);
+        let kernel = packed.kernel(&Threads::one(), |k_x, k_y| {
+            factor(k_x, k_y) / field.len() as f64
+        });
         let mut scratch = packed.scratch();
         let one = &Threads::one();
         let rows = &mut Source(field);

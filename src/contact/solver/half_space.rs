@@ -1,8 +1,9 @@
 //! The half-spaces that there are, by name.
 
 use super::{Hardness, Solver, bytes_per_node};
-use crate::contact::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
+use crate::contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
 use crate::contact::grid::{Boundary, Grid};
+use crate::contact::threads::Threads;
 
 /// The half-space that a surface is pressed into.
 ///
@@ -41,12 +42,16 @@ pub struct HalfSpace {
 impl HalfSpace {
     /// Prepares a surface, as [`Solver::new`] does.
     pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
-        match self.boundary {
-            Boundary::Periodic => {
-                Solver::yielding(PeriodicHalfSpace::new(grid), self.hardness, heights)
-            }
-            Boundary::Free => Solver::yielding(FreeHalfSpace::new(grid), self.hardness, heights),
-        }
+        self.solver_on(Threads::one(), grid, heights)
+    }
+
+    /// The same, prepared by several threads, which [work on it](Solver::work_on) from then on.
+    pub fn solver_on(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
+        let body: Box<dyn ElasticOperator> = match self.boundary {
+            Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
+            Boundary::Free => Box::new(FreeHalfSpace::new(grid)),
+        };
+        Solver::on(threads, body, self.hardness, heights)
     }
 
     /// Bytes that such a solver takes for each node while it is prepared and solves to this

@@ -273,7 +273,7 @@ impl Solver {
     fn fill_with_full_contact(&mut self) {
         self.double_scratch.take_over(&mut self.single_scratch);
         self.double.convolve(
-            &elasticity::stiffness(&*self.body),
+            &elasticity::stiffness_on(&self.threads, &*self.body),
             &self.heights,
             &mut self.pressure,
             &mut self.double_scratch,

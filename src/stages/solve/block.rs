@@ -27,8 +27,8 @@ pub struct Block {
 }
 
 impl Block {
-    /// Prepares a surface of this rms slope; the block goes on from what was kept of it, if anything
-    /// was.
+    /// Prepares a surface of this rms slope, for these threads to work on; the block goes on from what
+    /// was kept of it, if anything was.
     ///
     /// # Errors
     /// When the material does not bear the heaviest load.
@@ -37,6 +37,7 @@ impl Block {
         surface: Surface,
         rms_slope: f64,
         kept: Option<&[u8]>,
+        threads: Threads,
     ) -> Result<Block, StageError> {
         let grid = surface.grid();
         let scales = Scales::of(grid, rms_slope, params.effective_modulus);
@@ -54,7 +55,7 @@ impl Block {
         body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
         let heights = scales.reduced(surface);
         let begin = || {
-            let mut solver = body.solver(grid, &heights);
+            let mut solver = body.solver_on(threads.clone(), grid, &heights);
             let under_unit_pressure = solver.under_unit_pressure();
             let distributions = Distributions::new(params.pressure_bins, params.gap_bins, &heights);
             let flows = params.flow.then(|| Flows::on(grid));
@@ -76,11 +77,6 @@ impl Block {
             rows,
             is_flattened: false,
         })
-    }
-
-    /// Shares the work with these threads from now on.
-    pub fn work_on(&mut self, threads: Threads) {
-        self.solver.work_on(threads);
     }
 
     /// All its loads, in units of E* × rms slope.

@@ -14,6 +14,7 @@ use super::super::registers::{MOST_LANES, PartOf, Registers, Work, transpose};
 use super::butterflies::{Complex, fourier};
 use super::stages::Stages;
 use crate::contact::grid::magnitude;
+use crate::contact::threads::Threads;
 
 pub struct Columns<T> {
     nodes: [usize; 2],
@@ -46,25 +47,33 @@ impl<T: Real> Columns<T> {
     /// S and D of a kernel, one register each, for each frequency p along a row of each block of
     /// each tile up to its own opposite. Doubled, for half as many numbers are transformed as
     /// there are nodes.
-    pub fn kernel(&self, factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
+    pub fn kernel(
+        &self,
+        threads: &Threads,
+        factor: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Aligned<T> {
         let ([nodes_x, nodes_y], l) = (self.nodes, self.lanes);
         let (tiles, blocks) = (nodes_y / l, nodes_x / 2 / l);
-        let mut kernel = Vec::new();
-        for tile in 0..=tiles / 2 {
-            for block in 0..blocks {
-                for k_y in (0..l).map(|p| tile + p * tiles) {
-                    let k_y = magnitude(k_y, nodes_y);
-                    for sign in [1.0, -1.0] {
-                        kernel.extend((0..l).map(|p| {
-                            let k_x = block + p * blocks;
-                            let (near, far) = (factor(k_x, k_y), factor(nodes_x / 2 - k_x, k_y));
-                            T::nearest(near + sign * far)
-                        }));
-                    }
+        let of_tile = nodes_x * l;
+        let mut kernel = Aligned::zeros((tiles / 2 + 1) * of_tile);
+        let mut shares: Vec<_> = kernel.chunks_exact_mut(of_tile).enumerate().collect();
+        let fill = |(): &mut (), (tile, kernel): &mut (usize, &mut [T])| {
+            for (place, registers) in kernel.chunks_exact_mut(2 * l).enumerate() {
+                let (block, p) = (place / l, place % l);
+                let k_y = magnitude(*tile + p * tiles, nodes_y);
+                let (sums, differences) = registers.split_at_mut(l);
+                for (p, (sum, difference)) in sums.iter_mut().zip(differences).enumerate() {
+                    let k_x = block + p * blocks;
+                    let (near, far) = (factor(k_x, k_y), factor(nodes_x / 2 - k_x, k_y));
+                    *sum = T::nearest(near + far);
+                    *difference = T::nearest(near - far);
                 }
             }
-        }
-        kernel.into_iter().collect()
+        };
+        let crew = threads.crew(nodes_x * nodes_y);
+        crew.each(&mut Vec::new(), || (), &mut shares, fill);
+        drop(shares);
+        kernel
     }
 
     /// Each tile with its opposite; `places` says where that of each k is.
