@@ -5,6 +5,7 @@ use std::path::Path;
 use toml::Table as Keys;
 
 use super::{DirectError, keys};
+use crate::contact::threads::Threads;
 use crate::contact::topography::surface::Surface;
 use crate::stages::{StageError, columns::RMS_SLOPE};
 use crate::store::table::{Table, TableError};
@@ -30,7 +31,7 @@ pub struct Drawn {
 /// When a key makes no sense, several surfaces are described, or a file cannot be read.
 pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
     let params = keys::surface(keys)?.params.realization(realization);
-    let surface = params.draw(&SurfaceFiles::new(Path::new("")))?;
+    let surface = params.draw(&SurfaceFiles::new(Path::new("")), &Threads::one())?;
     let row = params.described(&surface);
     let rms_slope = row.reals(RMS_SLOPE.name).map_err(of_table)?.value(0);
     Ok(Drawn {

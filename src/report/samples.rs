@@ -3,6 +3,7 @@
 use super::ReportError;
 use super::ensembles::{self, Point};
 use super::tables::FinishedStages;
+use crate::contact::threads::Threads;
 use crate::contact::topography::random::RandomSurface;
 use crate::contact::topography::surface::Surface;
 use crate::ensemble;
@@ -53,7 +54,10 @@ impl Sample<'_> {
             return Ok(None);
         }
         let table = store.read(key, Columns::All).map_err(StageError::Store)?;
-        self.params.surface(&table, finished.sources).map(Some)
+        let sources = finished.sources;
+        self.params
+            .surface(&table, sources, &Threads::one())
+            .map(Some)
     }
 
     /// Its heights, on a mesh that is fine enough to be looked at: a random surface is the same on
@@ -76,11 +80,12 @@ impl Sample<'_> {
             Origin::Spectrum { .. } if self.params.origin.reads_stage() => {
                 let store = finished.archive.store();
                 let table = store.read(finished.plan.tasks[self.task].key, Columns::All);
+                let table = table.map_err(StageError::Store)?;
                 self.params
-                    .surface(&table.map_err(StageError::Store)?, finished.sources)
+                    .surface(&table, finished.sources, &Threads::one())
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => {
-                self.params.draw(finished.sources)
+                self.params.draw(finished.sources, &Threads::one())
             }
         }
     }

@@ -17,6 +17,7 @@ use super::{
     StageError,
 };
 use crate::contact::grid::Grid;
+use crate::contact::threads::Threads;
 use crate::contact::topography::surface::Surface;
 use crate::store::column::{Column, Value, lists};
 use crate::store::key::{Digest, TaskKey};
@@ -115,17 +116,18 @@ impl Params {
         &self,
         inputs: &[Input],
         sources: &SurfaceFiles,
+        threads: &Threads,
     ) -> Result<(Params, Surface), StageError> {
         let mut params = self.clone();
         let (Origin::Spectrum { surface, .. }, [measured]) = (&mut params.origin, inputs) else {
-            let surface = self.draw(sources)?;
+            let surface = self.draw(sources, threads)?;
             return Ok((params, surface));
         };
         let name = measured.table.texts(SURFACE.name)?.value(0).to_owned();
         let spectrum_of = Some(name);
         surface.source = Source::Stage { spectrum_of };
         let density = SpectrumSurface::density_measured(&measured.table)?;
-        let drawn = surface.draw(&density, self.grid()?)?;
+        let drawn = surface.draw(&density, self.grid()?, threads)?;
         Ok((params, drawn))
     }
 
@@ -175,13 +177,13 @@ impl Params {
     ///
     /// # Errors
     /// When the file is gone, has changed, or is no map of heights.
-    pub fn draw(&self, sources: &SurfaceFiles) -> Result<Surface, StageError> {
-        self.origin.draw(self.sides(), sources)
+    pub fn draw(&self, sources: &SurfaceFiles, threads: &Threads) -> Result<Surface, StageError> {
+        self.origin.draw(self.sides(), sources, threads)
     }
 
     /// The row of this surface once it is drawn, but for its heights and what only its file tells.
     pub fn described(&self, surface: &Surface) -> Table {
-        let description = Description::of_surface(&self.origin, surface);
+        let description = Description::of_surface(&self.origin, surface, &Threads::one());
         Table::new(1, description.row(self, surface.grid()))
     }
 
@@ -189,9 +191,14 @@ impl Params {
     ///
     /// # Errors
     /// As [`Params::draw`], and when the table is not one of this stage.
-    pub fn surface(&self, table: &Table, sources: &SurfaceFiles) -> Result<Surface, StageError> {
+    pub fn surface(
+        &self,
+        table: &Table,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<Surface, StageError> {
         if !table.has(HEIGHTS.name) {
-            return self.draw(sources);
+            return self.draw(sources, threads);
         }
         let list = table.lists(HEIGHTS.name)?.value(0);
         let heights = list.as_primitive::<Float64Type>().values().to_vec();
@@ -239,11 +246,11 @@ impl Stage for Params {
                 (self.clone(), read.prepared.surface, found)
             }
             Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
-                let (params, surface) = self.made(inputs, context.sources)?;
+                let (params, surface) = self.made(inputs, context.sources, context.threads)?;
                 (params, surface, vec![])
             }
         };
-        let description = Description::of_surface(&params.origin, &surface);
+        let description = Description::of_surface(&params.origin, &surface, context.threads);
         let mut columns = description.row(&params, surface.grid());
         columns.extend(found);
         if self.heights == Heights::Keep {

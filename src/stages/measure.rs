@@ -21,6 +21,7 @@ use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, generate, grids, stacked,
 };
+use crate::contact::threads::Threads;
 use crate::contact::topography::histogram::{Histogram, Pool};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Role, integers, optional_reals, reals};
@@ -206,7 +207,7 @@ impl Stage for Params {
 }
 
 fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
-    let surface = drawn(input).surface(&input.table, context.sources)?;
+    let surface = drawn(input).surface(&input.table, context.sources, context.threads)?;
     let histogram = Histogram::of(&surface, bins, range);
     let columns = vec![
         (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
@@ -222,7 +223,7 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
 
 fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
     let params = drawn(input);
-    let surface = params.surface(&input.table, context.sources)?;
+    let surface = params.surface(&input.table, context.sources, context.threads)?;
     let (rows, columns) = statistic.of(&surface, &params.origin);
     Ok(input.table.coordinates().pick(&vec![0; rows]).with(columns))
 }
@@ -232,7 +233,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
         if (context.interrupted)() {
             return Err(StageError::Interrupted);
         }
-        let surface = drawn(input).draw(context.sources)?;
+        let surface = drawn(input).draw(context.sources, &Threads::one())?;
         Ok(Pool::of(&Histogram::of(&surface, bins, range)))
     };
     let mut pooled = Pool::default();

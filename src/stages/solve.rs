@@ -192,7 +192,7 @@ impl Stage for Params {
         else {
             unreachable!("the plan gives one surface to each block of loads")
         };
-        let surface = drawn.surface(table, context.sources)?;
+        let surface = drawn.surface(table, context.sources, context.threads)?;
         if let Some(interaction) = self.asperities {
             return asperities::run(self, interaction, (surface, table), context);
         }

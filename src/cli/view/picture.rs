@@ -7,6 +7,7 @@ use super::Map;
 use crate::cli::{Failure, Misused, counted};
 use crate::contact::grid::Grid;
 use crate::contact::morphology::map::ContactMap;
+use crate::contact::threads::Threads;
 use crate::contact::topography::surface::Surface;
 use crate::figures::raster::{Raster, Scale};
 use crate::stages::columns::{CONTACT, LOAD, PRESSURES, UNIT};
@@ -90,7 +91,7 @@ impl FinishedTask {
     /// Heights that were not kept are drawn again.
     fn heights(&self, sources: &SurfaceFiles) -> Result<Picture, Failure> {
         let params: generate::Params = serde_json::from_str(&self.provenance.recipe)?;
-        let surface = params.surface(&self.table, sources);
+        let surface = params.surface(&self.table, sources, &Threads::one());
         let surface = surface.map_err(|error| match error {
             StageError::Source(source) => Failure::from(format!(
                 "{source}; name the manifest and its stage instead of the key"

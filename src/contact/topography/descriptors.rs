@@ -8,6 +8,7 @@ use super::moments::{Moments, signed_wavenumber};
 use super::surface::Surface;
 use crate::contact::fft::Transform;
 use crate::contact::grid::Grid;
+use crate::contact::threads::Threads;
 
 /// Scalar descriptors of a surface; lengths in the unit of its heights.
 ///
@@ -43,12 +44,17 @@ pub struct Descriptors {
 impl Descriptors {
     /// Measures a surface.
     pub fn of(surface: &Surface) -> Self {
+        Self::of_by(&Threads::one(), surface)
+    }
+
+    /// The same by several threads.
+    pub(crate) fn of_by(threads: &Threads, surface: &Surface) -> Self {
         let grid = surface.grid();
         let mut heights = from_first_node(surface.heights());
         let (skewness, excess_kurtosis) = distribution_shape(&heights).unzip();
 
         let transform = Transform::new(grid.nodes());
-        let mut scratch = transform.scratch();
+        let mut scratch = transform.scratch_on(threads.clone());
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&heights, &mut spectrum, &mut scratch);
         let moments = Moments::of_spectrum(&spectrum, grid);

@@ -11,6 +11,7 @@ use super::spectral_density::SpectralDensity;
 use super::surface::Surface;
 use super::waves::Waves;
 use crate::contact::grid::Grid;
+use crate::contact::threads::Threads;
 
 /// A Gaussian random surface with a given spectral density.
 ///
@@ -49,6 +50,11 @@ pub struct GivenSpectrum<'a> {
 impl GivenSpectrum<'_> {
     /// The heights on a grid; flat, if it has no mode with a density.
     pub fn draw(&self, grid: Grid) -> Surface {
+        self.draw_on(&Threads::one(), grid)
+    }
+
+    /// The same by several threads.
+    pub(crate) fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
         let mut waves = Waves::on(grid.nodes());
         let mut sum = MomentSum::on(grid.cell());
         let draws = Draws::new(self.seed, self.realization);
@@ -68,7 +74,8 @@ impl GivenSpectrum<'_> {
             Some(rms_slope) if square_slope > 0.0 => rms_slope / square_slope.sqrt(),
             _ => 1.0,
         };
-        Surface::new(grid, waves.heights(scale)).expect("a sum of finite waves on a whole mesh")
+        let heights = waves.heights(threads, scale);
+        Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
     }
 }
 

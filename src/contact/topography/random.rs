@@ -8,6 +8,7 @@ use super::spectrum::Spectrum;
 use super::surface::Surface;
 use super::waves::Waves;
 use crate::contact::grid::{Cell, Grid};
+use crate::contact::threads::Threads;
 
 /// What the moduli of the coefficients are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,6 +79,11 @@ impl RandomSurface {
     /// themselves; a mesh of exactly two nodes cannot tell the phases of the two waves at
     /// its Nyquist wavenumber, so that its own Fourier transform has a slightly different one.
     pub fn draw(&self, grid: Grid) -> Surface {
+        self.draw_on(&Threads::one(), grid)
+    }
+
+    /// The same by several threads.
+    pub(crate) fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
         let [nodes_x, nodes_y] = grid.nodes();
         let [most_x, most_y] = self.spectrum.most_waves(grid.cell());
         for (nodes, waves) in [(nodes_x, most_x), (nodes_y, most_y)] {
@@ -93,7 +99,7 @@ impl RandomSurface {
             sum.add_pair([k_x.into(), k_y.into()], 2.0 * power);
             waves.add([k_x, k_y as i32], power.sqrt() * draw.phase());
         });
-        let heights = waves.heights(self.scale(&sum));
+        let heights = waves.heights(threads, self.scale(&sum));
         Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
     }
 

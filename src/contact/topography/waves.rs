@@ -3,6 +3,7 @@
 use rustfft::num_complex::Complex;
 
 use crate::contact::fft::Transform;
+use crate::contact::threads::Threads;
 
 /// A sum of waves c e^(i q·x) + c* e^(−i q·x) on the nodes of a mesh.
 pub(super) struct Waves {
@@ -37,9 +38,9 @@ impl Waves {
     }
 
     /// Their sum, times a factor.
-    pub fn heights(mut self, factor: f64) -> Vec<f64> {
+    pub fn heights(mut self, threads: &Threads, factor: f64) -> Vec<f64> {
         let mut heights = vec![0.0; self.nodes[0] * self.nodes[1]];
-        let scratch = &mut self.transform.scratch();
+        let scratch = &mut self.transform.scratch_on(threads.clone());
         self.transform
             .inverse(&mut self.half, &mut heights, scratch);
         heights.iter_mut().for_each(|height| *height *= factor);

@@ -6,6 +6,7 @@ use super::origin::ReadSurface;
 use super::spectrum::Source;
 use super::{MeasuredSurface, Origin, Params};
 use crate::contact::grid::{Cell, Grid};
+use crate::contact::threads::Threads;
 use crate::contact::topography::crop::Crop;
 use crate::contact::topography::descriptors::{Descriptors, shape_of_heights};
 use crate::contact::topography::differences;
@@ -71,11 +72,11 @@ impl Description {
     }
 
     /// Describes a surface by its heights, and a random one by its modes too.
-    pub fn of_surface(origin: &Origin, surface: &Surface) -> Description {
+    pub fn of_surface(origin: &Origin, surface: &Surface, threads: &Threads) -> Description {
         if origin.is_open() {
             return Description::of_open_map(surface);
         }
-        let seen = Descriptors::of(surface);
+        let seen = Descriptors::of_by(threads, surface);
         let known = match origin {
             Origin::Random { surface: drawn, .. } => {
                 Description::of_modes(drawn, surface.grid().cell())

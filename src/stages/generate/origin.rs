@@ -6,6 +6,7 @@ use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader}
 use super::per_axis::PerAxis;
 use super::spectrum::SpectrumSurface;
 use crate::contact::grid::Grid;
+use crate::contact::threads::Threads;
 use crate::contact::topography::periodic::Edges;
 use crate::contact::topography::preparation::{Preparation, Prepared};
 use crate::contact::topography::random::RandomSurface;
@@ -142,14 +143,15 @@ impl Origin {
         &self,
         side: Option<[f64; 2]>,
         sources: &SurfaceFiles,
+        threads: &Threads,
     ) -> Result<Surface, StageError> {
         let grid = || grid(self.nodes(), side.unwrap_or_default());
         match self {
-            Origin::Random { surface, .. } => Ok(surface.draw(grid()?)),
+            Origin::Random { surface, .. } => Ok(surface.draw_on(threads, grid()?)),
             Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
             Origin::Spectrum { surface, .. } => {
                 let density = surface.density_of_file(sources)?;
-                surface.draw(&density, grid()?)
+                surface.draw(&density, grid()?, threads)
             }
             Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
         }

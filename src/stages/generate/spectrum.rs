@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::grid::Grid;
+use crate::contact::threads::Threads;
 use crate::contact::topography::given_spectrum::{GivenSpectrum, occupies};
 use crate::contact::topography::spectral_density::SpectralDensity;
 use crate::contact::topography::surface::Surface;
@@ -64,7 +65,12 @@ impl SpectrumSurface {
     ///
     /// # Errors
     /// When no mode of the grid has a density.
-    pub fn draw(&self, density: &SpectralDensity, grid: Grid) -> Result<Surface, StageError> {
+    pub fn draw(
+        &self,
+        density: &SpectralDensity,
+        grid: Grid,
+        threads: &Threads,
+    ) -> Result<Surface, StageError> {
         if !occupies(density, grid) {
             let [from, to] = density.range();
             return Err(StageError::NoModes { from, to });
@@ -75,7 +81,7 @@ impl SpectrumSurface {
             seed: self.seed,
             realization: self.realization,
         };
-        Ok(surface.draw(grid))
+        Ok(surface.draw_on(threads, grid))
     }
 
     /// The density that a file holds.
