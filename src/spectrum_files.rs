@@ -8,7 +8,7 @@
 
 use thiserror::Error;
 
-use crate::store::parquet::{ParquetError, numbers};
+use crate::store::parquet::{NumberColumns, ParquetError};
 use crate::topography_files::length_ratio;
 
 /// Rows of a spectrum: more than rings of the largest mesh.
@@ -68,17 +68,24 @@ pub enum SpectrumFileError {
 /// When it is none.
 pub fn read(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
     if bytes.starts_with(b"PAR1") {
-        let columns = numbers(bytes.to_vec(), MOST_ROWS).map_err(SpectrumFileError::Parquet)?;
-        let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
-        let [wavenumbers, densities] = places(&names)?;
-        let points = columns[wavenumbers].1.iter().zip(&columns[densities].1);
-        return Ok(SpectrumTable {
-            points: points.map(|(&q, &density)| [q, density]).collect(),
-            unit: None,
-        });
+        return read_parquet(bytes);
     }
     let text = std::str::from_utf8(bytes).map_err(|_| SpectrumFileError::Unknown)?;
     read_text(text.trim_start_matches('\u{feff}'))
+}
+
+fn read_parquet(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
+    let columns = NumberColumns::of(bytes.to_vec()).map_err(SpectrumFileError::Parquet)?;
+    if columns.rows() > MOST_ROWS {
+        return Err(SpectrumFileError::TooLong);
+    }
+    let read = |column| columns.read(column).map_err(SpectrumFileError::Parquet);
+    let [wavenumbers, densities] = places(&columns.names())?;
+    let points = read(wavenumbers)?.into_iter().zip(read(densities)?);
+    Ok(SpectrumTable {
+        points: points.map(|(q, density)| [q, density]).collect(),
+        unit: None,
+    })
 }
 
 fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
@@ -181,6 +188,8 @@ fn unit_of(units: [Option<&str>; 2]) -> Result<Option<(String, f64)>, SpectrumFi
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -202,6 +211,34 @@ mod tests {
                 prop_assert!(found.points.len() <= rows.lines().count());
             }
         }
+    }
+
+    #[test]
+    fn inputs_of_the_fuzzer_are_tables_or_errors() {
+        let corpus = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/corpus/spectrum");
+        for file in fs::read_dir(corpus).unwrap() {
+            let _ = read(&fs::read(file.unwrap().path()).unwrap());
+        }
+    }
+
+    /// Each kept the reader of Parquet busy for a minute.
+    #[test]
+    fn what_a_parquet_file_cannot_hold_is_refused() {
+        let refused = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
+        assert_eq!(
+            refused(include_bytes!(
+                "../fuzz/corpus/spectrum/5b490a1112d08336d2f68fe5f4d53cb7c7149353"
+            )),
+            "cannot be read as Parquet: its footer claims a list of 224294198 truth values, \
+             which Parquet has none of"
+        );
+        assert_eq!(
+            refused(include_bytes!(
+                "../fuzz/corpus/spectrum/81d2c09a8e3f3a2b9ed188674e0f030efc09be93"
+            )),
+            "cannot be read as Parquet: its footer claims a value of type Short where Parquet \
+             has one of type Long"
+        );
     }
 
     fn table(text: &str) -> Result<SpectrumTable, String> {

@@ -1,13 +1,19 @@
 //! Tables as Parquet, byte for byte the same every time.
 
+mod claim;
 mod decode;
 /// For fuzzing, which gets no further than a wrong digest without it.
 #[doc(hidden)]
 pub mod digest;
 mod encode;
+mod footer;
 mod foreign;
+mod kind;
+mod pages;
 mod parts;
 mod schema;
+mod shapes;
+mod thrift;
 
 use std::io;
 
@@ -15,9 +21,11 @@ use arrow::datatypes::DataType;
 
 use crate::store::key::TaskKey;
 
+pub use claim::Claim;
 pub use decode::{decode, decode_bytes, metadata, verify};
 pub(crate) use encode::encode;
-pub(crate) use foreign::numbers;
+pub(crate) use foreign::NumberColumns;
+pub use kind::Kind;
 pub use parts::TableFile;
 
 /// Prefix of our entries in a file's metadata.
@@ -68,6 +76,17 @@ pub enum ParquetError {
     /// Its bytes are not those that were written.
     #[error("its content does not match its digest")]
     Digest,
+    /// Its footer claims what no file holds.
+    #[error("its footer claims {0}")]
+    Footer(#[from] Claim),
+    /// A page of its columns does.
+    #[error("a page of column `{column}` claims {claim}")]
+    Page {
+        /// The column.
+        column: String,
+        /// What the page claims.
+        claim: Claim,
+    },
     /// Its parts contradict each other.
     #[error("its parts contradict each other")]
     Malformed,

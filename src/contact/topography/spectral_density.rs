@@ -140,8 +140,22 @@ fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f
     if low == 0.0 || high == 0.0 {
         return 0.0;
     }
-    let share = libm::log(wavenumber / left) / libm::log(right / left);
-    low * libm::exp(share * libm::log(high / low))
+    let share = log_ratio(wavenumber, left) / log_ratio(right, left);
+    let rise = share * log_ratio(high, low);
+    let factor = libm::exp(rise);
+    match factor.is_finite() && factor > 0.0 {
+        true => low * factor,
+        false => libm::exp(libm::log(low) + rise),
+    }
+}
+
+/// ln(a/b), also where the ratio is no number of double precision.
+fn log_ratio(a: f64, b: f64) -> f64 {
+    let ratio = a / b;
+    match ratio.is_finite() && ratio > 0.0 {
+        true => libm::log(ratio),
+        false => libm::log(a) - libm::log(b),
+    }
 }
 
 fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralDensityError> {
@@ -179,6 +193,17 @@ mod tests {
         assert_eq!(density.at(TAU * 0.999), 0.0);
         assert!(density.at(TAU * (1.0 - 1e-12)) > 0.0);
         assert_eq!(density.at(TAU * 100.001), 0.0);
+    }
+
+    #[test]
+    fn a_power_law_goes_on_where_its_ratios_are_beyond_double_precision() {
+        let falling = vec![[1e-200, 1e200], [1e200, 1e-200]];
+        let rising = vec![[1e-200, 1e-200], [1e200, 1e200]];
+        for q in [1e-199, 1e-3, 1.0, 1e199] {
+            let at = |points: &[[f64; 2]]| SpectralDensity::through(points.to_vec()).unwrap().at(q);
+            assert!((at(&falling) * q - 1.0).abs() < 1e-12, "{q}");
+            assert!((at(&rising) / q - 1.0).abs() < 1e-12, "{q}");
+        }
     }
 
     #[test]

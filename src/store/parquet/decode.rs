@@ -12,10 +12,10 @@ use arrow::record_batch::RecordBatch;
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
-use parquet::file::metadata::{KeyValue, ParquetMetaData, ParquetMetaDataReader};
+use parquet::file::metadata::{KeyValue, ParquetMetaData};
 
 use super::digest::{self, Digested};
-use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, schema};
+use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, footer, schema};
 use crate::store::table::Table;
 
 /// Rows read at a time; a file that claims more than it holds gets no more memory than these need.
@@ -70,7 +70,7 @@ pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
 /// The footer of a file whose bytes are all as they were written.
 pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let verified = || {
-        let footer = footer(bytes)?;
+        let footer = footer::read(bytes)?;
         match digest::holds(bytes, &footer, digested(&footer)) {
             true => Ok(footer),
             false => Err(ParquetError::Digest),
@@ -154,11 +154,6 @@ pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
         true => Digested::Chunks,
         false => Digested::Whole,
     }
-}
-
-fn footer(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
-    let reader = ParquetMetaDataReader::new();
-    Ok(reader.parse_and_finish(bytes)?)
 }
 
 fn entry<'a>(footer: &'a ParquetMetaData, name: &str) -> Option<&'a str> {

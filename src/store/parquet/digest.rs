@@ -15,7 +15,7 @@ const DIGEST: usize = blake3::OUT_LEN;
 /// Bytes of the digest of a column chunk, as many as those of a key.
 const OF_A_CHUNK: usize = 16;
 /// Bytes of the footer's length and the closing mark.
-const TAIL: usize = 8;
+pub(super) const TAIL: usize = 8;
 /// How a file begins.
 const MARK: &[u8] = b"PAR1";
 

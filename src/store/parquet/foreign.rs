@@ -1,56 +1,113 @@
 //! Columns of numbers from anybody's Parquet file.
 
+use std::sync::Arc;
+
 use arrow::array::{Array, AsArray};
 use arrow::compute::cast;
-use arrow::datatypes::{DataType, Float64Type};
+use arrow::datatypes::{DataType, Field, Float64Type};
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
+};
+use parquet::file::metadata::ParquetMetaData;
 
-use super::ParquetError;
 use super::decode::unless_it_panics;
+use super::{ParquetError, footer, pages};
 
-/// The names of the columns that hold numbers, and these numbers; a row where one is null holds
-/// none.
-///
-/// # Errors
-/// When the bytes are no Parquet, are damaged, or hold more rows than `most`.
-pub fn numbers(bytes: Vec<u8>, most: usize) -> Result<Vec<(String, Vec<f64>)>, ParquetError> {
-    unless_it_panics(|| {
-        let file = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes))?;
-        let rows = usize::try_from(file.metadata().file_metadata().num_rows());
-        if !rows.is_ok_and(|rows| rows <= most) {
-            return Err(ParquetError::Malformed);
-        }
-        // Only these are decoded: the rest may be large, or made to take for ever.
-        let fields = file.schema().fields().iter().enumerate();
-        let numbers = fields.filter(|(_, field)| field.data_type().is_numeric());
-        let wanted = ProjectionMask::roots(file.parquet_schema(), numbers.map(|(place, _)| place));
-        let reader = file.with_projection(wanted).build()?;
-        let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
-        let mut rows = 0;
-        for batch in reader {
-            let batch = batch?;
-            rows += batch.num_rows();
-            if rows > most {
-                return Err(ParquetError::Malformed);
+/// The columns of numbers in a file, of which some may be read.
+pub struct NumberColumns {
+    bytes: Bytes,
+    file: ArrowReaderMetadata,
+    /// Where they are among all columns.
+    places: Vec<usize>,
+}
+
+impl NumberColumns {
+    /// Those of a file of these bytes.
+    ///
+    /// # Errors
+    /// When the bytes are no Parquet, or are damaged.
+    pub fn of(bytes: Vec<u8>) -> Result<NumberColumns, ParquetError> {
+        unless_it_panics(|| {
+            let bytes = Bytes::from(bytes);
+            let footer = Arc::new(footer::read(&bytes)?);
+            // What a file says in Arrow's words of its columns is not bounded by its length.
+            let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+            let file = ArrowReaderMetadata::try_new(footer, options)?;
+            let fields = file.schema().fields().iter().enumerate();
+            let numbers = fields.filter(|(_, field)| field.data_type().is_numeric());
+            let places = numbers.map(|(place, _)| place).collect();
+            Ok(NumberColumns {
+                bytes,
+                file,
+                places,
+            })
+        })
+    }
+
+    /// Their names, in order.
+    pub fn names(&self) -> Vec<&str> {
+        let places = self.places.iter();
+        places
+            .map(|&place| self.field(place).name().as_str())
+            .collect()
+    }
+
+    /// How many rows the file says that it has.
+    pub fn rows(&self) -> usize {
+        usize::try_from(self.footer().file_metadata().num_rows()).unwrap_or(usize::MAX)
+    }
+
+    /// The numbers of one of them; a row where it is null holds none.
+    ///
+    /// # Errors
+    /// When the column is damaged, or has not as many rows as the file says.
+    pub fn read(&self, column: usize) -> Result<Vec<f64>, ParquetError> {
+        let place = self.places[column];
+        unless_it_panics(|| self.read_at(place))
+    }
+
+    /// Only this one is decoded: the others may be large, or made to take for ever.
+    fn read_at(&self, place: usize) -> Result<Vec<f64>, ParquetError> {
+        let columns = self.footer().file_metadata().schema_descr();
+        let leaves = 0..columns.num_columns();
+        let leaf = leaves
+            .into_iter()
+            .find(|&leaf| columns.get_column_root_idx(leaf) == place);
+        let leaf = leaf.ok_or(ParquetError::Malformed)?;
+        let groups = self.footer().row_groups().iter();
+        let chunks = groups.map(|group| group.column(leaf));
+        pages::check(&self.bytes, chunks, self.rows())?;
+
+        let file = self.file.clone();
+        let file = ParquetRecordBatchReaderBuilder::new_with_metadata(self.bytes.clone(), file);
+        let mask = ProjectionMask::roots(file.parquet_schema(), [place]);
+        let mut numbers = Vec::new();
+        for batch in file.with_projection(mask).build()? {
+            let column = cast(batch?.column(0), &DataType::Float64)?;
+            let values = column.as_primitive::<Float64Type>();
+            let values = (0..values.len())
+                .map(|row| values.is_valid(row).then(|| values.value(row)))
+                .map(|value| value.unwrap_or(f64::NAN));
+            numbers.extend(values);
+            if numbers.len() > self.rows() {
+                break;
             }
-            let fields = batch.schema();
-            let numbers = fields.fields().iter().zip(batch.columns());
-            for (field, column) in numbers {
-                let column = cast(column, &DataType::Float64)?;
-                let values = column.as_primitive::<Float64Type>();
-                let values = (0..values.len())
-                    .map(|row| values.is_valid(row).then(|| values.value(row)))
-                    .map(|value| value.unwrap_or(f64::NAN));
-                match columns.iter_mut().find(|(name, _)| name == field.name()) {
-                    Some((_, known)) => known.extend(values),
-                    None => columns.push((field.name().clone(), values.collect())),
-                }
-            }
         }
-        Ok(columns)
-    })
+        match numbers.len() == self.rows() {
+            true => Ok(numbers),
+            false => Err(ParquetError::Malformed),
+        }
+    }
+
+    fn footer(&self) -> &ParquetMetaData {
+        self.file.metadata()
+    }
+
+    fn field(&self, place: usize) -> &Field {
+        self.file.schema().field(place)
+    }
 }
 
 #[cfg(test)]
@@ -76,15 +133,11 @@ mod tests {
 
     #[test]
     fn numbers_are_read_and_text_is_passed_over() {
-        let bytes = table_of_a_word_and_two_numbers();
-        let found = numbers(bytes.clone(), 10).unwrap();
-        let expected = [("one", vec![1.0, 2.0]), ("other", vec![3.0, 4.0])];
-        assert_eq!(
-            found,
-            expected.map(|(name, values)| (name.to_owned(), values))
-        );
-        assert!(numbers(bytes, 1).is_err());
-        assert!(numbers(b"PAR1PAR1".to_vec(), 10).is_err());
+        let columns = NumberColumns::of(table_of_a_word_and_two_numbers()).unwrap();
+        assert_eq!((columns.names(), columns.rows()), (vec!["one", "other"], 2));
+        assert_eq!(columns.read(0).unwrap(), [1.0, 2.0]);
+        assert_eq!(columns.read(1).unwrap(), [3.0, 4.0]);
+        assert!(NumberColumns::of(b"PAR1PAR1".to_vec()).is_err());
     }
 
     #[test]
@@ -94,6 +147,40 @@ mod tests {
         let (start, length) = file.metadata().row_group(0).column(0).byte_range();
         let words = usize::try_from(start).unwrap()..usize::try_from(start + length).unwrap();
         bytes[words].fill(0xff);
-        assert_eq!(numbers(bytes, 2).unwrap().len(), 2);
+        let columns = NumberColumns::of(bytes).unwrap();
+        assert_eq!(columns.read(0).unwrap(), [1.0, 2.0]);
+    }
+
+    /// Columns of every kind, nested ones among them, with statistics, as others write them.
+    const SAMPLES: [&[u8]; 3] = [
+        include_bytes!("samples/duckdb.parquet"),
+        include_bytes!("samples/polars.parquet"),
+        include_bytes!("samples/pyarrow.parquet"),
+    ];
+
+    #[test]
+    fn files_of_other_programs_are_read() {
+        for sample in SAMPLES {
+            let columns = NumberColumns::of(sample.to_vec()).unwrap();
+            assert_eq!(columns.names(), ["wavenumber", "price", "small", "density"]);
+            let read = |column| columns.read(column).unwrap();
+            assert_eq!(read(0), [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]);
+            assert_eq!(read(1), [1.25; 6]);
+            assert_eq!(read(2), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+            assert_eq!(read(3), [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625]);
+        }
+    }
+
+    #[test]
+    fn any_damaged_byte_of_them_does_no_harm() {
+        for sample in SAMPLES {
+            for place in 0..sample.len() {
+                let mut damaged = sample.to_vec();
+                damaged[place] ^= 1 << (place % 8);
+                if let Ok(columns) = NumberColumns::of(damaged) {
+                    let _ = (0..columns.names().len()).all(|column| columns.read(column).is_ok());
+                }
+            }
+        }
     }
 }

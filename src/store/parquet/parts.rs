@@ -9,7 +9,7 @@ use bytes::{Buf, Bytes};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError as ReaderError;
-use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
+use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{ChunkReader, Length};
 use parquet::file::statistics::Statistics;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::decode::{self, collected, columns_of, digested, read_metadata, unless_it_panics};
 use super::digest::{ChunkDigests, Digested, footer_start};
 use super::schema::Known;
-use super::{Metadata, ParquetError};
+use super::{Metadata, ParquetError, footer};
 use crate::store::table::Table;
 
 /// Bytes at the end of a file that are read first; more if its footer takes more.
@@ -244,9 +244,7 @@ fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, Parq
         });
         end = end_of(file, length, wanted)?;
     }
-    let start = footer_start(&end).ok_or(ParquetError::Digest)?;
-    let footer = end.slice(start..end.len() - 8);
-    Ok(ParquetMetaDataReader::decode_metadata(&footer)?)
+    footer::read(&end)
 }
 
 /// What the end of a file says of its chunks.
