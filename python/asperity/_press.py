@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -31,6 +32,7 @@ def press(
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
+    jobs: Optional[int] = None,
 ) -> Contact:
     """Presses a rigid rough surface into an elastic half-space, load after load.
 
@@ -65,6 +67,9 @@ def press(
         Pairs of transforms after which a load is given up; its row says so. 2000 when left out.
     fields : bool
         Whether pressures are kept, 8 bytes for each node in contact; otherwise contact maps alone.
+    jobs : int, optional
+        Cores that share the work on a surface of 512 × 512 nodes or more; all there are when left out. The
+        numbers are the same with any.
 
     Returns
     -------
@@ -102,7 +107,7 @@ def press(
     keys = _keys(
         loads, pressures, effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs
     )
-    pressing, topography = _pressing(heights, size, boundary, keys, fields)
+    pressing, topography = _pressing(heights, size, boundary, keys, fields, jobs)
     while pressing.press():
         pass
     return Contact(pressing, topography)
@@ -122,6 +127,7 @@ def press_each(
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
+    jobs: Optional[int] = None,
 ) -> Iterator[ContactState]:
     """The same as :func:`press`, handing over each load as it is solved.
 
@@ -145,7 +151,7 @@ def press_each(
     keys = _keys(
         loads, pressures, effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs
     )
-    pressing, _ = _pressing(heights, size, boundary, keys, fields)
+    pressing, _ = _pressing(heights, size, boundary, keys, fields, jobs)
 
     def each() -> Iterator[ContactState]:
         while pressing.press():
@@ -183,6 +189,16 @@ def _keys(
     }
 
 
+def _cores(jobs: Optional[int]) -> int:
+    if jobs is None:
+        # Those that this process may use, where the system tells.
+        affinity = getattr(os, "sched_getaffinity", None)
+        return len(affinity(0)) if affinity else os.cpu_count() or 1
+    if jobs < 1:
+        raise ArgumentError(f"`jobs` is the number of cores, 1 or more, and not {jobs}")
+    return jobs
+
+
 def _list(loads: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
     if isinstance(loads, Mapping):
         return dict(loads)
@@ -196,6 +212,7 @@ def _pressing(
     boundary: str,
     keys: Dict[str, Any],
     fields: bool,
+    jobs: Optional[int],
 ) -> Tuple["_asperity.Pressing", Topography]:
     if isinstance(heights, Topography):
         topography = heights
@@ -213,5 +230,6 @@ def _pressing(
         topography.is_periodic,
         keys,
         fields,
+        _cores(jobs),
     )
     return pressing, topography

@@ -1,11 +1,13 @@
 //! One surface, pressed by one load after the other.
 
+use std::num::NonZeroUsize;
 use std::sync::{Mutex, MutexGuard};
 
+use asperity::contact::threads::Threads;
 use asperity::direct;
 use asperity::session::error::StageError;
 use numpy::{PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::PyIndexError;
+use pyo3::exceptions::{PyIndexError, PyOSError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -50,6 +52,7 @@ impl Pressing {
         is_periodic: bool,
         keys: &Bound<'_, PyDict>,
         keeps_fields: bool,
+        jobs: NonZeroUsize,
     ) -> PyResult<Pressing> {
         let keys = conversion::keys(keys)?;
         let map = direct::Map {
@@ -57,7 +60,8 @@ impl Pressing {
             rms_slope,
             is_periodic,
         };
-        let pressing = py.detach(|| direct::Pressing::new(map, &keys));
+        let threads = Threads::new(jobs).map_err(|error| PyOSError::new_err(error.to_string()))?;
+        let pressing = py.detach(|| direct::Pressing::new_on(threads, map, &keys));
         let mut pressing = pressing.map_err(|error| direct_error(py, &error))?;
         if !keeps_fields {
             pressing = pressing.without_fields();

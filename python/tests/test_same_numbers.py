@@ -65,6 +65,19 @@ def test_load_after_load_is_the_whole_block():
     assert state.index == 2
 
 
+def test_cores_change_no_number():
+    rough = asperity.surface(**{**KEYS, "nodes": 512})
+    alone, together = (asperity.press(rough, loads=[0.01, 0.02], jobs=jobs) for jobs in (1, 3))
+    for load in range(2):
+        assert np.array_equal(alone.pressure(load), together.pressure(load))
+    assert list(alone.energy) == list(together.energy)
+
+
+def test_no_core_presses_nothing():
+    with pytest.raises(asperity.errors.ArgumentError, match="`jobs` is the number of cores, 1 or more, and not 0"):
+        asperity.press(asperity.surface(**KEYS), loads=LOADS, jobs=0)
+
+
 def test_loads_and_pressures_are_one_contact():
     rough = asperity.surface(**KEYS)
     relative = asperity.press(rough, loads=[0.1], effective_modulus=3.0)

@@ -48,6 +48,14 @@ impl Pressing {
     /// When a key makes no sense, a map that is not periodic would be pressed as one that is, or the
     /// material does not bear the heaviest load.
     pub fn new(map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
+        Self::new_on(Threads::one(), map, keys)
+    }
+
+    /// The same for several threads to work on: results are the same, to the bit.
+    ///
+    /// # Errors
+    /// As [`Pressing::new`].
+    pub fn new_on(threads: Threads, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let params = keys::block(keys)?;
         if params.boundary == Boundary::Periodic && !map.is_periodic {
             return Err(DirectError::Open);
@@ -57,7 +65,7 @@ impl Pressing {
         let mut row = grids::coordinates(grid.nodes(), grid.cell().size());
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
         Ok(Pressing {
-            block: Block::new(&params, map.surface, rms_slope, None, Threads::one())?,
+            block: Block::new(&params, map.surface, rms_slope, None, threads)?,
             row: Table::row(&row),
             keeps_fields: true,
             pressures: Vec::new(),
