@@ -44,6 +44,10 @@ impl Pressing {
 #[pymethods]
 impl Pressing {
     #[new]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the module's own call has them all"
+    )]
     fn new(
         py: Python<'_>,
         heights: PyReadonlyArray2<'_, f64>,
