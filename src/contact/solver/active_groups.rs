@@ -11,12 +11,14 @@ use crate::contact::fft::{Band, Row};
 /// For the rest of a row, node by node.
 pub const ALL: [bool; LANES] = [true; LANES];
 
-/// Groups of a mesh that have a free node, or one with pressure.
+/// Groups of a mesh that have a free node, and those that have one or a pressure.
 ///
-/// In the others, increments are what makes pressures zero, and carries are zero.
+/// In groups that are not active, increments are what makes pressures zero, and carries are zero. In active
+/// ones without a free node all pressures are at a bound.
 pub struct ActiveGroups {
     row_groups: usize,
-    map: Vec<bool>,
+    active: Vec<bool>,
+    free: Vec<bool>,
     /// Whether all are active, as in a fine search: the base is not zero where there is no pressure.
     always: bool,
 }
@@ -26,7 +28,8 @@ impl ActiveGroups {
         let row_groups = row_nodes / LANES;
         Self {
             row_groups,
-            map: vec![true; rows * row_groups],
+            active: vec![true; rows * row_groups],
+            free: vec![true; rows * row_groups],
             always: false,
         }
     }
@@ -36,17 +39,24 @@ impl ActiveGroups {
         self.always = always;
     }
 
-    /// The groups of a row.
+    /// Which groups of a row are active,
     #[inline(always)]
     pub fn row(&self, row: Row) -> &[bool] {
-        Row::new(row.index(), self.row_groups).of(&self.map)
+        Row::new(row.index(), self.row_groups).of(&self.active)
+    }
+
+    /// and which have a free node.
+    #[inline(always)]
+    pub fn free_row(&self, row: Row) -> &[bool] {
+        Row::new(row.index(), self.row_groups).of(&self.free)
     }
 
     /// All rows, to be set.
     pub fn band(&mut self) -> ActiveBand<'_> {
         ActiveBand {
             row_groups: self.row_groups,
-            map: Band::of(&mut self.map),
+            active: Band::of(&mut self.active),
+            free: Band::of(&mut self.free),
             always: self.always,
         }
     }
@@ -55,20 +65,33 @@ impl ActiveGroups {
 /// Consecutive rows of groups, to be set.
 pub struct ActiveBand<'a> {
     row_groups: usize,
-    map: Band<'a, bool>,
+    active: Band<'a, bool>,
+    free: Band<'a, bool>,
     /// Whether all are to stay active.
     pub always: bool,
 }
 
+/// The groups of a row, to be set.
+pub struct GroupsOfRow<'r> {
+    pub active: &'r mut [bool],
+    pub free: &'r mut [bool],
+}
+
 impl ActiveBand<'_> {
     #[inline(always)]
-    pub fn row(&mut self, row: Row) -> &mut [bool] {
-        self.map.row(Row::new(row.index(), self.row_groups))
+    pub fn row(&mut self, row: Row) -> GroupsOfRow<'_> {
+        let row = Row::new(row.index(), self.row_groups);
+        GroupsOfRow {
+            active: self.active.row(row),
+            free: self.free.row(row),
+        }
     }
 
     pub fn split_off(&mut self, row: Row) -> Self {
+        let row = Row::new(row.index(), self.row_groups);
         Self {
-            map: self.map.split_off(Row::new(row.index(), self.row_groups)),
+            active: self.active.split_off(row),
+            free: self.free.split_off(row),
             ..*self
         }
     }
@@ -119,6 +142,7 @@ mod tests {
             ..Settings::default()
         };
         solver.press(0.01, &settings, &|| false);
-        assert!(solver.active.map.iter().all(|active| *active));
+        assert!(solver.active.active.iter().all(|active| *active));
+        assert!(solver.active.free.iter().any(|free| !free));
     }
 }

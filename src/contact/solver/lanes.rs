@@ -384,20 +384,20 @@ pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -
     sum_of(std::iter::repeat(&true), a, b, term)
 }
 
-/// The same where terms are zero in groups that are not active.
+/// The same of sixteen neighbours at a time, but for groups whose terms are zero.
 #[inline(always)]
-pub fn sum_of_active<A: Copy, B: Copy, T: Real>(
-    active: &[bool],
+pub fn sum_over_groups<A: Copy, B: Copy, T: Real>(
+    groups: &[bool],
     a: &[A],
     b: &[B],
     term: impl Fn(A, B) -> T,
 ) -> f64 {
-    sum_of(active, a, b, term)
+    sum_of(groups, a, b, term)
 }
 
 #[inline(always)]
 fn sum_of<'a, A: Copy, B: Copy, T: Real>(
-    active: impl IntoIterator<Item = &'a bool>,
+    groups: impl IntoIterator<Item = &'a bool>,
     a: &[A],
     b: &[B],
     term: impl Fn(A, B) -> T,
@@ -405,8 +405,8 @@ fn sum_of<'a, A: Copy, B: Copy, T: Real>(
     let (a, a_rest) = a.as_chunks::<LANES>();
     let (b, b_rest) = b.as_chunks::<LANES>();
     let mut partial = [T::zero(); LANES];
-    for ((a, b), active) in a.iter().zip(b).zip(active) {
-        if !active {
+    for ((a, b), counts) in a.iter().zip(b).zip(groups) {
+        if !counts {
             continue;
         }
         for lane in 0..LANES {

@@ -63,7 +63,7 @@ impl Extension {
 
 impl AskedRows<'_> {
     /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they are:
-    /// in active groups alone.
+    /// in groups with a free node alone.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,
@@ -71,14 +71,14 @@ impl AskedRows<'_> {
         row: Row,
         asked: &[f32],
         carry: &[f32],
-        active: &[bool],
+        groups: &[bool],
     ) {
         let [free, values] = &mut self.sums;
         let (free_sums, last_free) = split_mut::<S, R>(&mut free[..asked.len()]);
         let (sums, last_sums) = split_mut::<S, R>(&mut values[..asked.len()]);
         let (asked, last_asked) = split::<S, R>(asked);
         let (carry, last_carry) = split::<S, R>(carry);
-        add_asked(simd, active, free_sums, sums, asked, carry);
+        add_asked(simd, groups, free_sums, sums, asked, carry);
         let rest = &ALL[..last_asked.len()];
         add_asked(REST, rest, last_free, last_sums, last_asked, last_carry);
         if ends_blocks(row, self.rows) {
@@ -105,7 +105,7 @@ impl AskedRows<'_> {
 #[inline(always)]
 fn add_asked<S: Simd, const R: usize>(
     simd: S,
-    active: &[bool],
+    groups: &[bool],
     free_sums: &mut [[S::f32s; R]],
     sums: &mut [[S::f32s; R]],
     asked: &[[S::f32s; R]],
@@ -113,9 +113,9 @@ fn add_asked<S: Simd, const R: usize>(
 ) {
     let one = Lanes::all(simd, 1.0);
     let rows = asked.iter().zip(carry);
-    let rows = free_sums.iter_mut().zip(sums).zip(rows).zip(active);
-    for (((free_sum, sum), (asked, carry)), active) in rows {
-        if !active {
+    let rows = free_sums.iter_mut().zip(sums).zip(rows).zip(groups);
+    for (((free_sum, sum), (asked, carry)), has_free) in rows {
+        if !has_free {
             continue;
         }
         let free = Lanes::of(simd, *carry).has(FREE).or_zero(one);
@@ -205,7 +205,7 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
 }
 
 impl TakenRows<'_> {
-    /// Takes a row, where nodes are not marked as free, as no node is in groups that are not active.
+    /// Takes a row, where nodes are not marked as free, as no node is but in these groups.
     #[inline(always)]
     pub fn take_row<S: Simd, const R: usize>(
         &mut self,
@@ -213,7 +213,7 @@ impl TakenRows<'_> {
         row: Row,
         values: &[f32],
         carry: &[f32],
-        active: &[bool],
+        groups: &[bool],
     ) {
         let part = row.index() % SIDE;
         let [before, here, after] = &mut self.sums;
@@ -229,7 +229,7 @@ impl TakenRows<'_> {
         let (values, last_values) = split::<S, R>(values);
         let (carry, last_carry) = split::<S, R>(carry);
         let shares = shares::<SIDE>(part);
-        take(simd, shares, active, own, other, values, carry);
+        take(simd, shares, groups, own, other, values, carry);
         let rest = &ALL[..last_values.len()];
         take(
             REST,
@@ -265,7 +265,7 @@ impl TakenRows<'_> {
 fn take<S: Simd, const R: usize>(
     simd: S,
     [of_own, of_other]: [f32; 2],
-    active: &[bool],
+    groups: &[bool],
     own: &mut [[S::f32s; R]],
     other: &mut [[S::f32s; R]],
     values: &[[S::f32s; R]],
@@ -274,10 +274,10 @@ fn take<S: Simd, const R: usize>(
     let (of_own, of_other) = (Lanes::all(simd, of_own), Lanes::all(simd, of_other));
     let zero = Lanes::all(simd, 0.0);
     let rows = values.iter().zip(carry);
-    let rows = own.iter_mut().zip(other).zip(rows).zip(active);
-    for (((own, other), (value, carry)), active) in rows {
+    let rows = own.iter_mut().zip(other).zip(rows).zip(groups);
+    for (((own, other), (value, carry)), has_free) in rows {
         let mut taken = Lanes::of(simd, *value);
-        if *active {
+        if *has_free {
             let free = Lanes::of(simd, *carry).has(FREE);
             taken = free.choose(zero, taken);
         }
@@ -304,9 +304,9 @@ impl<'a> GivenRows<'a> {
         }
     }
 
-    /// Adds it to a row, in active groups.
+    /// Adds it to a row, in groups with a free node.
     #[inline(always)]
-    pub fn give_row(&mut self, row: Row, values: &mut [f32], active: &[bool]) {
+    pub fn give_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
         let block = row.index() / SIDE;
         if self.here != Some(block) {
             let given = Row::new(block, self.smallest.blocks[1]).of(&self.smallest.values);
@@ -318,9 +318,9 @@ impl<'a> GivenRows<'a> {
         }
         let (given, last_given) = self.nodes.split_at(values.len() / LANES * LANES);
         let (values, last_values) = values.as_chunks_mut::<LANES>();
-        let groups = values.iter_mut().zip(given.as_chunks::<LANES>().0);
-        for ((values, given), active) in groups.zip(active) {
-            if *active {
+        let nodes = values.iter_mut().zip(given.as_chunks::<LANES>().0);
+        for ((values, given), has_free) in nodes.zip(groups) {
+            if *has_free {
                 give(values, given);
             }
         }

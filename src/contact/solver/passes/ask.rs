@@ -79,19 +79,20 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
             .push(sum_by(base, base, |base, _| f64::from(base)));
         let (asked, seen) = (&mut self.row, &mut self.seen);
         let always = self.active.always;
-        let active = self.active.row(row);
-        active.fill(true);
+        let mut found = self.active.row(row);
+        found.active.fill(true);
         self.response
-            .ask_row::<S, R, YIELDS>(simd, asked, gap, carry, active, seen);
+            .ask_row::<S, R, YIELDS>(simd, asked, gap, carry, &mut found, seen);
         let groups = self.increment.row(row).as_chunks_mut::<LANES>().0;
-        for (active, increments) in active.iter_mut().zip(groups) {
+        for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
             if !*active {
                 // As clipping leaves them.
                 increments.fill(-0.0);
             }
         }
-        self.asked.add_row::<S, R>(simd, row, asked, carry, active);
+        self.asked
+            .add_row::<S, R>(simd, row, asked, carry, found.free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {

@@ -33,8 +33,8 @@ impl Pass<f32> for Extend<'_> {
             offset: self.offset,
             shares: [of_own, of_other],
         };
-        let active = self.active.row(row);
-        choice.choose(simd, active, values, gap, carry, own, other);
+        let free = self.active.free_row(row);
+        choice.choose(simd, free, values, gap, carry, own, other);
         choice.choose(
             REST,
             &ALL[..last_values.len()],
@@ -69,7 +69,7 @@ impl Choose {
     fn choose<S: Simd, const R: usize>(
         self,
         simd: S,
-        active: &[bool],
+        groups: &[bool],
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         carry: &[[S::f32s; R]],
@@ -80,11 +80,11 @@ impl Choose {
         let of_own = Lanes::all(simd, self.shares[0]);
         let of_other = Lanes::all(simd, self.shares[1]);
         let nodes = values.iter_mut().zip(gap).zip(carry);
-        let nodes = nodes.zip(own.iter().zip(other)).zip(active);
-        for ((((value, gap), carry), (own, other)), active) in nodes {
+        let nodes = nodes.zip(own.iter().zip(other)).zip(groups);
+        for ((((value, gap), carry), (own, other)), has_free) in nodes {
             let own = of_own * Lanes::of(simd, *own);
             let continued = own.plus(of_other, Lanes::of(simd, *other));
-            if !active {
+            if !has_free {
                 *value = continued.numbers();
                 continue;
             }
@@ -108,9 +108,8 @@ impl Pass<f32> for TakeOthers<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
-        let active = self.active.row(row);
-        self.taken
-            .take_row::<S, R>(simd, row, values, carry, active);
+        let free = self.active.free_row(row);
+        self.taken.take_row::<S, R>(simd, row, values, carry, free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {

@@ -6,7 +6,7 @@ use super::super::active_groups::ActiveGroups;
 use super::super::extension::{Extension, GivenRows};
 use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{LANES, Pass, sum_of_active, weight};
+use super::super::lanes::{LANES, Pass, sum_over_groups, weight};
 use super::super::shift::Nodes;
 use super::base::Base;
 use crate::contact::fft::{Band, Row};
@@ -125,8 +125,8 @@ pub struct Means {
 pub struct Peek<'a> {
     /// Last moves, marked where nodes are free.
     carry: &'a [f32],
-    /// Where they are.
-    active: &'a ActiveGroups,
+    /// Where they may be.
+    groups: &'a ActiveGroups,
     /// Displacements under the last move.
     sample: &'a Sample,
     /// What is to be given to corrections.
@@ -183,15 +183,15 @@ pub struct Asking<'a> {
 
 impl Asking<'_> {
     #[inline(always)]
-    fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32], active: &[bool]) {
+    fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32], free: &[bool]) {
         let (corrections, last_corrections) = corrections.as_chunks::<LANES>();
         let (carry, last_carry) = carry.as_chunks::<LANES>();
         let (base, last_base) = self.base.row(row).as_chunks::<LANES>();
         let (increment, last_increment) = row.of(self.increment).as_chunks::<LANES>();
         let pressure = base.iter().zip(increment);
-        let groups = corrections.iter().zip(carry).zip(pressure).zip(active);
-        for (((corrections, carry), (base, increment)), active) in groups {
-            if *active {
+        let groups = corrections.iter().zip(carry).zip(pressure).zip(free);
+        for (((corrections, carry), (base, increment)), free) in groups {
+            if *free {
                 self.gather_nodes(corrections, carry, base, increment);
             }
         }
@@ -243,14 +243,14 @@ impl Asking<'_> {
 impl<'a> Peek<'a> {
     pub fn new(
         carry: &'a [f32],
-        active: &'a ActiveGroups,
+        groups: &'a ActiveGroups,
         sample: &'a Sample,
         extension: &'a Extension,
         asking: Option<Asking<'a>>,
     ) -> Self {
         Self {
             carry,
-            active,
+            groups,
             sample,
             given: extension.given_rows(),
             sums: InOrder::new(),
@@ -286,20 +286,20 @@ impl Pass<f32> for Peek<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let carry = row.of(self.carry);
-        let active = self.active.row(row);
-        self.given.give_row(row, values, active);
+        let groups = self.groups.free_row(row);
+        self.given.give_row(row, values, groups);
         if let Some(asking) = &mut self.asking {
-            asking.gather(row, values, carry, active);
+            asking.gather(row, values, carry, groups);
         }
         let free = |carry| weight::<f32>(has(carry, FREE));
-        let nodes = sum_of_active(active, carry, carry, |carry, _| free(carry));
-        let correction = sum_of_active(active, values, carry, |value, carry| value * free(carry));
+        let nodes = sum_over_groups(groups, carry, carry, |carry, _| free(carry));
+        let correction = sum_over_groups(groups, values, carry, |value, carry| value * free(carry));
         let mut seen = PeekSums {
             free_nodes: nodes,
             sampled_nodes: 0.0,
             sums: Means {
                 correction,
-                last_move: sum_of_active(active, carry, carry, |carry, _| free(carry) * carry),
+                last_move: sum_over_groups(groups, carry, carry, |carry, _| free(carry) * carry),
                 ..Means::default()
             },
         };
@@ -311,7 +311,7 @@ impl Pass<f32> for Peek<'_> {
                 *value *= free(*carry);
             }
             seen.sums.correction_on_image =
-                sum_of_active(active, values, image, |z, image| z * image);
+                sum_over_groups(groups, values, image, |z, image| z * image);
         }
         self.sums.push(seen);
     }

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::super::active_groups::{ALL, ActiveBand};
+use super::super::active_groups::{ALL, ActiveBand, GroupsOfRow};
 use super::super::extension::AskedRows;
 use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
 use super::super::in_order::{Found, InOrder};
@@ -89,12 +89,13 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
         self.sample.keep(row, values);
         let (gap, carry) = (self.gap.row(row), self.carry.row(row));
         let always = self.active.always;
-        let active = self.active.row(row);
-        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, active, &mut self.seen);
+        let mut groups = self.active.row(row);
+        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut groups, &mut self.seen);
         if always {
-            active.fill(true);
+            groups.active.fill(true);
         }
-        self.asked.add_row::<S, R>(simd, row, values, carry, active);
+        self.asked
+            .add_row::<S, R>(simd, row, values, carry, groups.free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
@@ -154,7 +155,7 @@ impl GapUpdate {
     }
 
     /// Turns a row into what the next correction is to close, with zeros where nodes are not free: in
-    /// groups that are active then.
+    /// groups that have a free one then.
     #[inline(always)]
     pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,
@@ -162,17 +163,20 @@ impl GapUpdate {
         values: &mut [f32],
         gap: &[f32],
         carry: &mut [f32],
-        active: &mut [bool],
+        groups: &mut GroupsOfRow,
         seen: &mut InOrder<Seen>,
     ) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(gap);
         let (carry, last_carry) = split_mut::<S, R>(carry);
-        seen.push(self.ask::<_, _, YIELDS>(simd, active, values, gap, carry));
+        seen.push(self.ask::<_, _, YIELDS>(simd, groups, values, gap, carry));
         if !last_values.is_empty() {
-            let mut rest = ALL;
-            let rest = &mut rest[..last_values.len()];
-            seen.push(self.ask::<_, _, YIELDS>(REST, rest, last_values, last_gap, last_carry));
+            let [mut active, mut free] = [ALL; 2];
+            let mut rest = GroupsOfRow {
+                active: &mut active[..last_values.len()],
+                free: &mut free[..last_values.len()],
+            };
+            seen.push(self.ask::<_, _, YIELDS>(REST, &mut rest, last_values, last_gap, last_carry));
         }
     }
 
@@ -180,7 +184,7 @@ impl GapUpdate {
     fn ask<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
-        active: &mut [bool],
+        groups: &mut GroupsOfRow,
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         carry: &mut [[S::f32s; R]],
@@ -193,8 +197,9 @@ impl GapUpdate {
         let mut elastic_nodes = zero;
         let mut elastic_sum = zero;
         let mut free_sum = zero;
-        let nodes = values.iter_mut().zip(gap).zip(carry).zip(active);
-        for (((value, gap), carry), active) in nodes {
+        let groups = groups.active.iter_mut().zip(&mut *groups.free);
+        let nodes = values.iter_mut().zip(gap).zip(carry).zip(groups);
+        for (((value, gap), carry), (active, has_free)) in nodes {
             let g = Lanes::of(simd, *gap);
             let above = g - offset;
             let below = above.is_below(zero);
@@ -225,7 +230,12 @@ impl GapUpdate {
             lowest = lower;
             free_nodes = free_nodes + free.or_zero(one);
             *value = free.or_zero(above).numbers();
-            *active = (free | pressed).any();
+            *has_free = free.any();
+            *active = if YIELDS {
+                (free | pressed).any()
+            } else {
+                *has_free
+            };
             let next = (free & was_free).or_zero(c);
             *carry = if YIELDS {
                 mark_yielding(next, free, pressed, saturated).numbers()

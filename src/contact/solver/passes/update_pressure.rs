@@ -6,7 +6,7 @@ use super::super::active_groups::{ALL, ActiveGroups};
 use super::super::extension::GivenRows;
 use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
 use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_of_active};
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_over_groups};
 use super::base::Base;
 use crate::contact::fft::{Band, Row};
 
@@ -77,7 +77,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let active = self.active.row(row);
-        self.given.give_row(row, values, active);
+        self.given.give_row(row, values, self.active.free_row(row));
         let (values, last_values) = split_mut::<S, R>(values);
         let (base, last_base) = split::<S, R>(self.base.row(row));
         let (increment, last_increment) = split_mut::<S, R>(self.increment.row(row));
@@ -111,7 +111,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             );
         }
         let increment = &*self.increment.row(row);
-        sums.increment = sum_of_active(active, increment, increment, |increment, _| {
+        sums.increment = sum_over_groups(active, increment, increment, |increment, _| {
             f64::from(increment)
         });
         self.sums.push(sums);
