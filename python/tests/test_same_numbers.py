@@ -70,7 +70,7 @@ def test_cores_change_no_number():
     alone, together = (asperity.press(rough, loads=[0.01, 0.02], jobs=jobs) for jobs in (1, 3))
     for load in range(2):
         assert np.array_equal(alone.pressure(load), together.pressure(load))
-    assert list(alone.energy) == list(together.energy)
+    assert list(alone.table["energy"]) == list(together.table["energy"])
 
 
 def test_no_core_presses_nothing():
