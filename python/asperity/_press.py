@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -189,16 +188,6 @@ def _keys(
     }
 
 
-def _cores(jobs: Optional[int]) -> int:
-    if jobs is None:
-        # Those that this process may use, where the system tells.
-        affinity = getattr(os, "sched_getaffinity", None)
-        return len(affinity(0)) if affinity else os.cpu_count() or 1
-    if jobs < 1:
-        raise ArgumentError(f"`jobs` is the number of cores, 1 or more, and not {jobs}")
-    return jobs
-
-
 def _list(loads: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
     if isinstance(loads, Mapping):
         return dict(loads)
@@ -230,6 +219,6 @@ def _pressing(
         topography.is_periodic,
         keys,
         fields,
-        _cores(jobs),
+        jobs,
     )
     return pressing, topography

@@ -1,5 +1,7 @@
 //! Numbers and words between Python and the library.
 
+use std::num::NonZeroUsize;
+
 use asperity::contact::grid::{Cell, Grid};
 use asperity::contact::topography::scan::Scan;
 use asperity::contact::topography::surface::{Surface, check_range};
@@ -9,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use toml::{Table, Value};
 
-use crate::errors::surface_error;
+use crate::errors::{surface_error, value_error};
 
 /// Keys of a stage. What is `None` was left out.
 pub fn keys(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
@@ -72,6 +74,13 @@ pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2])
     let heights = heights.as_slice()?;
     check_range(grid, heights).map_err(|error| surface_error(py, &error))?;
     Scan::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
+}
+
+/// A number of cores; none where that is left to the machine.
+pub fn jobs(py: Python<'_>, jobs: Option<usize>) -> PyResult<Option<NonZeroUsize>> {
+    let refusal = || value_error(py, "`jobs` is 0, it must be at least 1".to_owned());
+    let checked = jobs.map(|jobs| NonZeroUsize::new(jobs).ok_or_else(refusal));
+    checked.transpose()
 }
 
 /// The same without missing points.

@@ -1,9 +1,8 @@
 //! One surface, pressed by one load after the other.
 
-use std::num::NonZeroUsize;
 use std::sync::{Mutex, MutexGuard};
 
-use asperity::contact::threads::Threads;
+use asperity::contact::threads::{Threads, available_cores};
 use asperity::direct;
 use asperity::session::error::StageError;
 use numpy::{PyArray2, PyReadonlyArray2};
@@ -56,7 +55,7 @@ impl Pressing {
         is_periodic: bool,
         keys: &Bound<'_, PyDict>,
         keeps_fields: bool,
-        jobs: NonZeroUsize,
+        jobs: Option<usize>,
     ) -> PyResult<Pressing> {
         let keys = conversion::keys(keys)?;
         let map = direct::Map {
@@ -64,7 +63,8 @@ impl Pressing {
             rms_slope,
             is_periodic,
         };
-        let threads = Threads::new(jobs).map_err(|error| PyOSError::new_err(error.to_string()))?;
+        let cores = conversion::jobs(py, jobs)?.unwrap_or_else(available_cores);
+        let threads = Threads::new(cores).map_err(|error| PyOSError::new_err(error.to_string()))?;
         let pressing = py.detach(|| direct::Pressing::new_on(threads, map, &keys));
         let mut pressing = pressing.map_err(|error| direct_error(py, &error))?;
         if !keeps_fields {

@@ -1,6 +1,5 @@
 //! A study in use.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -11,6 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::claims;
+use crate::conversion;
 use crate::errors::{session_error, value_error};
 use crate::interruption::{interruptible, watched};
 use crate::progress::{Advance, Listener, Notices};
@@ -95,12 +95,8 @@ impl Session {
     ) -> PyResult<(Bound<'py, PyDict>, Notices)> {
         let memory = memory.map(str::parse::<ByteSize>).transpose();
         let memory = memory.map_err(|reason| value_error(py, format!("`memory`: {reason}")))?;
-        let jobs = jobs.map(|jobs| {
-            let refusal = || value_error(py, "`jobs` is 0, it must be at least 1".to_owned());
-            NonZeroUsize::new(jobs).ok_or_else(refusal)
-        });
         let options = RunOptions {
-            jobs: jobs.transpose()?,
+            jobs: conversion::jobs(py, jobs)?,
             memory,
             replace,
             ..RunOptions::default()

@@ -74,7 +74,7 @@ def test_cores_change_no_number():
 
 
 def test_no_core_presses_nothing():
-    with pytest.raises(asperity.errors.ArgumentError, match="`jobs` is the number of cores, 1 or more, and not 0"):
+    with pytest.raises(asperity.errors.ArgumentError, match="`jobs` is 0, it must be at least 1"):
         asperity.press(asperity.surface(**KEYS), loads=LOADS, jobs=0)
 
 

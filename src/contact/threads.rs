@@ -20,6 +20,11 @@ const FEWEST_NODES: usize = 1 << 17;
 /// Blocks to a thread, so that one that is held up leaves some to the others.
 const BLOCKS: usize = 4;
 
+/// Cores that this process may use.
+pub fn available_cores() -> NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+}
+
 /// Threads to work on surfaces with, for whoever has a copy of this together.
 ///
 /// ```

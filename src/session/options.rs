@@ -8,6 +8,7 @@ use bytesize::ByteSize;
 use super::error::TaskNameError;
 use super::task_names::planned;
 use crate::cluster::shard::Shard;
+use crate::contact::threads::available_cores;
 use crate::plan::Plan;
 use crate::runner;
 use crate::store::Store;
@@ -52,8 +53,7 @@ pub enum Selection {
 impl RunOptions {
     /// Cores to work on.
     pub(super) fn cores(&self) -> NonZeroUsize {
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        self.jobs.unwrap_or_else(cores)
+        self.jobs.unwrap_or_else(available_cores)
     }
 }
 
