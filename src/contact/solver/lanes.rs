@@ -381,22 +381,12 @@ pub fn total<T: Real>(a: &[T]) -> f64 {
 /// Σ term(a, b), in the precision of the term.
 #[inline(always)]
 pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -> T) -> f64 {
-    sum_of(std::iter::repeat(&true), a, b, term)
+    sum_over_groups(std::iter::repeat(&true), a, b, term)
 }
 
-/// The same of sixteen neighbours at a time, but for groups whose terms are zero.
+/// The same, but for groups of sixteen neighbours whose terms are zero.
 #[inline(always)]
-pub fn sum_over_groups<A: Copy, B: Copy, T: Real>(
-    groups: &[bool],
-    a: &[A],
-    b: &[B],
-    term: impl Fn(A, B) -> T,
-) -> f64 {
-    sum_of(groups, a, b, term)
-}
-
-#[inline(always)]
-fn sum_of<'a, A: Copy, B: Copy, T: Real>(
+pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     groups: impl IntoIterator<Item = &'a bool>,
     a: &[A],
     b: &[B],

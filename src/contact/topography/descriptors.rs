@@ -44,11 +44,11 @@ pub struct Descriptors {
 impl Descriptors {
     /// Measures a surface.
     pub fn of(surface: &Surface) -> Self {
-        Self::of_by(&Threads::one(), surface)
+        Self::of_on(&Threads::one(), surface)
     }
 
     /// The same by several threads.
-    pub(crate) fn of_by(threads: &Threads, surface: &Surface) -> Self {
+    pub(crate) fn of_on(threads: &Threads, surface: &Surface) -> Self {
         let grid = surface.grid();
         let mut heights = from_first_node(surface.heights());
         let (skewness, excess_kurtosis) = distribution_shape(&heights).unzip();

@@ -76,7 +76,7 @@ impl Description {
         if origin.is_open() {
             return Description::of_open_map(surface);
         }
-        let seen = Descriptors::of_by(threads, surface);
+        let seen = Descriptors::of_on(threads, surface);
         let known = match origin {
             Origin::Random { surface: drawn, .. } => {
                 Description::of_modes(drawn, surface.grid().cell())
