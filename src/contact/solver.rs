@@ -33,6 +33,7 @@ pub(crate) mod cost;
 mod evaluation;
 mod extension;
 mod fields;
+mod first_guess;
 mod flags;
 mod half_space;
 mod hardness;
@@ -41,6 +42,7 @@ mod in_order;
 mod lanes;
 mod line_search;
 mod load;
+mod nearing;
 mod outcome;
 mod passes;
 mod press;
@@ -59,16 +61,16 @@ pub use watch::Watch;
 
 use active_groups::ActiveGroups;
 use extension::Extension;
-use passes::{Base, Sample};
+use passes::{Base, Expected, Sample};
 use shift::Nodes;
 use steps::Steps;
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
     if Base::is_map(tolerance) {
-        62.25
+        62.375
     } else {
-        58.25
+        58.375
     }
 }
 
@@ -126,6 +128,10 @@ pub struct Solver {
     earlier_load: f64,
     steps: Steps,
 
+    /// Nodes in contact under the last load, and under the one before.
+    contact_nodes: f64,
+    earlier_contact_nodes: f64,
+
     /// Gap less the gap reference.
     gap: Vec<f32>,
     reference: f64,
@@ -134,6 +140,8 @@ pub struct Solver {
     /// Mean of the gap in contact, less the reference.
     offset: f64,
     earlier_offset: f64,
+    /// Which nodes are expected in contact when the next search begins.
+    expected: Expected,
     /// Heights less their reference.
     single_heights: Vec<f32>,
     height_reference: f64,
@@ -234,6 +242,9 @@ impl Solver {
             earlier_pressure: vec![0.0; cells],
             earlier_load: 0.0,
             steps: Steps::default(),
+            contact_nodes: 0.0,
+            earlier_contact_nodes: 0.0,
+            expected: Expected::All,
             gap: vec![0.0; cells],
             reference: 0.0,
             earlier_gap: vec![0.0; cells],

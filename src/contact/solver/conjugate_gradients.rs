@@ -51,7 +51,7 @@ const LARGEST_SHARE: f64 = 2.0;
 
 /// The least by which an iteration is expected to reduce the residual, nearly always: what comes
 /// that close to the goal is moved and evaluated in double precision at once.
-const EXPECTED_REDUCTION: f64 = 0.2;
+const EXPECTED_REDUCTION: f64 = 0.1;
 
 impl Solver {
     /// Iterates, at least once, until single precision has done what it can or need do, and

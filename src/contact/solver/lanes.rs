@@ -142,6 +142,12 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         Self(simd, [simd.splat_f32s(number); R])
     }
 
+    /// As many of one number.
+    #[inline(always)]
+    pub fn like(self, number: f32) -> Self {
+        Self::all(self.0, number)
+    }
+
     #[inline(always)]
     pub fn numbers(self) -> [S::f32s; R] {
         self.1

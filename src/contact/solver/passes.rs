@@ -4,7 +4,9 @@ mod ask;
 mod base;
 mod bounded;
 mod evaluate;
+mod expected;
 mod extend;
+mod nearing;
 mod sample;
 mod update_gap;
 mod update_pressure;
@@ -15,7 +17,9 @@ pub use bounded::{PromoteYielding, ScaleElastic, Tally};
 pub use evaluate::{
     GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack,
 };
+pub use expected::{Expected, ShownGap};
 pub use extend::{Extend, TakeOthers};
+pub use nearing::{CountNearing, Nearing};
 pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

@@ -2,7 +2,7 @@
 
 use super::evaluation::Evaluation;
 use super::history::History;
-use super::passes::Base;
+use super::passes::{Base, Expected};
 use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
@@ -27,6 +27,7 @@ impl Solver {
             hardness.bear(load).expect("the caller has asked");
         }
         self.pairs = 0;
+        self.expected = Expected::All;
         self.extension.continues = true;
         self.base.prepare(settings.tolerance);
         self.active.prepare(Base::is_map(settings.tolerance));
@@ -159,6 +160,7 @@ impl Solver {
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {
         let summary = self.impose_load();
+        self.contact_nodes = summary.contact_nodes as f64;
         Outcome {
             stop,
             pairs: self.pairs,

@@ -1,20 +1,16 @@
-//! Where the search at a new load starts: the solutions before it, the pressure of full contact, or,
-//! under a light load, the heights.
-//!
-//! A light load bends the half-space by less than nodes differ in height. Most of what any other
-//! guess presses on would have to be let go again, in moves so much larger than the pressure that
-//! single precision would lose it.
+//! Where the search at a new load starts: on the straight line through the two solutions before it, of
+//! which the surface that nothing touches is the first, or from a guess.
 
+use std::mem::take;
 use std::ops::RangeInclusive;
 
+use super::Solver;
 use super::balance::Balance;
 use super::in_order::InOrder;
 use super::lanes::over_rows;
-use super::passes::{Ask, GapUpdate, Onwards};
+use super::passes::{Ask, Expected, GapUpdate, Onwards, ShownGap};
 use super::steps::Steps;
 use super::survey::Standing;
-use super::{Hardness, Solver};
-use crate::contact::elasticity;
 use crate::contact::fft::Band;
 
 /// How far from the last load, in units of the way to it from the one before, a straight line
@@ -24,12 +20,6 @@ const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
 /// The largest pressure of one node under a light load, in units of E* × rms slope, if it bears all.
 const LIGHT: f64 = 1.0;
-
-/// Halvings that find a shift of a pressure to the last bit.
-const BISECTIONS: u32 = 60;
-
-/// Nodes that are raised are gathered when there are that many others to each.
-const MANY: usize = 4;
 
 /// Where a search starts: what its first correction is to close is in the single-precision
 /// transform.
@@ -55,20 +45,18 @@ impl Solver {
             self.load = load;
             return Some(start);
         }
-        if self.load > 0.0 {
-            self.remember();
-        }
+        self.remember();
         if is_light {
             self.guess_from_heights(load);
         } else if self.load == 0.0 {
-            self.guess_from_full_contact(load);
+            self.guess_first(load);
         }
         self.load = load;
         self.impose_load();
         None
     }
 
-    fn is_light(&self, load: f64) -> bool {
+    pub(super) fn is_light(&self, load: f64) -> bool {
         load * (self.pressure.len() as f64) < LIGHT
     }
 
@@ -77,10 +65,9 @@ impl Solver {
     /// would press on all that they do.
     fn reach(&self, load: f64) -> Option<f64> {
         let reach = (load - self.load) / (self.load - self.earlier_load);
-        let are_solved = self.load > 0.0 && self.earlier_load > 0.0;
         let ascend = self.earlier_load <= self.load && self.load <= load;
         let leads_there = REACH.contains(&reach) && (ascend || !self.is_light(load));
-        (are_solved && leads_there).then_some(reach)
+        (self.load > 0.0 && leads_there).then_some(reach)
     }
 
     /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
@@ -102,9 +89,14 @@ impl Solver {
             *earlier = last;
             guess
         };
+        self.expected = self.nearing(reach).map_or(Expected::All, Expected::Near);
+        if self.earlier_load == 0.0 {
+            self.earlier_offset = self.mean_earlier_gap();
+        }
         self.reference = onwards(self.reference, &mut self.earlier_reference);
         self.offset = onwards(self.offset, &mut self.earlier_offset);
         self.earlier_load = self.load;
+        self.earlier_contact_nodes = self.contact_nodes;
         self.begin(self.offset, Some(reach))
     }
 
@@ -134,6 +126,9 @@ impl Solver {
         });
         let mut pass = Ask::<YIELDS> {
             onwards,
+            expected: take(&mut self.expected),
+            shown: ShownGap::new(self.nodes[1]),
+            heights: &self.single_heights,
             response: GapUpdate::to_a_start(offset),
             gap: Band::of(&mut self.gap),
             hardness,
@@ -161,7 +156,13 @@ impl Solver {
         }
     }
 
+    /// Makes the last solution the earlier one: that of no load, if there is none.
     fn remember(&mut self) {
+        self.earlier_contact_nodes = self.contact_nodes;
+        if self.load == 0.0 {
+            self.remember_untouched();
+            return;
+        }
         for (earlier, p) in self.earlier_pressure.iter_mut().zip(&self.pressure) {
             *earlier = *p as f32;
         }
@@ -171,89 +172,29 @@ impl Solver {
         self.earlier_load = self.load;
     }
 
-    /// The part of the full-contact pressure, or of what the stiffness has for it, above a plane that
-    /// leaves the mean `load`.
-    fn guess_from_full_contact(&mut self, load: f64) {
-        self.fill_with_full_contact();
-        let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
-        if let Some(hardness) = self.bound {
-            let lowest = self.pressure.iter().fold(0.0, |low: f64, p| low.min(*p));
-            self.raise_to(load, (-peak, hardness.pressure() - lowest));
-            return;
-        }
-        // With less than the load everywhere there would be none at the lowest.
-        let lowest = self
-            .pressure
-            .iter()
-            .fold(0.0, |lowest: f64, p| lowest.min(*p));
-        let most = self.full_contact.map_or(load - lowest, |full| full.load);
-        self.raise_to(load, (-peak, most));
+    /// Mean over the last contact of the gap before it: the level that the mean gap in contact was on, where
+    /// nothing was in contact.
+    fn mean_earlier_gap(&self) -> f64 {
+        let nodes = self.pressure.iter().zip(&self.earlier_gap);
+        let gaps = nodes.filter(|(p, _)| **p > 0.0).map(|(_, gap)| gap);
+        gaps.map(|gap| f64::from(*gap)).sum::<f64>() / self.contact_nodes
     }
 
-    /// Whether the guess from full contact, under a first load, passes the hardness: raised until its peak
-    /// does, the pressure of full contact bears less than the load. The contact of the guess is larger than
-    /// that of the solution, and its peak lower as a rule. Where the stiffness is not exact, nothing is known.
-    pub(super) fn is_expected_to_pass(&self, hardness: Hardness, load: f64) -> bool {
-        let Some(full) = self.full_contact.filter(|_| !self.is_light(load)) else {
-            return false;
-        };
-        let raised = hardness.pressure() - full.peak;
-        let borne: f64 = self.pressure.iter().map(|p| (p + raised).max(0.0)).sum();
-        borne < load * self.pressure.len() as f64
+    fn remember_untouched(&mut self) {
+        self.earlier_pressure.fill(0.0);
+        for (gap, height) in self.earlier_gap.iter_mut().zip(&self.heights) {
+            *gap = (self.highest - height) as f32;
+        }
+        self.earlier_reference = -self.highest;
+        self.earlier_offset = 0.0;
+        self.earlier_load = 0.0;
     }
 
     /// Goes back to where no load has been pressed.
     pub(super) fn forget(&mut self) {
         self.steps = Steps::default();
         (self.load, self.reference, self.offset) = (0.0, 0.0, 0.0);
-    }
-
-    /// What the highest nodes would bear if none displaced another: exact if one bears all, and where
-    /// the material is so soft that it hardly bends.
-    pub(super) fn guess_from_heights(&mut self, load: f64) {
-        for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
-            *p = (height - self.highest) / self.nodal_compliance;
-        }
-        let most = match self.bound {
-            None => load * self.pressure.len() as f64,
-            Some(hardness) => {
-                let lowest = self.pressure.iter().fold(0.0, |low: f64, p| low.min(*p));
-                hardness.pressure() - lowest
-            }
-        };
-        let highest = self.raise_to(load, (0.0, most));
-        self.reference = highest * self.nodal_compliance - self.highest;
-    }
-
-    /// Raises the pressure so far that what is then within its bounds has the mean `load`, and says how
-    /// far: within the range.
-    pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
-        let (cells, most) = (self.pressure.len() as f64, self.ceiling());
-        // Those that may be raised above zero, in their order: the others add nothing to any sum.
-        let mut few: Option<Vec<f64>> = None;
-        for _ in 0..BISECTIONS {
-            let shift = 0.5 * (low + high);
-            let all = few.as_deref().unwrap_or(&self.pressure);
-            let (mut sum, mut raised) = (0.0, 0);
-            for p in all {
-                sum += (p + shift).max(0.0).min(most);
-                raised += usize::from(p + shift > 0.0);
-            }
-            if sum > load * cells {
-                high = shift;
-                if raised < all.len() / MANY {
-                    let above = all.iter().filter(|p| **p + high > 0.0);
-                    few = Some(above.copied().collect());
-                }
-            } else {
-                low = shift;
-            }
-        }
-        // The upper end, where the sum is positive for certain.
-        for p in &mut self.pressure {
-            *p = (*p + high).max(0.0).min(most);
-        }
-        high
+        self.contact_nodes = 0.0;
     }
 
     /// Single precision tells displacements from heights best where heights are small: under a light
@@ -266,18 +207,5 @@ impl Solver {
         for (single, height) in self.single_heights.iter_mut().zip(&self.heights) {
             *single = (height - self.height_reference) as f32;
         }
-    }
-
-    /// Fills the pressure with the one of zero mean that flattens the heights, as far as the stiffness
-    /// is exact: one pair.
-    fn fill_with_full_contact(&mut self) {
-        self.double_scratch.take_over(&mut self.single_scratch);
-        self.double.convolve(
-            &elasticity::stiffness_on(&self.threads, &*self.body),
-            &self.heights,
-            &mut self.pressure,
-            &mut self.double_scratch,
-        );
-        self.pairs += 1;
     }
 }

@@ -21,6 +21,8 @@ impl Solver {
             self.earlier_offset,
             self.height_reference,
             self.yields_from,
+            self.contact_nodes,
+            self.earlier_contact_nodes,
         ];
         for number in numbers.iter().chain(self.steps.all()) {
             out.write_all(&number.to_le_bytes())?;
@@ -46,7 +48,7 @@ impl Solver {
     /// # Errors
     /// When there are fewer bytes than [`Solver::save`] has written; the solver is of no use then.
     pub fn restore(&mut self, from: &mut dyn Read) -> io::Result<()> {
-        let mut numbers = [0.0; 8];
+        let mut numbers = [0.0; 10];
         for number in &mut numbers {
             *number = double(from)?;
         }
@@ -59,6 +61,8 @@ impl Solver {
             earlier_offset,
             heights,
             yields,
+            contact_nodes,
+            earlier_contact_nodes,
         ] = numbers;
         self.steps = Steps::restored(|| double(from))?;
         for pressure in &mut self.pressure {
@@ -81,6 +85,7 @@ impl Solver {
         (self.offset, self.earlier_offset) = (offset, earlier_offset);
         self.count_heights_from(heights);
         self.yields_from = yields;
+        (self.contact_nodes, self.earlier_contact_nodes) = (contact_nodes, earlier_contact_nodes);
         Ok(())
     }
 }

@@ -8,6 +8,7 @@ use super::super::flags::marked_by_pressure;
 use super::super::in_order::InOrder;
 use super::super::lanes::{LANES, Lanes, Pass, REST, split_mut, sum_by};
 use super::base::BaseBand;
+use super::expected::{Expected, ShownGap};
 use super::update_gap::{GapUpdate, Seen};
 use crate::contact::fft::{Band, Row};
 
@@ -16,6 +17,10 @@ use crate::contact::fft::{Band, Row};
 pub struct Ask<'a, const YIELDS: bool> {
     /// Where to go on to first.
     pub onwards: Option<Onwards<'a>>,
+    /// Which nodes that penetrate are free.
+    pub expected: Expected,
+    pub shown: ShownGap,
+    pub heights: &'a [f32],
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
     /// The pressure at which nodes are saturated.
@@ -50,6 +55,7 @@ pub struct Onwards<'a> {
 impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
+        let level = self.response.offset;
         let gap = self.gap.row(row);
         let carry = self.carry.row(row);
         if let Some(onwards) = &mut self.onwards {
@@ -59,8 +65,12 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
             } else {
                 extrapolate(onwards.reach, pressure, earlier);
             }
-            let (gap, last_gap) = split_mut::<S, R>(gap);
             let earlier = onwards.earlier_gap.row(row);
+            if let Expected::Near(nearing) = self.expected {
+                let shown = &mut self.shown;
+                shown.hold_far::<S, R>(simd, level, nearing, gap, earlier);
+            }
+            let (gap, last_gap) = split_mut::<S, R>(gap);
             let (earlier, last_earlier) = split_mut::<S, R>(earlier);
             extrapolate_single(simd, onwards.reach, gap, earlier);
             extrapolate_single(REST, onwards.reach, last_gap, last_earlier);
@@ -77,12 +87,20 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
         split(pressure, base, self.increment.row(row));
         self.base_sum
             .push(sum_by(base, base, |base, _| f64::from(base)));
+        if let Expected::AsHighAs(lowest) = self.expected {
+            let heights = row.of(self.heights);
+            self.shown.hold_low::<S, R>(simd, level, lowest, heights);
+        }
+        let shown = match self.expected {
+            Expected::All => gap,
+            Expected::Near(_) | Expected::AsHighAs(_) => self.shown.of::<S, R>(simd, gap),
+        };
         let (asked, seen) = (&mut self.row, &mut self.seen);
         let always = self.active.always;
         let mut found = self.active.row(row);
         found.active.fill(true);
         self.response
-            .ask_row::<S, R, YIELDS>(simd, asked, gap, carry, &mut found, seen);
+            .ask_row::<S, R, YIELDS>(simd, asked, shown, carry, &mut found, seen);
         let groups = self.increment.row(row).as_chunks_mut::<LANES>().0;
         for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
@@ -107,6 +125,7 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
             carry: self.carry.split_off(row),
             active: self.active.split_off(row),
             asked: self.asked.split_off(row),
+            shown: self.shown.clone(),
             row: self.row.clone(),
             base: self.base.split_off(row),
             increment: self.increment.split_off(row),
