@@ -49,8 +49,8 @@ use crate::contact::fft::Band;
 /// to the next, which a predicted step does not bear.
 const LARGEST_SHARE: f64 = 2.0;
 
-/// The least by which an iteration is expected to reduce the residual, nearly always: what comes
-/// that close to the goal is moved and evaluated in double precision at once.
+/// By which an iteration is expected to reduce the residual once contact is found: what comes that
+/// close to the goal is moved and evaluated in double precision at once.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
 impl Solver {
