@@ -61,7 +61,7 @@ def press(
         The highest pressure that the material bears, in the unit of the modulus, or as `hardness_unit`
         (``"absolute"`` or ``"relative"``) says. None when left out.
     tolerance : float, optional
-        Largest gap in contact and penetration outside it, over rms slope × mesh step; 6e-5 when left out.
+        Largest gap in contact and penetration outside it, over rms slope × mesh step; 5e-5 when left out.
     max_pairs : int, optional
         Pairs of transforms after which a load is given up; its row says so. 2000 when left out.
     fields : bool

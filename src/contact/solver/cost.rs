@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::super::fft::Transform;
-use super::{HalfSpace, Settings};
+use super::HalfSpace;
 use crate::contact::elasticity::{self, PeriodicHalfSpace};
 use crate::contact::grid::{Boundary, Cell, Grid};
 
@@ -51,9 +51,12 @@ pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolera
     }
 }
 
-/// How many tenths of the default tolerance a tolerance is.
+/// The tolerance at which pairs were counted.
+const COUNTED_AT: f64 = 6e-5;
+
+/// How many tenths of that a tolerance is.
 fn decades(tolerance: f64) -> f64 {
-    (Settings::default().tolerance / tolerance).log10()
+    (COUNTED_AT / tolerance).log10()
 }
 
 /// The same on an elastic and periodic body.
