@@ -7,7 +7,8 @@
 //! of it. Of the nodes in contact under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), the highest so
 //! many are 71 in 100, and the ones with the largest pressure of full contact 46; under 0.3, 85 and 90.
 
-use super::passes::Expected;
+use super::lanes::over_rows;
+use super::passes::{CountHeights, Expected, Highest, PressAbove};
 use super::{Hardness, Solver};
 use crate::contact::elasticity;
 
@@ -24,10 +25,6 @@ const PRESSED: f64 = 1.5;
 
 /// Halvings that find a shift of a pressure to the last bit.
 const BISECTIONS: u32 = 60;
-
-/// A level is found among so many, and again among as many within the step between two of them.
-const BINS: usize = 1024;
-const ROUNDS: usize = 2;
 
 /// Nodes that are raised are gathered when there are that many others to each.
 const MANY: usize = 4;
@@ -66,38 +63,46 @@ impl Solver {
     /// highest nodes: the share of them that is expected in contact, and half as many besides.
     fn guess_from_highest(&mut self, share: f64) {
         let nodes = share * self.heights.len() as f64;
-        let level = self.level_above(PRESSED * nodes);
-        for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
-            *p = (height - level).max(0.0).sqrt();
-        }
+        let [level, expected] = self.levels_above([PRESSED * nodes, nodes]);
+        let mut press = PressAbove {
+            level,
+            heights: &self.heights,
+        };
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut press);
         self.reference = -level;
-        let expected = self.level_above(nodes) - self.height_reference;
+        let expected = expected - self.height_reference;
         self.expected = Expected::AsHighAs(expected as f32);
     }
 
-    /// The level that so many nodes are above, or some more.
-    fn level_above(&self, nodes: f64) -> f64 {
+    /// The levels that so many nodes are above, or some more: found among as many as are counted at once, and
+    /// again within the step between two of them.
+    fn levels_above<const N: usize>(&mut self, nodes: [f64; N]) -> [f64; N] {
         let lowest = self.heights.iter().fold(0.0, |low: f64, h| low.min(*h));
-        let (mut low, mut high) = (lowest, self.highest);
-        let mut above = 0.0;
-        for _ in 0..ROUNDS {
-            let width = (high - low) / BINS as f64;
-            let mut counts = [0_u32; BINS];
-            for height in &self.heights {
-                if *height > low && *height <= high {
-                    let bin = ((high - height) / width) as usize;
-                    counts[bin.min(BINS - 1)] += 1;
-                }
-            }
-            let bin = counts.iter().position(|count| {
-                above += f64::from(*count);
-                above >= nodes
-            });
-            let bin = bin.unwrap_or(BINS - 1);
-            above -= f64::from(counts[bin]);
-            (low, high) = (high - (bin + 1) as f64 * width, high - bin as f64 * width);
+        let all = nodes.map(|nodes| (nodes, 0.0));
+        let coarse = self.highest_between(lowest, self.highest, all);
+        let mut levels = [0.0; N];
+        for ((level, nodes), found) in levels.iter_mut().zip(nodes).zip(coarse) {
+            let [fine] = self.highest_between(found.low, found.high, [(nodes, found.above)]);
+            *level = fine.low;
         }
-        low
+        levels
+    }
+
+    /// Where there come to be so many nodes, and so many of them above the higher level.
+    fn highest_between<const N: usize>(
+        &mut self,
+        low: f64,
+        high: f64,
+        nodes: [(f64, f64); N],
+    ) -> [Highest; N] {
+        let mut counts = CountHeights::between(low, high, &self.heights);
+        over_rows(
+            &self.threads,
+            &mut self.pressure,
+            self.nodes[1],
+            &mut counts,
+        );
+        nodes.map(|(nodes, above)| counts.highest(above, nodes))
     }
 
     /// Whether the guess from full contact, under a first load, passes the hardness: raised until its peak
@@ -191,9 +196,10 @@ mod tests {
     fn a_level_has_as_many_nodes_above_it_as_were_asked_for() {
         let grid = square(64, 1.0);
         let ramp: Vec<f64> = (0..64 * 64).map(f64::from).collect();
-        let solver = Solver::new(PeriodicHalfSpace::new(grid), &ramp);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &ramp);
         for nodes in [1.0, 10.0, 1000.0, 4000.0] {
-            let found = above(&solver, solver.level_above(nodes));
+            let [level] = solver.levels_above([nodes]);
+            let found = above(&solver, level);
             assert!((found - nodes).abs() <= 1.0, "{found} for {nodes}");
         }
     }
@@ -206,9 +212,10 @@ mod tests {
             depth: 0.1,
         };
         let punch = punch.draw(grid);
-        let solver = Solver::new(PeriodicHalfSpace::new(grid), punch.heights());
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), punch.heights());
         let plateau = punch.heights().iter().filter(|height| **height > -0.05);
-        let found = above(&solver, solver.level_above(1.0));
+        let [level] = solver.levels_above([1.0]);
+        let found = above(&solver, level);
         assert_eq!(found, plateau.count() as f64);
     }
 

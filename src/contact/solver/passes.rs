@@ -6,6 +6,7 @@ mod bounded;
 mod evaluate;
 mod expected;
 mod extend;
+mod heights;
 mod nearing;
 mod sample;
 mod update_gap;
@@ -19,6 +20,7 @@ pub use evaluate::{
 };
 pub use expected::{Expected, ShownGap};
 pub use extend::{Extend, TakeOthers};
+pub use heights::{CountHeights, CountedFrom, Highest, PressAbove, Untouched};
 pub use nearing::{CountNearing, Nearing};
 pub use sample::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapUpdate, Seen, UpdateGap};

@@ -8,7 +8,7 @@ use super::Solver;
 use super::balance::Balance;
 use super::in_order::InOrder;
 use super::lanes::over_rows;
-use super::passes::{Ask, Expected, GapUpdate, Onwards, ShownGap};
+use super::passes::{Ask, CountedFrom, Expected, GapUpdate, Onwards, ShownGap, Untouched};
 use super::steps::Steps;
 use super::survey::Standing;
 use crate::contact::fft::Band;
@@ -181,10 +181,17 @@ impl Solver {
     }
 
     fn remember_untouched(&mut self) {
-        self.earlier_pressure.fill(0.0);
-        for (gap, height) in self.earlier_gap.iter_mut().zip(&self.heights) {
-            *gap = (self.highest - height) as f32;
-        }
+        let mut pass = Untouched {
+            highest: self.highest,
+            heights: &self.heights,
+            earlier_pressure: Band::of(&mut self.earlier_pressure),
+        };
+        over_rows(
+            &self.threads,
+            &mut self.earlier_gap,
+            self.nodes[1],
+            &mut pass,
+        );
         self.earlier_reference = -self.highest;
         self.earlier_offset = 0.0;
         self.earlier_load = 0.0;
@@ -204,8 +211,15 @@ impl Solver {
             return;
         }
         self.height_reference = height;
-        for (single, height) in self.single_heights.iter_mut().zip(&self.heights) {
-            *single = (height - self.height_reference) as f32;
-        }
+        let mut pass = CountedFrom {
+            level: height,
+            heights: &self.heights,
+        };
+        over_rows(
+            &self.threads,
+            &mut self.single_heights,
+            self.nodes[1],
+            &mut pass,
+        );
     }
 }
