@@ -129,6 +129,27 @@ impl Threads {
         self.crew_of(Self::worthwhile(nodes))
     }
 
+    /// Does two things at once, if a second thread is worth while on so many nodes.
+    pub(crate) fn both<A, B: Send>(
+        &self,
+        nodes: usize,
+        first: impl FnOnce() -> A,
+        second: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
+        let crew = self.crew_of(Self::worthwhile(nodes).min(2));
+        match crew.cores {
+            Some(cores) if crew.helpers > 0 => {
+                let mut done = None;
+                let own = cores.pool.in_place_scope(|scope| {
+                    scope.spawn(|_| done = Some(second()));
+                    first()
+                });
+                (own, done.expect("the scope waits for it"))
+            }
+            _ => (first(), second()),
+        }
+    }
+
     /// At most so many of the threads.
     pub(crate) fn crew_of(&self, most: usize) -> Crew<'_> {
         let cores = self.cores.as_deref();
@@ -316,6 +337,16 @@ mod tests {
                 assert_eq!(done, vec![1; pieces]);
                 assert_eq!(tools.len(), count);
             }
+        }
+    }
+
+    #[test]
+    fn both_of_two_things_are_done() {
+        for count in [1, 2, 3] {
+            let threads = threads(count);
+            let both = threads.both(1 << 20, || 2 + 2, || vec![7]);
+            assert_eq!(both, (4, vec![7]));
+            assert_eq!(threads.crew_of(100).helpers, count - 1);
         }
     }
 

@@ -51,14 +51,18 @@ impl Descriptors {
     pub(crate) fn of_on(threads: &Threads, surface: &Surface) -> Self {
         let grid = surface.grid();
         let mut heights = from_first_node(surface.heights());
-        let (skewness, excess_kurtosis) = distribution_shape(&heights).unzip();
 
         let transform = Transform::new(grid.nodes());
         let mut scratch = transform.scratch_on(threads.clone());
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&heights, &mut spectrum, &mut scratch);
-        let moments = Moments::of_spectrum(&spectrum, grid);
-        multiply_by_half_wavenumber(&mut spectrum, grid);
+        let (moments, shape) = threads.both(
+            grid.count(),
+            || Moments::of_spectrum(&spectrum, grid),
+            || distribution_shape(&heights),
+        );
+        let (skewness, excess_kurtosis) = shape.unzip();
+        multiply_by_half_wavenumber(threads, &mut spectrum, grid);
         transform.inverse(&mut spectrum, &mut heights, &mut scratch);
         let deepest = heights.iter().copied().fold(0.0, f64::min);
 
@@ -113,15 +117,19 @@ fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// Turns an unnormalised spectrum of heights into that of full-contact pressures in units of E*.
-fn multiply_by_half_wavenumber(spectrum: &mut [Complex<f64>], grid: Grid) {
+fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>], grid: Grid) {
     let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
     let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
-    for (i, row) in spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate() {
-        let k_x = signed_wavenumber(i, nodes_x);
+    let rows = spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate();
+    let mut rows: Vec<(usize, &mut [Complex<f64>])> = rows.collect();
+    let multiply = |(): &mut (), (i, row): &mut (usize, &mut [Complex<f64>])| {
+        let k_x = signed_wavenumber(*i, nodes_x);
         for (k_y, value) in row.iter_mut().enumerate() {
             *value *= factor * cell.wavenumber([k_x, k_y as f64]);
         }
-    }
+    };
+    let crew = threads.crew(grid.count());
+    crew.each(&mut Vec::new(), || (), &mut rows, multiply);
 }
 
 #[cfg(test)]
