@@ -35,8 +35,14 @@ pub trait ElasticOperator: Send + Sync {
     /// Displacement per pressure of a wave with so many periods along x and y of that mesh.
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
-    /// Pressure per displacement of such a wave, or nearly so: what a solver preconditions with. Zero
-    /// for the mean, so that nothing asks for another load.
+    /// Nodes of the mesh on which displacements are turned into pressures: those of the grid, and others
+    /// around it.
+    fn stiffness_nodes(&self) -> [usize; 2] {
+        self.convolved_nodes()
+    }
+
+    /// Pressure per displacement of a wave of that mesh, or nearly so: what a solver preconditions with.
+    /// Zero for the mean, so that nothing asks for another load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
     /// Whether the stiffness is the inverse of the displacement, on maps of zero mean. Then one
@@ -58,7 +64,7 @@ pub trait ElasticOperator: Send + Sync {
     /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
     /// alone asks for.
     fn nodal_stiffness(&self, threads: &Threads) -> f64 {
-        mean_over_waves(threads, self.convolved_nodes(), |waves| {
+        mean_over_waves(threads, self.stiffness_nodes(), |waves| {
             self.stiffness(waves)
         })
     }
@@ -89,7 +95,7 @@ pub(crate) fn stiffness_on<T: Real>(
     operator: &dyn ElasticOperator,
 ) -> Kernel<T> {
     let factor = |k_x, k_y| operator.stiffness([k_x, k_y]);
-    Kernel::new_on(threads, operator.convolved_nodes(), factor)
+    Kernel::new_on(threads, operator.stiffness_nodes(), factor)
 }
 
 /// The transform that such convolutions are made with.

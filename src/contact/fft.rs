@@ -39,6 +39,8 @@ use blocks::{cut, cut_pairs};
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
 use padded::Padded;
+
+pub(crate) use padded::in_corner;
 use registers::Vectorize;
 
 pub use row::{Band, Row};
@@ -232,7 +234,7 @@ impl<T: Real> Transform<T> {
     ) {
         let count = self.map[0] * self.map[1];
         assert_eq!((field.len(), out.len()), (count, count));
-        self.begin(&mut Source(field), scratch);
+        self.begin_with(field, scratch);
         self.multiply(kernel, scratch);
         self.finish(&mut Sink(Band::of(out)), scratch);
     }
@@ -240,6 +242,11 @@ impl<T: Real> Transform<T> {
     /// Begins a convolution of the map whose rows are written.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Held::Nothing, Held::Spectra, rows, scratch);
+    }
+
+    /// Begins the convolution of a map.
+    pub fn begin_with(&self, field: &[T], scratch: &mut Scratch<T>) {
+        self.begin(&mut Source(field), scratch);
     }
 
     /// Goes on with a convolution: forward, multiply, inverse, a few columns at a time. Returns the
@@ -320,12 +327,7 @@ impl<T: Real> Transform<T> {
 
     /// Lets rows of maps be seen as rows of the whole mesh.
     fn padded_rows<P: Rows<T>>(&self, rows: &mut P, see: impl FnOnce(&mut Padded<P>)) {
-        let mut padded = Padded {
-            nodes: self.map,
-            rows: rows.split_off(Row::new(0, self.map[1])),
-        };
-        see(&mut padded);
-        rows.append(padded.rows);
+        in_corner(self.map, rows, see);
     }
 
     fn way<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Way<'a, T> {

@@ -51,6 +51,7 @@ mod shift;
 mod start;
 mod state;
 mod steps;
+mod stiffness;
 mod survey;
 mod watch;
 
@@ -64,6 +65,7 @@ use extension::Extension;
 use passes::{Base, Expected, Sample};
 use shift::Nodes;
 use steps::Steps;
+use stiffness::Stiffness;
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
@@ -165,7 +167,7 @@ pub struct Solver {
     single: Transform<f32>,
     single_scratch: Scratch<f32>,
     single_displacement: Kernel<f32>,
-    single_stiffness: Kernel<f32>,
+    stiffness: Stiffness,
     nodal_stiffness: f64,
     nodal_compliance: f64,
 
@@ -257,7 +259,7 @@ impl Solver {
             increment: vec![0.0; cells],
             sample: Sample::new(nodes),
             free_nodes: 0.0,
-            extension: Extension::new(nodes),
+            extension: Extension::new(nodes, body.stiffness_nodes()),
             asking: Nodes::default(),
             last_moves: Vec::new(),
             double,
@@ -266,7 +268,7 @@ impl Solver {
             single_scratch: single.scratch_on(threads.clone()),
             single,
             single_displacement: elasticity::displacement_on(&threads, &*body),
-            single_stiffness: elasticity::stiffness_on(&threads, &*body),
+            stiffness: Stiffness::new(&threads, &*body),
             nodal_stiffness: body.nodal_stiffness(&threads),
             nodal_compliance: body.nodal_compliance(&threads),
             pairs: 0,
@@ -280,6 +282,7 @@ impl Solver {
     pub fn work_on(&mut self, threads: Threads) {
         self.double_scratch.work_on(threads.clone());
         self.single_scratch.work_on(threads.clone());
+        self.stiffness.work_on(&threads);
         self.threads = threads;
     }
 

@@ -2,6 +2,7 @@
 
 mod asperities;
 pub mod block;
+pub mod boundary;
 pub mod checks;
 mod hardness;
 pub mod keys;
@@ -77,7 +78,10 @@ pub struct Params {
     pub pressures: Pressures,
     /// What lies beyond the edges of the surface; a recipe says so where that is not the surface
     /// again, as it was before there was a choice.
-    #[serde(skip_serializing_if = "Boundary::is_periodic")]
+    #[serde(
+        skip_serializing_if = "Boundary::is_periodic",
+        serialize_with = "boundary::recipe"
+    )]
     pub boundary: Boundary,
     /// The highest pressure that the material bears; a recipe has none where it is elastic under any,
     /// as all were before there was a choice.
@@ -335,21 +339,6 @@ impl Watch for LoadWatch<'_> {
         let [before, after] = self.shares;
         let done = (f64::from(pairs) / self.expected).min(1.0);
         (self.context.advance)(before + done * (after - before));
-    }
-}
-
-/// What lies beyond the edges of the surface in the table of one task.
-pub fn boundary(solved: &Table) -> Boundary {
-    let words = solved.texts(BOUNDARY.name);
-    let is_free = words.is_ok_and(|words| {
-        words
-            .iter()
-            .flatten()
-            .any(|word| word == Boundary::Free.name())
-    });
-    match is_free {
-        true => Boundary::Free,
-        false => Boundary::Periodic,
     }
 }
 

@@ -35,3 +35,17 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
         self.rows.append(later.rows);
     }
 }
+
+/// Lets the rows of a map of `nodes` be seen as rows of a larger one, of which it is a corner.
+pub fn in_corner<T: Real, P: Rows<T>>(
+    nodes: [usize; 2],
+    rows: &mut P,
+    see: impl FnOnce(&mut Padded<P>),
+) {
+    let mut padded = Padded {
+        nodes,
+        rows: rows.split_off(Row::new(0, nodes[1])),
+    };
+    see(&mut padded);
+    rows.append(padded.rows);
+}

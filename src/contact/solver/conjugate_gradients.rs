@@ -198,9 +198,10 @@ impl Solver {
             asking,
         ));
         let (single, scratch) = (&self.single, &mut self.single_scratch);
-        single.peek_kept(&self.sample.pairs(), &mut peek, scratch);
+        let stiffness = &mut self.stiffness;
+        stiffness.peek_kept(&self.sample.pairs(), &mut peek, single, scratch);
         if sees_all_rows || peek.0.saw_too_little() {
-            single.peek_kept(&self.sample.other_pairs(), &mut peek, scratch);
+            stiffness.peek_kept(&self.sample.other_pairs(), &mut peek, single, scratch);
         }
         let means = peek.0.means();
         let Some(asking) = peek.0.asking() else {
@@ -265,10 +266,11 @@ impl Solver {
             heights: &self.single_heights,
             sums: InOrder::new(),
         });
+        let (single, scratch) = (&self.single, &mut self.single_scratch);
         if is_last {
-            self.single.finish_kept(&mut pass, &mut self.single_scratch);
+            self.stiffness.finish_kept(&mut pass, single, scratch);
         } else {
-            self.single.turn_kept(&mut pass, &mut self.single_scratch);
+            self.stiffness.turn_kept(&mut pass, single, scratch);
         }
         pass.0.sums.total()
     }

@@ -12,27 +12,29 @@ impl Solver {
     pub(super) fn begin_correction(&mut self, offset: f64) {
         self.extension.extend(&self.threads);
         let mut pass = Wide(Extend {
+            map: self.nodes,
             offset: offset as f32,
             gap: &self.gap,
             carry: &self.carry,
             active: &self.active,
             continued: self.extension.continued_rows(),
         });
-        self.single.begin(&mut pass, &mut self.single_scratch);
+        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        self.stiffness.begin(&mut pass, single, scratch);
     }
 
     /// Goes on as far as to the rows of the correction, all but what is to be given to them, and keeps
     /// them: one pair.
     pub(super) fn correct(&mut self) {
-        let scratch = &mut self.single_scratch;
-        self.single.multiply(&self.single_stiffness, scratch);
         self.pairs += 1;
         let mut pass = Wide(TakeOthers {
+            map: self.nodes,
             carry: &self.carry,
             active: &self.active,
             taken: self.extension.taken_rows(),
         });
-        self.single.finish_and_keep(&mut pass, scratch);
+        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        self.stiffness.finish_and_keep(&mut pass, single, scratch);
         self.extension.collect(&self.threads);
     }
 }

@@ -42,7 +42,9 @@ pub struct Extension {
     levels: Vec<Level>,
     /// What rows of the smallest blocks have taken for the rows before them, and for those after.
     for_neighbours: [Vec<f32>; 2],
-    /// Of the map, along x and y.
+    /// Of the map, along x and y,
+    map: [usize; 2],
+    /// and of the mesh that it is a corner of.
     nodes: [usize; 2],
     /// Else it continues by zeros: corrections are then less far-reaching, for a search that has gone
     /// astray with others.
@@ -62,7 +64,9 @@ struct Level {
 }
 
 impl Extension {
-    pub fn new(nodes: [usize; 2]) -> Self {
+    /// Over a mesh of `nodes`, of which the map is a corner or all. Nodes around it are as free as those under
+    /// an open gap.
+    pub fn new(map: [usize; 2], nodes: [usize; 2]) -> Self {
         let (mut side, mut levels) = (SIDE, Vec::new());
         loop {
             let blocks = nodes.map(|nodes| nodes.div_ceil(side));
@@ -83,6 +87,7 @@ impl Extension {
         Self {
             levels,
             for_neighbours: [vec![0.0; smallest], vec![0.0; smallest]],
+            map,
             nodes,
             continues: true,
         }
@@ -93,6 +98,10 @@ impl Extension {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
         }
+        // What lies there was not asked.
+        let smallest = &mut self.levels[0];
+        let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
+        smallest.values[asked..].fill(0.0);
         for finer in 0..self.levels.len() - 1 {
             let [fine, coarse] = self.pair(finer);
             for (of, to) in [

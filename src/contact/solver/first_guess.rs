@@ -11,6 +11,7 @@ use super::lanes::over_rows;
 use super::passes::{CountHeights, Expected, Highest, PressAbove};
 use super::{Hardness, Solver};
 use crate::contact::elasticity;
+use crate::contact::fft::Transform;
 
 /// Contact over load, in units of 1 / (E* × rms slope), of rough surfaces under light loads: from
 /// 2 to 2.5 by all of theory and calculation.
@@ -168,13 +169,13 @@ impl Solver {
     /// Fills the pressure with the one of zero mean that flattens the heights, as far as the stiffness
     /// is exact: one pair.
     pub(super) fn fill_with_full_contact(&mut self) {
-        self.double_scratch.take_over(&mut self.single_scratch);
-        self.double.convolve(
-            &elasticity::stiffness_on(&self.threads, &*self.body),
-            &self.heights,
-            &mut self.pressure,
-            &mut self.double_scratch,
-        );
+        let stiffness = elasticity::stiffness_on(&self.threads, &*self.body);
+        let transform = Transform::padded(self.nodes, self.body.stiffness_nodes());
+        let mut scratch = transform.scratch_on(self.threads.clone());
+        scratch.take_over(&mut self.single_scratch);
+        scratch.take_over(&mut self.double_scratch);
+        transform.convolve(&stiffness, &self.heights, &mut self.pressure, &mut scratch);
+        self.double_scratch.take_over(&mut scratch);
         self.pairs += 1;
     }
 }

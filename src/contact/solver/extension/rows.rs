@@ -29,7 +29,7 @@ impl Extension {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
         AskedRows {
-            rows: self.nodes[0],
+            rows: self.map[0],
             blocks,
             free: Band::of(&mut smallest.free),
             values: Band::of(&mut smallest.values),
@@ -205,7 +205,8 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
 }
 
 impl TakenRows<'_> {
-    /// Takes a row, where nodes are not marked as free, as no node is but in these groups.
+    /// Takes a row, where nodes are not marked as free, as no node is but in these groups, and beyond the
+    /// marks.
     #[inline(always)]
     pub fn take_row<S: Simd, const R: usize>(
         &mut self,
@@ -222,13 +223,15 @@ impl TakenRows<'_> {
         } else {
             after
         };
-        let own = &mut here[SIDE..][..values.len()];
-        let other = &mut neighbour[SIDE..][..values.len()];
+        let (values, beyond) = values.split_at(carry.len());
+        let (own, own_beyond) = here[SIDE..].split_at_mut(carry.len());
+        let (other, other_beyond) = neighbour[SIDE..].split_at_mut(carry.len());
+        let shares = shares::<SIDE>(part);
+        take_all(shares, own_beyond, other_beyond, beyond);
         let (own, last_own) = split_mut::<S, R>(own);
         let (other, last_other) = split_mut::<S, R>(other);
         let (values, last_values) = split::<S, R>(values);
         let (carry, last_carry) = split::<S, R>(carry);
-        let shares = shares::<SIDE>(part);
         take(simd, shares, groups, own, other, values, carry);
         let rest = &ALL[..last_values.len()];
         take(
@@ -283,6 +286,14 @@ fn take<S: Simd, const R: usize>(
         }
         *own = Lanes::of(simd, *own).plus(of_own, taken).numbers();
         *other = Lanes::of(simd, *other).plus(of_other, taken).numbers();
+    }
+}
+
+#[inline(always)]
+fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], values: &[f32]) {
+    for ((own, other), value) in own.iter_mut().zip(other).zip(values) {
+        *own += of_own * value;
+        *other += of_other * value;
     }
 }
 

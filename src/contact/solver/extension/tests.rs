@@ -32,10 +32,10 @@ fn over<P>(
 ) {
     let mut parts = vec![whole];
     let mut firsts = vec![0];
-    for cut in cuts.iter().rev() {
-        let part = split_off(&mut parts[0], Row::new(*cut, nodes[1]));
+    for cut in cuts.iter().rev().map(|cut| *cut.min(&nodes[0])) {
+        let part = split_off(&mut parts[0], Row::new(cut, nodes[1]));
         parts.insert(1, part);
-        firsts.insert(1, *cut);
+        firsts.insert(1, cut);
     }
     for row in rows(nodes) {
         let part = firsts.partition_point(|first| *first <= row.index()) - 1;
@@ -43,11 +43,11 @@ fn over<P>(
     }
 }
 
-/// What is asked for where the marks are free, continued.
+/// What is asked for where the marks are free, continued over the mesh that the map is a corner of.
 fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[f32]) -> Vec<f32> {
-    let nodes = extension.nodes;
+    let [map, nodes] = [extension.map, extension.nodes];
     over(
-        nodes,
+        map,
         cuts,
         extension.asked_rows(),
         AskedRows::split_off,
@@ -56,7 +56,7 @@ fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[
         },
     );
     extension.extend(&Threads::one());
-    let mut values = vec![0.0; asked.len()];
+    let mut values = vec![0.0; nodes[0] * nodes[1]];
     over(
         nodes,
         cuts,
@@ -82,20 +82,23 @@ fn handed_back(
     values: &[f32],
     carry: &[f32],
 ) -> Vec<f32> {
-    let nodes = extension.nodes;
+    let [map, nodes] = [extension.map, extension.nodes];
     over(
         nodes,
         cuts,
         extension.taken_rows(),
         TakenRows::split_off,
         |part, row| {
-            part.take_row::<_, 1>(Scalar512b, row, row.of(values), row.of(carry), &[true; 64])
+            let inside = row.index() < map[0];
+            let marks = inside.then(|| Row::new(row.index(), map[1]).of(carry));
+            let marks = marks.unwrap_or_default();
+            part.take_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
         },
     );
     extension.collect(&Threads::one());
-    let mut given = vec![0.0; values.len()];
+    let mut given = vec![0.0; carry.len()];
     over(
-        nodes,
+        map,
         cuts,
         extension.given_rows(),
         |part, _| part.split_off(),
@@ -110,13 +113,22 @@ fn marks(seed: u64, count: usize, share: f32) -> Vec<f32> {
     noise(seed, count).into_iter().map(marked).collect()
 }
 
+/// A map on the mesh that it is a corner of, and `beyond` around it.
+fn in_corner(map: &[f32], [own, nodes]: [[usize; 2]; 2], beyond: f32) -> Vec<f32> {
+    let mut all = vec![beyond; nodes[0] * nodes[1]];
+    for (values, row) in all.chunks_mut(nodes[1]).zip(rows(own)) {
+        values[..own[1]].copy_from_slice(row.of(map));
+    }
+    all
+}
+
 fn dot(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum()
 }
 
 #[test]
 fn handing_back_is_the_transpose_of_continuing() {
-    for (seed, nodes) in [
+    let whole = [
         [64, 64],
         [50, 37],
         [128, 6],
@@ -125,26 +137,30 @@ fn handing_back_is_the_transpose_of_continuing() {
         [1, 9],
         [3, 3],
         [1, 1],
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let count = nodes[0] * nodes[1];
+    ];
+    let corners = [
+        [[40, 48], [64, 64]],
+        [[50, 37], [96, 64]],
+        [[33, 5], [33, 10]],
+        [[1, 1], [2, 2]],
+    ];
+    let meshes = whole.map(|nodes| [nodes; 2]).into_iter().chain(corners);
+    for (seed, [map, nodes]) in meshes.enumerate() {
+        let count = map[0] * map[1];
         let carry = marks(7 + seed as u64, count, 0.2);
         let free: Vec<f32> = carry
             .iter()
             .map(|carry| weight(has(*carry, FREE)))
             .collect();
-        let chosen = |values: Vec<f32>, of: &dyn Fn(f32) -> f32| -> Vec<f32> {
-            values
-                .iter()
-                .zip(&free)
-                .map(|(value, free)| value * of(*free))
-                .collect()
+        let product = |values: Vec<f32>, weights: &[f32]| -> Vec<f32> {
+            let weighed = values.iter().zip(weights);
+            weighed.map(|(value, weight)| value * weight).collect()
         };
-        let asked = chosen(noise(1, count), &|free| free);
-        let outside = chosen(noise(2, count), &|free| 1.0 - free);
-        let mut extension = Extension::new(nodes);
+        let fixed: Vec<f32> = free.iter().map(|free| 1.0 - free).collect();
+        let fixed = in_corner(&fixed, [map, nodes], 1.0);
+        let asked = product(noise(1, count), &free);
+        let outside = product(noise(2, fixed.len()), &fixed);
+        let mut extension = Extension::new(map, nodes);
         let forth = dot(&continued(&mut extension, &[], &asked, &carry), &outside);
         let back = dot(&asked, &handed_back(&mut extension, &[], &outside, &carry));
         assert!(
@@ -159,7 +175,7 @@ fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
     let nodes = [96, 80];
     let asked = vec![2.0; 96 * 80];
     let carry = vec![f32::from_bits(FREE); 96 * 80];
-    let values = continued(&mut Extension::new(nodes), &[], &asked, &carry);
+    let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
     // Zero around the whole map counts for a fifth of it, and that for a fifth of its quarters.
     assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
 }
@@ -169,7 +185,7 @@ fn what_one_node_asks_for_fades_with_the_distance() {
     let nodes = [64, 64];
     let (mut asked, mut carry) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
     (asked[0], carry[0]) = (1.0, f32::from_bits(FREE));
-    let values = continued(&mut Extension::new(nodes), &[], &asked, &carry);
+    let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
     let diagonal = [1, 4, 8, 16, 31].map(|place| values[place * 65]);
     assert!(
         diagonal.is_sorted_by(|near, far| near > far),
@@ -184,7 +200,7 @@ fn the_map_repeats() {
     let from = |node: usize| {
         let (mut asked, mut carry) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
         (asked[node], carry[node]) = (1.0, f32::from_bits(FREE));
-        continued(&mut Extension::new(nodes), &[], &asked, &carry)
+        continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry)
     };
     // Half a side on, all blocks but the largest lie as before.
     let (corner, middle) = (from(0), from(32 * 65));
@@ -198,17 +214,21 @@ fn the_map_repeats() {
 
 #[test]
 fn rows_of_several_threads_come_to_the_same_bits() {
-    for nodes in [[64, 48], [50, 37]] {
-        let count = nodes[0] * nodes[1];
+    for (map, nodes) in [
+        ([64, 48], [64, 48]),
+        ([50, 37], [50, 37]),
+        ([50, 37], [64, 64]),
+    ] {
+        let count = map[0] * map[1];
         let carry = marks(3, count, 0.3);
         let asked: Vec<f32> = noise(4, count)
             .iter()
             .zip(&carry)
             .map(|(asked, carry)| weight::<f32>(has(*carry, FREE)) * asked)
             .collect();
-        let values = noise(5, count);
+        let values = noise(5, nodes[0] * nodes[1]);
         let both = |cuts: &[usize]| {
-            let mut extension = Extension::new(nodes);
+            let mut extension = Extension::new(map, nodes);
             let continued = continued(&mut extension, cuts, &asked, &carry);
             let given = handed_back(&mut extension, cuts, &values, &carry);
             [continued, given].map(|map| map.into_iter().map(f32::to_bits).collect::<Vec<_>>())

@@ -9,7 +9,10 @@ use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
 use crate::contact::fft::Row;
 
 /// Transforms the gap where nodes are free, and its continuation elsewhere.
+///
+/// The map may be a corner of the mesh; around it everything is continued.
 pub struct Extend<'a> {
+    pub map: [usize; 2],
     /// Level of the gap.
     pub offset: f32,
     pub gap: &'a [f32],
@@ -24,6 +27,14 @@ impl Pass<f32> for Extend<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let [(own, of_own), (other, of_other)] = self.continued.row(row);
+        let [rows, row_nodes] = self.map;
+        let inside = if row.index() < rows { row_nodes } else { 0 };
+        let (values, beyond) = values.split_at_mut(inside);
+        continue_all([of_own, of_other], beyond, &own[inside..], &other[inside..]);
+        if inside == 0 {
+            return;
+        }
+        let row = Row::new(row.index(), row_nodes);
         let (own, last_own) = split::<S, R>(&own[..values.len()]);
         let (other, last_other) = split::<S, R>(&other[..values.len()]);
         let (values, last_values) = split_mut::<S, R>(values);
@@ -54,6 +65,13 @@ impl Pass<f32> for Extend<'_> {
     }
 
     fn append(&mut self, _: Self) {}
+}
+
+#[inline(always)]
+fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], other: &[f32]) {
+    for (value, (own, other)) in values.iter_mut().zip(own.iter().zip(other)) {
+        *value = of_own * own + of_other * other;
+    }
 }
 
 /// Between the gap less offset and what lies between two rows.
@@ -97,6 +115,7 @@ impl Choose {
 
 /// Takes from rows of corrections what belongs on nodes that are not free.
 pub struct TakeOthers<'a> {
+    pub map: [usize; 2],
     /// Marked where nodes are free.
     pub carry: &'a [f32],
     /// Where they may be.
@@ -107,9 +126,14 @@ pub struct TakeOthers<'a> {
 impl Pass<f32> for TakeOthers<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let carry = row.of(self.carry);
-        let free = self.active.free_row(row);
-        self.taken.take_row::<S, R>(simd, row, values, carry, free);
+        let [rows, row_nodes] = self.map;
+        if row.index() < rows {
+            let carry = Row::new(row.index(), row_nodes).of(self.carry);
+            let free = self.active.free_row(row);
+            self.taken.take_row::<S, R>(simd, row, values, carry, free);
+        } else {
+            self.taken.take_row::<S, R>(simd, row, values, &[], &[]);
+        }
     }
 
     fn split_off(&mut self, row: Row) -> Self {
