@@ -45,6 +45,20 @@ pub trait ElasticOperator: Send + Sync {
     /// Zero for the mean, so that nothing asks for another load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
+    /// The displacement of waves of 0, 1, … periods along one axis and so many along the other.
+    fn displacements(&self, along: Axis, across: usize, displacements: &mut [f64]) {
+        for (waves, displacement) in displacements.iter_mut().enumerate() {
+            *displacement = self.displacement(along.of(waves, across));
+        }
+    }
+
+    /// The stiffness of such waves.
+    fn stiffnesses(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
+        for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
+            *stiffness = self.stiffness(along.of(waves, across));
+        }
+    }
+
     /// Whether the stiffness is the inverse of the displacement, on maps of zero mean. Then one
     /// pressure flattens any heights, and contact can be full.
     fn stiffness_is_exact(&self) -> bool;
@@ -56,17 +70,37 @@ pub trait ElasticOperator: Send + Sync {
     /// The displacement of one node, in units of cell sides, under a unit pressure on this node
     /// alone, in units of E*.
     fn nodal_compliance(&self, threads: &Threads) -> f64 {
-        mean_over_waves(threads, self.convolved_nodes(), |waves| {
-            self.displacement(waves)
+        mean_over_waves(threads, self.convolved_nodes(), |k_x, factors| {
+            self.displacements(Axis::Y, k_x, factors);
         })
     }
 
     /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
     /// alone asks for.
     fn nodal_stiffness(&self, threads: &Threads) -> f64 {
-        mean_over_waves(threads, self.stiffness_nodes(), |waves| {
-            self.stiffness(waves)
+        mean_over_waves(threads, self.stiffness_nodes(), |k_x, factors| {
+            self.stiffnesses(Axis::Y, k_x, factors);
         })
+    }
+}
+
+/// One of the two axes of a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// Across its rows.
+    X,
+    /// Along its rows.
+    Y,
+}
+
+impl Axis {
+    /// So many waves along this axis and along the other one, as waves along x and y.
+    #[inline]
+    fn of(self, along: usize, across: usize) -> [usize; 2] {
+        match self {
+            Axis::X => [along, across],
+            Axis::Y => [across, along],
+        }
     }
 }
 
@@ -80,8 +114,10 @@ pub(crate) fn displacement_on<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
 ) -> Kernel<T> {
-    let factor = |k_x, k_y| operator.displacement([k_x, k_y]);
-    Kernel::new_on(threads, operator.convolved_nodes(), factor)
+    let nodes = operator.convolved_nodes();
+    Kernel::of_columns(threads, nodes, |k_y, factors| {
+        operator.displacements(Axis::X, k_y, factors);
+    })
 }
 
 /// The convolution from displacement to pressure.
@@ -94,8 +130,10 @@ pub(crate) fn stiffness_on<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
 ) -> Kernel<T> {
-    let factor = |k_x, k_y| operator.stiffness([k_x, k_y]);
-    Kernel::new_on(threads, operator.stiffness_nodes(), factor)
+    let nodes = operator.stiffness_nodes();
+    Kernel::of_columns(threads, nodes, |k_y, factors| {
+        operator.stiffnesses(Axis::X, k_y, factors);
+    })
 }
 
 /// The transform that such convolutions are made with.
@@ -106,23 +144,21 @@ pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
 /// Rows of factors that are evaluated before they are added up.
 const ROWS_AT_ONCE: usize = 64;
 
-/// A node's own share of a convolution: the mean of its factors. Threads evaluate them, and one adds them
-/// up in their order.
+/// A node's own share of a convolution: the mean of its factors, of which `factors` sets those of one k_x and
+/// k_y = 0, 1, …. Threads evaluate them, and one adds them up in their order.
 fn mean_over_waves(
     threads: &Threads,
     [nodes_x, nodes_y]: [usize; 2],
-    factor: impl Fn([usize; 2]) -> f64 + Sync,
+    factors: impl Fn(usize, &mut [f64]) + Sync,
 ) -> f64 {
     let waves_y = nodes_y / 2 + 1;
-    let mut factors = vec![0.0; ROWS_AT_ONCE * waves_y];
+    let mut values = vec![0.0; ROWS_AT_ONCE * waves_y];
     let mut sum = 0.0;
     for first in (0..nodes_x).step_by(ROWS_AT_ONCE) {
-        let rows = factors.chunks_exact_mut(waves_y).zip(first..nodes_x);
+        let rows = values.chunks_exact_mut(waves_y).zip(first..nodes_x);
         let mut rows: Vec<(&mut [f64], usize)> = rows.collect();
         let evaluate = |(): &mut (), (row, k_x): &mut (&mut [f64], usize)| {
-            for (k_y, value) in row.iter_mut().enumerate() {
-                *value = factor([magnitude(*k_x, nodes_x), k_y]);
-            }
+            factors(magnitude(*k_x, nodes_x), row);
         };
         let crew = threads.crew(rows.len() * nodes_y);
         crew.each(&mut Vec::new(), || (), &mut rows, evaluate);

@@ -122,21 +122,30 @@ impl<T: Real> Kernel<T> {
     /// The convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for these up
     /// to N_x/2 and N_y/2.
     pub fn new(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64 + Sync) -> Self {
-        Self::new_on(&Threads::one(), nodes, factor)
+        Self::of_columns(&Threads::one(), nodes, |k_y, factors| {
+            for (k_x, value) in factors.iter_mut().enumerate() {
+                *value = factor(k_x, k_y);
+            }
+        })
     }
 
-    /// The same by several threads.
-    pub fn new_on(
+    /// The same, of which `factors` sets those of one |k_y| and |k_x| = 0, 1, …, N_x/2, made by several threads.
+    pub fn of_columns(
         threads: &Threads,
         nodes: [usize; 2],
-        factor: impl Fn(usize, usize) -> f64 + Sync,
+        factors: impl Fn(usize, &mut [f64]) + Sync,
     ) -> Self {
         // What two unnormalised transforms leave.
         let normalisation = 1.0 / (nodes[0] as f64 * nodes[1] as f64);
-        let factor = |k_x, k_y| normalisation * factor(k_x, k_y);
+        let normalised = |k_y: usize, column: &mut [f64]| {
+            factors(k_y, column);
+            for factor in column {
+                *factor *= normalisation;
+            }
+        };
         let factors = match plan_packed(nodes[0], nodes) {
-            Some(packed) => packed.kernel(threads, factor),
-            None => half_spectrum::kernel(nodes, factor),
+            Some(packed) => packed.kernel(threads, normalised),
+            None => half_spectrum::kernel(nodes, normalised),
         };
         Self { nodes, factors }
     }

@@ -100,6 +100,7 @@ impl Cell {
     }
 
     /// The longer side.
+    #[inline]
     pub fn longer_side(&self) -> f64 {
         self.size[0].max(self.size[1])
     }
@@ -110,6 +111,7 @@ impl Cell {
     }
 
     /// The wavevector of so many waves along x and y, in units of 2π over the longer side.
+    #[inline]
     pub fn wavevector(&self, waves: [f64; 2]) -> [f64; 2] {
         let [aspect_x, aspect_y] = self.aspect();
         [waves[0] * aspect_x, waves[1] * aspect_y]
@@ -117,12 +119,14 @@ impl Cell {
 
     /// Length of the wavevector of so many waves along x and y, in units of 2π over the longer
     /// side.
+    #[inline]
     pub fn wavenumber(&self, waves: [f64; 2]) -> f64 {
         let [k_x, k_y] = self.wavevector(waves);
         (k_x * k_x + k_y * k_y).sqrt()
     }
 
     /// The longer side over either side; exactly one on a square, so that wavenumbers are whole.
+    #[inline]
     pub fn aspect(&self) -> [f64; 2] {
         self.size.map(|side| self.longer_side() / side)
     }

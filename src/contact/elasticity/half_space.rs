@@ -38,6 +38,7 @@ impl PeriodicHalfSpace {
     }
 
     /// Nyquist waves keep the full |q|: on a mesh they are waves like any other.
+    #[inline(always)]
     fn wavenumber(&self, waves: [usize; 2]) -> f64 {
         self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
     }
@@ -49,12 +50,14 @@ impl ElasticOperator for PeriodicHalfSpace {
     }
 
     /// 2/|q|, and zero at q = 0.
+    #[inline(always)]
     fn displacement(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
         if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
     }
 
     /// |q|/2.
+    #[inline(always)]
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         PI * self.wavenumber(waves)
     }

@@ -56,11 +56,17 @@ struct ColumnShare<'a, T> {
 
 /// The factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
 /// `|k_y| * (N_x/2 + 1) + |k_x|`.
-pub fn kernel<T: Real>(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64) -> Aligned<T> {
+pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -> Aligned<T> {
     let [waves_x, waves_y] = nodes.map(|nodes| nodes / 2 + 1);
-    (0..waves_x * waves_y)
-        .map(|index| T::nearest(factor(index % waves_x, index / waves_x)))
-        .collect()
+    let mut column = vec![0.0; waves_x];
+    let mut kernel = Aligned::zeros(waves_x * waves_y);
+    for (k_y, kernel) in kernel.chunks_exact_mut(waves_x).enumerate() {
+        factors(k_y, &mut column);
+        for (value, factor) in kernel.iter_mut().zip(&column) {
+            *value = T::nearest(*factor);
+        }
+    }
+    kernel
 }
 
 impl<T: Real> HalfSpectrum<T> {

@@ -116,13 +116,14 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// The kernel with `factor(|k_x|, |k_y|)`, as [`Packed::multiply`] reads it.
+    /// The kernel whose factors of one |k_y| and |k_x| = 0, 1, …, N_x/2 are set, as [`Packed::multiply`]
+    /// reads it.
     pub fn kernel(
         &self,
         threads: &Threads,
-        factor: impl Fn(usize, usize) -> f64 + Sync,
+        factors: impl Fn(usize, &mut [f64]) + Sync,
     ) -> Aligned<T> {
-        self.columns.kernel(threads, factor)
+        self.columns.kernel(threads, factors)
     }
 
     /// Nothing yet: the first convolution makes room.

@@ -154,9 +154,12 @@ fn packed_error<T: Real>(
 ) -> Option<f64> {
     let packed = Packed::<T>::new(nodes[0], nodes, instructions)?;
     Some(worst_error(nodes, |field, out| {
-        let kernel = packed.kernel(&Threads::one(), |k_x, k_y| {
-            factor(k_x, k_y) / field.len() as f64
-        });
+        let factors = |k_y: usize, column: &mut [f64]| {
+            for (k_x, value) in column.iter_mut().enumerate() {
+                *value = factor(k_x, k_y) / field.len() as f64;
+            }
+        };
+        let kernel = packed.kernel(&Threads::one(), factors);
         let mut scratch = packed.scratch();
         let one = &Threads::one();
         let rows = &mut Source(field);

@@ -50,28 +50,31 @@ impl<T: Real> Columns<T> {
     pub fn kernel(
         &self,
         threads: &Threads,
-        factor: impl Fn(usize, usize) -> f64 + Sync,
+        factors: impl Fn(usize, &mut [f64]) + Sync,
     ) -> Aligned<T> {
         let ([nodes_x, nodes_y], l) = (self.nodes, self.lanes);
         let (tiles, blocks) = (nodes_y / l, nodes_x / 2 / l);
         let of_tile = nodes_x * l;
         let mut kernel = Aligned::zeros((tiles / 2 + 1) * of_tile);
         let mut shares: Vec<_> = kernel.chunks_exact_mut(of_tile).enumerate().collect();
-        let fill = |(): &mut (), (tile, kernel): &mut (usize, &mut [T])| {
-            for (place, registers) in kernel.chunks_exact_mut(2 * l).enumerate() {
-                let (block, p) = (place / l, place % l);
-                let k_y = magnitude(*tile + p * tiles, nodes_y);
-                let (sums, differences) = registers.split_at_mut(l);
-                for (p, (sum, difference)) in sums.iter_mut().zip(differences).enumerate() {
-                    let k_x = block + p * blocks;
-                    let (near, far) = (factor(k_x, k_y), factor(nodes_x / 2 - k_x, k_y));
-                    *sum = T::nearest(near + far);
-                    *difference = T::nearest(near - far);
+        let fill = |column: &mut Vec<f64>, (tile, kernel): &mut (usize, &mut [T])| {
+            for p in 0..l {
+                factors(magnitude(*tile + p * tiles, nodes_y), column);
+                let registers = kernel.chunks_exact_mut(2 * l).skip(p).step_by(l);
+                for (block, registers) in registers.enumerate() {
+                    let (sums, differences) = registers.split_at_mut(l);
+                    for (p, (sum, difference)) in sums.iter_mut().zip(differences).enumerate() {
+                        let k_x = block + p * blocks;
+                        let (near, far) = (column[k_x], column[nodes_x / 2 - k_x]);
+                        *sum = T::nearest(near + far);
+                        *difference = T::nearest(near - far);
+                    }
                 }
             }
         };
         let crew = threads.crew(nodes_x * nodes_y);
-        crew.each(&mut Vec::new(), || (), &mut shares, fill);
+        let column = || vec![0.0; nodes_x / 2 + 1];
+        crew.each(&mut Vec::new(), column, &mut shares, fill);
         drop(shares);
         kernel
     }
