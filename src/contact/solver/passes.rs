@@ -14,7 +14,7 @@ mod update_pressure;
 
 pub use ask::{Ask, Onwards};
 pub use base::Base;
-pub use bounded::{PromoteYielding, ScaleElastic, Tally};
+pub use bounded::{PromoteYielding, Tally};
 pub use evaluate::{
     GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack,
 };

@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
-use super::lanes::{LANES, Wide, over_rows, weight};
-use super::passes::{PendingUpdate, PressureInput, PromoteYielding, ScaleElastic, Tally};
+use super::lanes::{Wide, over_rows};
+use super::passes::{PendingUpdate, PressureInput, PromoteYielding, Tally};
 use super::{Hardness, Solver};
 use crate::contact::fft::Band;
 
@@ -60,15 +60,13 @@ impl Solver {
             self.nodes[1],
             &mut promote,
         );
-        let scale = if pending.part < 1.0 {
+        let mut tally = promote.tally;
+        if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
-            self.scale_of_elastic(hardness)
-        } else {
-            let tally = promote.tally;
-            self.scale_after(&tally)
-        };
-        if SCALES.contains(&scale) {
-            return self.share_out_by(hardness, scale);
+            tally = self.tally(hardness);
+        }
+        if SCALES.contains(&self.scale_after(&tally)) {
+            return self.share_out_after(tally);
         }
         self.shift_free_nodes(hardness);
         self.share_out(hardness)
@@ -111,58 +109,47 @@ impl Solver {
     /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how much;
     /// what passes the hardness on the way is saturated.
     pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
-        let scale = self.scale_of_elastic(hardness);
-        self.share_out_by(hardness, scale)
+        let tally = self.tally(hardness);
+        self.share_out_after(tally)
     }
 
-    /// The same where it is known by what elastic pressures are to be scaled first.
-    fn share_out_by(&mut self, hardness: Hardness, mut scale: f64) -> f64 {
+    fn share_out_after(&mut self, mut tally: Tally) -> f64 {
         let mut scaled = 1.0;
         for _ in 0..ROUNDS {
+            let scale = self.scale_after(&tally);
+            // Saturated nodes may bear it all.
+            let is_possible = scale >= *SCALES.start() && scale.is_finite() || scale == 0.0;
+            if !is_possible {
+                break;
+            }
             if scale == 1.0 {
                 return scaled;
             }
+            let saturated = tally.scale(&mut self.pressure, scale);
             if scale == 0.0 {
-                // Saturated nodes bear it all.
-                let nothing = |p: &mut f64| *p *= weight::<f64>(*p >= hardness.pressure());
-                self.pressure.iter_mut().for_each(nothing);
                 return scaled;
             }
-            if !(scale >= *SCALES.start() && scale.is_finite()) {
-                break;
-            }
-            let mut scaling = ScaleElastic {
-                scale,
-                hardness: hardness.pressure(),
-                highest: [0.0; LANES],
-            };
-            over_rows(
-                &self.threads,
-                &mut self.pressure,
-                self.nodes[1],
-                &mut scaling,
-            );
             scaled *= scale;
-            if scaling.highest.into_iter().all(|p| p < hardness.pressure()) {
+            if saturated == 0 {
                 return scaled;
             }
-            scale = self.scale_of_elastic(hardness);
         }
         self.share_out_anew();
         1.0
     }
 
-    /// By what elastic pressures are to be scaled; those above the hardness are brought down to it.
-    fn scale_of_elastic(&mut self, hardness: Hardness) -> f64 {
+    /// Finds elastic nodes; those above the hardness are brought down to it.
+    fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
         over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut tally);
-        self.scale_after(&tally)
+        tally
     }
 
+    /// By what elastic pressures are to be scaled.
     fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
-        let elastic = tally.elastic.total();
+        let elastic = tally.elastic_sum(&self.pressure, self.nodes[1]);
         if rest.abs() <= ROUNDING * total {
             return if elastic == 0.0 { 1.0 } else { 0.0 };
         }

@@ -1,15 +1,17 @@
-//! Pressures up to the hardness: brought up to date with a search, added up, and scaled.
+//! Pressures up to the hardness: brought up to date with a search, and scaled.
+//!
+//! Few nodes are in elastic contact where a material yields, strips around saturated ones. They are gathered, for their
+//! pressures may have to be scaled several times.
 
 use pulp::Simd;
 
 use super::super::flags::{SATURATED, has};
-use super::super::in_order::InOrder;
-use super::super::lanes::{LANES, Pass, greater, sum_by, weight};
+use super::super::lanes::{LANES, Pass, sum_by, weight};
 use super::base::Base;
 use super::evaluate::promote;
 use crate::contact::fft::Row;
 
-/// Brings pressures up to date with their search, and adds them up. Single precision knows the hardness
+/// Brings pressures up to date with their search, and tallies them. Single precision knows the hardness
 /// less well.
 pub struct PromoteYielding<'a> {
     pub hardness: f64,
@@ -28,7 +30,7 @@ impl Pass<f64> for PromoteYielding<'_> {
             let is_saturated = has(*carry, SATURATED) || *p > self.hardness;
             *p = if is_saturated { self.hardness } else { *p };
         }
-        self.tally.add(pressure);
+        self.tally.add(row, pressure);
     }
 
     fn split_off(&mut self, _: Row) -> Self {
@@ -43,12 +45,13 @@ impl Pass<f64> for PromoteYielding<'_> {
     }
 }
 
-/// Σ of elastic pressures, and how many others there are. As a pass of its own it brings down to the
-/// hardness what is above.
+/// Nodes in elastic contact, and how many saturated ones there are. As a pass of its own it brings down to
+/// the hardness what is above.
 pub struct Tally {
     pub hardness: f64,
-    pub elastic: InOrder<f64>,
     pub saturated_nodes: f64,
+    /// Ascending. Meshes with more of them than this holds fit into no memory.
+    elastic: Vec<u32>,
 }
 
 impl Tally {
@@ -56,33 +59,88 @@ impl Tally {
     pub fn below(hardness: f64) -> Self {
         Self {
             hardness,
-            elastic: InOrder::new(),
             saturated_nodes: 0.0,
+            elastic: Vec::new(),
         }
     }
 
     #[inline(always)]
-    fn add(&mut self, pressure: &[f64]) {
+    fn add(&mut self, row: Row, pressure: &[f64]) {
         let hardness = self.hardness;
-        self.elastic.push(sum_by(pressure, pressure, |p, _| {
-            weight::<f64>(p < hardness) * p
-        }));
         self.saturated_nodes += sum_by(pressure, pressure, |p, _| weight::<f64>(p >= hardness));
+        let (groups, rest) = pressure.as_chunks::<LANES>();
+        let mut first = row.range().start as u32;
+        for group in groups {
+            self.gather(first, group);
+            first += LANES as u32;
+        }
+        self.gather(first, rest);
     }
 
-    fn join(&mut self, later: Self) {
-        self.elastic.append(later.elastic);
+    /// Gathers elastic nodes of no more than a group of neighbours, from the first one on.
+    #[inline(always)]
+    fn gather(&mut self, first: u32, pressures: &[f64]) {
+        let mut elastic = [0; LANES];
+        let mut count = 0;
+        let mut any = false;
+        for p in pressures {
+            any |= (*p != 0.0) & (*p < self.hardness);
+        }
+        if !any {
+            return;
+        }
+        for (node, p) in (first..).zip(pressures) {
+            elastic[count] = node;
+            count += usize::from((*p != 0.0) & (*p < self.hardness));
+        }
+        self.elastic.extend_from_slice(&elastic[..count]);
+    }
+
+    fn join(&mut self, mut later: Self) {
         self.saturated_nodes += later.saturated_nodes;
+        self.elastic.append(&mut later.elastic);
+    }
+
+    /// Σ of elastic pressures: row by row, sixteen partial sums in each.
+    pub fn elastic_sum(&self, pressure: &[f64], row_nodes: usize) -> f64 {
+        let mut sum = 0.0;
+        for nodes in self
+            .elastic
+            .chunk_by(|one, next| *one as usize / row_nodes == *next as usize / row_nodes)
+        {
+            let mut partial = [0.0; LANES];
+            for node in nodes {
+                partial[*node as usize % row_nodes % LANES] += pressure[*node as usize];
+            }
+            sum += partial.into_iter().sum::<f64>();
+        }
+        sum
+    }
+
+    /// Scales elastic pressures, and says how many nodes are saturated then that were not.
+    pub fn scale(&mut self, pressure: &mut [f64], scale: f64) -> usize {
+        let before = self.elastic.len();
+        let hardness = self.hardness;
+        self.elastic.retain(|node| {
+            let p = &mut pressure[*node as usize];
+            *p *= scale;
+            let stays = *p < hardness;
+            *p = p.min(hardness);
+            stays
+        });
+        let saturated = before - self.elastic.len();
+        self.saturated_nodes += saturated as f64;
+        saturated
     }
 }
 
 impl Pass<f64> for Tally {
     #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for p in &mut *pressure {
             *p = p.min(self.hardness);
         }
-        self.add(pressure);
+        self.add(row, pressure);
     }
 
     fn split_off(&mut self, _: Row) -> Self {
@@ -91,48 +149,5 @@ impl Pass<f64> for Tally {
 
     fn append(&mut self, later: Self) {
         self.join(later);
-    }
-}
-
-/// Scales elastic pressures.
-pub struct ScaleElastic {
-    pub scale: f64,
-    pub hardness: f64,
-    /// Of what was scaled, lane by lane.
-    pub highest: [f64; LANES],
-}
-
-impl ScaleElastic {
-    #[inline(always)]
-    fn scale(&mut self, pressure: &mut [f64]) {
-        for (highest, p) in self.highest.iter_mut().zip(pressure) {
-            let is_elastic = *p < self.hardness;
-            *p *= if is_elastic { self.scale } else { 1.0 };
-            *highest = greater(*highest, weight::<f64>(is_elastic) * *p);
-        }
-    }
-}
-
-impl Pass<f64> for ScaleElastic {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
-        let (chunks, rest) = pressure.as_chunks_mut::<LANES>();
-        for chunk in chunks {
-            self.scale(chunk);
-        }
-        self.scale(rest);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            highest: [0.0; LANES],
-            ..*self
-        }
-    }
-
-    fn append(&mut self, later: Self) {
-        for (highest, later) in self.highest.iter_mut().zip(later.highest) {
-            *highest = greater(*highest, later);
-        }
     }
 }
