@@ -151,3 +151,28 @@ impl Pass<f64> for Tally {
         self.join(later);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::lanes::over_rows;
+    use super::*;
+    use crate::contact::threads::Threads;
+
+    #[test]
+    fn elastic_nodes_are_scaled_until_they_saturate() {
+        // Rows of a whole group and four nodes of the next.
+        let nodes = 20;
+        let mut pressure: Vec<f64> = [0.0, 0.25, 1.5, 0.5].repeat(10);
+        let mut tally = Tally::below(1.0);
+        over_rows(&Threads::one(), &mut pressure, nodes, &mut tally);
+        let odd = Vec::from_iter((1..40).step_by(2));
+        assert_eq!((tally.saturated_nodes, &tally.elastic), (10.0, &odd));
+        assert_eq!(tally.elastic_sum(&pressure, nodes), 7.5);
+
+        assert_eq!(tally.scale(&mut pressure, 2.0), 10);
+        assert_eq!(pressure, [0.0, 0.5, 1.0, 1.0].repeat(10));
+        assert_eq!(tally.saturated_nodes, 20.0);
+        assert_eq!(tally.elastic_sum(&pressure, nodes), 5.0);
+        assert_eq!(tally.scale(&mut pressure, 1.5), 0);
+    }
+}
