@@ -22,13 +22,15 @@
 use super::lanes::over_rows;
 use crate::contact::threads::Threads;
 
+mod handed_back;
 mod interpolation;
 mod levels;
 mod rows;
 
 use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
 
-pub use rows::{AskedRows, ContinuedRows, GivenRows, TakenRows};
+pub use handed_back::{GivenRows, TakenRows};
+pub use rows::{AskedRows, ContinuedRows};
 
 /// Nodes along a side of the smallest blocks: with 2, hardly fewer iterations.
 const SIDE: usize = 4;
@@ -64,8 +66,7 @@ struct Level {
 }
 
 impl Extension {
-    /// Over a mesh of `nodes`, of which the map is a corner or all. Nodes around it are as free as those under
-    /// an open gap.
+    /// Over a mesh of `nodes`, of which the map is a corner or all: nodes around it ask for nothing.
     pub fn new(map: [usize; 2], nodes: [usize; 2]) -> Self {
         let (mut side, mut levels) = (SIDE, Vec::new());
         loop {
