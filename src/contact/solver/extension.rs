@@ -39,7 +39,7 @@ const SIDE: usize = 4;
 /// 0.006 to 1 E* × rms slope: 1.2 to 1.4; with half or double of it, 1.2 to 2.
 const WEIGHT: f32 = 0.25;
 
-/// The pyramid; the map is taken to repeat, for what is continued need not be exact.
+/// The pyramid; its mesh is taken to repeat, for what is continued need not be exact.
 pub struct Extension {
     levels: Vec<Level>,
     /// What rows of the smallest blocks have taken for the rows before them, and for those after.

@@ -13,14 +13,14 @@ use crate::contact::threads::Threads;
 /// A convolution with the stiffness. It shares the transform of pressures, `single`, if that has the nodes of
 /// the map.
 pub struct Stiffness {
+    /// Nodes of the map, which is a corner of the mesh, or all of it.
+    map: [usize; 2],
     kernel: Kernel<f32>,
     apart: Option<Apart>,
 }
 
 /// A mesh and a transform of its own.
 struct Apart {
-    /// Nodes of the map, which is a corner of it.
-    map: [usize; 2],
     transform: Transform<f32>,
     scratch: Scratch<f32>,
     /// What pressures moved by, on its way to the other mesh.
@@ -35,13 +35,13 @@ impl Stiffness {
         let apart = || {
             let transform = Transform::new(body.stiffness_nodes());
             Apart {
-                map,
                 scratch: transform.scratch_on(threads.clone()),
                 transform,
                 moves: vec![0.0; map[0] * map[1]],
             }
         };
         Self {
+            map,
             kernel: elasticity::stiffness_on(threads, body),
             apart: is_apart.then(apart),
         }
@@ -54,18 +54,15 @@ impl Stiffness {
         }
     }
 
-    /// Begins the convolution of displacements, whose rows are written: all rows of its mesh, of which the
-    /// map is a corner.
+    /// Begins the convolution of displacements, whose rows are written: all rows of its mesh.
     pub fn begin(
         &mut self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        match &mut self.apart {
-            None => single.begin(rows, scratch),
-            Some(apart) => apart.transform.begin(rows, &mut apart.scratch),
-        }
+        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        transform.begin(rows, scratch);
     }
 
     /// Ends it: all rows of pressures are read, and kept.
@@ -75,10 +72,7 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        let (transform, scratch) = match &mut self.apart {
-            None => (single, scratch),
-            Some(apart) => (&apart.transform, &mut apart.scratch),
-        };
+        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
         transform.multiply(&self.kernel, scratch);
         transform.finish_and_keep(rows, scratch);
     }
@@ -91,17 +85,10 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        match &mut self.apart {
-            None => single.peek_kept(pairs, rows, scratch),
-            Some(Apart {
-                map,
-                transform,
-                scratch,
-                ..
-            }) => {
-                in_corner(*map, rows, |rows| transform.peek_kept(pairs, rows, scratch));
-            }
-        }
+        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        in_corner(self.map, rows, |rows| {
+            transform.peek_kept(pairs, rows, scratch)
+        });
     }
 
     /// Reads rows that were kept, on the map.
@@ -111,17 +98,8 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        match &mut self.apart {
-            None => single.finish_kept(rows, scratch),
-            Some(Apart {
-                map,
-                transform,
-                scratch,
-                ..
-            }) => {
-                in_corner(*map, rows, |rows| transform.finish_kept(rows, scratch));
-            }
-        }
+        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        in_corner(self.map, rows, |rows| transform.finish_kept(rows, scratch));
     }
 
     /// The same, and begins the convolution of the pressures by which they are replaced.
@@ -135,14 +113,26 @@ impl Stiffness {
             return single.turn_kept(rows, scratch);
         };
         let mut keeping = KeepMoves {
-            rows: rows.split_off(Row::new(0, apart.map[1])),
+            rows: rows.split_off(Row::new(0, self.map[1])),
             moves: Band::of(&mut apart.moves),
         };
-        in_corner(apart.map, &mut keeping, |rows| {
+        in_corner(self.map, &mut keeping, |rows| {
             apart.transform.finish_kept(rows, &mut apart.scratch);
         });
         rows.append(keeping.rows);
         single.begin_with(&apart.moves, scratch);
+    }
+}
+
+/// The transform that is apart, or the one that is shared.
+fn of_mesh<'a>(
+    apart: &'a mut Option<Apart>,
+    single: &'a Transform<f32>,
+    scratch: &'a mut Scratch<f32>,
+) -> (&'a Transform<f32>, &'a mut Scratch<f32>) {
+    match apart {
+        None => (single, scratch),
+        Some(apart) => (&apart.transform, &mut apart.scratch),
     }
 }
 

@@ -12,6 +12,7 @@ use crate::contact::fft::Row;
 ///
 /// The map may be a corner of the mesh; around it everything is continued.
 pub struct Extend<'a> {
+    /// Its nodes.
     pub map: [usize; 2],
     /// Level of the gap.
     pub offset: f32,
@@ -115,6 +116,7 @@ impl Choose {
 
 /// Takes from rows of corrections what belongs on nodes that are not free.
 pub struct TakeOthers<'a> {
+    /// Nodes of the map, around which none is free.
     pub map: [usize; 2],
     /// Marked where nodes are free.
     pub carry: &'a [f32],
