@@ -57,8 +57,8 @@ pub struct Threads {
 
 #[derive(Debug)]
 struct Cores {
-    /// One thread to a core. Whoever has work to share does a part of it himself, so that one of them
-    /// always sleeps.
+    /// One thread to a core, but for one: whoever has work to share does a part of it himself. A thread that
+    /// nobody ever had work for would look for some whenever there is any, on a core that another needs.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,
@@ -88,7 +88,7 @@ impl Threads {
             return Ok(Self::one());
         }
         let pool = ThreadPoolBuilder::new()
-            .num_threads(count)
+            .num_threads(count - 1)
             .thread_name(|number| format!("helper-{number}"))
             .build()?;
         Ok(Self {
