@@ -53,6 +53,9 @@ const LARGEST_SHARE: f64 = 2.0;
 /// close to the goal is moved and evaluated in double precision at once.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
+/// The same on the strips of elastic nodes that are left where the material yields.
+const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
+
 impl Solver {
     /// Iterates, at least once, until single precision has done what it can or need do, and
     /// evaluates where that led.
@@ -69,12 +72,16 @@ impl Solver {
             base_sum,
             mut balance,
         } = start;
+        let expected_reduction = match self.bound {
+            None => EXPECTED_REDUCTION,
+            Some(_) => EXPECTED_REDUCTION_OF_STRIPS,
+        };
         let mut last = history.last.take();
         if let Some(last) = &mut last {
             last.offset_change += standing.offset;
         }
         loop {
-            let is_last = EXPECTED_REDUCTION * self.residual(standing.error) <= goal;
+            let is_last = expected_reduction * self.residual(standing.error) <= goal;
             self.correct();
             let step = history.damping * history.caution * self.steps.of(history.iteration);
             let lacked = balance.map_or(0.0, |balance| total - balance.sum);

@@ -24,7 +24,7 @@ const FREE: f64 = 2.3;
 const FREE_KERNEL: f64 = 2e-7;
 
 /// Pairs where a material yields over those where it does not, in time: counts under hardnesses of 0.3 and 1 E* ×
-/// rms slope are 1.1 to 1.3 on 128² nodes, to any tolerance, and 1.05 to 1.45 on 1024²; each takes 1.2 times as
+/// rms slope are 1.1 to 1.3 on 128² nodes, to any tolerance, and 1.05 to 1.5 on 1024²; each takes 1.1 times as
 /// long.
 const YIELDING: f64 = 1.45;
 

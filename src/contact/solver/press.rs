@@ -7,8 +7,9 @@ use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
 /// How far an evaluation in single precision is trusted to have reduced the residual of the last
-/// one in double precision: far from its rounding, 1e-7.
-const SINGLE_REDUCTION: f64 = 1e-4;
+/// one in double precision: far from its rounding, 1e-7. An evaluation in double precision and the start
+/// after it last as long as two iterations.
+const SINGLE_REDUCTION: f64 = 1e-5;
 
 /// The largest residual over the displacement of one node under the mean pressure in contact. Beyond
 /// it, contact would be whatever a guess took for it.
