@@ -7,6 +7,7 @@
 //! of it. Of the nodes in contact under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), the highest so
 //! many are 71 in 100, and the ones with the largest pressure of full contact 46; under 0.3, 85 and 90.
 
+use super::centred_heights::extremes;
 use super::lanes::over_rows;
 use super::passes::{CountHeights, Expected, Highest, PressAbove};
 use super::{Hardness, Solver};
@@ -45,19 +46,13 @@ impl Solver {
     /// leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
-        let peak = self.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
-        if let Some(hardness) = self.bound {
-            let lowest = self.pressure.iter().fold(0.0, |low: f64, p| low.min(*p));
-            self.raise_to(load, (-peak, hardness.pressure() - lowest));
-            return;
-        }
-        // With less than the load everywhere there would be none at the lowest.
-        let lowest = self
-            .pressure
-            .iter()
-            .fold(0.0, |lowest: f64, p| lowest.min(*p));
-        let most = self.full_contact.map_or(load - lowest, |full| full.load);
-        self.raise_to(load, (-peak, most));
+        let [lowest, highest] = extremes(&self.threads, &mut self.pressure, self.nodes[1]);
+        let most = match self.bound {
+            Some(hardness) => hardness.pressure() - lowest,
+            // With less than the load everywhere there would be none at the lowest.
+            None => self.full_contact.map_or(load - lowest, |full| full.load),
+        };
+        self.raise_to(load, (-highest, most));
     }
 
     /// Pressures like those of Hertz' contacts, which grow with the square root of the height, on the
@@ -78,9 +73,8 @@ impl Solver {
     /// The levels that so many nodes are above, or some more: found among as many as are counted at once, and
     /// again within the step between two of them.
     fn levels_above<const N: usize>(&mut self, nodes: [f64; N]) -> [f64; N] {
-        let lowest = self.heights.iter().fold(0.0, |low: f64, h| low.min(*h));
         let all = nodes.map(|nodes| (nodes, 0.0));
-        let coarse = self.highest_between(lowest, self.highest, all);
+        let coarse = self.highest_between(self.lowest, self.highest, all);
         let mut levels = [0.0; N];
         for ((level, nodes), found) in levels.iter_mut().zip(nodes).zip(coarse) {
             let [fine] = self.highest_between(found.low, found.high, [(nodes, found.above)]);
@@ -127,8 +121,7 @@ impl Solver {
         let most = match self.bound {
             None => load * self.pressure.len() as f64,
             Some(hardness) => {
-                let lowest = self.pressure.iter().fold(0.0, |low: f64, p| low.min(*p));
-                hardness.pressure() - lowest
+                hardness.pressure() + (self.highest - self.lowest) / self.nodal_compliance
             }
         };
         let highest = self.raise_to(load, (0.0, most));

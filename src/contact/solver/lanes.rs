@@ -378,6 +378,11 @@ pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
 
+#[inline(always)]
+pub fn less<T: PartialOrd>(a: T, b: T) -> T {
+    if a < b { a } else { b }
+}
+
 /// Σ a, in the precision of its terms.
 #[inline(always)]
 pub fn total<T: Real>(a: &[T]) -> f64 {

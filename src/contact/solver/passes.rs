@@ -23,7 +23,7 @@ pub use evaluate::{
 pub use expected::{Expected, ShownGap};
 pub use extend::{Extend, TakeOthers};
 pub use heights::{CountHeights, CountedFrom, Highest, PressAbove, Untouched};
-pub use nearing::{CountNearing, Nearing};
+pub use nearing::{CountNearing, Nearing, SumInContact};
 pub use peek::{Asking, FEWEST_NODES, Means, Peek};
 pub use peek_gap::PeekGap;
 pub use sample::Sample;

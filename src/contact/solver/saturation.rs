@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use super::centred_heights::extremes;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
 use super::lanes::{Wide, over_rows};
@@ -36,10 +37,8 @@ impl Solver {
         for (p, gap) in self.pressure.iter_mut().zip(&self.gap) {
             *p -= (f64::from(*gap) - self.offset) / self.nodal_compliance;
         }
-        let extremes = |(low, high): (f64, f64), p: &f64| (low.min(*p), high.max(*p));
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = self.pressure.iter().fold(none, extremes);
-        self.raise_to(self.load, (-high, hardness.pressure() - low));
+        let [lowest, highest] = extremes(&self.threads, &mut self.pressure, self.nodes[1]);
+        self.raise_to(self.load, (-highest, hardness.pressure() - lowest));
         self.impose_load();
         self.evaluate()
     }

@@ -8,7 +8,9 @@ use super::Solver;
 use super::balance::Balance;
 use super::in_order::InOrder;
 use super::lanes::over_rows;
-use super::passes::{Ask, CountedFrom, Expected, GapUpdate, Onwards, ShownGap, Untouched};
+use super::passes::{
+    Ask, CountedFrom, Expected, GapUpdate, Onwards, ShownGap, SumInContact, Untouched,
+};
 use super::steps::Steps;
 use super::survey::Standing;
 use crate::contact::fft::Band;
@@ -174,10 +176,13 @@ impl Solver {
 
     /// Mean over the last contact of the gap before it: the level that the mean gap in contact was on, where
     /// nothing was in contact.
-    fn mean_earlier_gap(&self) -> f64 {
-        let nodes = self.pressure.iter().zip(&self.earlier_gap);
-        let gaps = nodes.filter(|(p, _)| **p > 0.0).map(|(_, gap)| gap);
-        gaps.map(|gap| f64::from(*gap)).sum::<f64>() / self.contact_nodes
+    fn mean_earlier_gap(&mut self) -> f64 {
+        let mut pass = SumInContact {
+            gap: &self.earlier_gap,
+            sum: InOrder::new(),
+        };
+        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
+        pass.sum.total() / self.contact_nodes
     }
 
     fn remember_untouched(&mut self) {

@@ -2,7 +2,8 @@
 
 use pulp::Simd;
 
-use super::super::lanes::{Choice, LANES, Lanes, Pass, split};
+use super::super::in_order::InOrder;
+use super::super::lanes::{Choice, LANES, Lanes, Pass, split, sum_by};
 use crate::contact::fft::Row;
 
 /// Parts that are told apart.
@@ -110,5 +111,31 @@ impl Pass<f64> for CountNearing<'_> {
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
         }
+    }
+}
+
+/// Adds up gaps where there is pressure. Goes over pressures.
+pub struct SumInContact<'a> {
+    pub gap: &'a [f32],
+    pub sum: InOrder<f64>,
+}
+
+impl Pass<f64> for SumInContact<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        self.sum.push(sum_by(pressure, row.of(self.gap), |p, gap| {
+            if p > 0.0 { f64::from(gap) } else { 0.0 }
+        }));
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            sum: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sum.append(later.sum);
     }
 }
