@@ -27,6 +27,7 @@ use crate::contact::threads::Threads;
 mod active_groups;
 mod active_set;
 mod balance;
+mod centred_heights;
 mod conjugate_gradients;
 mod correction;
 pub(crate) mod cost;
@@ -61,6 +62,7 @@ pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop
 pub use watch::Watch;
 
 use active_groups::ActiveGroups;
+use centred_heights::{CentredHeights, extremes};
 use extension::Extension;
 use passes::{Base, Expected, Sample};
 use shift::Nodes;
@@ -114,7 +116,7 @@ pub struct Solver {
     /// Mesh steps, the smaller ones, in the longer side.
     steps_per_side: f64,
     heights: Vec<f64>,
-    /// The largest of them.
+    lowest: f64,
     highest: f64,
     full_contact: Option<FullContact>,
     hardness: Option<Hardness>,
@@ -215,25 +217,29 @@ impl Solver {
     ) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         assert_eq!(heights.len(), cells, "heights fill the mesh");
-        let mean = heights.iter().sum::<f64>() / cells as f64;
-        let heights: Vec<f64> = heights.iter().map(|height| height - mean).collect();
+        let CentredHeights {
+            heights,
+            single_heights,
+            lowest,
+            highest,
+        } = CentredHeights::of(&threads, heights, nodes[1]);
         let (double, single) = (elasticity::transform(&*body), elasticity::transform(&*body));
         let mut double_scratch = double.scratch_on(threads.clone());
         let mut pressure = vec![0.0; cells];
         let full_contact = body.stiffness_is_exact().then(|| {
             let flatten = elasticity::stiffness_on(&threads, &*body);
             double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
-            FullContact {
-                load: -pressure.iter().fold(0.0, |lowest: f64, p| lowest.min(*p)),
-                peak: pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p)),
-            }
+            let [lowest, peak] = extremes(&threads, &mut pressure, nodes[1]);
+            let load = -lowest;
+            FullContact { load, peak }
         });
         Self {
             nodes,
             steps_per_side: body.grid().smaller_steps(),
-            single_heights: heights.iter().map(|height| *height as f32).collect(),
+            single_heights,
             height_reference: 0.0,
-            highest: heights.iter().fold(f64::MIN, |highest, h| highest.max(*h)),
+            lowest,
+            highest,
             heights,
             full_contact,
             hardness,

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::contact::grid::Boundary;
+use crate::contact::threads::Threads;
 
 const WORD: usize = u64::BITS as usize;
 
@@ -47,12 +48,23 @@ pub enum MapError {
 impl ContactMap {
     /// The nodes of positive pressure; the solver leaves exact zeros elsewhere.
     pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Self {
+        Self::of_pressures_on(&Threads::one(), nodes, pressures)
+    }
+
+    /// The same by several threads.
+    pub(crate) fn of_pressures_on(threads: &Threads, nodes: [usize; 2], pressures: &[f64]) -> Self {
         assert_eq!(pressures.len(), nodes[0] * nodes[1]);
-        let word = |pressures: &[f64]| {
-            let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
-            pressures.iter().enumerate().map(bit).sum()
+        let mut words = vec![0; pressures.len().div_ceil(WORD)];
+        let crew = threads.crew(pressures.len());
+        let share = words.len().div_ceil(crew.cuts(words.len()).len());
+        let blocks = words.chunks_mut(share).zip(pressures.chunks(share * WORD));
+        let mut blocks: Vec<_> = blocks.collect();
+        let fill = |(): &mut (), (words, pressures): &mut (&mut [u64], &[f64])| {
+            for (word, pressures) in words.iter_mut().zip(pressures.chunks(WORD)) {
+                *word = bits(pressures);
+            }
         };
-        let words = pressures.chunks(WORD).map(word).collect();
+        crew.each(&mut Vec::new(), || (), &mut blocks, fill);
         Self {
             nodes,
             boundary: Boundary::Periodic,
@@ -157,6 +169,12 @@ fn byte_count(nodes: [usize; 2]) -> usize {
     (nodes[0] * nodes[1]).div_ceil(8)
 }
 
+/// A bit for each of no more than a word of pressures.
+fn bits(pressures: &[f64]) -> u64 {
+    let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
+    pressures.iter().enumerate().map(bit).sum()
+}
+
 #[cfg(test)]
 pub(crate) mod samples {
     use super::*;
@@ -211,6 +229,18 @@ mod tests {
         let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| map.get(i, j));
         assert_eq!(found, [false, true, false, false]);
         assert_eq!(map.count(), 1);
+    }
+
+    #[test]
+    fn a_map_is_the_same_whoever_shares_the_work() {
+        // Enough nodes for several threads, and an end within a word.
+        let nodes = [601, 1001];
+        let pressures: Vec<f64> = (0..601 * 1001).map(|node| f64::from(node).sin()).collect();
+        let three = Threads::new(3.try_into().unwrap()).unwrap();
+        let shared = ContactMap::of_pressures_on(&three, nodes, &pressures);
+        assert_eq!(shared, ContactMap::of_pressures(nodes, &pressures));
+        let pressed = pressures.iter().filter(|pressure| **pressure > 0.0);
+        assert_eq!(shared.count(), pressed.count());
     }
 
     #[test]

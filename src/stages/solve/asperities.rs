@@ -64,7 +64,14 @@ pub fn run(
         }
         let pressed = asperities.press(load, &params.settings());
         let keep = params.keeps_pressures_at(given);
-        rows.push(load, pressed.outcome, asperities.pressure(), keep, &scales);
+        rows.push(
+            load,
+            pressed.outcome,
+            asperities.pressure(),
+            keep,
+            &scales,
+            context.threads,
+        );
         outcomes.push(pressed);
         (context.advance)((index + 1) as f64 / loads.len() as f64);
     }

@@ -24,6 +24,7 @@ pub struct Block {
     rows: Solved,
     /// Whether every node touches and none yields under the last load and all that are to come.
     is_flattened: bool,
+    threads: Threads,
 }
 
 impl Block {
@@ -76,6 +77,7 @@ impl Block {
             solver,
             rows,
             is_flattened: false,
+            threads,
         })
     }
 
@@ -103,7 +105,8 @@ impl Block {
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
         self.rows.look_at_maps(&mut self.solver, watch)?;
         let pressure = self.solver.pressure();
-        self.rows.push(load, outcome, pressure, keep, &self.scales);
+        self.rows
+            .push(load, outcome, pressure, keep, &self.scales, &self.threads);
         let heaviest = self.loads.last().copied().unwrap_or(load);
         self.is_flattened =
             outcome.stop == Stop::FullContact && self.solver.is_flattened_by(heaviest);

@@ -11,6 +11,7 @@ use super::{GIVEN_UP, Params, PressureUnit, Pressures, StageError};
 use crate::contact::grid::{Boundary, Grid};
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop, Watch};
+use crate::contact::threads::Threads;
 use crate::contact::topography::surface::Surface;
 use crate::decimal;
 use crate::stages::columns::*;
@@ -203,6 +204,7 @@ impl Solved {
         pressures: &[f64],
         keep: bool,
         scales: &Scales,
+        threads: &Threads,
     ) {
         if let Some(sunk) = &self.under_unit_pressure {
             let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
@@ -210,8 +212,8 @@ impl Solved {
         }
         self.loads.push(load);
         self.outcomes.push(outcome);
-        self.maps
-            .push(ContactMap::of_pressures(scales.nodes, pressures).to_bytes());
+        let contact = ContactMap::of_pressures_on(threads, scales.nodes, pressures);
+        self.maps.push(contact.to_bytes());
         self.kept.push(if keep { pressures.len() } else { 0 });
         if keep {
             for &pressure in pressures {
