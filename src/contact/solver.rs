@@ -47,6 +47,7 @@ mod nearing;
 mod outcome;
 mod passes;
 mod press;
+mod range;
 mod saturation;
 mod shift;
 mod start;
@@ -62,9 +63,10 @@ pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop
 pub use watch::Watch;
 
 use active_groups::ActiveGroups;
-use centred_heights::{CentredHeights, extremes};
+use centred_heights::CentredHeights;
 use extension::Extension;
 use passes::{Base, Expected, Sample};
+use range::range;
 use shift::Nodes;
 use steps::Steps;
 use stiffness::Stiffness;
@@ -229,7 +231,7 @@ impl Solver {
         let full_contact = body.stiffness_is_exact().then(|| {
             let flatten = elasticity::stiffness_on(&threads, &*body);
             double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
-            let [lowest, peak] = extremes(&threads, &mut pressure, nodes[1]);
+            let [lowest, peak] = range(&threads, &mut pressure, nodes[1]);
             let load = -lowest;
             FullContact { load, peak }
         });
@@ -290,6 +292,11 @@ impl Solver {
         self.single_scratch.work_on(threads.clone());
         self.stiffness.work_on(&threads);
         self.threads = threads;
+    }
+
+    /// Who shares the work.
+    pub(crate) fn threads(&self) -> &Threads {
+        &self.threads
     }
 
     /// The least load, in units of E* × rms slope, that brings every node into contact, if it is known

@@ -3,7 +3,8 @@
 use pulp::Simd;
 
 use super::in_order::InOrder;
-use super::lanes::{LANES, Pass, greater, less, over_rows, total};
+use super::lanes::{Pass, over_rows, total};
+use super::range::RangeSoFar;
 use crate::contact::fft::{Band, Row};
 use crate::contact::threads::Threads;
 
@@ -28,7 +29,7 @@ impl CentredHeights {
         let mut centre = Centre {
             mean: copy.sum.total() / cells as f64,
             single_heights: Band::of(&mut single_heights),
-            seen: Extremes::NONE,
+            seen: RangeSoFar::NONE,
         };
         over_rows(threads, &mut own, row_nodes, &mut centre);
         let [lowest, highest] = centre.seen.found();
@@ -39,13 +40,6 @@ impl CentredHeights {
             highest,
         }
     }
-}
-
-/// The lowest and the highest number of a map with rows of so many.
-pub fn extremes(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
-    let mut seen = Extremes::NONE;
-    over_rows(threads, map, row_nodes, &mut seen);
-    seen.found()
 }
 
 struct CopyAndSum<'a> {
@@ -75,7 +69,7 @@ impl Pass<f64> for CopyAndSum<'_> {
 struct Centre<'a> {
     mean: f64,
     single_heights: Band<'a, f32>,
-    seen: Extremes,
+    seen: RangeSoFar,
 }
 
 impl Pass<f64> for Centre<'_> {
@@ -91,7 +85,7 @@ impl Pass<f64> for Centre<'_> {
     fn split_off(&mut self, row: Row) -> Self {
         Self {
             single_heights: self.single_heights.split_off(row),
-            seen: Extremes::NONE,
+            seen: RangeSoFar::NONE,
             ..*self
         }
     }
@@ -101,70 +95,15 @@ impl Pass<f64> for Centre<'_> {
     }
 }
 
-/// Lane by lane.
-#[derive(Clone, Copy)]
-struct Extremes {
-    lowest: [f64; LANES],
-    highest: [f64; LANES],
-}
-
-impl Extremes {
-    const NONE: Self = Self {
-        lowest: [f64::INFINITY; LANES],
-        highest: [f64::NEG_INFINITY; LANES],
-    };
-
-    #[inline(always)]
-    fn see(&mut self, row: &[f64]) {
-        for chunk in row.chunks(LANES) {
-            let seen = self.lowest.iter_mut().zip(&mut self.highest);
-            for ((lowest, highest), number) in seen.zip(chunk) {
-                *lowest = less(*lowest, *number);
-                *highest = greater(*highest, *number);
-            }
-        }
-    }
-
-    fn join(&mut self, later: Self) {
-        for (lowest, later) in self.lowest.iter_mut().zip(later.lowest) {
-            *lowest = less(*lowest, later);
-        }
-        for (highest, later) in self.highest.iter_mut().zip(later.highest) {
-            *highest = greater(*highest, later);
-        }
-    }
-
-    fn found(self) -> [f64; 2] {
-        [
-            self.lowest.into_iter().fold(f64::INFINITY, less),
-            self.highest.into_iter().fold(f64::NEG_INFINITY, greater),
-        ]
-    }
-}
-
-impl Pass<f64> for Extremes {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, numbers: &mut [f64]) {
-        self.see(numbers);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::NONE
-    }
-
-    fn append(&mut self, later: Self) {
-        self.join(later);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::num::NonZeroUsize;
 
+    use super::super::range::range;
     use super::*;
 
     #[test]
-    fn heights_are_centred_and_their_extremes_known_whoever_shares_the_work() {
+    fn heights_are_centred_and_their_range_known_whoever_shares_the_work() {
         // Rows of some groups and a rest, enough nodes for several threads.
         let (rows, row_nodes) = (600, 1000);
         let bump = |node: usize| 3.0 + (node as f64).sin();
@@ -182,7 +121,7 @@ mod tests {
         let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         assert_eq!([shared.lowest, shared.highest], [lowest, highest]);
-        assert_eq!(extremes(&three, &mut heights, row_nodes), [lowest, highest]);
+        assert_eq!(range(&three, &mut heights, row_nodes), [lowest, highest]);
         assert!((highest - lowest - 2.0).abs() < 1e-6);
         let mut single = heights.iter().zip(&shared.single_heights);
         assert!(single.all(|(height, single)| *height as f32 == *single));

@@ -7,9 +7,9 @@
 //! of it. Of the nodes in contact under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), the highest so
 //! many are 71 in 100, and the ones with the largest pressure of full contact 46; under 0.3, 85 and 90.
 
-use super::centred_heights::extremes;
 use super::lanes::over_rows;
 use super::passes::{CountHeights, Expected, Highest, PressAbove};
+use super::range::range;
 use super::{Hardness, Solver};
 use crate::contact::elasticity;
 use crate::contact::fft::Transform;
@@ -46,7 +46,7 @@ impl Solver {
     /// leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
-        let [lowest, highest] = extremes(&self.threads, &mut self.pressure, self.nodes[1]);
+        let [lowest, highest] = range(&self.threads, &mut self.pressure, self.nodes[1]);
         let most = match self.bound {
             Some(hardness) => hardness.pressure() - lowest,
             // With less than the load everywhere there would be none at the lowest.

@@ -2,11 +2,11 @@
 
 use std::ops::RangeInclusive;
 
-use super::centred_heights::extremes;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, has};
 use super::lanes::{Wide, over_rows};
 use super::passes::{PendingUpdate, PressureInput, PromoteYielding, Tally};
+use super::range::range;
 use super::{Hardness, Solver};
 use crate::contact::fft::Band;
 
@@ -37,7 +37,7 @@ impl Solver {
         for (p, gap) in self.pressure.iter_mut().zip(&self.gap) {
             *p -= (f64::from(*gap) - self.offset) / self.nodal_compliance;
         }
-        let [lowest, highest] = extremes(&self.threads, &mut self.pressure, self.nodes[1]);
+        let [lowest, highest] = range(&self.threads, &mut self.pressure, self.nodes[1]);
         self.raise_to(self.load, (-highest, hardness.pressure() - lowest));
         self.impose_load();
         self.evaluate()

@@ -24,7 +24,6 @@ pub struct Block {
     rows: Solved,
     /// Whether every node touches and none yields under the last load and all that are to come.
     is_flattened: bool,
-    threads: Threads,
 }
 
 impl Block {
@@ -77,7 +76,6 @@ impl Block {
             solver,
             rows,
             is_flattened: false,
-            threads,
         })
     }
 
@@ -104,9 +102,9 @@ impl Block {
         }
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
         self.rows.look_at_maps(&mut self.solver, watch)?;
-        let pressure = self.solver.pressure();
+        let (pressure, threads) = (self.solver.pressure(), self.solver.threads());
         self.rows
-            .push(load, outcome, pressure, keep, &self.scales, &self.threads);
+            .push(load, outcome, pressure, keep, &self.scales, threads);
         let heaviest = self.loads.last().copied().unwrap_or(load);
         self.is_flattened =
             outcome.stop == Stop::FullContact && self.solver.is_flattened_by(heaviest);
