@@ -40,6 +40,7 @@ use half_spectrum::HalfSpectrum;
 use packed::Packed;
 use padded::Padded;
 
+pub(crate) use blocks::see_pairs;
 pub(crate) use padded::in_corner;
 use registers::Vectorize;
 

@@ -15,7 +15,8 @@
 //!
 //! `start` guesses, `saturation` keeps pressures within their bounds, `conjugate_gradients` holds the
 //! iteration, in the line of Polonsky & Keer
-//! (*Wear* 231, 1999, 206) with the preconditioner of `correction`, `evaluation` evaluates where it led,
+//! (*Wear* 231, 1999, 206) with the preconditioners of `correction` and `two_level`, `direction` makes the moves,
+//! `evaluation` evaluates where they led,
 //! and `active_set` lets go what is in contact by an oversight. The search runs in single precision on
 //! increments; what it finds is evaluated in double precision, and the residual found there is
 //! where it goes on: iterative refinement.
@@ -31,6 +32,7 @@ mod centred_heights;
 mod conjugate_gradients;
 mod correction;
 pub(crate) mod cost;
+mod direction;
 mod evaluation;
 mod extension;
 mod fields;
@@ -55,6 +57,7 @@ mod state;
 mod steps;
 mod stiffness;
 mod survey;
+mod two_level;
 mod watch;
 
 pub use half_space::HalfSpace;
@@ -70,6 +73,7 @@ use range::range;
 use shift::Nodes;
 use steps::Steps;
 use stiffness::Stiffness;
+use two_level::TwoLevel;
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
@@ -146,6 +150,8 @@ pub struct Solver {
     /// Mean of the gap in contact, less the reference.
     offset: f64,
     earlier_offset: f64,
+    /// From which gaps ask for a correction, less the reference.
+    level: f64,
     /// Which nodes are expected in contact when the next search begins.
     expected: Expected,
     /// Heights less their reference.
@@ -161,6 +167,10 @@ pub struct Solver {
     sample: Sample,
     free_nodes: f64,
     extension: Extension,
+    /// Where the material may yield,
+    two_level: Option<TwoLevel>,
+    /// and whether it makes the corrections of the present iteration.
+    is_by_blocks: bool,
     /// Nodes that ask for a change, and their last moves, where the material yields.
     asking: Nodes,
     last_moves: Vec<f32>,
@@ -235,6 +245,10 @@ impl Solver {
             let load = -lowest;
             FullContact { load, peak }
         });
+        let extension = Extension::new(nodes, body.stiffness_nodes());
+        let nodal_stiffness = body.nodal_stiffness(&threads);
+        let two_level =
+            hardness.map(|_| TwoLevel::new(&threads, &*body, nodal_stiffness, extension.blocks()));
         Self {
             nodes,
             steps_per_side: body.grid().smaller_steps(),
@@ -261,13 +275,16 @@ impl Solver {
             earlier_reference: 0.0,
             offset: 0.0,
             earlier_offset: 0.0,
+            level: 0.0,
             carry: vec![0.0; cells],
             active: ActiveGroups::new(nodes),
             base: Base::new(nodes),
             increment: vec![0.0; cells],
             sample: Sample::new(nodes),
             free_nodes: 0.0,
-            extension: Extension::new(nodes, body.stiffness_nodes()),
+            extension,
+            two_level,
+            is_by_blocks: false,
             asking: Nodes::default(),
             last_moves: Vec::new(),
             double,
@@ -277,7 +294,7 @@ impl Solver {
             single,
             single_displacement: elasticity::displacement_on(&threads, &*body),
             stiffness: Stiffness::new(&threads, &*body),
-            nodal_stiffness: body.nodal_stiffness(&threads),
+            nodal_stiffness,
             nodal_compliance: body.nodal_compliance(&threads),
             pairs: 0,
             body,
@@ -291,6 +308,9 @@ impl Solver {
         self.double_scratch.work_on(threads.clone());
         self.single_scratch.work_on(threads.clone());
         self.stiffness.work_on(&threads);
+        if let Some(two_level) = &mut self.two_level {
+            two_level.work_on(&threads);
+        }
         self.threads = threads;
     }
 

@@ -14,7 +14,7 @@ use super::survey::Standing;
 use super::{Hardness, Solver};
 
 /// Where the residual is yet to be reduced by less than this, moves are balanced by all free nodes.
-const BALANCED_REDUCTION: f64 = 3e-4;
+const BALANCED_REDUCTION: f64 = 1e-3;
 
 /// What a search under a hardness knows of its pressures besides the gap.
 #[derive(Debug, Clone, Copy)]

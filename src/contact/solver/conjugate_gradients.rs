@@ -26,9 +26,8 @@
 //! Where the material yields, the pressure is clipped at the hardness too, and free are besides
 //! elastic nodes those that penetrate without pressure and those whose gap is open under the
 //! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
-//! what is driven to zero. `balance` says how moves keep the mean.
-
-use std::mem::take;
+//! what is driven to zero. `balance` says how moves keep the mean. The first iterations are corrected
+//! by less than a pair, with a preconditioner of two levels (`two_level`).
 
 use super::Solver;
 use super::evaluation::Evaluation;
@@ -37,17 +36,11 @@ use super::history::{History, LastMove};
 use super::in_order::InOrder;
 use super::lanes::Wide;
 use super::line_search::LineSearch;
-use super::passes::{
-    Asking, Ceiling, Direction, GapUpdate, Means, Peek, PendingUpdate, Sums, UpdateGap,
-    UpdatePressure,
-};
+use super::passes::{GapUpdate, PendingUpdate, UpdateGap};
 use super::start::Start;
 use super::survey::Standing;
+use super::two_level;
 use crate::contact::fft::Band;
-
-/// The largest share of the last move in a direction: more would make it grow from one iteration
-/// to the next, which a predicted step does not bear.
-const LARGEST_SHARE: f64 = 2.0;
 
 /// By which an iteration is expected to reduce the residual once contact is found: what comes that
 /// close to the goal is moved and evaluated in double precision at once.
@@ -82,7 +75,9 @@ impl Solver {
         }
         loop {
             let is_last = expected_reduction * self.residual(standing.error) <= goal;
-            self.correct();
+            let by_blocks =
+                self.bound.is_some() && !is_last && history.iteration < two_level::ITERATIONS;
+            self.correct(by_blocks);
             let step = history.damping * history.caution * self.steps.of(history.iteration);
             let lacked = balance.map_or(0.0, |balance| total - balance.sum);
             let reduction = goal / self.residual(standing.error);
@@ -181,107 +176,6 @@ impl Solver {
         part
     }
 
-    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes. Where
-    /// the material yields, free nodes are gathered on the way; returns also in how many rows.
-    fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
-        // Their memory serves again.
-        let (mut nodes, mut last_moves) = (take(&mut self.asking), take(&mut self.last_moves));
-        nodes.clear();
-        last_moves.clear();
-        let asking = self.bound.map(|_| Asking {
-            base: &self.base,
-            increment: &self.increment,
-            of_move: of_move as f32,
-            nodes,
-            last_moves,
-            rows: 0,
-        });
-        let extension = &self.extension;
-        let mut peek = Wide(Peek::new(
-            &self.carry,
-            &self.active,
-            &self.sample,
-            extension,
-            asking,
-        ));
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
-        let stiffness = &mut self.stiffness;
-        stiffness.peek_kept(&self.sample.pairs(), &mut peek, single, scratch);
-        if sees_all_rows || peek.0.saw_too_little() {
-            stiffness.peek_kept(&self.sample.other_pairs(), &mut peek, single, scratch);
-        }
-        let means = peek.0.means();
-        let Some(asking) = peek.0.asking() else {
-            return (means, 0);
-        };
-        let rows = asking.rows;
-        (self.asking, self.last_moves) = (asking.nodes, asking.last_moves);
-        (means, rows)
-    }
-
-    /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
-    /// what pressures have lacked since then.
-    fn direction(
-        &mut self,
-        last: Option<&LastMove>,
-        step: f64,
-        lacked: f64,
-        sees_all_rows: bool,
-    ) -> Direction {
-        let of_move = last.map_or(0.0, |last| last.pending.part - 1.0);
-        let (means, rows) = self.peek(of_move, sees_all_rows);
-        let Some(last) = last else {
-            let mean = self.balanced_mean([step, 0.0], lacked, rows);
-            return Direction::first(step, mean.unwrap_or(-means.correction));
-        };
-        // Gaps count from the offset, and the offset has moved too.
-        let along = means.correction_on_image - last.offset_change * means.sampled_correction;
-        let share = self.free_nodes * along / last.curvature + last.missed / step;
-        let share = share.clamp(0.0, LARGEST_SHARE);
-        let PendingUpdate { scale, part } = last.pending;
-        let cells = self.pressure.len() as f64;
-        let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
-        let mean = share * part * (means.last_move + scaling) - means.correction;
-        let mean = self
-            .balanced_mean([step, share * part], lacked, rows)
-            .unwrap_or(mean);
-        Direction::next(last.pending, share, step, mean)
-    }
-
-    /// Moves the pressures along a new direction.
-    fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
-        match self.bound {
-            None => self.update_pressure_as::<false>(direction, is_last),
-            Some(_) => self.update_pressure_as::<true>(direction, is_last),
-        }
-    }
-
-    fn update_pressure_as<const YIELDS: bool>(
-        &mut self,
-        direction: Direction,
-        is_last: bool,
-    ) -> Sums {
-        let mut pass = Wide(UpdatePressure::<YIELDS> {
-            direction,
-            ceiling: Ceiling::at(self.ceiling()),
-            base: &self.base,
-            increment: Band::of(&mut self.increment),
-            given: self.extension.given_rows(),
-            active: &self.active,
-            carry: Band::of(&mut self.carry),
-            gap: &self.gap,
-            heights: &self.single_heights,
-            sums: InOrder::new(),
-        });
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
-        if is_last {
-            self.stiffness.finish_kept(&mut pass, single, scratch);
-        } else {
-            self.stiffness.turn_kept(&mut pass, single, scratch);
-        }
-        pass.0.sums.total()
-    }
-
     /// Moves the gap after the pressures, and goes on with what it asks for.
     fn update_gap<const YIELDS: bool>(
         &mut self,
@@ -309,7 +203,7 @@ impl Solver {
         self.single.finish(&mut pass, &mut self.single_scratch);
         let seen = pass.0.seen.total();
         self.free_nodes = seen.free_nodes;
-        self.begin_correction(offset);
+        self.level = offset;
         let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
         // In elastic bodies the sums are zero, and it is known already.
         let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);

@@ -8,24 +8,14 @@ use super::lanes::Wide;
 use super::passes::{Extend, TakeOthers};
 
 impl Solver {
-    /// Begins the transform of the gap less `offset`, on free nodes and continued over the others.
-    pub(super) fn begin_correction(&mut self, offset: f64) {
-        self.extension.extend(&self.threads);
-        let mut pass = Wide(Extend {
-            map: self.nodes,
-            offset: offset as f32,
-            gap: &self.gap,
-            carry: &self.carry,
-            active: &self.active,
-            continued: self.extension.continued_rows(),
-        });
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
-        self.stiffness.begin(&mut pass, single, scratch);
-    }
-
-    /// Goes on as far as to the rows of the correction, all but what is to be given to them, and keeps
-    /// them: one pair.
-    pub(super) fn correct(&mut self) {
+    /// Makes the rows of the correction, all but what is to be given to them: in one pair, after which they are
+    /// kept, or by blocks.
+    pub(super) fn correct(&mut self, by_blocks: bool) {
+        self.is_by_blocks = by_blocks;
+        if let Some(two_level) = self.two_level.as_mut().filter(|_| by_blocks) {
+            return two_level.correct(&self.threads, &mut self.extension);
+        }
+        self.begin_correction();
         self.pairs += 1;
         let mut pass = Wide(TakeOthers {
             map: self.nodes,
@@ -36,5 +26,20 @@ impl Solver {
         let (single, scratch) = (&self.single, &mut self.single_scratch);
         self.stiffness.finish_and_keep(&mut pass, single, scratch);
         self.extension.collect(&self.threads);
+    }
+
+    /// Begins the transform of the gap above its level, on free nodes and continued over the others.
+    fn begin_correction(&mut self) {
+        self.extension.extend(&self.threads);
+        let mut pass = Wide(Extend {
+            map: self.nodes,
+            level: self.level as f32,
+            gap: &self.gap,
+            carry: &self.carry,
+            active: &self.active,
+            continued: self.extension.continued_rows(),
+        });
+        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        self.stiffness.begin(&mut pass, single, scratch);
     }
 }

@@ -25,6 +25,7 @@ use crate::contact::threads::Threads;
 mod handed_back;
 mod interpolation;
 mod levels;
+mod means;
 mod rows;
 
 use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
@@ -99,10 +100,7 @@ impl Extension {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
         }
-        // What lies there was not asked.
-        let smallest = &mut self.levels[0];
-        let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
-        smallest.values[asked..].fill(0.0);
+        self.forget_beyond_map();
         for finer in 0..self.levels.len() - 1 {
             let [fine, coarse] = self.pair(finer);
             for (of, to) in [
@@ -124,12 +122,17 @@ impl Extension {
     /// Makes of all rows that were taken what is to be handed back: the transpose of
     /// [`Extension::extend`].
     pub fn collect(&mut self, threads: &Threads) {
-        if !self.continues {
-            return self.levels[0].values.fill(0.0);
-        }
         let smallest = &mut self.levels[0];
         let mut pass = JoinRows::new(smallest.blocks, &self.for_neighbours);
         over_rows(threads, &mut smallest.values, smallest.blocks[1], &mut pass);
+        self.hand_down(threads);
+    }
+
+    /// Hands what the smallest blocks have taken to those with free nodes.
+    fn hand_down(&mut self, threads: &Threads) {
+        if !self.continues {
+            return self.levels[0].values.fill(0.0);
+        }
         for finer in 0..self.levels.len() - 1 {
             let [fine, coarse] = self.pair(finer);
             let mut pass = Divide::new(&fine.free, fine.around);
@@ -143,6 +146,13 @@ impl Extension {
             let mut pass = AddWhole::new(coarse.blocks, &coarse.values);
             over_rows(threads, &mut fine.values, fine.blocks[1], &mut pass);
         }
+    }
+
+    /// What lies there was not asked.
+    fn forget_beyond_map(&mut self) {
+        let smallest = &mut self.levels[0];
+        let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
+        smallest.values[asked..].fill(0.0);
     }
 
     /// Around the largest block is zero.
@@ -160,4 +170,4 @@ impl Extension {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -150,7 +150,7 @@ impl Solver {
         let sum = pass.bounded_sum.total();
         self.free_nodes = seen.free_nodes;
         self.single_scratch.take_over(&mut self.double_scratch);
-        self.begin_correction(offset);
+        self.level = offset;
         Start {
             standing: seen.extremes.seen_from(offset),
             base_sum,

@@ -9,7 +9,7 @@ use crate::store::column::{Column, Value};
 
 /// Version of the numbers of loads that are solved under a hardness. It is a part of their recipes alone:
 /// where it is raised and that of the stage is not, elastic loads are not computed again.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The highest pressure that a material bears, as it is given.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -7,7 +7,8 @@ use super::super::lanes::weight;
 use super::*;
 use crate::contact::fft::Row;
 
-fn noise(seed: u64, count: usize) -> Vec<f32> {
+/// The same numbers for the same seed, from −0.5 to 0.5.
+pub fn noise(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed;
     let mut draw = || {
         state = state

@@ -14,8 +14,8 @@ use crate::contact::fft::Row;
 pub struct Extend<'a> {
     /// Its nodes.
     pub map: [usize; 2],
-    /// Level of the gap.
-    pub offset: f32,
+    /// From which gaps count.
+    pub level: f32,
     pub gap: &'a [f32],
     /// Marked where nodes are free.
     pub carry: &'a [f32],
@@ -42,7 +42,7 @@ impl Pass<f32> for Extend<'_> {
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (carry, last_carry) = split::<S, R>(row.of(self.carry));
         let choice = Choose {
-            offset: self.offset,
+            level: self.level,
             shares: [of_own, of_other],
         };
         let free = self.active.free_row(row);
@@ -75,10 +75,10 @@ fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], o
     }
 }
 
-/// Between the gap less offset and what lies between two rows.
+/// Between the gap above its level and what lies between two rows.
 #[derive(Clone, Copy)]
 struct Choose {
-    offset: f32,
+    level: f32,
     shares: [f32; 2],
 }
 
@@ -95,7 +95,7 @@ impl Choose {
         own: &[[S::f32s; R]],
         other: &[[S::f32s; R]],
     ) {
-        let offset = Lanes::all(simd, self.offset);
+        let level = Lanes::all(simd, self.level);
         let of_own = Lanes::all(simd, self.shares[0]);
         let of_other = Lanes::all(simd, self.shares[1]);
         let nodes = values.iter_mut().zip(gap).zip(carry);
@@ -108,7 +108,7 @@ impl Choose {
                 continue;
             }
             let free = Lanes::of(simd, *carry).has(FREE);
-            let above = Lanes::of(simd, *gap) - offset;
+            let above = Lanes::of(simd, *gap) - level;
             *value = free.choose(above, continued).numbers();
         }
     }
