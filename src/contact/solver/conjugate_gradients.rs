@@ -42,6 +42,10 @@ use super::survey::Standing;
 use super::two_level;
 use crate::contact::fft::Band;
 
+/// The part of its largest residual that a search in single precision is trusted to reach: far from its
+/// rounding, 1e-7. An evaluation in double precision and the start after it last as long as two iterations.
+const SINGLE_REDUCTION: f64 = 1e-5;
+
 /// By which an iteration is expected to reduce the residual once contact is found: what comes that
 /// close to the goal is moved and evaluated in double precision at once.
 const EXPECTED_REDUCTION: f64 = 0.1;
@@ -50,13 +54,13 @@ const EXPECTED_REDUCTION: f64 = 0.1;
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 impl Solver {
-    /// Iterates, at least once, until single precision has done what it can or need do, and
-    /// evaluates where that led.
+    /// Iterates, at least once, until the residual is within the tolerance or single precision has done
+    /// what it can, and evaluates where that led.
     pub(super) fn refine(
         &mut self,
         history: &mut History,
         start: Start,
-        goal: f64,
+        tolerance: f64,
         stop: &dyn Fn(u32) -> bool,
     ) -> Evaluation {
         let total = self.load * self.pressure.len() as f64;
@@ -73,7 +77,11 @@ impl Solver {
         if let Some(last) = &mut last {
             last.offset_change += standing.offset;
         }
+        let mut largest = 0.0_f64;
         loop {
+            // The first one may be that of a solution under another load.
+            largest = largest.max(self.residual(standing.error));
+            let goal = tolerance.max(self.within_single_precision(largest, standing.offset));
             let is_last = expected_reduction * self.residual(standing.error) <= goal;
             let by_blocks =
                 self.bound.is_some() && !is_last && history.iteration < two_level::ITERATIONS;
@@ -111,6 +119,7 @@ impl Solver {
                     _ => self.evaluate_move(history, &line, standing.offset),
                 };
             }
+            let before = standing;
             let (next, free_offset, made) = self.follow(history, &line, standing);
             standing = next;
             if let Some(balance) = &mut balance {
@@ -118,12 +127,20 @@ impl Solver {
                 balance.sum += made.pending.part * moved;
                 balance.free_offset = free_offset;
             }
-            let stuck = made.pending.part == 0.0;
+            // A move may be less than pressures are rounded by.
+            let stuck = made.pending.part == 0.0 || standing == before;
             if self.residual(standing.error) <= goal || stuck || stop(self.pairs) {
                 return self.settle(made.pending, standing.offset);
             }
             last = Some(made);
         }
+    }
+
+    /// What single precision can reduce residuals to that were `largest`, where gaps in contact are about `offset`:
+    /// their last digit, where that is far from the reference.
+    fn within_single_precision(&self, largest: f64, offset: f64) -> f64 {
+        let rounding = f64::from(f32::EPSILON) * offset.abs();
+        self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
     /// Follows a move that has been made with the gap. Says also what the mean gap of free nodes is

@@ -96,11 +96,14 @@ impl LineSearch {
         !(scale > 0.0 && scale <= WORST_SCALE && self.slope.is_finite())
     }
 
-    /// Which part of the move leads to the lowest energy; zero for a move of no length or against
-    /// the slope: only rounding is left in it.
+    /// Which part of the move leads to the lowest energy; zero for a move of no length, without curvature, or
+    /// against the slope: only rounding is left in it.
     pub fn best(&self, curvature: f64) -> f64 {
-        let best = -self.slope / curvature;
-        if best > 0.0 { best } else { 0.0 }
+        if self.slope < 0.0 && curvature > 0.0 {
+            -self.slope / curvature
+        } else {
+            0.0
+        }
     }
 
     /// The mean of the gap, weighted by pressure, after `part` of the move.
@@ -188,10 +191,10 @@ mod tests {
         let image = sunk(&whole);
         let curvature = line.curvature(dot(&moved, &sunk(&moved)));
         assert!(close(curvature, dot(&whole, &image)));
-        assert!(close(
-            line.best(-curvature) * curvature,
-            dot(&whole, &gap).max(0.0)
-        ));
+        let slope = dot(&whole, &gap);
+        assert!(close(line.slope, slope));
+        assert!(close(line.best(curvature) * curvature, (-slope).max(0.0)));
+        assert_eq!(line.best(-curvature), 0.0);
         for part in [0.0, 0.3, 1.0] {
             let along = |a: &[f64], b: &[f64]| -> Vec<f64> {
                 a.iter().zip(b).map(|(a, b)| a + part * b).collect()
@@ -220,10 +223,29 @@ mod tests {
             .zip(&gap)
             .map(|(m, g)| m * (g - offset))
             .sum::<f64>();
+        assert!(close(line.slope, slope));
+        assert!(close(curvature, dot(&moved, &sunk(&moved))));
         assert!(close(line.best(curvature) * curvature, (-slope).max(0.0)));
-        assert!(close(line.best(-curvature) * curvature, slope.max(0.0)));
+        assert_eq!(line.best(-curvature), 0.0);
         assert_eq!(line.scale, 1.0);
         assert!(!line.sheds_load());
+    }
+
+    #[test]
+    fn only_a_move_down_the_slope_and_up_again_has_a_best_part() {
+        let (_, line) = example();
+        let with_slope = |slope| LineSearch { slope, ..line };
+        assert_eq!(with_slope(-6.0).best(2.0), 3.0);
+        // Rounding may turn either sign.
+        for (slope, curvature) in [
+            (6.0, 2.0),
+            (6.0, -2.0),
+            (-6.0, -2.0),
+            (-6.0, 0.0),
+            (0.0, 0.0),
+        ] {
+            assert_eq!(with_slope(slope).best(curvature), 0.0);
+        }
     }
 
     #[test]

@@ -6,11 +6,6 @@ use super::passes::{Base, Expected};
 use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
-/// How far an evaluation in single precision is trusted to have reduced the residual of the last
-/// one in double precision: far from its rounding, 1e-7. An evaluation in double precision and the start
-/// after it last as long as two iterations.
-const SINGLE_REDUCTION: f64 = 1e-5;
-
 /// The largest residual over the displacement of one node under the mean pressure in contact. Beyond
 /// it, contact would be whatever a guess took for it.
 const SHARE_OF_DISPLACEMENT: f64 = 0.1;
@@ -130,14 +125,12 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Evaluation {
-        let begun = self.residual(start.standing.error);
         let tolerance = self.tolerance(settings, self.free_nodes);
-        let goal = tolerance.max(SINGLE_REDUCTION * begun);
         let stop = |pairs| {
             watch.spent(pairs);
             pairs >= settings.pair_limit || watch.is_interrupted()
         };
-        self.refine(history, start, goal, &stop)
+        self.refine(history, start, tolerance, &stop)
     }
 
     pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {

@@ -7,7 +7,7 @@ use super::in_order::Found;
 use super::lanes::{Lanes, sum_by, total, weight};
 
 /// Where a search stands.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
     /// Mean of the gap over the contact, but where the material yields: where the rigid surface is
     /// to be shifted to.

@@ -264,6 +264,19 @@ fn yielding_in_any_order_of_loads_is_the_same() {
     }
 }
 
+#[test]
+fn two_elastic_nodes_far_from_where_gaps_were_counted_from_are_found_to_their_last_digit() {
+    // 42 nodes yield at once. Found by the property below.
+    let (nodes, hardness) = (7, 10_f64.powf(-3.7070496578738408));
+    let heights = noise(nodes, 18270964029254293781);
+    let mut solver = yielding(nodes, hardness, &heights);
+    let load = 0.8772725409657233 * hardness;
+    let outcome = solved(&mut solver, load);
+    assert_eq!((outcome.contact_nodes, outcome.saturated_nodes), (44, 42));
+    assert!(outcome.pairs < 40, "{outcome:?}");
+    assert_complementary(&solver, &heights, load, 2e-12);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
