@@ -188,7 +188,7 @@ impl Solver {
 
     /// Learns from a move of which the part `best` would have been right. Says which part to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
-        let part = history.learn(&mut self.steps, best, self.bound.is_some());
+        let part = history.learn(&mut self.steps, best);
         self.extension.continues = history.continues();
         part
     }

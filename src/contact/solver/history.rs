@@ -12,9 +12,9 @@ const SMALLEST_PART: f64 = 0.5;
 /// directions would go on to count with them.
 const RECKLESS_PART: f64 = 0.25;
 
-/// Where the material yields and less than this part would have been best, the next step is shorter by as
-/// much: so many nodes change between free and saturated that one step too long follows another.
-const EXPECTED_PART: f64 = 0.9;
+/// Where less than this part would have been best, the next step is shorter by as much: while many nodes change
+/// between free and bound, one step too long follows another.
+const EXPECTED_PART: f64 = 0.8;
 
 /// While steps are shortened further than this, corrections go without a continuation of the gap.
 /// Where many nodes are clipped, the rest of what was meant for all may lead uphill.
@@ -30,7 +30,7 @@ pub struct History {
     /// Shortens steps after one that went much too far. Without it, a step that clips too many
     /// nodes to go downhill would be taken back and tried again for ever.
     pub damping: f64,
-    /// Shortens the step after one that went somewhat too far, where the material yields.
+    /// Shortens the step after one that went somewhat too far.
     pub caution: f64,
     /// Whether all rows are looked at, and not a sample.
     pub sees_all_rows: bool,
@@ -51,17 +51,21 @@ impl Default for History {
 }
 
 impl History {
-    /// Learns from a move of which the part `best` would have been right, where the material yields or does
-    /// not. Says which part to keep.
-    pub fn learn(&mut self, steps: &mut Steps, best: f64, yields: bool) -> f64 {
+    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    pub fn learn(&mut self, steps: &mut Steps, best: f64) -> f64 {
         if self.damping == 1.0 {
             steps.learn(self.iteration, best * self.caution);
         }
         // What the first move clips of a guess is not to be taken back.
         let clips_guess = self.iteration == 0;
         let short = !clips_guess && best < SMALLEST_PART;
-        if yields && !clips_guess {
-            self.caution = (best / EXPECTED_PART).clamp(SMALLEST_PART, 1.0);
+        if !clips_guess {
+            let went_too_far = best < EXPECTED_PART;
+            self.caution = if went_too_far {
+                best.max(SMALLEST_PART)
+            } else {
+                1.0
+            };
         }
         self.iteration += 1;
         if !short {
