@@ -13,8 +13,8 @@
 //! hardening and the material that piles up around a contact are not in it (Almqvist, Sahlin,
 //! Larsson & Glavatskih, *Tribol. Int.* 40, 2007, 574).
 //!
-//! `start` guesses, `saturation` keeps pressures within their bounds, `conjugate_gradients` holds the
-//! iteration, in the line of Polonsky & Keer
+//! `start` guesses, `saturation` keeps pressures within their bounds, `search` has what an iteration works
+//! on, `conjugate_gradients` holds it, in the line of Polonsky & Keer
 //! (*Wear* 231, 1999, 206) with the preconditioners of `correction` and `two_level`, `direction` makes the moves,
 //! `evaluation` evaluates where they led,
 //! and `active_set` lets go what is in contact by an oversight. The search runs in single precision on
@@ -51,6 +51,7 @@ mod passes;
 mod press;
 mod range;
 mod saturation;
+mod search;
 mod shift;
 mod start;
 mod state;
@@ -65,15 +66,10 @@ pub use hardness::{Hardness, HardnessError};
 pub use outcome::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE, Outcome, Settings, Stop};
 pub use watch::Watch;
 
-use active_groups::ActiveGroups;
 use centred_heights::CentredHeights;
-use extension::Extension;
-use passes::{Base, Expected, Sample};
+use passes::{Base, Expected};
 use range::range;
-use shift::Nodes;
-use steps::Steps;
-use stiffness::Stiffness;
-use two_level::TwoLevel;
+use search::Search;
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
@@ -118,9 +114,6 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// ```
 pub struct Solver {
     body: Box<dyn ElasticOperator>,
-    nodes: [usize; 2],
-    /// Mesh steps, the smaller ones, in the longer side.
-    steps_per_side: f64,
     heights: Vec<f64>,
     lowest: f64,
     highest: f64,
@@ -128,67 +121,30 @@ pub struct Solver {
     hardness: Option<Hardness>,
     /// The least load under which the material was seen to yield.
     yields_from: f64,
-    /// The hardness, for as long as pressures are kept below it.
-    bound: Option<Hardness>,
 
     /// Under the last load. Before the first one, that of full contact, of zero mean, if there is a formula.
     pressure: Vec<f64>,
-    load: f64,
     earlier_pressure: Vec<f32>,
     earlier_load: f64,
-    steps: Steps,
 
     /// Nodes in contact under the last load, and under the one before.
     contact_nodes: f64,
     earlier_contact_nodes: f64,
 
-    /// Gap less the gap reference.
-    gap: Vec<f32>,
-    reference: f64,
     earlier_gap: Vec<f32>,
     earlier_reference: f64,
     /// Mean of the gap in contact, less the reference.
     offset: f64,
     earlier_offset: f64,
-    /// From which gaps ask for a correction, less the reference.
-    level: f64,
     /// Which nodes are expected in contact when the next search begins.
     expected: Expected,
-    /// Heights less their reference.
-    single_heights: Vec<f32>,
-    height_reference: f64,
-    /// Pressures of a search are counted from here,
-    base: Base,
-    /// and are higher by this.
-    increment: Vec<f32>,
-    /// The last move of free nodes. Marked, see `flags`.
-    carry: Vec<f32>,
-    active: ActiveGroups,
-    sample: Sample,
-    free_nodes: f64,
-    extension: Extension,
-    /// Where the material may yield,
-    two_level: Option<TwoLevel>,
-    /// and whether it makes the corrections of the present iteration.
-    is_by_blocks: bool,
-    /// Nodes that ask for a change, and their last moves, where the material yields.
-    asking: Nodes,
-    last_moves: Vec<f32>,
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
     displacement: Kernel<f64>,
-    single: Transform<f32>,
-    single_scratch: Scratch<f32>,
-    single_displacement: Kernel<f32>,
-    stiffness: Stiffness,
-    nodal_stiffness: f64,
-    nodal_compliance: f64,
 
-    /// Transform pairs spent on the present load.
-    pairs: u32,
-
-    threads: Threads,
+    /// Of the last load, whose gap it has.
+    search: Search,
 }
 
 /// What the pressure that flattens a surface is like, of zero mean.
@@ -235,7 +191,7 @@ impl Solver {
             lowest,
             highest,
         } = CentredHeights::of(&threads, heights, nodes[1]);
-        let (double, single) = (elasticity::transform(&*body), elasticity::transform(&*body));
+        let double = elasticity::transform(&*body);
         let mut double_scratch = double.scratch_on(threads.clone());
         let mut pressure = vec![0.0; cells];
         let full_contact = body.stiffness_is_exact().then(|| {
@@ -245,60 +201,29 @@ impl Solver {
             let load = -lowest;
             FullContact { load, peak }
         });
-        let extension = Extension::new(nodes, body.stiffness_nodes());
-        let nodal_stiffness = body.nodal_stiffness(&threads);
-        let two_level =
-            hardness.map(|_| TwoLevel::new(&threads, &*body, nodal_stiffness, extension.blocks()));
+        let search = Search::new(&threads, &*body, hardness.is_some(), single_heights);
         Self {
-            nodes,
-            steps_per_side: body.grid().smaller_steps(),
-            single_heights,
-            height_reference: 0.0,
             lowest,
             highest,
             heights,
             full_contact,
             hardness,
             yields_from: f64::INFINITY,
-            bound: None,
             pressure,
-            load: 0.0,
             earlier_pressure: vec![0.0; cells],
             earlier_load: 0.0,
-            steps: Steps::default(),
             contact_nodes: 0.0,
             earlier_contact_nodes: 0.0,
             expected: Expected::All,
-            gap: vec![0.0; cells],
-            reference: 0.0,
             earlier_gap: vec![0.0; cells],
             earlier_reference: 0.0,
             offset: 0.0,
             earlier_offset: 0.0,
-            level: 0.0,
-            carry: vec![0.0; cells],
-            active: ActiveGroups::new(nodes),
-            base: Base::new(nodes),
-            increment: vec![0.0; cells],
-            sample: Sample::new(nodes),
-            free_nodes: 0.0,
-            extension,
-            two_level,
-            is_by_blocks: false,
-            asking: Nodes::default(),
-            last_moves: Vec::new(),
             double,
             double_scratch,
             displacement: elasticity::displacement_on(&threads, &*body),
-            single_scratch: single.scratch_on(threads.clone()),
-            single,
-            single_displacement: elasticity::displacement_on(&threads, &*body),
-            stiffness: Stiffness::new(&threads, &*body),
-            nodal_stiffness,
-            nodal_compliance: body.nodal_compliance(&threads),
-            pairs: 0,
+            search,
             body,
-            threads,
         }
     }
 
@@ -306,17 +231,12 @@ impl Solver {
     /// the same load has the same pressure, to the bit.
     pub fn work_on(&mut self, threads: Threads) {
         self.double_scratch.work_on(threads.clone());
-        self.single_scratch.work_on(threads.clone());
-        self.stiffness.work_on(&threads);
-        if let Some(two_level) = &mut self.two_level {
-            two_level.work_on(&threads);
-        }
-        self.threads = threads;
+        self.search.work_on(threads);
     }
 
     /// Who shares the work.
     pub(crate) fn threads(&self) -> &Threads {
-        &self.threads
+        &self.search.threads
     }
 
     /// The least load, in units of E* × rms slope, that brings every node into contact, if it is known

@@ -119,7 +119,7 @@ mod tests {
         let mut counts = [0; 2];
         for row in (0..96).map(|index| Row::new(index, 153)) {
             let groups = row.of(solver.pressure()).as_chunks::<LANES>().0;
-            for (active, pressures) in solver.active.row(row).iter().zip(groups) {
+            for (active, pressures) in solver.search.active.row(row).iter().zip(groups) {
                 counts[usize::from(*active)] += 1;
                 assert!(*active || pressures.iter().all(|p| *p == 0.0));
             }
@@ -142,7 +142,7 @@ mod tests {
             ..Settings::default()
         };
         solver.press(0.01, &settings, &|| false);
-        assert!(solver.active.active.iter().all(|active| *active));
-        assert!(solver.active.free.iter().any(|free| !free));
+        assert!(solver.search.active.active.iter().all(|active| *active));
+        assert!(solver.search.active.free.iter().any(|free| !free));
     }
 }

@@ -20,11 +20,16 @@ impl Solver {
     /// stays open.
     pub(super) fn release(&mut self, offset: f64) {
         let mut pass = Release {
-            asked: UNDECIDED * self.nodal_stiffness,
+            asked: UNDECIDED * self.search.nodal_stiffness,
             offset,
-            gap: &self.gap,
+            gap: &self.search.gap,
         };
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut pass,
+        );
     }
 }
 

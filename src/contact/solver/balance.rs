@@ -9,6 +9,7 @@
 
 use super::lanes::Wide;
 use super::passes::{FEWEST_NODES, PeekGap, Seen};
+use super::search::Search;
 use super::shift::Nodes;
 use super::survey::Standing;
 use super::{Hardness, Solver};
@@ -34,7 +35,7 @@ impl Balance {
     }
 }
 
-impl Solver {
+impl Search {
     /// Whether a sample of rows shows too little of what pressures will lack, for a move after which the
     /// residual is yet to be reduced by this factor. Near the end elastic pressures are scaled by what
     /// is lacked then; a few strips of nodes bear it, and their gaps open by more than the tolerance.
@@ -82,7 +83,7 @@ impl Solver {
             nodes: Nodes::default(),
             level: offset as f32,
         });
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        let (single, scratch) = (&self.transform, &mut self.scratch);
         single.peek(&self.sample.pairs(), &mut peek, scratch);
         if sees_all_rows || peek.0.saw_too_little() {
             single.peek(&self.sample.other_pairs(), &mut peek, scratch);
@@ -90,29 +91,31 @@ impl Solver {
         let shift = peek.0.nodes.shift(0.0, hardness as f32).unwrap_or(0.0);
         offset + shift / self.nodal_stiffness
     }
+}
 
+impl Solver {
     /// The offset from which gaps ask that pressures, kept within their bounds, change by nothing in
     /// sum, were each node alone. The mean gap of elastic nodes, from which errors are measured, may
     /// be that of one or two.
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, standing: Standing) -> f64 {
-        self.asking.clear();
-        self.gather(self.sample.pairs(), hardness, standing);
-        if (self.asking.len() as f64) < FEWEST_NODES {
-            self.gather(self.sample.other_pairs(), hardness, standing);
+        self.search.asking.clear();
+        self.gather(self.search.sample.pairs(), hardness, standing);
+        if (self.search.asking.len() as f64) < FEWEST_NODES {
+            self.gather(self.search.sample.other_pairs(), hardness, standing);
         }
-        let shift = self.asking.shift(0.0, hardness.pressure() as f32);
-        standing.offset + shift.unwrap_or(0.0) / self.nodal_stiffness
+        let shift = self.search.asking.shift(0.0, hardness.pressure() as f32);
+        standing.offset + shift.unwrap_or(0.0) / self.search.nodal_stiffness
     }
 
     /// Gathers nodes of pairs of rows whose gap may ask for another pressure.
     fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, standing: Standing) {
         let Standing { offset, error } = standing;
         for pair in pairs {
-            let first = 2 * pair * self.nodes[1];
-            let last = self.pressure.len().min(first + 2 * self.nodes[1]);
+            let first = 2 * pair * self.search.nodes[1];
+            let last = self.pressure.len().min(first + 2 * self.search.nodes[1]);
             for (p, gap) in self.pressure[first..last]
                 .iter()
-                .zip(&self.gap[first..last])
+                .zip(&self.search.gap[first..last])
             {
                 let above = f64::from(*gap) - offset;
                 let may_change = match *p {
@@ -121,8 +124,8 @@ impl Solver {
                     _ => true,
                 };
                 if may_change {
-                    let change = -self.nodal_stiffness * above;
-                    self.asking.push(*p as f32, change as f32);
+                    let change = -self.search.nodal_stiffness * above;
+                    self.search.asking.push(*p as f32, change as f32);
                 }
             }
         }

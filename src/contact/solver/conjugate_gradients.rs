@@ -30,6 +30,7 @@
 //! by less than a pair, with a preconditioner of two levels (`two_level`).
 
 use super::Solver;
+use super::balance::Balance;
 use super::evaluation::Evaluation;
 use super::flags::{FREE, PRESSED};
 use super::history::{History, LastMove};
@@ -37,6 +38,7 @@ use super::in_order::InOrder;
 use super::lanes::Wide;
 use super::line_search::LineSearch;
 use super::passes::{GapUpdate, PendingUpdate, UpdateGap};
+use super::search::Search;
 use super::start::Start;
 use super::survey::Standing;
 use super::two_level;
@@ -53,6 +55,19 @@ const EXPECTED_REDUCTION: f64 = 0.1;
 /// The same on the strips of elastic nodes that are left where the material yields.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
+/// Where iterations end.
+enum End {
+    /// At a residual that is low enough, or will not be lower: with this still to be done to pressures, and
+    /// gaps in contact about as high as the offset.
+    Residual { pending: PendingUpdate, offset: f64 },
+    /// At a move, made from this offset, that is expected to lead to such a residual; its gap is not known.
+    Move {
+        line: LineSearch,
+        balance: Option<Balance>,
+        offset: f64,
+    },
+}
+
 impl Solver {
     /// Iterates, at least once, until the residual is within the tolerance or single precision has done
     /// what it can, and evaluates where that led.
@@ -63,7 +78,31 @@ impl Solver {
         tolerance: f64,
         stop: &dyn Fn(u32) -> bool,
     ) -> Evaluation {
-        let total = self.load * self.pressure.len() as f64;
+        match self.search.iterate(history, start, tolerance, stop) {
+            End::Residual { pending, offset } => self.settle(pending, offset),
+            End::Move {
+                line,
+                balance,
+                offset,
+            } => match (self.search.bound, &balance) {
+                (Some(hardness), Some(balance)) => {
+                    self.evaluate_yielding_move(history, &line, hardness, balance, offset)
+                }
+                _ => self.evaluate_move(history, &line, offset),
+            },
+        }
+    }
+}
+
+impl Search {
+    fn iterate(
+        &mut self,
+        history: &mut History,
+        start: Start,
+        tolerance: f64,
+        stop: &dyn Fn(u32) -> bool,
+    ) -> End {
+        let total = self.load * self.cells() as f64;
         let Start {
             mut standing,
             base_sum,
@@ -105,18 +144,16 @@ impl Solver {
             if line.sheds_load() {
                 history.shorten_steps();
                 self.extension.continues = history.continues();
-                return self.settle(PendingUpdate::ALL_BACK, standing.offset);
+                return End::Residual {
+                    pending: PendingUpdate::ALL_BACK,
+                    offset: standing.offset,
+                };
             }
             if is_last {
-                return match (self.bound, &balance) {
-                    (Some(hardness), Some(balance)) => self.evaluate_yielding_move(
-                        history,
-                        &line,
-                        hardness,
-                        balance,
-                        standing.offset,
-                    ),
-                    _ => self.evaluate_move(history, &line, standing.offset),
+                return End::Move {
+                    line,
+                    balance,
+                    offset: standing.offset,
                 };
             }
             let before = standing;
@@ -130,7 +167,10 @@ impl Solver {
             // A move may be less than pressures are rounded by.
             let stuck = made.pending.part == 0.0 || standing == before;
             if self.residual(standing.error) <= goal || stuck || stop(self.pairs) {
-                return self.settle(made.pending, standing.offset);
+                return End::Residual {
+                    pending: made.pending,
+                    offset: standing.offset,
+                };
             }
             last = Some(made);
         }
@@ -153,8 +193,8 @@ impl Solver {
     ) -> (Standing, f64, LastMove) {
         let offset = standing.offset;
         let own_work = self
-            .single
-            .multiply(&self.single_displacement, &mut self.single_scratch);
+            .transform
+            .multiply(&self.displacement, &mut self.scratch);
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
@@ -209,7 +249,7 @@ impl Solver {
         };
         let mut pass = Wide(UpdateGap::<YIELDS> {
             response,
-            heights: &self.single_heights,
+            heights: &self.heights,
             gap: Band::of(&mut self.gap),
             carry: Band::of(&mut self.carry),
             active: self.active.band(),
@@ -217,7 +257,7 @@ impl Solver {
             sample: self.sample.band(),
             seen: InOrder::new(),
         });
-        self.single.finish(&mut pass, &mut self.single_scratch);
+        self.transform.finish(&mut pass, &mut self.scratch);
         let seen = pass.0.seen.total();
         self.free_nodes = seen.free_nodes;
         self.level = offset;

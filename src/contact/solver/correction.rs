@@ -3,11 +3,11 @@
 //! The stiffness has the pressure for a displacement of all nodes. `extension` has the displacement
 //! for a gap of free nodes, and takes back to them the pressure that belongs on others.
 
-use super::Solver;
 use super::lanes::Wide;
 use super::passes::{Extend, TakeOthers};
+use super::search::Search;
 
-impl Solver {
+impl Search {
     /// Makes the rows of the correction, all but what is to be given to them: in one pair, after which they are
     /// kept, or by blocks.
     pub(super) fn correct(&mut self, by_blocks: bool) {
@@ -23,7 +23,7 @@ impl Solver {
             active: &self.active,
             taken: self.extension.taken_rows(),
         });
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        let (single, scratch) = (&self.transform, &mut self.scratch);
         self.stiffness.finish_and_keep(&mut pass, single, scratch);
         self.extension.collect(&self.threads);
     }
@@ -39,7 +39,7 @@ impl Solver {
             active: &self.active,
             continued: self.extension.continued_rows(),
         });
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        let (single, scratch) = (&self.transform, &mut self.scratch);
         self.stiffness.begin(&mut pass, single, scratch);
     }
 }

@@ -2,18 +2,18 @@
 
 use std::mem::take;
 
-use super::Solver;
 use super::history::LastMove;
 use super::in_order::InOrder;
 use super::lanes::Wide;
 use super::passes::{Asking, Ceiling, Direction, Means, Peek, PendingUpdate, Sums, UpdatePressure};
+use super::search::Search;
 use crate::contact::fft::Band;
 
 /// The largest share of the last move in a direction: more would make it grow from one iteration
 /// to the next, which a predicted step does not bear.
 const LARGEST_SHARE: f64 = 2.0;
 
-impl Solver {
+impl Search {
     /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes. Where
     /// the material yields, free nodes are gathered on the way; returns also in how many rows.
     fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
@@ -39,7 +39,7 @@ impl Solver {
         ));
         let two_level = self.two_level.as_ref().filter(|_| self.is_by_blocks);
         let nodal = two_level.map(|two_level| two_level.nodal(&self.gap, self.level));
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        let (single, scratch) = (&self.transform, &mut self.scratch);
         let mut look = |pairs: Vec<usize>, peek: &mut Wide<Peek>| match nodal {
             None => self.stiffness.peek_kept(&pairs, peek, single, scratch),
             Some(nodal) => nodal.peek(&self.threads, &pairs, self.nodes, peek),
@@ -77,7 +77,7 @@ impl Solver {
         let share = self.free_nodes * along / last.curvature + last.missed / step;
         let share = share.clamp(0.0, LARGEST_SHARE);
         let PendingUpdate { scale, part } = last.pending;
-        let cells = self.pressure.len() as f64;
+        let cells = self.cells() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
         let mean = share * part * (means.last_move + scaling) - means.correction;
         let mean = self
@@ -108,12 +108,12 @@ impl Solver {
             active: &self.active,
             carry: Band::of(&mut self.carry),
             gap: &self.gap,
-            heights: &self.single_heights,
+            heights: &self.heights,
             sums: InOrder::new(),
         });
         let two_level = self.two_level.as_ref();
         let two_level = two_level.filter(|_| YIELDS && self.is_by_blocks);
-        let (single, scratch) = (&self.single, &mut self.single_scratch);
+        let (single, scratch) = (&self.transform, &mut self.scratch);
         if let Some(two_level) = two_level {
             let nodal = two_level.nodal(&self.gap, self.level);
             nodal.turn(self.nodes[1], &mut pass, single, scratch);

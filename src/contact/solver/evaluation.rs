@@ -31,11 +31,11 @@ impl Solver {
     pub(super) fn evaluate(&mut self) -> Evaluation {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
-            hardness: self.ceiling(),
-            carry: Band::of(&mut self.carry),
+            hardness: self.search.ceiling(),
+            carry: Band::of(&mut self.search.carry),
             keeps_moves: false,
         });
-        self.double_scratch.take_over(&mut self.single_scratch);
+        self.double_scratch.take_over(&mut self.search.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
         self.finish_gap()
     }
@@ -49,16 +49,16 @@ impl Solver {
         if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
         }
-        self.reference += offset;
+        self.search.reference += offset;
         self.evaluate()
     }
 
     /// The same of the pressure where a search led. Gaps are to be counted from `offset`, near to that
     /// which will be found, so that gaps in contact keep all their digits.
     pub(super) fn settle(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
-        if let Some(hardness) = self.bound {
+        if let Some(hardness) = self.search.bound {
             self.promote_yielding(hardness, pending);
-            self.reference += offset;
+            self.search.reference += offset;
             return self.evaluate();
         }
         if pending.part == 1.0 {
@@ -67,13 +67,13 @@ impl Solver {
         }
         let mut promote = Promote {
             factor: pending.of_pressure(),
-            base: &self.base,
-            increment: &self.increment,
+            base: &self.search.base,
+            increment: &self.search.increment,
         };
         over_rows(
-            &self.threads,
+            &self.search.threads,
             &mut self.pressure,
-            self.nodes[1],
+            self.search.nodes[1],
             &mut promote,
         );
         self.evaluate_without(1.0 - pending.part, offset)
@@ -83,7 +83,7 @@ impl Solver {
     fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
         self.take_back(part);
         self.impose_load();
-        self.reference += offset;
+        self.search.reference += offset;
         self.evaluate()
     }
 
@@ -91,10 +91,15 @@ impl Solver {
     pub(super) fn take_back(&mut self, part: f64) {
         let mut pass = TakeBack {
             part,
-            hardness: self.ceiling(),
-            carry: &self.carry,
+            hardness: self.search.ceiling(),
+            carry: &self.search.carry,
         };
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut pass,
+        );
     }
 
     /// Evaluates a move at once, and once more if only a part of it is kept.
@@ -126,7 +131,7 @@ impl Solver {
         offset: f64,
     ) -> Evaluation {
         let scale = self.promote_yielding(hardness, PendingUpdate::NOTHING);
-        self.reference += offset;
+        self.search.reference += offset;
         self.begin_with_moves_kept(hardness);
         let (evaluation, curvature) = self.finish_move::<true>(scale, offset);
         let best = line.then_scaled(scale, balance.free_offset).best(curvature);
@@ -144,7 +149,7 @@ impl Solver {
             .multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Wide(MoveOutput::<YIELDS> {
             heights: &self.heights,
-            reference: self.reference,
+            reference: self.search.reference,
             scaling: MoveScaling {
                 scale: scale as f32,
                 reference_change: reference_change as f32,
@@ -152,12 +157,12 @@ impl Solver {
             sums_gaps: !self.body.keeps_mean(),
             survey: InOrder::new(),
             curvature: InOrder::new(),
-            base: &self.base,
-            increment: &self.increment,
-            gap: Band::of(&mut self.gap),
-            carry: Band::of(&mut self.carry),
-            sample: self.sample.band(),
-            found: vec![0.0; self.nodes[1]],
+            base: &self.search.base,
+            increment: &self.search.increment,
+            gap: Band::of(&mut self.search.gap),
+            carry: Band::of(&mut self.search.carry),
+            sample: self.search.sample.band(),
+            found: vec![0.0; self.search.nodes[1]],
         });
         self.double.finish(&mut pass, &mut self.double_scratch);
         let (survey, curvature) = (pass.0.survey.total(), pass.0.curvature.total());
@@ -174,7 +179,7 @@ impl Solver {
         evaluation: Evaluation,
         offset_change: f64,
     ) -> Evaluation {
-        let part = self.learn(history, best);
+        let part = self.search.learn(history, best);
         if part < 1.0 {
             return self.evaluate_without(1.0 - part, evaluation.standing.offset);
         }
@@ -188,19 +193,19 @@ impl Solver {
     }
 
     fn begin_promoted(&mut self, scale: f64, offset: f64) {
-        self.reference += offset;
+        self.search.reference += offset;
         let mut pass = Wide(PromotedInput {
             scale,
-            base: &self.base,
-            increment: &self.increment,
+            base: &self.search.base,
+            increment: &self.search.increment,
             pressure: Band::of(&mut self.pressure),
         });
-        self.double_scratch.take_over(&mut self.single_scratch);
+        self.double_scratch.take_over(&mut self.search.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
     fn finish_gap(&mut self) -> Evaluation {
-        match self.bound {
+        match self.search.bound {
             None => self.finish_gap_as::<false>(),
             Some(_) => self.finish_gap_as::<true>(),
         }
@@ -212,9 +217,9 @@ impl Solver {
             .multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Wide(GapOutput::<YIELDS> {
             heights: &self.heights,
-            reference: self.reference,
-            gap: Band::of(&mut self.gap),
-            carry: &self.carry,
+            reference: self.search.reference,
+            gap: Band::of(&mut self.search.gap),
+            carry: &self.search.carry,
             sums_gaps: !self.body.keeps_mean(),
             survey: InOrder::new(),
         });
@@ -225,7 +230,7 @@ impl Solver {
 
     fn evaluation(&mut self, survey: &Survey, work: f64) -> Evaluation {
         let standing = survey.standing();
-        self.pairs += 1;
+        self.search.pairs += 1;
         self.offset = standing.offset;
         let cells = self.pressure.len() as f64;
         let yielded_depth = match survey.saturated_nodes() {
@@ -235,7 +240,7 @@ impl Solver {
         let mean_gap = match survey.gap_sum {
             Some(sum) => sum / cells - standing.offset,
             // Displacements and heights have no mean.
-            None => -(self.reference + standing.offset),
+            None => -(self.search.reference + standing.offset),
         };
         // Where material has yielded there is no gap, and where all nodes touch none but for rounding.
         let mean_gap = match yielded_depth {

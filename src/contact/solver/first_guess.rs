@@ -35,7 +35,7 @@ impl Solver {
     /// Guesses where no load was pressed before.
     pub(super) fn guess_first(&mut self, load: f64) {
         let share = 1.0 - (-CONTACT_OVER_LOAD * load).exp();
-        if self.bound.is_none() && share < SMALL_SHARE {
+        if self.search.bound.is_none() && share < SMALL_SHARE {
             self.guess_from_highest(share);
         } else {
             self.guess_from_full_contact(load);
@@ -46,8 +46,12 @@ impl Solver {
     /// leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
-        let [lowest, highest] = range(&self.threads, &mut self.pressure, self.nodes[1]);
-        let most = match self.bound {
+        let [lowest, highest] = range(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+        );
+        let most = match self.search.bound {
             Some(hardness) => hardness.pressure() - lowest,
             // With less than the load everywhere there would be none at the lowest.
             None => self.full_contact.map_or(load - lowest, |full| full.load),
@@ -64,9 +68,14 @@ impl Solver {
             level,
             heights: &self.heights,
         };
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut press);
-        self.reference = -level;
-        let expected = expected - self.height_reference;
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut press,
+        );
+        self.search.reference = -level;
+        let expected = expected - self.search.height_reference;
         self.expected = Expected::AsHighAs(expected as f32);
     }
 
@@ -92,9 +101,9 @@ impl Solver {
     ) -> [Highest; N] {
         let mut counts = CountHeights::between(low, high, &self.heights);
         over_rows(
-            &self.threads,
+            &self.search.threads,
             &mut self.pressure,
-            self.nodes[1],
+            self.search.nodes[1],
             &mut counts,
         );
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
@@ -116,22 +125,22 @@ impl Solver {
     /// the material is so soft that it hardly bends.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
-            *p = (height - self.highest) / self.nodal_compliance;
+            *p = (height - self.highest) / self.search.nodal_compliance;
         }
-        let most = match self.bound {
+        let most = match self.search.bound {
             None => load * self.pressure.len() as f64,
             Some(hardness) => {
-                hardness.pressure() + (self.highest - self.lowest) / self.nodal_compliance
+                hardness.pressure() + (self.highest - self.lowest) / self.search.nodal_compliance
             }
         };
         let highest = self.raise_to(load, (0.0, most));
-        self.reference = highest * self.nodal_compliance - self.highest;
+        self.search.reference = highest * self.search.nodal_compliance - self.highest;
     }
 
     /// Raises the pressure so far that what is then within its bounds has the mean `load`, and says how
     /// far: within the range.
     pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
-        let (cells, most) = (self.pressure.len() as f64, self.ceiling());
+        let (cells, most) = (self.pressure.len() as f64, self.search.ceiling());
         // Those that may be raised above zero, in their order: the others add nothing to any sum.
         let mut few: Option<Vec<f64>> = None;
         for _ in 0..BISECTIONS {
@@ -162,14 +171,14 @@ impl Solver {
     /// Fills the pressure with the one of zero mean that flattens the heights, as far as the stiffness
     /// is exact: one pair.
     pub(super) fn fill_with_full_contact(&mut self) {
-        let stiffness = elasticity::stiffness_on(&self.threads, &*self.body);
-        let transform = Transform::padded(self.nodes, self.body.stiffness_nodes());
-        let mut scratch = transform.scratch_on(self.threads.clone());
-        scratch.take_over(&mut self.single_scratch);
+        let stiffness = elasticity::stiffness_on(&self.search.threads, &*self.body);
+        let transform = Transform::padded(self.search.nodes, self.body.stiffness_nodes());
+        let mut scratch = transform.scratch_on(self.search.threads.clone());
+        scratch.take_over(&mut self.search.scratch);
         scratch.take_over(&mut self.double_scratch);
         transform.convolve(&stiffness, &self.heights, &mut self.pressure, &mut scratch);
         self.double_scratch.take_over(&mut scratch);
-        self.pairs += 1;
+        self.search.pairs += 1;
     }
 }
 

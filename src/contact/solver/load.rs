@@ -10,7 +10,7 @@ use crate::contact::fft::Row;
 impl Solver {
     /// Brings the pressure to its mean within its bounds, and says what it is like.
     pub(super) fn impose_load(&mut self) -> PressureSummary {
-        let scale = match self.bound {
+        let scale = match self.search.bound {
             None => self.scale_to_load(),
             Some(hardness) => {
                 self.share_out(hardness);
@@ -19,12 +19,17 @@ impl Solver {
         };
         let mut pass = ScaleAndCount {
             scale,
-            hardness: self.ceiling(),
+            hardness: self.search.ceiling(),
             contact_nodes: 0.0,
             saturated_nodes: 0.0,
             peak: [0.0; LANES],
         };
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut pass,
+        );
         PressureSummary {
             contact_nodes: pass.contact_nodes as usize,
             saturated_nodes: pass.saturated_nodes as usize,
@@ -37,15 +42,20 @@ impl Solver {
         let mut sum = self.sum_of_pressures();
         if sum <= 0.0 {
             // A search leaves nothing of a pressure too small for single precision.
-            self.guess_from_heights(self.load);
+            self.guess_from_heights(self.search.load);
             sum += self.sum_of_pressures();
         }
-        self.load * self.pressure.len() as f64 / sum
+        self.search.load * self.pressure.len() as f64 / sum
     }
 
     fn sum_of_pressures(&mut self) -> f64 {
         let mut sum = Total(InOrder::new());
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut sum);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut sum,
+        );
         sum.0.total()
     }
 }

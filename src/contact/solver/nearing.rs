@@ -28,8 +28,13 @@ impl Solver {
             offset: self.offset as f32,
             earlier_offset: self.earlier_offset as f32,
         };
-        let mut pass = CountNearing::new(penetrate, &self.gap, &self.earlier_gap);
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
+        let mut pass = CountNearing::new(penetrate, &self.search.gap, &self.earlier_gap);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut pass,
+        );
         pass.first(EXCESS * reach * grown)
     }
 }
@@ -69,7 +74,7 @@ mod tests {
 
     /// Nodes outside the contact whose gap is less than a part of the one before.
     fn near(solver: &Solver, nearing: Nearing) -> Vec<bool> {
-        let nodes = solver.gap.iter().zip(&solver.earlier_gap);
+        let nodes = solver.search.gap.iter().zip(&solver.earlier_gap);
         let nodes = nodes.zip(solver.pressure());
         nodes
             .map(|((gap, earlier), p)| {

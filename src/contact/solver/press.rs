@@ -22,13 +22,13 @@ impl Solver {
         if let Some(hardness) = self.hardness {
             hardness.bear(load).expect("the caller has asked");
         }
-        self.pairs = 0;
+        self.search.pairs = 0;
         self.expected = Expected::All;
-        self.extension.continues = true;
-        self.base.prepare(settings.tolerance);
-        self.active.prepare(Base::is_map(settings.tolerance));
+        self.search.extension.continues = true;
+        self.search.base.prepare(settings.tolerance);
+        self.search.active.prepare(Base::is_map(settings.tolerance));
         if self.is_flattened_by(load) {
-            self.bound = None;
+            self.search.bound = None;
             self.flatten(load);
             let evaluation = self.evaluate();
             return Outcome {
@@ -39,13 +39,13 @@ impl Solver {
         if let Some(outcome) = self.press_if_yielding(load, settings, watch) {
             return outcome;
         }
-        self.bound = self.hardness.filter(|_| load >= self.yields_from);
+        self.search.bound = self.hardness.filter(|_| load >= self.yields_from);
         let outcome = self.solve_within_bound(load, settings, watch);
         match self.hardness {
             Some(hardness) if outcome.peak_pressure > hardness.pressure() => {
                 self.yields_from = self.yields_from.min(load);
                 let evaluation = self.guess_yielding(hardness);
-                self.extension.continues = true;
+                self.search.extension.continues = true;
                 self.solve(History::default(), evaluation, settings, watch)
             }
             _ => outcome,
@@ -60,12 +60,12 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<Outcome> {
-        let is_first = self.load == 0.0;
+        let is_first = self.search.load == 0.0;
         let hardness = self.hardness.filter(|_| is_first)?;
         if !self.is_expected_to_pass(hardness, load) {
             return None;
         }
-        self.bound = Some(hardness);
+        self.search.bound = Some(hardness);
         let outcome = self.solve_within_bound(load, settings, watch);
         if outcome.saturated_nodes == 0 && outcome.stop == Stop::Converged {
             self.forget();
@@ -104,7 +104,7 @@ impl Solver {
             let stop = if self.is_solved(settings, &evaluation) {
                 self.release(evaluation.standing.offset);
                 Stop::Converged
-            } else if self.pairs >= settings.pair_limit {
+            } else if self.search.pairs >= settings.pair_limit {
                 Stop::PairLimit
             } else if watch.is_interrupted() {
                 Stop::Interrupted
@@ -125,7 +125,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Evaluation {
-        let tolerance = self.tolerance(settings, self.free_nodes);
+        let tolerance = self.tolerance(settings, self.search.free_nodes);
         let stop = |pairs| {
             watch.spent(pairs);
             pairs >= settings.pair_limit || watch.is_interrupted()
@@ -135,21 +135,18 @@ impl Solver {
 
     pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let tolerance = self.tolerance(settings, evaluation.contact_nodes);
-        self.residual(evaluation.standing.error) <= tolerance
+        self.search.residual(evaluation.standing.error) <= tolerance
     }
 
     /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less
     /// and heights are known so well.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
-        let mean_pressure = self.load * self.pressure.len() as f64 / contact_nodes;
-        let share = SHARE_OF_DISPLACEMENT * self.nodal_compliance * mean_pressure;
+        let mean_pressure = self.search.load * self.pressure.len() as f64 / contact_nodes;
+        let share = SHARE_OF_DISPLACEMENT * self.search.nodal_compliance * mean_pressure;
         let rounding = f64::EPSILON * self.highest;
-        settings.tolerance.min(self.residual(share.max(rounding)))
-    }
-
-    /// An error of the gap in mesh steps of a surface of unit rms slope.
-    pub(super) fn residual(&self, error: f64) -> f64 {
-        self.steps_per_side * error
+        settings
+            .tolerance
+            .min(self.search.residual(share.max(rounding)))
     }
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation) -> Outcome {
@@ -157,8 +154,8 @@ impl Solver {
         self.contact_nodes = summary.contact_nodes as f64;
         Outcome {
             stop,
-            pairs: self.pairs,
-            residual: self.residual(evaluation.standing.error),
+            pairs: self.search.pairs,
+            residual: self.search.residual(evaluation.standing.error),
             contact_nodes: summary.contact_nodes,
             saturated_nodes: summary.saturated_nodes,
             mean_gap: evaluation.mean_gap,

@@ -22,23 +22,22 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const ROUNDS: usize = 50;
 
 impl Solver {
-    /// The highest pressure that the present search may use.
-    pub(super) fn ceiling(&self) -> f64 {
-        self.bound.map_or(f64::INFINITY, Hardness::pressure)
-    }
-
     /// Makes of the present pressure and gap, a solution that knew no hardness, a guess for the same
     /// load that does, and evaluates it.
     ///
     /// Pressures rise all over by what a lowered surface asks each node for, until those within
     /// their bounds bear the load: the nodes that saturate spread to where the gap is smallest.
     pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
-        self.bound = Some(hardness);
-        for (p, gap) in self.pressure.iter_mut().zip(&self.gap) {
-            *p -= (f64::from(*gap) - self.offset) / self.nodal_compliance;
+        self.search.bound = Some(hardness);
+        for (p, gap) in self.pressure.iter_mut().zip(&self.search.gap) {
+            *p -= (f64::from(*gap) - self.offset) / self.search.nodal_compliance;
         }
-        let [lowest, highest] = range(&self.threads, &mut self.pressure, self.nodes[1]);
-        self.raise_to(self.load, (-highest, hardness.pressure() - lowest));
+        let [lowest, highest] = range(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+        );
+        self.raise_to(self.search.load, (-highest, hardness.pressure() - lowest));
         self.impose_load();
         self.evaluate()
     }
@@ -48,15 +47,15 @@ impl Solver {
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
         let mut promote = PromoteYielding {
             hardness: hardness.pressure(),
-            base: &self.base,
-            increment: &self.increment,
-            carry: &self.carry,
+            base: &self.search.base,
+            increment: &self.search.increment,
+            carry: &self.search.carry,
             tally: Tally::below(hardness.pressure()),
         };
         over_rows(
-            &self.threads,
+            &self.search.threads,
             &mut self.pressure,
-            self.nodes[1],
+            self.search.nodes[1],
             &mut promote,
         );
         let mut tally = promote.tally;
@@ -76,17 +75,17 @@ impl Solver {
     fn shift_free_nodes(&mut self, hardness: Hardness) {
         let hardness = hardness.pressure();
         let sum: f64 = self.pressure.iter().sum();
-        let lacked = self.load * self.pressure.len() as f64 - sum;
-        self.asking.clear();
-        for (p, carry) in self.pressure.iter().zip(&self.carry) {
+        let lacked = self.search.load * self.pressure.len() as f64 - sum;
+        self.search.asking.clear();
+        for (p, carry) in self.pressure.iter().zip(&self.search.carry) {
             if has(*carry, FREE) {
-                self.asking.push(*p as f32, 0.0);
+                self.search.asking.push(*p as f32, 0.0);
             }
         }
-        let Some(shift) = self.asking.shift(lacked, hardness as f32) else {
+        let Some(shift) = self.search.asking.shift(lacked, hardness as f32) else {
             return;
         };
-        for (p, carry) in self.pressure.iter_mut().zip(&self.carry) {
+        for (p, carry) in self.pressure.iter_mut().zip(&self.search.carry) {
             if has(*carry, FREE) {
                 *p = (*p + shift).clamp(0.0, hardness);
             }
@@ -98,10 +97,10 @@ impl Solver {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
             hardness: hardness.pressure(),
-            carry: Band::of(&mut self.carry),
+            carry: Band::of(&mut self.search.carry),
             keeps_moves: true,
         });
-        self.double_scratch.take_over(&mut self.single_scratch);
+        self.double_scratch.take_over(&mut self.search.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
@@ -140,15 +139,20 @@ impl Solver {
     /// Finds elastic nodes; those above the hardness are brought down to it.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut tally);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut tally,
+        );
         tally
     }
 
     /// By what elastic pressures are to be scaled.
     fn scale_after(&self, tally: &Tally) -> f64 {
-        let total = self.load * self.pressure.len() as f64;
+        let total = self.search.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
-        let elastic = tally.elastic_sum(&self.pressure, self.nodes[1]);
+        let elastic = tally.elastic_sum(&self.pressure, self.search.nodes[1]);
         if rest.abs() <= ROUNDING * total {
             return if elastic == 0.0 { 1.0 } else { 0.0 };
         }
@@ -158,12 +162,12 @@ impl Solver {
     /// The same where there are too many saturated nodes, or nearly no others: with none saturated,
     /// or from the heights alone.
     fn share_out_anew(&mut self) {
-        let total = self.load * self.pressure.len() as f64;
+        let total = self.search.load * self.pressure.len() as f64;
         let sum: f64 = self.pressure.iter().sum();
         if sum >= total {
             self.pressure.iter_mut().for_each(|p| *p *= total / sum);
         } else {
-            self.guess_from_heights(self.load);
+            self.guess_from_heights(self.search.load);
         }
     }
 }

@@ -44,16 +44,16 @@ impl Solver {
         self.count_heights_from(if is_light { self.highest } else { 0.0 });
         if let Some(reach) = self.reach(load) {
             let start = self.extrapolate(reach);
-            self.load = load;
+            self.search.load = load;
             return Some(start);
         }
         self.remember();
         if is_light {
             self.guess_from_heights(load);
-        } else if self.load == 0.0 {
+        } else if self.search.load == 0.0 {
             self.guess_first(load);
         }
-        self.load = load;
+        self.search.load = load;
         self.impose_load();
         None
     }
@@ -66,10 +66,10 @@ impl Solver {
     /// reaches so far. To a light load it leads up from lighter ones alone: from heavier ones it
     /// would press on all that they do.
     fn reach(&self, load: f64) -> Option<f64> {
-        let reach = (load - self.load) / (self.load - self.earlier_load);
-        let ascend = self.earlier_load <= self.load && self.load <= load;
+        let reach = (load - self.search.load) / (self.search.load - self.earlier_load);
+        let ascend = self.earlier_load <= self.search.load && self.search.load <= load;
         let leads_there = REACH.contains(&reach) && (ascend || !self.is_light(load));
-        (self.load > 0.0 && leads_there).then_some(reach)
+        (self.search.load > 0.0 && leads_there).then_some(reach)
     }
 
     /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
@@ -79,8 +79,8 @@ impl Solver {
         for p in &mut self.pressure {
             *p += load;
         }
-        self.load = load;
-        self.reference = 0.0;
+        self.search.load = load;
+        self.search.reference = 0.0;
     }
 
     /// Along the straight line through the last two solutions. While the contact does not change,
@@ -95,16 +95,16 @@ impl Solver {
         if self.earlier_load == 0.0 {
             self.earlier_offset = self.mean_earlier_gap();
         }
-        self.reference = onwards(self.reference, &mut self.earlier_reference);
+        self.search.reference = onwards(self.search.reference, &mut self.earlier_reference);
         self.offset = onwards(self.offset, &mut self.earlier_offset);
-        self.earlier_load = self.load;
+        self.earlier_load = self.search.load;
         self.earlier_contact_nodes = self.contact_nodes;
         self.begin(self.offset, Some(reach))
     }
 
     /// Begins a search where pressure and gap are.
     pub(super) fn ask(&mut self, standing: Standing) -> Start {
-        let offset = match self.bound {
+        let offset = match self.search.bound {
             None => standing.offset,
             Some(hardness) => self.balanced_offset(hardness, standing),
         };
@@ -113,14 +113,14 @@ impl Solver {
 
     /// Begins a search `reach` beyond pressure and gap, or where they are.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
-        match self.bound {
+        match self.search.bound {
             None => self.begin_as::<false>(offset, reach),
             Some(_) => self.begin_as::<true>(offset, reach),
         }
     }
 
     fn begin_as<const YIELDS: bool>(&mut self, offset: f64, reach: Option<f64>) -> Start {
-        let hardness = self.ceiling();
+        let hardness = self.search.ceiling();
         let onwards = reach.map(|reach| Onwards {
             reach,
             earlier_pressure: Band::of(&mut self.earlier_pressure),
@@ -129,28 +129,33 @@ impl Solver {
         let mut pass = Ask::<YIELDS> {
             onwards,
             expected: take(&mut self.expected),
-            shown: ShownGap::new(self.nodes[1]),
-            heights: &self.single_heights,
+            shown: ShownGap::new(self.search.nodes[1]),
+            heights: &self.search.heights,
             response: GapUpdate::to_a_start(offset),
-            gap: Band::of(&mut self.gap),
+            gap: Band::of(&mut self.search.gap),
             hardness,
-            carry: Band::of(&mut self.carry),
-            active: self.active.band(),
-            asked: self.extension.asked_rows(),
-            row: vec![0.0; self.nodes[1]],
-            base: self.base.band(),
-            increment: Band::of(&mut self.increment),
+            carry: Band::of(&mut self.search.carry),
+            active: self.search.active.band(),
+            asked: self.search.extension.asked_rows(),
+            row: vec![0.0; self.search.nodes[1]],
+            base: self.search.base.band(),
+            increment: Band::of(&mut self.search.increment),
             seen: InOrder::new(),
             base_sum: InOrder::new(),
             bounded_sum: InOrder::new(),
         };
-        let row_nodes = self.nodes[1];
-        over_rows(&self.threads, &mut self.pressure, row_nodes, &mut pass);
+        let row_nodes = self.search.nodes[1];
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            row_nodes,
+            &mut pass,
+        );
         let (seen, base_sum) = (pass.seen.total(), pass.base_sum.total());
         let sum = pass.bounded_sum.total();
-        self.free_nodes = seen.free_nodes;
-        self.single_scratch.take_over(&mut self.double_scratch);
-        self.level = offset;
+        self.search.free_nodes = seen.free_nodes;
+        self.search.scratch.take_over(&mut self.double_scratch);
+        self.search.level = offset;
         Start {
             standing: seen.extremes.seen_from(offset),
             base_sum,
@@ -161,17 +166,17 @@ impl Solver {
     /// Makes the last solution the earlier one: that of no load, if there is none.
     fn remember(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
-        if self.load == 0.0 {
+        if self.search.load == 0.0 {
             self.remember_untouched();
             return;
         }
         for (earlier, p) in self.earlier_pressure.iter_mut().zip(&self.pressure) {
             *earlier = *p as f32;
         }
-        self.earlier_gap.copy_from_slice(&self.gap);
-        self.earlier_reference = self.reference;
+        self.earlier_gap.copy_from_slice(&self.search.gap);
+        self.earlier_reference = self.search.reference;
         self.earlier_offset = self.offset;
-        self.earlier_load = self.load;
+        self.earlier_load = self.search.load;
     }
 
     /// Mean over the last contact of the gap before it: the level that the mean gap in contact was on, where
@@ -181,7 +186,12 @@ impl Solver {
             gap: &self.earlier_gap,
             sum: InOrder::new(),
         };
-        over_rows(&self.threads, &mut self.pressure, self.nodes[1], &mut pass);
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut pass,
+        );
         pass.sum.total() / self.contact_nodes
     }
 
@@ -192,9 +202,9 @@ impl Solver {
             earlier_pressure: Band::of(&mut self.earlier_pressure),
         };
         over_rows(
-            &self.threads,
+            &self.search.threads,
             &mut self.earlier_gap,
-            self.nodes[1],
+            self.search.nodes[1],
             &mut pass,
         );
         self.earlier_reference = -self.highest;
@@ -204,26 +214,26 @@ impl Solver {
 
     /// Goes back to where no load has been pressed.
     pub(super) fn forget(&mut self) {
-        self.steps = Steps::default();
-        (self.load, self.reference, self.offset) = (0.0, 0.0, 0.0);
+        self.search.steps = Steps::default();
+        (self.search.load, self.search.reference, self.offset) = (0.0, 0.0, 0.0);
         self.contact_nodes = 0.0;
     }
 
     /// Single precision tells displacements from heights best where heights are small: under a light
     /// load, they are to be so in the highest nodes.
     pub(super) fn count_heights_from(&mut self, height: f64) {
-        if self.height_reference == height {
+        if self.search.height_reference == height {
             return;
         }
-        self.height_reference = height;
+        self.search.height_reference = height;
         let mut pass = CountedFrom {
             level: height,
             heights: &self.heights,
         };
         over_rows(
-            &self.threads,
-            &mut self.single_heights,
-            self.nodes[1],
+            &self.search.threads,
+            &mut self.search.heights,
+            self.search.nodes[1],
             &mut pass,
         );
     }

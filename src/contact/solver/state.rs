@@ -13,18 +13,18 @@ impl Solver {
     /// When nothing can be written.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         let numbers = [
-            self.load,
+            self.search.load,
             self.earlier_load,
-            self.reference,
+            self.search.reference,
             self.earlier_reference,
             self.offset,
             self.earlier_offset,
-            self.height_reference,
+            self.search.height_reference,
             self.yields_from,
             self.contact_nodes,
             self.earlier_contact_nodes,
         ];
-        for number in numbers.iter().chain(self.steps.all()) {
+        for number in numbers.iter().chain(self.search.steps.all()) {
             out.write_all(&number.to_le_bytes())?;
         }
         for pressure in &self.pressure {
@@ -32,9 +32,9 @@ impl Solver {
         }
         for field in [
             &self.earlier_pressure,
-            &self.gap,
+            &self.search.gap,
             &self.earlier_gap,
-            &self.carry,
+            &self.search.carry,
         ] {
             for value in field {
                 out.write_all(&value.to_le_bytes())?;
@@ -64,15 +64,15 @@ impl Solver {
             contact_nodes,
             earlier_contact_nodes,
         ] = numbers;
-        self.steps = Steps::restored(|| double(from))?;
+        self.search.steps = Steps::restored(|| double(from))?;
         for pressure in &mut self.pressure {
             *pressure = double(from)?;
         }
         for field in [
             &mut self.earlier_pressure,
-            &mut self.gap,
+            &mut self.search.gap,
             &mut self.earlier_gap,
-            &mut self.carry,
+            &mut self.search.carry,
         ] {
             for value in field {
                 let mut bytes = [0; 4];
@@ -80,8 +80,8 @@ impl Solver {
                 *value = f32::from_le_bytes(bytes);
             }
         }
-        (self.load, self.earlier_load) = (load, earlier_load);
-        (self.reference, self.earlier_reference) = (reference, earlier_reference);
+        (self.search.load, self.earlier_load) = (load, earlier_load);
+        (self.search.reference, self.earlier_reference) = (reference, earlier_reference);
         (self.offset, self.earlier_offset) = (offset, earlier_offset);
         self.count_heights_from(heights);
         self.yields_from = yields;

@@ -95,9 +95,9 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
             .map(|(gap, _)| *gap)
             .collect()
     };
-    let elastic = of(&|p| p > 0.0 && p < solver.ceiling());
+    let elastic = of(&|p| p > 0.0 && p < solver.search.ceiling());
     // Without elastic nodes, the highest of saturated ones must be below all others.
-    let saturated = of(&|p| p >= solver.ceiling());
+    let saturated = of(&|p| p >= solver.search.ceiling());
     let offset = if elastic.is_empty() {
         saturated.into_iter().fold(f64::MIN, f64::max)
     } else {
@@ -108,7 +108,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
-    let (step, hardness) = (1.0 / solver.steps_per_side, solver.ceiling());
+    let (step, hardness) = (1.0 / solver.search.steps_per_side, solver.search.ceiling());
     for (p, gap) in solver.pressure().iter().zip(gap(solver, heights)) {
         assert!((0.0..=hardness).contains(p));
         let violation = match *p {
