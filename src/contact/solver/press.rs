@@ -102,7 +102,7 @@ impl Solver {
     ) -> Outcome {
         loop {
             let stop = if self.is_solved(settings, &evaluation) {
-                self.release(evaluation.standing.offset);
+                self.decide(evaluation.standing.offset);
                 Stop::Converged
             } else if self.search.pairs >= settings.pair_limit {
                 Stop::PairLimit

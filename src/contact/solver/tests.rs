@@ -27,7 +27,7 @@ fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
 }
 
 /// A solver of a square surface on a periodic half-space.
-fn solver(nodes: usize, heights: &[f64]) -> Solver {
+pub(super) fn solver(nodes: usize, heights: &[f64]) -> Solver {
     Solver::new(PeriodicHalfSpace::new(square(nodes, 1.0)), heights)
 }
 
@@ -61,7 +61,7 @@ fn noise(nodes: usize, seed: u64) -> Vec<f64> {
 }
 
 /// Noise smoothed by the half-space: a self-affine spectrum with a wavelength as long as the cell.
-fn rough(nodes: usize, seed: u64) -> Vec<f64> {
+pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
     let kernel = elasticity::displacement(&PeriodicHalfSpace::new(square(nodes, 1.0)));
