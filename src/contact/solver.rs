@@ -74,18 +74,18 @@ use search::Search;
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
     if Base::is_map(tolerance) {
-        62.375
-    } else {
         58.375
+    } else {
+        54.375
     }
 }
 
 /// One rough surface, and its contact at the last load.
 ///
-/// Holds about 58 bytes a node: heights and pressure in double precision; heights, the search's
+/// Holds about 54 bytes a node: heights and pressure in double precision; heights, the search's
 /// pressure, the previous pressure, gap and previous gap, and what nodes carry from iteration to
-/// iteration in single; a half spectrum, of either precision in turn, and three kernels of half the
-/// mesh. For tolerances below 1e-5, 4 more.
+/// iteration in single; a half spectrum, of either precision in turn, and three kernels of a quarter of
+/// the mesh. For tolerances below 1e-5, 4 more.
 ///
 /// ```
 /// use asperity::contact::elasticity::PeriodicHalfSpace;

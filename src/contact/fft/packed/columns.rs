@@ -2,7 +2,9 @@
 //!
 //! Frequencies are counted as (k, p) for k + pM, where M is the number of blocks: k says which block,
 //! p where in it. The opposite frequency is in block M − k, at L − 1 − p, but for k = 0, whose
-//! opposite is itself with p and L − p exchanged.
+//! opposite is itself with p and L − p exchanged. It has the same factors, so that these are kept for half of
+//! the blocks alone: block k of a tile meets block M − k of its opposite, and block k of the opposite block
+//! M − k of the tile.
 
 use std::f64::consts::TAU;
 
@@ -20,7 +22,7 @@ pub struct Columns<T> {
     nodes: [usize; 2],
     lanes: usize,
     stages: Stages<T, false>,
-    /// cos 2πk_x/N_x, then sin, of the L frequencies of each block.
+    /// cos 2πk_x/N_x, then sin, of the L frequencies of each block whose factors are kept.
     turns: Aligned<T>,
 }
 
@@ -32,7 +34,7 @@ impl<T: Real> Columns<T> {
         let angles = |block: usize| {
             (0..lanes).map(move |p| TAU * (block + p * blocks) as f64 / length as f64)
         };
-        let turns = (0..blocks).flat_map(|block| {
+        let turns = (0..=blocks / 2).flat_map(|block| {
             let (cos, sin) = (angles(block).map(libm::cos), angles(block).map(libm::sin));
             cos.chain(sin)
         });
@@ -44,8 +46,8 @@ impl<T: Real> Columns<T> {
         })
     }
 
-    /// S and D of a kernel, one register each, for each frequency p along a row of each block of
-    /// each tile up to its own opposite. Doubled, for half as many numbers are transformed as
+    /// S and D of a kernel, one register each, for each frequency p along a row of each block, and
+    /// of each tile, up to its own opposite. Doubled, for half as many numbers are transformed as
     /// there are nodes.
     pub fn kernel(
         &self,
@@ -54,7 +56,7 @@ impl<T: Real> Columns<T> {
     ) -> Aligned<T> {
         let ([nodes_x, nodes_y], l) = (self.nodes, self.lanes);
         let (tiles, blocks) = (nodes_y / l, nodes_x / 2 / l);
-        let of_tile = nodes_x * l;
+        let of_tile = self.kernel_of_tile();
         let mut kernel = Aligned::zeros((tiles / 2 + 1) * of_tile);
         let mut shares: Vec<_> = kernel.chunks_exact_mut(of_tile).enumerate().collect();
         let fill = |column: &mut Vec<f64>, (tile, kernel): &mut (usize, &mut [T])| {
@@ -79,6 +81,12 @@ impl<T: Real> Columns<T> {
         kernel
     }
 
+    /// Numbers in the kernel of a tile.
+    fn kernel_of_tile(&self) -> usize {
+        let blocks = self.nodes[0] / 2 / self.lanes;
+        (blocks / 2 + 1) * 2 * self.lanes * self.lanes
+    }
+
     /// Each tile with its opposite; `places` says where that of each k is.
     pub fn pairs<'a>(
         &self,
@@ -88,7 +96,7 @@ impl<T: Real> Columns<T> {
     ) -> Vec<Pair<'a, T>> {
         let mut tiles: Vec<Option<&mut [T]>> = tiles.map(Some).collect();
         let count = places.len();
-        let kernels = kernel.chunks_exact(self.nodes[0] * self.lanes);
+        let kernels = kernel.chunks_exact(self.kernel_of_tile());
         let pairs = (0..=count / 2).zip(kernels).map(|(k, kernel)| Pair {
             near: tiles[places[k]].take().expect("each is in one pair"),
             far: tiles[places[(count - k) % count]].take(),
@@ -218,35 +226,63 @@ fn multiply<R: Registers<Number: Real>>(
     let turns: &[R::Lanes] = bytemuck::cast_slice(&columns.turns);
     let factors = kernel.chunks_exact(2 * R::LANES);
     for ((k, kernel), turns) in (0..blocks).zip(factors).zip(turns.chunks_exact(2)) {
-        let (cos, sin) = (turns[0], turns[1]);
+        let turn = [turns[0], turns[1]];
         let opposite = (blocks - k) % blocks;
+        let order = Order::opposite(k == 0);
+        let tile_order = Order::opposite(lowest_tile);
         let mut x = enter(r, here, places[k], Order::Ascending);
-        let mut y = enter(r, there, places[opposite], Order::opposite(k == 0));
+        let mut y = enter(r, there, places[opposite], order);
+        let [own, other] = &mut sums;
         for p in 0..R::LANES {
-            let q = Order::opposite(lowest_tile).place(p, R::LANES);
-            let (sum, difference) = (kernel[2 * p], kernel[2 * p + 1]);
-            let direct = r.sub_product(sum, difference, sin);
-            // At −k the sine is the same and both D and the cosine change sign.
-            let direct_opposite = r.add_product(sum, difference, sin);
-            let crossed = r.mul(difference, cos);
-            let (a, b) = (x[p], y[q]);
-            x[p] = Complex {
-                re: r.add_product(r.mul(direct, a.re), crossed, b.im),
-                im: r.add_product(r.mul(direct, a.im), crossed, b.re),
-            };
-            y[q] = Complex {
-                re: r.add_product(r.mul(direct_opposite, b.re), crossed, a.im),
-                im: r.add_product(r.mul(direct_opposite, b.im), crossed, a.re),
-            };
-            for (sum, (before, after)) in sums.iter_mut().zip([(a, x[p]), (b, y[q])]) {
-                *sum = r.add_product(*sum, before.re, after.re);
-                *sum = r.add_product(*sum, before.im, after.im);
-            }
+            let q = tile_order.place(p, R::LANES);
+            let factors = [kernel[2 * p], kernel[2 * p + 1]];
+            meet(r, factors, turn, [&mut x[p], &mut y[q]], [own, other]);
         }
         leave(r, here, places[k], Order::Ascending, &mut x);
-        leave(r, there, places[opposite], Order::opposite(k == 0), &mut y);
+        leave(r, there, places[opposite], order, &mut y);
+        if opposite == k {
+            continue;
+        }
+        let mut x = enter(r, there, places[k], Order::Ascending);
+        let mut y = enter(r, here, places[opposite], order);
+        for p in 0..R::LANES {
+            let q = tile_order.place(p, R::LANES);
+            let factors = [kernel[2 * p], kernel[2 * p + 1]];
+            meet(r, factors, turn, [&mut x[q], &mut y[p]], [other, own]);
+        }
+        leave(r, there, places[k], Order::Ascending, &mut x);
+        leave(r, here, places[opposite], order, &mut y);
     }
     sums
+}
+
+/// Multiplies a frequency and its opposite with S and D, given cos θ and sin θ, and adds what they were times
+/// what they are.
+#[inline(always)]
+fn meet<R: Registers>(
+    r: R,
+    [sum, difference]: [R::Lanes; 2],
+    [cos, sin]: [R::Lanes; 2],
+    [here, there]: [&mut Complex<R::Lanes>; 2],
+    [own, other]: [&mut R::Lanes; 2],
+) {
+    let direct = r.sub_product(sum, difference, sin);
+    // At −k the sine is the same and both D and the cosine change sign.
+    let direct_opposite = r.add_product(sum, difference, sin);
+    let crossed = r.mul(difference, cos);
+    let (a, b) = (*here, *there);
+    *here = Complex {
+        re: r.add_product(r.mul(direct, a.re), crossed, b.im),
+        im: r.add_product(r.mul(direct, a.im), crossed, b.re),
+    };
+    *there = Complex {
+        re: r.add_product(r.mul(direct_opposite, b.re), crossed, a.im),
+        im: r.add_product(r.mul(direct_opposite, b.im), crossed, a.re),
+    };
+    for (sum, (before, after)) in [(own, (a, *here)), (other, (b, *there))] {
+        *sum = r.add_product(*sum, before.re, after.re);
+        *sum = r.add_product(*sum, before.im, after.im);
+    }
 }
 
 /// Where the frequencies of a block go.
