@@ -26,6 +26,9 @@ pub trait ElasticOperator: Send + Sync {
     /// Where pressures act.
     fn grid(&self) -> Grid;
 
+    /// The same body under pressures on another grid.
+    fn on(&self, grid: Grid) -> Box<dyn ElasticOperator>;
+
     /// Nodes of the mesh on which pressures are convolved: those of the grid, if pressures repeat, or
     /// more, which hold zeros.
     fn convolved_nodes(&self) -> [usize; 2] {

@@ -230,8 +230,8 @@ mod tests {
         assert_eq!(
             told(LimitedBy::Asked),
             format!(
-                "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3882 × \
-                 3882 nodes"
+                "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3851 × \
+                 3851 nodes"
             )
         );
         assert!(told(LimitedBy::Machine).contains("let it be tried with `--memory 4.3GB`"));
@@ -239,7 +239,7 @@ mod tests {
             told(LimitedBy::Addresses)
                 .contains("that `ulimit -v` leaves the process: raise that limit")
         );
-        let most = self::plan(3882, "loads = [0.1]");
+        let most = self::plan(3851, "loads = [0.1]");
         let enough = allowance(ByteSize::gb(1), LimitedBy::Asked);
         assert_eq!(enough.fits(&most, &all(&most)), Ok(()));
     }

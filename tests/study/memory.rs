@@ -112,7 +112,7 @@ fn what_does_not_fit_is_refused_before_anything_starts() {
         text(&output.stderr)
     };
     let told = run("1GB");
-    let expected = "error: a task of stage `light` takes 4.9GB of memory on its mesh of 8192 × 8192 \
+    let expected = "error: a task of stage `light` takes 5.0GB of memory on its mesh of 8192 × 8192 \
                     nodes, more than the 1.0 GB of `--memory`: allow more, or choose at most";
     assert!(told.starts_with(expected), "{told}");
     let told = run("1MB");

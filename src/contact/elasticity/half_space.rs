@@ -49,6 +49,10 @@ impl ElasticOperator for PeriodicHalfSpace {
         self.grid
     }
 
+    fn on(&self, grid: Grid) -> Box<dyn ElasticOperator> {
+        Box::new(Self::new(grid))
+    }
+
     /// 2/|q|, and zero at q = 0.
     #[inline(always)]
     fn displacement(&self, waves: [usize; 2]) -> f64 {

@@ -56,7 +56,7 @@ const EXPECTED_REDUCTION: f64 = 0.1;
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Where iterations end.
-enum End {
+pub enum End {
     /// At a residual that is low enough, or will not be lower: with this still to be done to pressures, and
     /// gaps in contact about as high as the offset.
     Residual { pending: PendingUpdate, offset: f64 },
@@ -66,6 +66,15 @@ enum End {
         balance: Option<Balance>,
         offset: f64,
     },
+}
+
+/// Where iterations are to lead.
+#[derive(Clone, Copy)]
+pub struct Goal {
+    /// In mesh steps.
+    pub residual: f64,
+    /// Whether it is evaluated in double precision there, and the last move with it.
+    pub is_evaluated: bool,
 }
 
 impl Solver {
@@ -78,7 +87,11 @@ impl Solver {
         tolerance: f64,
         stop: &dyn Fn(u32) -> bool,
     ) -> Evaluation {
-        match self.search.iterate(history, start, tolerance, stop) {
+        let goal = Goal {
+            residual: tolerance,
+            is_evaluated: true,
+        };
+        match self.search.iterate(history, start, goal, stop) {
             End::Residual { pending, offset } => self.settle(pending, offset),
             End::Move {
                 line,
@@ -95,11 +108,12 @@ impl Solver {
 }
 
 impl Search {
-    fn iterate(
+    /// Iterates, at least once, until the residual is as low as it is wanted or single precision has done what it can.
+    pub(super) fn iterate(
         &mut self,
         history: &mut History,
         start: Start,
-        tolerance: f64,
+        wanted: Goal,
         stop: &dyn Fn(u32) -> bool,
     ) -> End {
         let total = self.load * self.cells() as f64;
@@ -112,6 +126,11 @@ impl Search {
             None => EXPECTED_REDUCTION,
             Some(_) => EXPECTED_REDUCTION_OF_STRIPS,
         };
+        let two_level_iterations = match self.bound {
+            _ if history.is_nested => two_level::NESTED_ITERATIONS,
+            None => 0,
+            Some(_) => two_level::YIELDING_ITERATIONS,
+        };
         let mut last = history.last.take();
         if let Some(last) = &mut last {
             last.offset_change += standing.offset;
@@ -120,12 +139,14 @@ impl Search {
         loop {
             // The first one may be that of a solution under another load.
             largest = largest.max(self.residual(standing.error));
-            let goal = tolerance.max(self.within_single_precision(largest, standing.offset));
-            let is_last = expected_reduction * self.residual(standing.error) <= goal;
-            let by_blocks =
-                self.bound.is_some() && !is_last && history.iteration < two_level::ITERATIONS;
+            let possible = self.within_single_precision(largest, standing.offset);
+            let goal = wanted.residual.max(possible);
+            let is_last =
+                wanted.is_evaluated && expected_reduction * self.residual(standing.error) <= goal;
+            let by_blocks = !is_last && history.iteration < two_level_iterations;
             self.correct(by_blocks);
-            let step = history.damping * history.caution * self.steps.of(history.iteration);
+            let steps = self.steps(history.is_nested);
+            let step = history.damping * history.caution * steps.of(history.iteration);
             let lacked = balance.map_or(0.0, |balance| total - balance.sum);
             let reduction = goal / self.residual(standing.error);
             let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
@@ -228,13 +249,13 @@ impl Search {
 
     /// Learns from a move of which the part `best` would have been right. Says which part to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
-        let part = history.learn(&mut self.steps, best);
+        let part = history.learn(self.steps_mut(history.is_nested), best);
         self.extension.continues = history.continues();
         part
     }
 
     /// Moves the gap after the pressures, and goes on with what it asks for.
-    fn update_gap<const YIELDS: bool>(
+    pub(super) fn update_gap<const YIELDS: bool>(
         &mut self,
         pending: PendingUpdate,
         offset: f64,

@@ -12,8 +12,8 @@ impl Search {
     /// kept, or by blocks.
     pub(super) fn correct(&mut self, by_blocks: bool) {
         self.is_by_blocks = by_blocks;
-        if let Some(two_level) = self.two_level.as_mut().filter(|_| by_blocks) {
-            return two_level.correct(&self.threads, &mut self.extension);
+        if by_blocks {
+            return self.two_level.correct(&self.threads, &mut self.extension);
         }
         self.begin_correction();
         self.pairs += 1;

@@ -37,8 +37,8 @@ impl Search {
             extension,
             asking,
         ));
-        let two_level = self.two_level.as_ref().filter(|_| self.is_by_blocks);
-        let nodal = two_level.map(|two_level| two_level.nodal(&self.gap, self.level));
+        let by_blocks = self.is_by_blocks;
+        let nodal = by_blocks.then(|| self.two_level.nodal(&self.gap, self.level));
         let (single, scratch) = (&self.transform, &mut self.scratch);
         let mut look = |pairs: Vec<usize>, peek: &mut Wide<Peek>| match nodal {
             None => self.stiffness.peek_kept(&pairs, peek, single, scratch),
@@ -111,11 +111,9 @@ impl Search {
             heights: &self.heights,
             sums: InOrder::new(),
         });
-        let two_level = self.two_level.as_ref();
-        let two_level = two_level.filter(|_| YIELDS && self.is_by_blocks);
         let (single, scratch) = (&self.transform, &mut self.scratch);
-        if let Some(two_level) = two_level {
-            let nodal = two_level.nodal(&self.gap, self.level);
+        if self.is_by_blocks {
+            let nodal = self.two_level.nodal(&self.gap, self.level);
             nodal.turn(self.nodes[1], &mut pass, single, scratch);
         } else if is_last {
             self.stiffness.finish_kept(&mut pass, single, scratch);

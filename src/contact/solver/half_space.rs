@@ -70,6 +70,5 @@ impl HalfSpace {
 /// nodes along both axes, on which the factors of its kernels are made, and these kernels.
 const FREE_BYTES: f64 = 109.0;
 
-/// What is gathered of nodes that may change, where many do at once, and the stiffness between blocks of them: at
-/// the peak of a run on 2048² nodes.
-const YIELDING_BYTES: f64 = 10.5;
+/// What is gathered of nodes that may change, where many do at once: at the peak of a run on 2048² nodes.
+const YIELDING_BYTES: f64 = 10.0;

@@ -26,6 +26,8 @@ const LEAST_DAMPING: f64 = 0.01;
 
 /// What iterations of one load leave to later ones, besides the steps.
 pub struct History {
+    /// Whether they began where a coarser mesh led.
+    pub is_nested: bool,
     pub iteration: usize,
     /// Shortens steps after one that went much too far. Without it, a step that clips too many
     /// nodes to go downhill would be taken back and tried again for ever.
@@ -41,6 +43,7 @@ pub struct History {
 impl Default for History {
     fn default() -> Self {
         Self {
+            is_nested: false,
             iteration: 0,
             damping: 1.0,
             caution: 1.0,
@@ -51,6 +54,14 @@ impl Default for History {
 }
 
 impl History {
+    /// Of iterations that begin where a coarser mesh led.
+    pub fn nested() -> Self {
+        Self {
+            is_nested: true,
+            ..Self::default()
+        }
+    }
+
     /// Learns from a move of which the part `best` would have been right. Says which part to keep.
     pub fn learn(&mut self, steps: &mut Steps, best: f64) -> f64 {
         if self.damping == 1.0 {

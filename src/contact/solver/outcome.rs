@@ -1,7 +1,7 @@
 //! What a solution is asked for, and what is known of it.
 
-/// At this tolerance contact counts on 1024² nodes are within 4 nodes of those at 1e-10 at each of a thousand loads,
-/// and 0.2 on average; at 6e-5 two were 5 and 7 apart.
+/// At this tolerance contact counts on 1024² nodes are within 2 nodes of those at 1e-10 at each of 1320 loads on twelve
+/// surfaces of three spectra; of the nodes, 0.07 are wrong on average.
 pub const DEFAULT_TOLERANCE: f64 = 5e-5;
 /// Far more than any load of a rough surface takes.
 pub const DEFAULT_PAIR_LIMIT: u32 = 2000;
@@ -45,7 +45,7 @@ pub enum Stop {
 pub struct Outcome {
     /// How it ended.
     pub stop: Stop,
-    /// Transform pairs spent, in both precisions.
+    /// Transform pairs spent, in both precisions; those on coarser meshes by their nodes.
     pub pairs: u32,
     /// The largest violation of the conditions of contact, in double precision, in units of rms
     /// slope × the smaller mesh step: |g| in elastic contact, the penetration −g outside contact,

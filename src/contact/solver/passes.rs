@@ -11,11 +11,12 @@ mod nearing;
 mod nodal;
 mod peek;
 mod peek_gap;
+mod prolong;
 mod sample;
 mod update_gap;
 mod update_pressure;
 
-pub use ask::{Ask, Onwards};
+pub use ask::{Ask, Onwards, Remember};
 pub use base::Base;
 pub use bounded::{PromoteYielding, Tally};
 pub use evaluate::{
@@ -28,6 +29,7 @@ pub use nearing::{CountNearing, Nearing, SumInContact};
 pub use nodal::Nodal;
 pub use peek::{Asking, FEWEST_NODES, Means, Peek};
 pub use peek_gap::PeekGap;
+pub use prolong::{BeginProlonged, CoarseMap, PressureLessGap, Prolonged, SumProlonged};
 pub use sample::Sample;
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

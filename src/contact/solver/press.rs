@@ -36,14 +36,27 @@ impl Solver {
                 ..self.outcome(Stop::FullContact, evaluation)
             };
         }
+        if let Some(outcome) = self.press_far(load, settings, watch) {
+            return outcome;
+        }
         if let Some(outcome) = self.press_if_yielding(load, settings, watch) {
             return outcome;
         }
         self.search.bound = self.hardness.filter(|_| load >= self.yields_from);
         let outcome = self.solve_within_bound(load, settings, watch);
+        self.yield_if_passed(outcome, settings, watch)
+    }
+
+    /// The outcome under the hardness, if the pressures of this one pass it.
+    pub(super) fn yield_if_passed(
+        &mut self,
+        outcome: Outcome,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> Outcome {
         match self.hardness {
             Some(hardness) if outcome.peak_pressure > hardness.pressure() => {
-                self.yields_from = self.yields_from.min(load);
+                self.yields_from = self.yields_from.min(self.search.load);
                 let evaluation = self.guess_yielding(hardness);
                 self.search.extension.continues = true;
                 self.solve(History::default(), evaluation, settings, watch)
@@ -93,7 +106,7 @@ impl Solver {
     }
 
     /// Goes on from an evaluation until it is a solution.
-    fn solve(
+    pub(super) fn solve(
         &mut self,
         mut history: History,
         mut evaluation: Evaluation,
@@ -118,7 +131,7 @@ impl Solver {
     }
 
     /// Iterates to where the tolerance is met, or as far as single precision reaches.
-    fn approach(
+    pub(super) fn approach(
         &mut self,
         history: &mut History,
         start: Start,

@@ -28,6 +28,8 @@ pub struct Search {
     /// The hardness, for as long as pressures are kept below it.
     pub bound: Option<Hardness>,
     pub steps: Steps,
+    /// Those of iterations that began where a coarser mesh led.
+    pub nested_steps: Steps,
 
     /// Gap less the gap reference.
     pub gap: Vec<f32>,
@@ -44,9 +46,8 @@ pub struct Search {
     pub sample: Sample,
     pub free_nodes: f64,
     pub extension: Extension,
-    /// Where the material may yield,
-    pub two_level: Option<TwoLevel>,
-    /// and whether it makes the corrections of the present iteration.
+    pub two_level: TwoLevel,
+    /// Whether it makes the corrections of the present iteration.
     pub is_by_blocks: bool,
     /// Nodes that ask for a change, and their last moves, where the material yields.
     pub asking: Nodes,
@@ -66,19 +67,12 @@ pub struct Search {
 }
 
 impl Search {
-    /// Gets ready to search on the mesh of a body, given heights, one for each node. It is of a material that
-    /// yields, if it `may_yield`.
-    pub fn new(
-        threads: &Threads,
-        body: &dyn ElasticOperator,
-        may_yield: bool,
-        heights: Vec<f32>,
-    ) -> Self {
+    /// Gets ready to search on the mesh of a body, given heights, one for each node.
+    pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: Vec<f32>) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         let extension = Extension::new(nodes, body.stiffness_nodes());
         let nodal_stiffness = body.nodal_stiffness(threads);
-        let two_level =
-            may_yield.then(|| TwoLevel::new(threads, body, nodal_stiffness, extension.blocks()));
+        let two_level = TwoLevel::new(threads, body, nodal_stiffness, extension.blocks());
         let transform = elasticity::transform(body);
         Self {
             nodes,
@@ -88,6 +82,7 @@ impl Search {
             load: 0.0,
             bound: None,
             steps: Steps::default(),
+            nested_steps: Steps::default(),
             gap: vec![0.0; cells],
             reference: 0.0,
             level: 0.0,
@@ -117,10 +112,25 @@ impl Search {
     pub fn work_on(&mut self, threads: Threads) {
         self.scratch.work_on(threads.clone());
         self.stiffness.work_on(&threads);
-        if let Some(two_level) = &mut self.two_level {
-            two_level.work_on(&threads);
-        }
+        self.two_level.work_on(&threads);
         self.threads = threads;
+    }
+
+    /// The steps of iterations that began where a coarser mesh led, or anywhere else.
+    pub fn steps(&self, is_nested: bool) -> &Steps {
+        if is_nested {
+            &self.nested_steps
+        } else {
+            &self.steps
+        }
+    }
+
+    pub fn steps_mut(&mut self, is_nested: bool) -> &mut Steps {
+        if is_nested {
+            &mut self.nested_steps
+        } else {
+            &mut self.steps
+        }
     }
 
     pub fn cells(&self) -> usize {

@@ -1,7 +1,7 @@
 //! Where the search at a new load starts: on the straight line through the two solutions before it, of
 //! which the surface that nothing touches is the first, or from a guess.
 
-use std::mem::take;
+use std::mem::{swap, take};
 use std::ops::RangeInclusive;
 
 use super::Solver;
@@ -9,7 +9,7 @@ use super::balance::Balance;
 use super::in_order::InOrder;
 use super::lanes::over_rows;
 use super::passes::{
-    Ask, CountedFrom, Expected, GapUpdate, Onwards, ShownGap, SumInContact, Untouched,
+    Ask, CountedFrom, Expected, GapUpdate, Onwards, Remember, ShownGap, SumInContact, Untouched,
 };
 use super::steps::Steps;
 use super::survey::Standing;
@@ -163,17 +163,17 @@ impl Solver {
         }
     }
 
-    /// Makes the last solution the earlier one: that of no load, if there is none.
-    fn remember(&mut self) {
+    /// Makes the last solution the earlier one: that of no load, if there is none. The gap is lost.
+    pub(super) fn remember(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
         if self.search.load == 0.0 {
             self.remember_untouched();
             return;
         }
-        for (earlier, p) in self.earlier_pressure.iter_mut().zip(&self.pressure) {
-            *earlier = *p as f32;
-        }
-        self.earlier_gap.copy_from_slice(&self.search.gap);
+        let mut pass = Remember(Band::of(&mut self.earlier_pressure));
+        let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+        over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
+        swap(&mut self.earlier_gap, &mut self.search.gap);
         self.earlier_reference = self.search.reference;
         self.earlier_offset = self.offset;
         self.earlier_load = self.search.load;
@@ -215,6 +215,7 @@ impl Solver {
     /// Goes back to where no load has been pressed.
     pub(super) fn forget(&mut self) {
         self.search.steps = Steps::default();
+        self.search.nested_steps = Steps::default();
         (self.search.load, self.search.reference, self.offset) = (0.0, 0.0, 0.0);
         self.contact_nodes = 0.0;
     }

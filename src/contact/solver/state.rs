@@ -24,7 +24,9 @@ impl Solver {
             self.contact_nodes,
             self.earlier_contact_nodes,
         ];
-        for number in numbers.iter().chain(self.search.steps.all()) {
+        let steps = [&self.search.steps, &self.search.nested_steps];
+        let steps = steps.into_iter().flat_map(|steps| steps.all());
+        for number in numbers.iter().chain(steps) {
             out.write_all(&number.to_le_bytes())?;
         }
         for pressure in &self.pressure {
@@ -65,6 +67,7 @@ impl Solver {
             earlier_contact_nodes,
         ] = numbers;
         self.search.steps = Steps::restored(|| double(from))?;
+        self.search.nested_steps = Steps::restored(|| double(from))?;
         for pressure in &mut self.pressure {
             *pressure = double(from)?;
         }

@@ -13,6 +13,7 @@ const UNTRIED_STEP: f64 = 0.9;
 const STEP_RANGE: (f64, f64) = (0.1, 1.0);
 
 /// The steps that each iteration of a load learnt from earlier loads.
+#[derive(Clone)]
 pub struct Steps([f64; STEPS]);
 
 impl Default for Steps {

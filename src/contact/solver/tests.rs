@@ -5,6 +5,7 @@ use crate::contact::elasticity::PeriodicHalfSpace;
 use crate::contact::grid::samples::square;
 
 mod closed_forms;
+mod far_loads;
 mod free;
 mod hardness;
 mod invariants;

@@ -24,8 +24,13 @@ use crate::contact::threads::Threads;
 /// s over the stiffness of a node alone: twice it takes a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
 
-/// Iterations of a load that are corrected like this; with four or eight, as many pairs or a few more.
-pub const ITERATIONS: usize = 6;
+/// Iterations of a load that are corrected like this where the material yields; with four or eight, as many pairs or a
+/// few more.
+pub const YIELDING_ITERATIONS: usize = 6;
+
+/// The same of those that begin where a coarser mesh led, whose errors are of short waves; with two or four, as many pairs,
+/// with none a tenth to a third more.
+pub const NESTED_ITERATIONS: usize = 3;
 
 /// The stiffness of blocks, and of what is shorter than a block.
 pub struct TwoLevel {

@@ -16,7 +16,7 @@ pub const PEAK_PRESSURE: Column = real("peak_pressure", "pressure", "largest pre
 pub const PAIRS: Column = integer(
     "pairs",
     "1",
-    "forward and inverse transforms that the load took",
+    "forward and inverse transforms that the load took, those on coarser meshes by their nodes",
 );
 pub const RESIDUAL: Column = real(
     "residual",

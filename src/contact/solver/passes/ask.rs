@@ -52,6 +52,24 @@ pub struct Onwards<'a> {
     pub earlier_gap: Band<'a, f32>,
 }
 
+/// Keeps pressures in single precision. Goes over them.
+pub struct Remember<'a>(pub Band<'a, f32>);
+
+impl Pass<f64> for Remember<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        for (earlier, p) in self.0.row(row).iter_mut().zip(pressure) {
+            *earlier = *p as f32;
+        }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self(self.0.split_off(row))
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
 impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {

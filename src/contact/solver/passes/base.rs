@@ -30,6 +30,11 @@ impl Base {
         self.map.resize(if is_map { cells } else { 0 }, 0.0);
     }
 
+    /// Counts pressures from zero.
+    pub fn clear(&mut self) {
+        self.map.fill(0.0);
+    }
+
     /// Whether such a search needs a map of its own.
     pub fn is_map(tolerance: f64) -> bool {
         tolerance < FINE
