@@ -30,6 +30,7 @@ mod active_groups;
 mod active_set;
 mod balance;
 mod centred_heights;
+mod coarse_contact;
 mod conjugate_gradients;
 mod correction;
 pub(crate) mod cost;

@@ -1,7 +1,8 @@
 //! Loads that are far from those before.
 
+use super::coarse_contact::CoarseContact;
 use super::history::History;
-use super::nested::{Coarser, Found};
+use super::nested::Coarser;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
 /// A load over the last one, or the other way around, from which on it is solved for on coarser meshes first. On 1024² and
@@ -76,7 +77,7 @@ impl Solver {
     /// Solves from what was found on coarser meshes, for pressures below a bound if there is one.
     fn solve_from(
         &mut self,
-        found: &Found,
+        found: &CoarseContact,
         bound: Option<Hardness>,
         settings: &Settings,
         watch: &dyn Watch,

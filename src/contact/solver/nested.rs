@@ -12,10 +12,9 @@
 
 use std::iter::successors;
 
+use super::coarse_contact::{CoarseContact, RATIO};
 use super::conjugate_gradients::{End, Goal};
 use super::history::History;
-use super::lanes::over_rows;
-use super::passes::{CoarseMap, PendingUpdate, PressureLessGap};
 use super::search::Search;
 use super::steps::Steps;
 use super::{Hardness, Settings, Solver, Watch};
@@ -29,17 +28,11 @@ const FEWEST: usize = 128;
 /// Meshes to a surface, at least, its own among them: on 256² nodes a load takes longer by way of coarser ones.
 const FEWEST_MESHES: usize = 3;
 
-/// s over the displacement of one node of the finer mesh under unit pressure. With 1 or 2 as many pairs.
-const COMPLIANCES: f64 = 1.5;
-
 /// The largest residual on a coarser mesh, in steps of that mesh. With half or twice it as many pairs.
 const TOLERANCE: f64 = 1e-2;
 
 /// Pairs of transforms after which a coarser mesh is left as it is: three times what most take.
 const PAIR_LIMIT: u32 = 60;
-
-/// Nodes of a mesh over those of the next coarser one.
-const RATIO: f64 = 4.0;
 
 /// The meshes on which a contact is solved for before it is on that of a surface.
 pub struct Coarser {
@@ -50,7 +43,7 @@ pub struct Coarser {
 
 struct Level {
     search: Search,
-    found: Found,
+    found: CoarseContact,
 }
 
 /// The smallest mesh, whose solvers press each load as a first one.
@@ -58,20 +51,7 @@ struct Coarsest {
     elastic: Solver,
     /// Where pressures are kept below the hardness.
     yielding: Option<Solver>,
-    found: Found,
-}
-
-/// What was found on a mesh.
-pub struct Found {
-    pressure_less_gap: Vec<f32>,
-    nodes: [usize; 2],
-    /// Whether the map comes again beyond its edges.
-    repeats: bool,
-    /// From which gaps count.
-    pub reference: f64,
-    pub peak_pressure: f64,
-    /// Transform pairs, those of coarser meshes by their nodes.
-    pairs: f64,
+    found: CoarseContact,
 }
 
 /// What is asked of all meshes.
@@ -111,7 +91,7 @@ impl Coarser {
             coarsest: Coarsest {
                 elastic: solver(None),
                 yielding: hardness.map(yielding),
-                found: Found::nothing(&*body.on(*coarsest)),
+                found: CoarseContact::nothing(&*body.on(*coarsest)),
             },
         })
     }
@@ -135,7 +115,7 @@ impl Coarser {
         load: f64,
         bound: Option<Hardness>,
         watch: &dyn Watch,
-    ) -> &Found {
+    ) -> &CoarseContact {
         let asked = Asked { load, bound, watch };
         find(&mut self.levels, &mut self.coarsest, finer, asked)
     }
@@ -174,7 +154,7 @@ fn find<'a>(
     coarsest: &'a mut Coarsest,
     finer: &mut Search,
     asked: Asked,
-) -> &'a Found {
+) -> &'a CoarseContact {
     let compliance = finer.compliance();
     let Some((level, coarser)) = levels.split_first_mut() else {
         return coarsest.find(compliance, asked);
@@ -197,12 +177,12 @@ impl Level {
         search.drop_maps();
         Self {
             search,
-            found: Found::nothing(body),
+            found: CoarseContact::nothing(body),
         }
     }
 
     /// Finds the contact from what was found on the next coarser mesh.
-    fn find_from(&mut self, coarse: &Found, compliance: f64, asked: Asked) {
+    fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, asked: Asked) {
         let Self { search, found } = self;
         search.prepare(asked);
         let Some(start) = search.begin_from(coarse) else {
@@ -214,7 +194,9 @@ impl Level {
         };
         let stop = |pairs| pairs >= PAIR_LIMIT || asked.watch.is_interrupted();
         match search.iterate(&mut History::nested(), start, goal, &stop) {
-            End::Residual { pending, offset } => found.take(search, pending, offset, compliance),
+            End::Residual { pending, offset } => {
+                found.take_search(search, pending, offset, compliance);
+            }
             End::Move { .. } => unreachable!("no move is to be evaluated"),
         }
         found.pairs = f64::from(search.pairs) + coarse.pairs / RATIO;
@@ -222,7 +204,7 @@ impl Level {
 }
 
 impl Coarsest {
-    fn find(&mut self, compliance: f64, asked: Asked) -> &Found {
+    fn find(&mut self, compliance: f64, asked: Asked) -> &CoarseContact {
         let solver = match (asked.bound, &mut self.yielding) {
             (Some(_), Some(yielding)) => yielding,
             _ => &mut self.elastic,
@@ -233,79 +215,12 @@ impl Coarsest {
             pair_limit: PAIR_LIMIT,
         };
         let outcome = solver.press(asked.load, &settings, &|| asked.watch.is_interrupted());
-        let offset = solver.offset;
-        let nodes = solver.pressure.iter().zip(&solver.search.gap);
-        let less_gap = nodes.map(|(p, gap)| (compliance * p - (f64::from(*gap) - offset)) as f32);
-        let found = &mut self.found;
-        found.pressure_less_gap.clear();
-        found.pressure_less_gap.extend(less_gap);
-        found.reference = solver.search.reference + offset;
-        found.peak_pressure = outcome.peak_pressure;
-        found.pairs = f64::from(outcome.pairs);
-        found
-    }
-}
-
-impl Found {
-    fn nothing(body: &dyn ElasticOperator) -> Self {
-        let nodes = body.grid().nodes();
-        Self {
-            pressure_less_gap: Vec::new(),
-            nodes,
-            repeats: body.convolved_nodes() == nodes,
-            reference: 0.0,
-            peak_pressure: 0.0,
-            pairs: 0.0,
-        }
-    }
-
-    /// The map s p − g.
-    pub fn map(&self) -> CoarseMap<'_> {
-        CoarseMap {
-            values: &self.pressure_less_gap,
-            nodes: self.nodes,
-            repeats: self.repeats,
-        }
-    }
-
-    /// Transform pairs in those of the next finer mesh.
-    pub fn finer_pairs(&self) -> u32 {
-        (self.pairs / RATIO).round() as u32
-    }
-
-    /// Has no pressure anywhere.
-    fn lose(&mut self) {
-        self.pressure_less_gap.clear();
-        self.pressure_less_gap
-            .resize(self.nodes[0] * self.nodes[1], 0.0);
-        self.peak_pressure = 0.0;
-    }
-
-    /// Takes over what a search has led to, with this still to be done to pressures, and gaps in contact about as high
-    /// as the offset.
-    fn take(&mut self, search: &Search, pending: PendingUpdate, offset: f64, compliance: f64) {
-        let scale = pending.of_pressure();
-        self.pressure_less_gap.resize(search.cells(), 0.0);
-        let mut pass = PressureLessGap {
-            compliance: (compliance * scale) as f32,
-            offset: offset as f32,
-            increment: &search.increment,
-            gap: &search.gap,
-            peak: 0.0,
-        };
-        let map = &mut self.pressure_less_gap;
-        over_rows(&search.threads, map, self.nodes[1], &mut pass);
-        self.peak_pressure = scale * f64::from(pass.peak);
-        self.reference = search.reference + offset;
+        self.found.take_solution(solver, &outcome, compliance);
+        &self.found
     }
 }
 
 impl Search {
-    /// s, for a map to begin from.
-    pub fn compliance(&self) -> f64 {
-        COMPLIANCES * self.nodal_compliance
-    }
-
     fn prepare(&mut self, asked: Asked) {
         self.load = asked.load;
         self.bound = asked.bound;

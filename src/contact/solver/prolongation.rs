@@ -1,9 +1,9 @@
 //! From a map of the contact on a coarser mesh to the start of a search.
 
 use super::balance::Balance;
+use super::coarse_contact::CoarseContact;
 use super::in_order::InOrder;
 use super::lanes::{Wide, over_rows};
-use super::nested::Found;
 use super::passes::{BeginProlonged, PendingUpdate, Prolonged, SumProlonged};
 use super::search::Search;
 use super::start::Start;
@@ -15,14 +15,14 @@ const NEAR: f64 = 1.0;
 
 impl Search {
     /// Begins where a coarser mesh has led: one pair, in single precision. None if there is no pressure.
-    pub fn begin_from(&mut self, coarse: &Found) -> Option<Start> {
+    pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
         match self.bound {
             None => self.begin_from_as::<false>(coarse),
             Some(_) => self.begin_from_as::<true>(coarse),
         }
     }
 
-    fn begin_from_as<const YIELDS: bool>(&mut self, coarse: &Found) -> Option<Start> {
+    fn begin_from_as<const YIELDS: bool>(&mut self, coarse: &CoarseContact) -> Option<Start> {
         let prolonged = self.prolonged::<YIELDS>(coarse)?;
         self.base.clear();
         self.reference = coarse.reference;
@@ -66,7 +66,10 @@ impl Search {
     }
 
     /// Pressures of the mean that is searched for, or of what the bounds leave of that.
-    fn prolonged<'a, const YIELDS: bool>(&mut self, coarse: &'a Found) -> Option<Prolonged<'a>> {
+    fn prolonged<'a, const YIELDS: bool>(
+        &mut self,
+        coarse: &'a CoarseContact,
+    ) -> Option<Prolonged<'a>> {
         let ceiling = self.ceiling();
         let per_pressure = 1.0 / self.compliance();
         let row_nodes = self.nodes[1];
