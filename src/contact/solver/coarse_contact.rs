@@ -1,7 +1,7 @@
 //! What was found of a contact on a coarser mesh, as the next finer one takes it up.
 
 use super::lanes::over_rows;
-use super::passes::{CoarseMap, PendingUpdate, PressureLessGap};
+use super::passes::{CoarseMap, LastMoveDone, PendingUpdate, PressureLessGap};
 use super::search::Search;
 use super::{Outcome, Solver};
 use crate::contact::elasticity::ElasticOperator;
@@ -17,8 +17,6 @@ pub struct CoarseContact {
     /// s p − g
     pressure_less_gap: Vec<f32>,
     nodes: [usize; 2],
-    /// Whether the map comes again beyond its edges.
-    repeats: bool,
     /// From which gaps count.
     pub reference: f64,
     pub peak_pressure: f64,
@@ -33,7 +31,6 @@ impl CoarseContact {
         Self {
             pressure_less_gap: Vec::new(),
             nodes,
-            repeats: body.convolved_nodes() == nodes,
             reference: 0.0,
             peak_pressure: 0.0,
             pairs: 0.0,
@@ -45,7 +42,6 @@ impl CoarseContact {
         CoarseMap {
             values: &self.pressure_less_gap,
             nodes: self.nodes,
-            repeats: self.repeats,
         }
     }
 
@@ -71,18 +67,19 @@ impl CoarseContact {
         offset: f64,
         compliance: f64,
     ) {
-        let scale = pending.of_pressure();
         self.pressure_less_gap.resize(search.cells(), 0.0);
         let mut pass = PressureLessGap {
-            compliance: (compliance * scale) as f32,
+            compliance: compliance as f32,
             offset: offset as f32,
+            done: LastMoveDone::new(pending, search.ceiling()),
             increment: &search.increment,
+            carry: &search.carry,
             gap: &search.gap,
-            peak: 0.0,
+            peak_pressure: 0.0,
         };
         let map = &mut self.pressure_less_gap;
         over_rows(&search.threads, map, self.nodes[1], &mut pass);
-        self.peak_pressure = scale * f64::from(pass.peak);
+        self.peak_pressure = f64::from(pass.peak_pressure);
         self.reference = search.reference + offset;
     }
 

@@ -57,9 +57,13 @@ const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Where iterations end.
 pub enum End {
-    /// At a residual that is low enough, or will not be lower: with this still to be done to pressures, and
-    /// gaps in contact about as high as the offset.
-    Residual { pending: PendingUpdate, offset: f64 },
+    /// At a residual that is low enough, or will not be lower without a new start: with this still to be done to
+    /// pressures, and gaps in contact about as high as the offset.
+    Residual {
+        pending: PendingUpdate,
+        offset: f64,
+        is_reached: bool,
+    },
     /// At a move, made from this offset, that is expected to lead to such a residual; its gap is not known.
     Move {
         line: LineSearch,
@@ -92,7 +96,9 @@ impl Solver {
             is_evaluated: true,
         };
         match self.search.iterate(history, start, goal, stop) {
-            End::Residual { pending, offset } => self.settle(pending, offset),
+            End::Residual {
+                pending, offset, ..
+            } => self.settle(pending, offset),
             End::Move {
                 line,
                 balance,
@@ -168,6 +174,7 @@ impl Search {
                 return End::Residual {
                     pending: PendingUpdate::ALL_BACK,
                     offset: standing.offset,
+                    is_reached: false,
                 };
             }
             if is_last {
@@ -187,10 +194,12 @@ impl Search {
             }
             // A move may be less than pressures are rounded by.
             let stuck = made.pending.part == 0.0 || standing == before;
-            if self.residual(standing.error) <= goal || stuck || stop(self.pairs) {
+            let is_reached = self.residual(standing.error) <= goal;
+            if is_reached || stuck || stop(self.pairs) {
                 return End::Residual {
                     pending: made.pending,
                     offset: standing.offset,
+                    is_reached,
                 };
             }
             last = Some(made);

@@ -67,10 +67,11 @@ impl History {
         if self.damping == 1.0 {
             steps.learn(self.iteration, best * self.caution);
         }
-        // What the first move clips of a guess is not to be taken back.
-        let clips_guess = self.iteration == 0;
-        let short = !clips_guess && best < SMALLEST_PART;
-        if !clips_guess {
+        // What the first move clips of a guess is not to be taken back, and tells of the next only where little is clipped:
+        // after a coarser mesh.
+        let is_first = self.iteration == 0;
+        let short = !is_first && best < SMALLEST_PART;
+        if !is_first || self.is_nested {
             let went_too_far = best < EXPECTED_PART;
             self.caution = if went_too_far {
                 best.max(SMALLEST_PART)

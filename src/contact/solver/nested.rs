@@ -63,14 +63,18 @@ struct Asked<'a> {
 }
 
 impl Coarser {
-    /// Of a surface on a body; none if there are too few meshes of every second node.
+    /// Of a surface on a body; none if there are too few meshes of every second node, or if nothing is around the map:
+    /// pressures rise without bound towards its edges then, which no interpolation follows.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
         hardness: Option<Hardness>,
         heights: &[f64],
     ) -> Option<Self> {
-        let row_nodes = body.grid().nodes()[1];
+        let [rows, row_nodes] = body.grid().nodes();
+        if body.convolved_nodes() != [rows, row_nodes] {
+            return None;
+        }
         let grids = coarser_grids(body.grid());
         let (coarsest, finer) = grids.split_last()?;
         let mut stride = 1;
@@ -185,7 +189,7 @@ impl Level {
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, asked: Asked) {
         let Self { search, found } = self;
         search.prepare(asked);
-        let Some(start) = search.begin_from(coarse) else {
+        let Some(mut start) = search.begin_from(coarse) else {
             return found.lose();
         };
         let goal = Goal {
@@ -193,11 +197,24 @@ impl Level {
             is_evaluated: false,
         };
         let stop = |pairs| pairs >= PAIR_LIMIT || asked.watch.is_interrupted();
-        match search.iterate(&mut History::nested(), start, goal, &stop) {
-            End::Residual { pending, offset } => {
-                found.take_search(search, pending, offset, compliance);
-            }
-            End::Move { .. } => unreachable!("no move is to be evaluated"),
+        let mut history = History::nested();
+        loop {
+            let (pending, offset) = match search.iterate(&mut history, start, goal, &stop) {
+                End::Residual {
+                    pending,
+                    offset,
+                    is_reached: false,
+                } if !stop(search.pairs) => {
+                    start = search.begin_again(pending, offset);
+                    continue;
+                }
+                End::Residual {
+                    pending, offset, ..
+                } => (pending, offset),
+                End::Move { .. } => unreachable!("no move is to be evaluated"),
+            };
+            found.take_search(search, pending, offset, compliance);
+            break;
         }
         found.pairs = f64::from(search.pairs) + coarse.pairs / RATIO;
     }

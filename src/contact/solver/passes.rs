@@ -29,7 +29,10 @@ pub use nearing::{CountNearing, Nearing, SumInContact};
 pub use nodal::Nodal;
 pub use peek::{Asking, FEWEST_NODES, Means, Peek};
 pub use peek_gap::PeekGap;
-pub use prolong::{BeginProlonged, CoarseMap, PressureLessGap, Prolonged, SumProlonged};
+pub use prolong::{
+    BeginPressed, CoarseMap, LastMoveDone, PressureLessGap, Prolonged, SetProlonged, StartPressure,
+    SumProlonged,
+};
 pub use sample::Sample;
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

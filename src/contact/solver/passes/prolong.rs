@@ -3,9 +3,10 @@
 use pulp::Simd;
 
 use super::super::active_groups::ActiveBand;
-use super::super::flags::{PRESSED, SATURATED};
+use super::super::flags::{FREE, PRESSED, SATURATED, has};
 use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{LANES, Pass, greater, sum_by, total};
+use super::super::lanes::{LANES, Pass, greater, sum_by, total, weight};
+use super::update_pressure::PendingUpdate;
 use crate::contact::fft::{Band, Row};
 
 /// Cubic interpolation half-way between nodes: shares of the two nearest, and of the two beyond.
@@ -16,14 +17,12 @@ const FAR: f32 = -1.0 / 16.0;
 const BEFORE: usize = 1;
 const AFTER: usize = 2;
 
-/// A map on every second node along both axes.
+/// A map on every second node along both axes, which comes again beyond its edges.
 #[derive(Clone, Copy)]
 pub struct CoarseMap<'a> {
     pub values: &'a [f32],
     /// Its nodes along x and y.
     pub nodes: [usize; 2],
-    /// Whether it comes again beyond its edges; else it goes on as at the edge.
-    pub repeats: bool,
 }
 
 /// Rows of pressures on the finer mesh, as far as they are positive.
@@ -69,14 +68,9 @@ impl<'a> Prolonged<'a> {
             }
         }
         let [first, second, last] = [own[0], own[1 % nodes], own[nodes - 1]];
-        let [before, after, beyond] = if self.map.repeats {
-            [last, first, second]
-        } else {
-            [first, last, last]
-        };
-        self.coarse[0] = before;
-        self.coarse[BEFORE + nodes] = after;
-        self.coarse[BEFORE + nodes + 1] = beyond;
+        self.coarse[0] = last;
+        self.coarse[BEFORE + nodes] = first;
+        self.coarse[BEFORE + nodes + 1] = second;
         let pairs = pressure.as_chunks_mut::<2>().0;
         for (pair, near) in pairs.iter_mut().zip(self.coarse.windows(4)) {
             let [a, b, c, d] = [near[0], near[1], near[2], near[3]];
@@ -95,12 +89,7 @@ impl<'a> CoarseMap<'a> {
     fn row(&self, at: usize, by: isize) -> &'a [f32] {
         let rows = self.nodes[0] as isize;
         let index = at as isize + by;
-        let index = if self.repeats {
-            index.rem_euclid(rows)
-        } else {
-            index.clamp(0, rows - 1)
-        };
-        Row::new(index as usize, self.nodes[1]).of(self.values)
+        Row::new(index.rem_euclid(rows) as usize, self.nodes[1]).of(self.values)
     }
 }
 
@@ -136,10 +125,98 @@ impl Pass<f32> for SumProlonged<'_> {
     }
 }
 
+/// Sets pressures of a mesh, in double precision.
+pub struct SetProlonged<'a> {
+    pub prolonged: Prolonged<'a>,
+    pub hardness: f64,
+    pub row: Vec<f32>,
+}
+
+impl Pass<f64> for SetProlonged<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        self.prolonged.set_row(row, &mut self.row);
+        for (p, prolonged) in pressure.iter_mut().zip(&self.row) {
+            // Single precision may not hold the hardness.
+            let bears = *prolonged >= self.prolonged.ceiling;
+            *p = if bears {
+                self.hardness
+            } else {
+                f64::from(*prolonged)
+            };
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            prolonged: self.prolonged.split_off(),
+            row: self.row.clone(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// What makes pressures of increments and moves when a search ends, where increments are all there is of pressures.
+#[derive(Clone, Copy)]
+pub struct LastMoveDone {
+    scale: f32,
+    taken_back: f32,
+    ceiling: f32,
+}
+
+impl LastMoveDone {
+    pub fn new(pending: PendingUpdate, ceiling: f64) -> Self {
+        Self {
+            scale: pending.of_pressure() as f32,
+            taken_back: (1.0 - pending.part) as f32,
+            ceiling: ceiling as f32,
+        }
+    }
+
+    /// Of an increment, and a move if it is marked as that of a free node.
+    #[inline(always)]
+    fn pressure(&self, increment: f32, carry: f32) -> f32 {
+        let last_move = weight::<f32>(has(carry, FREE)) * carry;
+        // Rounding must not leave a pressure below zero, or above the ceiling.
+        greater(self.scale * increment - self.taken_back * last_move, 0.0).min(self.ceiling)
+    }
+}
+
+/// The pressures from which a search is to go on.
+pub enum StartPressure<'a> {
+    OfCoarserMesh(Prolonged<'a>),
+    OfLastMove(LastMoveDone),
+}
+
+impl StartPressure<'_> {
+    #[inline(always)]
+    fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], carry: &[f32]) {
+        match self {
+            Self::OfCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
+            Self::OfLastMove(done) => {
+                let nodes = increment.iter().zip(carry);
+                for (p, (increment, carry)) in pressure.iter_mut().zip(nodes) {
+                    *p = done.pressure(*increment, *carry);
+                }
+            }
+        }
+    }
+
+    fn split_off(&self) -> Self {
+        match self {
+            Self::OfCoarserMesh(prolonged) => Self::OfCoarserMesh(prolonged.split_off()),
+            Self::OfLastMove(done) => Self::OfLastMove(*done),
+        }
+    }
+}
+
 /// Begins the convolution of the pressures, from which the search is to go on: with the gap that there is
 /// without any, which their displacement is to be added to.
-pub struct BeginProlonged<'a, const YIELDS: bool> {
-    pub prolonged: Prolonged<'a>,
+pub struct BeginPressed<'a, const YIELDS: bool> {
+    pub start: StartPressure<'a>,
+    pub ceiling: f32,
     pub heights: &'a [f32],
     /// Subtracted from gaps.
     pub reference: f32,
@@ -149,19 +226,19 @@ pub struct BeginProlonged<'a, const YIELDS: bool> {
     pub carry: Band<'a, f32>,
     /// Set where there is pressure.
     pub active: ActiveBand<'a>,
-    pub sums: InOrder<ProlongedSums>,
+    pub sums: InOrder<PressedSums>,
 }
 
 /// Sums over the mesh.
 #[derive(Clone, Copy)]
-pub struct ProlongedSums {
+pub struct PressedSums {
     pub pressure: f64,
     /// Σ pressure × height.
     pub pressure_on_height: f64,
     pub saturated_nodes: f64,
 }
 
-impl Found for ProlongedSums {
+impl Found for PressedSums {
     const NOTHING: Self = Self {
         pressure: 0.0,
         pressure_on_height: 0.0,
@@ -175,24 +252,24 @@ impl Found for ProlongedSums {
     }
 }
 
-impl<const YIELDS: bool> Pass<f32> for BeginProlonged<'_, YIELDS> {
+impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        self.prolonged.set_row(row, values);
+        let (increment, carry) = (self.increment.row(row), self.carry.row(row));
+        self.start.set_row(row, values, increment, carry);
         let heights = row.of(self.heights);
         for (gap, height) in self.gap.row(row).iter_mut().zip(heights) {
             *gap = -(height + self.reference);
         }
-        let ceiling = self.prolonged.ceiling;
+        let ceiling = self.ceiling;
         let saturated = if YIELDS { SATURATED } else { 0 };
         let mut saturated_nodes = 0;
-        for (carry, p) in self.carry.row(row).iter_mut().zip(&*values) {
+        for (carry, p) in carry.iter_mut().zip(&*values) {
             let bears = u32::from(*p >= ceiling);
             let pressed = PRESSED * u32::from(*p > 0.0);
             *carry = f32::from_bits(pressed | (saturated * bears));
             saturated_nodes += bears;
         }
-        let increment = self.increment.row(row);
         increment.copy_from_slice(values);
         let always = self.active.always;
         let groups = self.active.row(row);
@@ -205,7 +282,7 @@ impl<const YIELDS: bool> Pass<f32> for BeginProlonged<'_, YIELDS> {
                 increments.fill(-0.0);
             }
         }
-        self.sums.push(ProlongedSums {
+        self.sums.push(PressedSums {
             pressure: total(values),
             pressure_on_height: sum_by(values, heights, |p, height| p * height),
             saturated_nodes: f64::from(saturated_nodes),
@@ -214,7 +291,7 @@ impl<const YIELDS: bool> Pass<f32> for BeginProlonged<'_, YIELDS> {
 
     fn split_off(&mut self, row: Row) -> Self {
         Self {
-            prolonged: self.prolonged.split_off(),
+            start: self.start.split_off(),
             gap: self.gap.split_off(row),
             increment: self.increment.split_off(row),
             carry: self.carry.split_off(row),
@@ -235,22 +312,25 @@ pub struct PressureLessGap<'a> {
     pub compliance: f32,
     /// From which gaps are counted.
     pub offset: f32,
+    pub done: LastMoveDone,
     pub increment: &'a [f32],
+    pub carry: &'a [f32],
     pub gap: &'a [f32],
-    /// The highest increment.
-    pub peak: f32,
+    pub peak_pressure: f32,
 }
 
 impl Pass<f32> for PressureLessGap<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let nodes = row.of(self.increment).iter().zip(row.of(self.gap));
+        let pressed = row.of(self.increment).iter().zip(row.of(self.carry));
+        let nodes = pressed.zip(row.of(self.gap));
         let mut peak = 0.0_f32;
-        for (value, (increment, gap)) in values.iter_mut().zip(nodes) {
-            *value = self.compliance * increment - (gap - self.offset);
-            peak = greater(peak, *increment);
+        for (value, ((increment, carry), gap)) in values.iter_mut().zip(nodes) {
+            let p = self.done.pressure(*increment, *carry);
+            *value = self.compliance * p - (gap - self.offset);
+            peak = greater(peak, p);
         }
-        self.peak = greater(self.peak, peak);
+        self.peak_pressure = greater(self.peak_pressure, peak);
     }
 
     fn split_off(&mut self, _: Row) -> Self {
@@ -258,7 +338,7 @@ impl Pass<f32> for PressureLessGap<'_> {
     }
 
     fn append(&mut self, later: Self) {
-        self.peak = greater(self.peak, later.peak);
+        self.peak_pressure = greater(self.peak_pressure, later.peak_pressure);
     }
 }
 
@@ -269,12 +349,8 @@ mod tests {
     use super::*;
 
     /// All rows of what is interpolated, where it is positive.
-    fn prolonged(values: &[f32], nodes: [usize; 2], repeats: bool) -> Vec<f32> {
-        let map = CoarseMap {
-            values,
-            nodes,
-            repeats,
-        };
+    fn prolonged(values: &[f32], nodes: [usize; 2]) -> Vec<f32> {
+        let map = CoarseMap { values, nodes };
         let mut prolonged = Prolonged::new(map, 1.0, f64::INFINITY);
         let row_nodes = 2 * nodes[1];
         let mut all = vec![0.0; 4 * values.len()];
@@ -297,20 +373,18 @@ mod tests {
     }
 
     #[test]
-    fn cubics_are_exact_but_at_the_edges_of_a_map_that_does_not_repeat() {
+    fn cubics_are_exact_but_at_the_edges_where_they_do_not_repeat() {
         let cubic = |x: f64, y: f64| {
             let (x, y) = (x / 20.0, y / 32.0);
             2.0 + x * x * x - 2.0 * x * y + y * y - 0.5 * y * y * y
         };
-        let found = prolonged(&drawn([10, 16], 2, cubic), [10, 16], false);
+        let found = prolonged(&drawn([10, 16], 2, cubic), [10, 16]);
         let exact = drawn([20, 32], 1, cubic);
         for (node, (found, exact)) in found.iter().zip(&exact).enumerate() {
             let [i, j] = [node / 32, node % 32];
             if (2..=16).contains(&i) && (2..=28).contains(&j) {
                 assert!((found - exact).abs() < 1e-6, "{i}, {j}: {found}, {exact}");
             }
-            // Beyond, the map goes on as at its edge: half a step there is missed.
-            assert!((found - exact).abs() < 0.2, "{i}, {j}: {found}, {exact}");
         }
     }
 
@@ -319,7 +393,7 @@ mod tests {
         let nodes = [24, 32];
         let wave = |x: f64, y: f64| 2.0 + (TAU * (2.0 * x / 48.0 + y / 64.0)).sin();
         let coarse = drawn(nodes, 2, wave);
-        let found = prolonged(&coarse, nodes, true);
+        let found = prolonged(&coarse, nodes);
         for (node, (found, exact)) in found.iter().zip(drawn([48, 64], 1, wave)).enumerate() {
             let [i, j] = [node / 64, node % 64];
             // 3/128 (2 q)⁴ along x, with q = 2π/24, and next to nothing along y.
@@ -336,7 +410,6 @@ mod tests {
         let map = CoarseMap {
             values: &coarse,
             nodes: [4, 4],
-            repeats: true,
         };
         let mut prolonged = Prolonged::new(map, 0.5, 2.0);
         let mut row = [0.0; 8];
@@ -344,5 +417,35 @@ mod tests {
         // Half of 6, 4, 2 and 0, and between them.
         assert_eq!([row[0], row[2], row[4], row[6]], [2.0, 2.0, 1.0, 0.0]);
         assert!(row.iter().all(|p| (0.0..=2.0).contains(p)));
+    }
+
+    #[test]
+    fn a_move_taken_back_leaves_pressures_as_they_were_before_it() {
+        let (before, last_move) = ([0.5_f32, 0.0, 2.0, 1.0], [0.25_f32, 0.75, -2.0, 0.0]);
+        let marked = last_move.map(|by| f32::from_bits(by.to_bits() & !0b111 | FREE));
+        let after = [0, 1, 2, 3].map(|node| before[node] + last_move[node]);
+        let left = |pending, ceiling| {
+            let done = LastMoveDone::new(pending, ceiling);
+            [0, 1, 2, 3].map(|node| done.pressure(after[node], marked[node]))
+        };
+        let close = |found: [f32; 4], exact: [f32; 4]| {
+            // Marks are in the lowest bits of moves.
+            let apart = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
+            assert!(
+                apart.into_iter().all(|by| by < 1e-6),
+                "{found:?}, {exact:?}"
+            );
+        };
+        close(left(PendingUpdate::ALL_BACK, f64::INFINITY), before);
+        close(left(PendingUpdate::NOTHING, f64::INFINITY), after);
+        let half = PendingUpdate {
+            scale: 1.0,
+            part: 0.5,
+        };
+        close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
+        // What is no move is not taken back.
+        let done = LastMoveDone::new(PendingUpdate::ALL_BACK, f64::INFINITY);
+        let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
+        assert_eq!(done.pressure(1.0, unmarked), 1.0);
     }
 }
