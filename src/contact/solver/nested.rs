@@ -15,7 +15,9 @@ use std::iter::successors;
 use super::coarse_contact::{CoarseContact, RATIO};
 use super::conjugate_gradients::{End, Goal};
 use super::history::History;
+use super::passes::PendingUpdate;
 use super::search::Search;
+use super::start::Start;
 use super::steps::Steps;
 use super::{Hardness, Settings, Solver, Watch};
 use crate::contact::elasticity::ElasticOperator;
@@ -189,32 +191,12 @@ impl Level {
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, asked: Asked) {
         let Self { search, found } = self;
         search.prepare(asked);
-        let Some(mut start) = search.begin_from(coarse) else {
-            return found.lose();
-        };
-        let goal = Goal {
-            residual: TOLERANCE,
-            is_evaluated: false,
-        };
-        let stop = |pairs| pairs >= PAIR_LIMIT || asked.watch.is_interrupted();
-        let mut history = History::nested();
-        loop {
-            let (pending, offset) = match search.iterate(&mut history, start, goal, &stop) {
-                End::Residual {
-                    pending,
-                    offset,
-                    is_reached: false,
-                } if !stop(search.pairs) => {
-                    start = search.begin_again(pending, offset);
-                    continue;
-                }
-                End::Residual {
-                    pending, offset, ..
-                } => (pending, offset),
-                End::Move { .. } => unreachable!("no move is to be evaluated"),
-            };
-            found.take_search(search, pending, offset, compliance);
-            break;
+        match search.begin_from(coarse) {
+            None => found.lose(),
+            Some(start) => {
+                let (pending, offset) = search.find_coarse(start, asked.watch);
+                found.take_search(search, pending, offset, compliance);
+            }
         }
         found.pairs = f64::from(search.pairs) + coarse.pairs / RATIO;
     }
@@ -245,6 +227,31 @@ impl Search {
         self.nested_steps = Steps::default();
         self.extension.continues = true;
         self.pairs = 0;
+    }
+
+    /// Iterates to where a finer mesh can begin: with this still to be done to pressures, and gaps in contact about as high
+    /// as that.
+    fn find_coarse(&mut self, mut start: Start, watch: &dyn Watch) -> (PendingUpdate, f64) {
+        let goal = Goal {
+            residual: TOLERANCE,
+            is_evaluated: false,
+        };
+        let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
+        let mut history = History::nested();
+        loop {
+            let End::Residual {
+                pending,
+                offset,
+                is_reached,
+            } = self.iterate(&mut history, start, goal, &stop)
+            else {
+                unreachable!("no move is to be evaluated");
+            };
+            if is_reached || stop(self.pairs) {
+                return (pending, offset);
+            }
+            start = self.begin_again(pending, offset);
+        }
     }
 
     /// Has no maps of gap and pressure, but when they are lent.
