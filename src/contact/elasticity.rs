@@ -26,8 +26,11 @@ pub trait ElasticOperator: Send + Sync {
     /// Where pressures act.
     fn grid(&self) -> Grid;
 
-    /// The same body under pressures on another grid.
-    fn on(&self, grid: Grid) -> Box<dyn ElasticOperator>;
+    /// The same body under pressures on a coarser grid, if the contact there leads to that on its own. It does not where
+    /// pressures rise without bound towards the edges of a map, which no interpolation follows.
+    fn on_coarser(&self, _: Grid) -> Option<Box<dyn ElasticOperator>> {
+        None
+    }
 
     /// Nodes of the mesh on which pressures are convolved: those of the grid, if pressures repeat, or
     /// more, which hold zeros.

@@ -118,10 +118,6 @@ impl ElasticOperator for FreeHalfSpace {
         self.grid
     }
 
-    fn on(&self, grid: Grid) -> Box<dyn ElasticOperator> {
-        Box::new(Self::new(grid))
-    }
-
     fn convolved_nodes(&self) -> [usize; 2] {
         self.grid.nodes().map(|nodes| 2 * nodes)
     }

@@ -49,8 +49,8 @@ impl ElasticOperator for PeriodicHalfSpace {
         self.grid
     }
 
-    fn on(&self, grid: Grid) -> Box<dyn ElasticOperator> {
-        Box::new(Self::new(grid))
+    fn on_coarser(&self, grid: Grid) -> Option<Box<dyn ElasticOperator>> {
+        Some(Box::new(Self::new(grid)))
     }
 
     /// 2/|q|, and zero at q = 0.

@@ -65,39 +65,41 @@ struct Asked<'a> {
 }
 
 impl Coarser {
-    /// Of a surface on a body; none if there are too few meshes of every second node, or if nothing is around the map:
-    /// pressures rise without bound towards its edges then, which no interpolation follows.
+    /// Of a surface on a body; none if there are too few meshes of every second node, or if the body is on none.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
         hardness: Option<Hardness>,
         heights: &[f64],
     ) -> Option<Self> {
-        let [rows, row_nodes] = body.grid().nodes();
-        if body.convolved_nodes() != [rows, row_nodes] {
-            return None;
-        }
+        let row_nodes = body.grid().nodes()[1];
         let grids = coarser_grids(body.grid());
-        let (coarsest, finer) = grids.split_last()?;
+        let bodies: Option<Vec<_>> = grids.iter().map(|grid| body.on_coarser(*grid)).collect();
+        let mut bodies = bodies?;
+        let coarsest = bodies.pop()?;
         let mut stride = 1;
         let mut sampled = || {
             stride *= 2;
             every_so_many(stride, heights, row_nodes)
         };
-        let level = |grid: &Grid| Level::new(threads, &*body.on(*grid), sampled());
-        let levels = finer.iter().map(level).collect();
+        let levels = bodies.iter();
+        let levels = levels.map(|body| Level::new(threads, &**body, sampled()));
+        let levels = levels.collect();
         let heights: Vec<f64> = sampled().collect();
-        let solver = |hardness| Solver::on(threads.clone(), body.on(*coarsest), hardness, &heights);
-        let yielding = |hardness| Solver {
-            yields_from: 0.0,
-            ..solver(Some(hardness))
-        };
+        let found = CoarseContact::nothing(&*coarsest);
+        let yielding = hardness.and_then(|hardness| {
+            let body = body.on_coarser(coarsest.grid())?;
+            Some(Solver {
+                yields_from: 0.0,
+                ..Solver::on(threads.clone(), body, Some(hardness), &heights)
+            })
+        });
         Some(Self {
             levels,
             coarsest: Coarsest {
-                elastic: solver(None),
-                yielding: hardness.map(yielding),
-                found: CoarseContact::nothing(&*body.on(*coarsest)),
+                elastic: Solver::on(threads.clone(), coarsest, None, &heights),
+                yielding,
+                found,
             },
         })
     }

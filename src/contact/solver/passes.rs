@@ -2,6 +2,7 @@
 
 mod ask;
 mod base;
+mod begin_pressed;
 mod bounded;
 mod evaluate;
 mod expected;
@@ -18,6 +19,7 @@ mod update_pressure;
 
 pub use ask::{Ask, Onwards, Remember};
 pub use base::Base;
+pub use begin_pressed::{BeginPressed, LastMoveDone, PressureLessGap, StartPressure};
 pub use bounded::{PromoteYielding, Tally};
 pub use evaluate::{
     GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack,
@@ -29,10 +31,7 @@ pub use nearing::{CountNearing, Nearing, SumInContact};
 pub use nodal::Nodal;
 pub use peek::{Asking, FEWEST_NODES, Means, Peek};
 pub use peek_gap::PeekGap;
-pub use prolong::{
-    BeginPressed, CoarseMap, LastMoveDone, PressureLessGap, Prolonged, SetProlonged, StartPressure,
-    SumProlonged,
-};
+pub use prolong::{CoarseMap, Prolonged, SetProlonged, SumProlonged};
 pub use sample::Sample;
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};
