@@ -66,9 +66,10 @@ impl HalfSpace {
     }
 }
 
-/// What a free half-space takes more, at the peak of runs on 1024² and 2048² nodes: a mesh of twice the
-/// nodes along both axes, on which the factors of its kernels are made, and these kernels.
-const FREE_BYTES: f64 = 109.0;
+/// What a free half-space takes more, though it has no coarser meshes: one of twice the nodes along both axes, on which the
+/// factors of its kernels are made, and these kernels. 100 bytes a node in all were measured at the peak of runs on 2048²,
+/// 4096² and 8192² nodes.
+const FREE_BYTES: f64 = 44.0;
 
 /// What is gathered of nodes that may change, where many do at once: at the peak of a run on 2048² nodes.
 const YIELDING_BYTES: f64 = 10.0;
