@@ -17,10 +17,10 @@
 //! `search` has what an iteration works
 //! on, `conjugate_gradients` holds it, in the line of Polonsky & Keer
 //! (*Wear* 231, 1999, 206) with the preconditioners of `correction` and `two_level`, `direction` makes the moves,
-//! `evaluation` evaluates where they led,
-//! and `active_set` decides what the residual leaves open. The search runs in single precision on
-//! increments; what it finds is evaluated in double precision, and the residual found there is
-//! where it goes on: iterative refinement.
+//! `evaluation` evaluates where they led, and `active_set` decides which nodes at the edge of contact
+//! belong to it, after which the pressures are evaluated once more: what is kept is what was evaluated.
+//! The search runs in single precision on increments; what it finds is evaluated in double precision,
+//! and the residual found there is where it goes on: iterative refinement.
 
 use super::fft::{Kernel, Scratch, Transform};
 use crate::contact::elasticity::{self, ElasticOperator};

@@ -1,4 +1,4 @@
-//! The mean pressure that the load asks for, and what the pressures that have it are like.
+//! The mean pressure that the load asks for, and counts of the nodes that bear it.
 
 use pulp::Simd;
 
@@ -8,28 +8,30 @@ use super::lanes::{LANES, Pass, greater, over_rows, total};
 use crate::contact::fft::Row;
 
 impl Solver {
-    /// Brings the pressure to its mean within its bounds, and says what it is like.
-    pub(super) fn impose_load(&mut self) -> PressureSummary {
-        let scale = match self.search.bound {
-            None => self.scale_to_load(),
+    /// Brings the pressures to the mean that the load asks for, within their bounds.
+    pub(super) fn impose_load(&mut self) {
+        match self.search.bound {
+            None => {
+                let mut pass = Scale(self.scale_to_load());
+                let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+                over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
+            }
             Some(hardness) => {
                 self.share_out(hardness);
-                1.0
             }
-        };
-        let mut pass = ScaleAndCount {
-            scale,
+        }
+    }
+
+    /// Counts the nodes in contact and finds the largest pressure.
+    pub(super) fn summarise(&mut self) -> PressureSummary {
+        let mut pass = Count {
             hardness: self.search.ceiling(),
             contact_nodes: 0.0,
             saturated_nodes: 0.0,
             peak: [0.0; LANES],
         };
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut pass,
-        );
+        let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+        over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
         PressureSummary {
             contact_nodes: pass.contact_nodes as usize,
             saturated_nodes: pass.saturated_nodes as usize,
@@ -60,7 +62,7 @@ impl Solver {
     }
 }
 
-/// A pressure at a glance.
+/// How many nodes bear a pressure, how many the hardness, and the largest pressure.
 #[derive(Debug, Clone, Copy)]
 pub struct PressureSummary {
     pub contact_nodes: usize,
@@ -85,20 +87,34 @@ impl Pass<f64> for Total {
     }
 }
 
-struct ScaleAndCount {
-    scale: f64,
+/// Multiplies pressures by one factor.
+struct Scale(f64);
+
+impl Pass<f64> for Scale {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
+        for p in pressure {
+            *p *= self.0;
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self(self.0)
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+struct Count {
     hardness: f64,
     contact_nodes: f64,
     saturated_nodes: f64,
     peak: [f64; LANES],
 }
 
-impl Pass<f64> for ScaleAndCount {
+impl Pass<f64> for Count {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
-        for p in &mut *pressure {
-            *p *= self.scale;
-        }
         for chunk in pressure.chunks(LANES) {
             for (peak, p) in self.peak.iter_mut().zip(chunk) {
                 *peak = greater(*peak, *p);
@@ -118,7 +134,7 @@ impl Pass<f64> for ScaleAndCount {
         }
     }
 
-    /// Counts are whole numbers, which come to the same in any order.
+    /// Counts are whole numbers, whose sum does not depend on the order.
     fn append(&mut self, later: Self) {
         self.contact_nodes += later.contact_nodes;
         self.saturated_nodes += later.saturated_nodes;

@@ -47,10 +47,11 @@ pub struct Outcome {
     pub stop: Stop,
     /// Transform pairs spent, in both precisions; those on coarser meshes by their nodes.
     pub pairs: u32,
-    /// The largest violation of the conditions of contact, in double precision, in units of rms
-    /// slope × the smaller mesh step: |g| in elastic contact, the penetration −g outside contact,
-    /// and g at saturated nodes, where only yielding may make it negative. The gap is measured from
-    /// its mean in elastic contact; the bounds of the pressure hold exactly.
+    /// The largest violation of the conditions of contact by the pressures that are kept, evaluated in
+    /// double precision, in units of rms slope × the smaller mesh step: |g| in elastic contact, the
+    /// penetration −g outside contact, and g at saturated nodes, where only yielding may make it
+    /// negative. The gap is measured from its mean in elastic contact; the bounds of the pressure hold
+    /// exactly.
     pub residual: f64,
     /// Nodes with pressure.
     pub contact_nodes: usize,

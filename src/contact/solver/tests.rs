@@ -13,6 +13,7 @@ mod light;
 mod rectangles;
 mod reference;
 mod threads;
+mod truth;
 
 /// Where double precision ends on the meshes used here.
 const TIGHT: Settings = Settings {
@@ -112,17 +113,40 @@ fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: 
     let rows = solver.pressure().chunks_exact(solver.search.nodes[1]);
     let total: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     assert!((total / solver.pressure().len() as f64 / load - 1.0).abs() < 1e-12);
-    let (step, hardness) = (1.0 / solver.search.steps_per_side, solver.search.ceiling());
-    for (p, gap) in solver.pressure().iter().zip(gap(solver, heights)) {
+    let violation = violation(solver, heights);
+    assert!(violation <= tolerance, "{violation} > {tolerance}");
+}
+
+/// The largest violation of the conditions of contact by the stored pressures, in the units of
+/// [`Outcome::residual`], from kernels alone.
+fn violation(solver: &Solver, heights: &[f64]) -> f64 {
+    let hardness = solver.search.ceiling();
+    let nodes = solver.pressure().iter().zip(gap(solver, heights));
+    let violations = nodes.map(|(p, gap)| {
         assert!((0.0..=hardness).contains(p));
-        let violation = match *p {
+        match *p {
             0.0 => -gap,
             p if p == hardness => gap,
             _ => gap.abs(),
-        };
-        assert!(
-            violation <= tolerance * step,
-            "gap {gap} under pressure {p}"
-        );
-    }
+        }
+    });
+    solver.search.steps_per_side * violations.fold(0.0, f64::max)
+}
+
+/// Presses at the default tolerance and checks the outcome against the stored pressures.
+fn assert_told_truly(solver: &mut Solver, heights: &[f64], load: f64) -> Outcome {
+    let outcome = press(solver, load, &Settings::default());
+    let range = heights.iter().fold(0.0_f64, |range, h| range.max(h.abs()));
+    // Gaps are kept in single precision.
+    let rounding = f64::from(f32::EPSILON) * solver.search.steps_per_side * range;
+    let tolerance = match outcome.stop {
+        Stop::Converged | Stop::FullContact => Settings::default().tolerance,
+        _ => outcome.residual,
+    };
+    assert_complementary(solver, heights, load, tolerance * (1.0 + 1e-4) + rounding);
+    let violation = violation(solver, heights);
+    let told = outcome.residual;
+    let error = (violation - told).abs();
+    assert!(error <= 1e-4 * told + rounding, "{violation}, told {told}");
+    outcome
 }
