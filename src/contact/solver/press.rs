@@ -11,6 +11,9 @@ use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 /// it, contact would be whatever a guess took for it.
 const SHARE_OF_DISPLACEMENT: f64 = 0.1;
 
+/// The largest part of the tolerance by which the residual may be rounded.
+const ROUNDED_PART: f64 = 0.01;
+
 /// How often the undecided nodes of a solution are decided. What comes after the last time is a
 /// solution within the tolerance all the same.
 const DECISIONS: u32 = 2;
@@ -124,6 +127,11 @@ impl Solver {
         let mut decisions = DECISIONS;
         loop {
             if self.is_solved(settings, &evaluation) {
+                if self.is_rounded(settings, &evaluation) {
+                    self.search.reference += evaluation.standing.offset;
+                    evaluation = self.evaluate();
+                    continue;
+                }
                 let summary = self.summarise();
                 if decisions > 0 && self.decide(evaluation.standing.offset, summary) {
                     decisions -= 1;
@@ -165,6 +173,19 @@ impl Solver {
     pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let tolerance = self.tolerance(settings, evaluation.contact_nodes);
         self.search.residual(evaluation.standing.error) <= tolerance
+    }
+
+    /// Whether the residual is known no better than a small part of the tolerance: gaps are kept in
+    /// single precision, and those in contact are too far from the reference that they count from.
+    fn is_rounded(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
+        let Evaluation {
+            standing,
+            contact_nodes,
+            ..
+        } = evaluation;
+        let rounding = f64::from(f32::EPSILON) * standing.offset.abs();
+        let tolerance = self.tolerance(settings, *contact_nodes);
+        self.search.residual(rounding) > ROUNDED_PART * tolerance
     }
 
     /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less

@@ -1,0 +1,310 @@
+#!/usr/bin/env python3
+"""Random contacts, checked against an independent solver in NumPy.
+
+    python3 tests/differential.py                        2,000 cases, as CI runs them
+    python3 tests/differential.py --cases 200000 --jobs 2
+    python3 tests/differential.py --seed 1 --only 4711   one case, with all its numbers
+
+Each case is a random surface (rough maps, white noise, shapes, steps, spikes) on a random mesh (squares,
+rectangles, cells up to 200 times as long as wide), pressed by random loads on an elastic or yielding,
+periodic or free half-space. Nothing is taken from the program but its results:
+
+- the stored pressures lie within their bounds, have the mean that was asked for, and satisfy the
+  conditions of contact within the tolerance: displacements are recomputed from the closed forms of the
+  half-space (2/(E* |q|) for waves, Love's coefficients for squares of pressure);
+- the residual, energy, mean gap, yielded depth, mean displacement, counts and contact map of the table are
+  those of the stored pressures;
+- one small case in four is also solved by an active-set method with dense matrices: the contact is the same
+  node by node, but for nodes whose pressure or gap is below the tolerance.
+
+It needs NumPy and the Python module of asperity.
+"""
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+
+import asperity
+
+DEFAULT_TOLERANCE = 5e-5
+TIGHT_TOLERANCE = 1e-9
+# Largest number of nodes for which dense matrices are solved.
+DENSE_NODES = 150
+
+
+# Surfaces
+
+
+def heights(rng, nodes, side):
+    x, y = (np.arange(n) / n for n in nodes)
+    x, y = np.meshgrid(x, y, indexing="ij")
+    kind = rng.choice(["white", "rough", "paraboloid", "wave", "product", "punch", "steps", "spikes"])
+    if kind == "white":
+        h = rng.standard_normal(nodes)
+    elif kind == "rough":
+        q = wavenumbers(nodes, side)
+        with np.errstate(divide="ignore"):
+            amplitude = np.where(q > 0, q ** -rng.uniform(0.8, 2.2), 0.0)
+        h = np.fft.ifft2(np.fft.fft2(rng.standard_normal(nodes)) * amplitude).real
+    elif kind == "paraboloid":
+        centre = rng.uniform(0, 1, 2) if rng.random() < 0.5 else (0.5, 0.5)
+        h = -(((x - centre[0]) * side[0]) ** 2 + ((y - centre[1]) * side[1]) ** 2)
+    elif kind == "wave":
+        h = np.cos(2 * np.pi * rng.integers(1, 3) * x)
+    elif kind == "product":
+        h = np.cos(2 * np.pi * x) * np.cos(2 * np.pi * y)
+    elif kind == "punch":
+        h = np.where(np.hypot(x - 0.5, y - 0.5) < rng.uniform(0.1, 0.5), 0.0, -rng.uniform(1e-3, 1.0))
+    elif kind == "steps":
+        h = rng.integers(0, rng.integers(2, 5), nodes).astype(float)
+    else:
+        h = np.where(rng.random(nodes) < 0.1, rng.uniform(0.5, 1.0, nodes), 0.0)
+    if np.ptp(h) == 0:
+        h[0, 0] += 1.0
+    return kind, 10 ** rng.uniform(-4, 1) * (h - h.mean()) / np.ptp(h)
+
+
+# The elastic half-space, E* = 1
+
+
+def wavenumbers(nodes, side):
+    qx, qy = (2 * np.pi * np.fft.fftfreq(n, 1 / n) / s for n, s in zip(nodes, side))
+    return np.hypot(qx[:, None], qy[None, :])
+
+
+def love(x, y, a, b):
+    """Displacement at (x, y) under unit pressure on a rectangle of half sides a and b around the origin."""
+
+    def term(u, v):
+        """u ln(v + r) without cancellation where v is negative."""
+        r = np.hypot(u, v)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            value = np.where(v > 0, np.log(v + r), 2 * np.log(np.abs(u)) - np.log(r - v))
+        return np.where(u == 0, 0.0, u * value)
+
+    total = 0.0
+    for i in (1, -1):
+        for j in (1, -1):
+            total = total + i * j * (term(x + i * a, y + j * b) + term(y + j * b, x + i * a))
+    return total / np.pi
+
+
+class HalfSpace:
+    def __init__(self, nodes, side, free):
+        self.nodes, self.free = nodes, free
+        if free:
+            steps = [s / n for s, n in zip(side, nodes)]
+            padded = [2 * n for n in nodes]
+            x, y = (step * np.fft.fftfreq(n, 1 / n) for step, n in zip(steps, padded))
+            influence = love(np.abs(x)[:, None], np.abs(y)[None, :], steps[0] / 2, steps[1] / 2)
+            self.kernel, self.padded = np.fft.fft2(influence), padded
+        else:
+            q = wavenumbers(nodes, side)
+            with np.errstate(divide="ignore"):
+                self.kernel, self.padded = np.where(q > 0, 2 / q, 0.0), nodes
+
+    def displacement(self, pressure):
+        u = np.fft.ifft2(self.kernel * np.fft.fft2(pressure, self.padded)).real
+        return u[: self.nodes[0], : self.nodes[1]]
+
+    def matrix(self):
+        count = self.nodes[0] * self.nodes[1]
+        columns = [self.displacement(unit.reshape(self.nodes)).ravel() for unit in np.eye(count)]
+        return np.array(columns).T
+
+
+def active_set(matrix, h, load, hardness):
+    """The pressures that solve the contact, by exchanging nodes between three sets; None if they cycle."""
+    count = h.size
+    free, full = np.ones(count, bool), np.zeros(count, bool)
+    for _ in range(200):
+        fixed = hardness * full if np.isfinite(hardness) else np.zeros(count)
+        inner = np.flatnonzero(free)
+        system = np.zeros((inner.size + 1, inner.size + 1))
+        system[:-1, :-1] = matrix[np.ix_(inner, inner)]
+        system[:-1, -1], system[-1, :-1] = -1.0, 1.0
+        right = np.append((h - matrix @ fixed)[inner], load * count - fixed.sum())
+        try:
+            solution = np.linalg.solve(system, right)
+        except np.linalg.LinAlgError:
+            return None
+        p = fixed.copy()
+        p[inner] = solution[:-1]
+        g = matrix @ p - h - solution[-1]
+        small = 1e-13 * (np.abs(h).max() + np.abs(matrix @ p).max())
+        below, above = free & (p < 0), free & (p > hardness)
+        into = ~free & ~full & (g < -small)
+        back = full & (g > small)
+        if not (below.any() or above.any() or into.any() or back.any()):
+            return p, g
+        free = (free & ~below & ~above) | into | back
+        full = (full & ~back) | above
+        if not free.any():
+            return None
+    return None
+
+
+# One case
+
+
+def draw(seed, index):
+    rng = np.random.default_rng([seed, index])
+    nodes = tuple(int(n) for n in rng.integers(2, rng.choice([6, 13, 33]), 2))
+    side = [1.0, 1.0]
+    if rng.random() < 0.4:
+        side[int(rng.integers(2))] = 10 ** rng.uniform(0, 2.3)
+    else:
+        side = [n / max(nodes) for n in nodes]
+    kind, h = heights(rng, nodes, side)
+    case = {
+        "kind": kind,
+        "heights": h,
+        "size": tuple(side),
+        "boundary": str(rng.choice(["periodic", "free"])),
+        "hardness": float(10 ** rng.uniform(-4, 1)) if rng.random() < 0.5 else None,
+        "tolerance": TIGHT_TOLERANCE if rng.random() < 0.3 else DEFAULT_TOLERANCE,
+    }
+    loads = 10 ** rng.uniform(-6, 0.5, rng.integers(1, 13))
+    if case["hardness"] is not None:
+        loads = case["hardness"] * 10 ** rng.uniform(-5, -1e-3, loads.size)
+        if rng.random() < 0.5:
+            # Near a whole number of saturated nodes, which bear all of the load there.
+            whole = rng.integers(1, h.size, loads.size) / h.size
+            loads = case["hardness"] * whole * (1 + rng.choice([-1, 1], loads.size) * 10 ** rng.uniform(-12, -3, loads.size))
+    case["loads"] = []
+    for load in sorted(float(f"{load:.11e}") for load in loads):
+        is_borne = case["hardness"] is None or load < 0.999999 * case["hardness"]
+        # Loads that differ by less are one load.
+        if is_borne and (not case["loads"] or load > case["loads"][-1] * (1 + 1e-8)):
+            case["loads"].append(load)
+    return case
+
+
+def check(seed, index, verbose=False):
+    """The rows of a case, and what is wrong with any of them."""
+    case = draw(seed, index)
+    if not case["loads"]:
+        return {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
+    h, nodes = case["heights"], case["heights"].shape
+    contact = asperity.press(
+        h, size=case["size"], loads=case["loads"], boundary=case["boundary"], hardness=case["hardness"],
+        hardness_unit=None if case["hardness"] is None else "relative", tolerance=case["tolerance"],
+    )
+    table = {name: np.array(contact.table[name]) for name in contact.table.names if name not in ("contact", "pressures")}
+    body = HalfSpace(nodes, case["size"], case["boundary"] == "free")
+    # A flat map counts as one of slope 1.
+    slope = float(table["rms_slope"][0]) or 1.0
+    step = slope * min(s / n for s, n in zip(case["size"], nodes))
+    # The column `hardness` has twelve digits of this product.
+    hardness = float(table["hardness_reduced"][0]) * slope if case["hardness"] is not None else np.inf
+    wrong, limit, dense = [], 0, 0
+    matrix = body.matrix() if index % 4 == 0 and h.size <= DENSE_NODES else None
+    for row in range(len(table["load"])):
+
+        def expect(what, found, told, within):
+            if not abs(found - told) <= within:
+                wrong.append(f"case {index}, load {row}: {what} is {found:.6g}, told {told:.6g}")
+
+        p = np.asarray(contact.pressure(row))
+        u = body.displacement(p)
+        stop = str(table["stop"][row])
+        limit += stop == "pair-limit"
+        load = case["loads"][row] * slope
+        scale = max(np.ptp(h), np.ptp(u), abs(u).max())
+        full = p >= hardness
+        if np.isfinite(hardness) and full.sum() != table["saturated_nodes"][row]:
+            # To the last bits a node may bear the hardness or just less.
+            full = p > hardness * (1 + 1e-14)
+        elastic = (p > 0) & ~full
+        g = u - h
+        if elastic.any():
+            g = g - g[elastic].mean()
+        elif full.any():
+            # Any offset between the highest saturated node and the lowest open one solves the contact.
+            open_nodes = g[~full]
+            top = g[full].max()
+            g = g - (top if open_nodes.size == 0 else 0.5 * (top + open_nodes.min()))
+        violation = max(np.abs(g[elastic]).max(initial=0), -g[p == 0].min(initial=0), g[full].max(initial=0)) / step
+        rounding = 1e-13 * scale / step
+        single = 2.4e-7 * scale / step
+        if not (p.min() >= 0 and p.max() <= hardness):
+            wrong.append(f"case {index}, load {row}: pressures from {p.min()} to {p.max()}")
+        expect("the mean pressure", p.mean() / load, 1.0, 1e-10)
+        if stop != "pair-limit" and violation > case["tolerance"] * (1 + 1e-3) + rounding:
+            wrong.append(f"case {index}, load {row}: {stop}, but the residual is {violation:.3g}, told {table['residual'][row]:.3g}")
+        expect("the residual", violation, table["residual"][row], 1e-3 * violation + single)
+        expect("the energy", 0.5 * (p * u).mean(), table["energy"][row], 1e-9 * (np.abs(p) * np.abs(u)).mean() + 1e-300)
+        # Where there is contact there is no gap.
+        gaps = np.where(p > 0, 0.0, g)
+        expect("the mean gap", gaps.mean(), table["mean_gap"][row], (2 * violation + single) * step)
+        expect("contact nodes", (p > 0).sum(), table["contact_nodes"][row], 0)
+        if not (np.asarray(contact.contact(row)) == (p > 0)).all():
+            wrong.append(f"case {index}, load {row}: the contact map is not where pressures are")
+        if np.isfinite(hardness):
+            expect("saturated nodes", full.sum(), table["saturated_nodes"][row], 0)
+            depth = np.where(full, -g, 0.0).mean()
+            expect("the yielded depth", depth, table["mean_yielded_depth"][row], (2 * violation + single) * step)
+        if body.free:
+            expect("the mean displacement", u.mean(), table["mean_displacement"][row], 1e-9 * abs(u).max())
+        if verbose:
+            print({name: values[row] for name, values in table.items()}, f"violation {violation:.3g}")
+        if matrix is not None and case["tolerance"] == TIGHT_TOLERANCE and stop == "converged":
+            exact = active_set(matrix, h.ravel(), load, hardness)
+            if exact is not None:
+                dense += 1
+                q, gap = exact
+                differ = (p.ravel() > 0) != (q > 0)
+                # A node that is just leaving: neither its pressure nor its gap is worth the tolerance.
+                edge = np.maximum(np.abs(q), p.ravel()) * np.abs(np.diag(matrix)) + np.abs(gap)
+                if (edge[differ] > 1e3 * TIGHT_TOLERANCE * step + 1e-11 * scale).any():
+                    wrong.append(f"case {index}, load {row}: {differ.sum()} nodes differ from the active-set solution")
+    return {"rows": len(table["load"]), "limit": limit, "dense": dense, "wrong": wrong}
+
+
+def some(seed, first, count):
+    total = {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
+    for index in range(first, first + count):
+        try:
+            found = check(seed, index)
+        except Exception as error:  # The case is what matters to whoever mends it.
+            found = {"rows": 0, "limit": 0, "dense": 0, "wrong": [f"case {index}: {type(error).__name__}: {error}"]}
+        for key, value in found.items():
+            total[key] += value
+    return total
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=2026)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--only", type=int)
+    arguments = parser.parse_args()
+    if arguments.only is not None:
+        found = check(arguments.seed, arguments.only, verbose=True)
+        print("\n".join(found["wrong"]) or "nothing is wrong")
+        return bool(found["wrong"])
+    chunk = 250
+    starts = range(0, arguments.cases, chunk)
+    counts = [min(chunk, arguments.cases - start) for start in starts]
+    seeds = [arguments.seed] * len(starts)
+    total = {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
+    # The module has threads of its own, which a fork would not take along.
+    with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as pool:
+        for found in pool.map(some, seeds, starts, counts):
+            for key, value in found.items():
+                total[key] += value
+            for line in found["wrong"]:
+                print(line, flush=True)
+    print(
+        f"{total['rows']} rows of {arguments.cases} cases (seed {arguments.seed}): {len(total['wrong'])} wrong; "
+        f"{total['limit']} gave up at the limit of pairs; {total['dense']} compared with the active-set solution"
+    )
+    return bool(total["wrong"])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
