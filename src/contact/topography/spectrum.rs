@@ -5,6 +5,7 @@ use std::ops::{Range, RangeInclusive};
 use serde::{Deserialize, Serialize};
 
 use super::anisotropy::{Anisotropy, SquareLength};
+use super::moments::{MomentSum, Moments};
 use super::nayak::Continuum;
 use crate::contact::grid::Cell;
 
@@ -129,6 +130,35 @@ impl Spectrum {
         [waves(0), waves(1)].map(|waves| (waves * (1.0 + 1e-12)) as u32)
     }
 
+    /// Spectral moments over the modes of a cell, each mode with its mean power, up to a factor.
+    ///
+    /// Ratios such as Nayak's parameter are those of the cell, not of [`Spectrum::continuum`]: with
+    /// `k_lower = 1` a cell has few of the longest waves, and the two parameters differ by a half.
+    ///
+    /// ```
+    /// use asperity::contact::grid::Cell;
+    /// use asperity::contact::topography::spectrum::Spectrum;
+    ///
+    /// let spectrum = Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 32, anisotropy: None };
+    /// let nayak = spectrum.moments(Cell::square(1.0)?).nayak().unwrap();
+    /// assert!((nayak - 43.91).abs() < 0.005);
+    /// assert!((spectrum.continuum().nayak() - 28.33).abs() < 0.005);
+    /// # Ok::<(), asperity::contact::grid::GridError>(())
+    /// ```
+    pub fn moments(&self, cell: Cell) -> Moments {
+        let mut densities = self.densities();
+        let square_length = self.square_length();
+        let mut sum = MomentSum::on(cell);
+        for row in self.rows(cell) {
+            for k_y in row.k_y {
+                let waves = [row.k_x.into(), k_y.into()];
+                let density = densities.at(square_length.of(cell.wavevector(waves)));
+                sum.add_pair(waves, 2.0 * density);
+            }
+        }
+        sum.finish(1.0)
+    }
+
     /// The same density, but for its grain, over continuous wavenumbers, where moments have closed forms.
     pub fn continuum(&self) -> Continuum {
         let rolloff = f64::from(self.k_rolloff);
@@ -206,6 +236,26 @@ mod tests {
             let spectrum = spectrum(k_lower, k_lower, k_upper);
             assert_eq!(modes(&spectrum, cell(0.3)), expected);
         }
+    }
+
+    #[test]
+    fn nayak_parameters_over_the_modes_of_a_cell_are_those_of_an_independent_sum() {
+        // H = 0.8; docs/findings.md has more of these cells, to the printed digits.
+        for (k_lower, k_upper, nayak) in [(1, 32, 43.91), (4, 64, 12.34), (16, 128, 5.264)] {
+            let moments = spectrum(k_lower, k_lower, k_upper).moments(cell(0.3));
+            let found = moments.nayak().unwrap();
+            assert!(
+                (found - nayak).abs() < 0.005,
+                "{k_lower} {k_upper}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_single_ring_of_four_modes_has_a_nayak_parameter_of_two() {
+        // k = (±1, 0), (0, ±1): m20 = m02, m4 = m2 and m0 = 2 m2 in integer wavenumbers.
+        let nayak = spectrum(1, 1, 1).moments(cell(1.0)).nayak().unwrap();
+        assert!((nayak - 2.0).abs() < 1e-12);
     }
 
     #[test]

@@ -31,8 +31,8 @@ pub struct AggregateTable {
     #[schemars(extend("default" = ["mean", "sd", "sem"]))]
     pub statistics: Key<Vec<Written<String>>>,
     /// Theories whose area stands beside, under each row's load, as `area_MODEL`; with the slope,
-    /// secant or approach to full contact where `statistics` ask for it. Asperity models take α
-    /// from the spectrum in closed form.
+    /// secant or approach to full contact where `statistics` ask for it. Asperity models take
+    /// Nayak's parameter α of the spectrum over the modes of the cell, as `nayak_lattice` has it.
     pub models: Key<Vec<Written<ModelWord>>>,
 }
 

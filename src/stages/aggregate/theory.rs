@@ -7,14 +7,15 @@ use arrow::util::display::array_value_to_string;
 use serde::Serialize;
 
 use super::super::StageError;
-use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, PRESSURE};
+use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, PRESSURE, SIDE_X, SIDE_Y};
 use super::names::{COUNT, LOAD_MIDPOINT, mean_of, named};
 use super::{Groups, Statistic};
+use crate::contact::grid::Cell;
 use crate::contact::theory::law::KAPPA_BGT;
 use crate::contact::theory::models::asperities::Asperities;
 use crate::contact::theory::models::{AsperityModel, full_contact};
 use crate::contact::theory::persson;
-use crate::contact::topography::nayak::Continuum;
+use crate::contact::topography::spectrum::Spectrum;
 use crate::store::column::{Column, ColumnKind, optional_reals};
 use crate::store::table::{Table, TableError};
 
@@ -130,7 +131,7 @@ impl Model {
     }
 }
 
-/// What decides Nayak's parameter in closed form.
+/// Columns that decide Nayak's parameter of a spectrum in a square cell.
 pub const OF_THE_SPECTRUM: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
 
 /// Adds to reduced rows what was asked for beyond their statistics.
@@ -256,25 +257,51 @@ fn predictions(
     Ok(columns)
 }
 
-/// α of each row's spectrum in closed form; none for rows of other surfaces.
+/// Nayak's parameter of each row's spectrum over the modes of its cell; none for rows of other
+/// surfaces.
+///
+/// Grain is left out: the theories are about isotropic roughness.
 fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     let hurst = table.reals(HURST.name)?;
     let lower = table.integers(K_LOWER.name)?;
     let rolloff = table.integers(K_ROLLOFF.name)?;
     let upper = table.integers(K_UPPER.name)?;
-    let of_row = |row: usize| {
-        let known = hurst.is_valid(row) && [lower, rolloff, upper].iter().all(|k| k.is_valid(row));
-        let rolloff = rolloff.value(row) as f64;
-        known.then(|| {
-            let continuum = Continuum {
-                hurst: hurst.value(row),
-                plateau: lower.value(row) as f64 / rolloff,
-                magnification: upper.value(row) as f64 / rolloff,
-            };
-            continuum.nayak()
-        })
+    let sides = [SIDE_X, SIDE_Y].map(|side| table.reals(side.name).ok());
+    let cell = |row: usize| {
+        let [Some(x), Some(y)] = sides.map(|side| side.filter(|side| side.is_valid(row))) else {
+            return Cell::square(1.0).ok();
+        };
+        Cell::new([x.value(row), y.value(row)]).ok()
     };
-    Ok((0..table.rows()).map(of_row).collect())
+    let mut known: BTreeMap<[u64; 6], Option<f64>> = BTreeMap::new();
+    let mut of_row = |row: usize| {
+        let cutoffs = [lower, rolloff, upper];
+        if hurst.is_null(row) || cutoffs.iter().any(|k| k.is_null(row)) {
+            return None;
+        }
+        let [k_lower, k_rolloff, k_upper] = cutoffs.map(|k| u32::try_from(k.value(row)).ok());
+        let spectrum = Spectrum {
+            hurst: hurst.value(row),
+            k_lower: k_lower?,
+            k_rolloff: k_rolloff?,
+            k_upper: k_upper?,
+            anisotropy: None,
+        };
+        let cell = cell(row)?;
+        let [aspect_x, aspect_y] = cell.aspect().map(f64::to_bits);
+        let cutoffs = [k_lower?, k_rolloff?, k_upper?].map(u64::from);
+        let key = [
+            cutoffs[0],
+            cutoffs[1],
+            cutoffs[2],
+            spectrum.hurst.to_bits(),
+            aspect_x,
+            aspect_y,
+        ];
+        let nayak = known.entry(key);
+        *nayak.or_insert_with(|| spectrum.moments(cell).nayak())
+    };
+    Ok((0..table.rows()).map(&mut of_row).collect())
 }
 
 const APPROACH: Column = Column::result(
@@ -325,8 +352,8 @@ const BUSH_GIBSON_THOMAS: [Column; 4] = columns(
         "area_bush_gibson_thomas_secant",
         "area_bush_gibson_thomas_approach",
     ],
-    "share of the area by Bush, Gibson & Thomas 1975, for isotropic Gaussian roughness, α of the \
-     spectrum in closed form",
+    "share of the area by Bush, Gibson & Thomas 1975, for isotropic Gaussian roughness with α \
+     of the spectrum over the modes of the cell",
 );
 const GREENWOOD_2006: [Column; 4] = columns(
     [
@@ -335,8 +362,8 @@ const GREENWOOD_2006: [Column; 4] = columns(
         "area_greenwood_2006_secant",
         "area_greenwood_2006_approach",
     ],
-    "share of the area by Greenwood 2006, for isotropic Gaussian roughness, α of the spectrum in \
-     closed form",
+    "share of the area by Greenwood 2006, for isotropic Gaussian roughness with α of the \
+     spectrum over the modes of the cell",
 );
 const MEAN_CURVATURE: [Column; 4] = columns(
     [
@@ -345,8 +372,8 @@ const MEAN_CURVATURE: [Column; 4] = columns(
         "area_mean_curvature_secant",
         "area_mean_curvature_approach",
     ],
-    "share of the area by spheres of the mean curvature, for isotropic Gaussian roughness, α of the \
-     spectrum in closed form",
+    "share of the area by spheres of the mean curvature, for isotropic Gaussian roughness with α \
+     of the spectrum over the modes of the cell",
 );
 const GREENWOOD_MCCOOL: [Column; 4] = columns(
     [
@@ -356,7 +383,7 @@ const GREENWOOD_MCCOOL: [Column; 4] = columns(
         "area_greenwood_mccool_approach",
     ],
     "share of the area by Greenwood & Williamson 1966 and McCool 1986, for isotropic Gaussian \
-     roughness, α in closed form",
+     roughness with α of the spectrum over the modes of the cell",
 );
 const BGT_ASYMPTOTE: [Column; 4] = columns(
     [
