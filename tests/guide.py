@@ -79,7 +79,8 @@ def check_manifests(page, asperity):
         os.symlink(ROOT / "data", Path(folder) / "data")
         before = ""
         for number, text in enumerate(manifests):
-            lacks = set(re.findall(r'^from = "([^"]+)"', text, re.M)) - set(re.findall(r"^\[stage\.([\w-]+)\]", text, re.M))
+            read = re.findall(r'"([^"]+)"', " ".join(re.findall(r"^from = .*$", text, re.M)))
+            lacks = set(read) - set(re.findall(r"^\[stage\.([\w-]+)\]", text, re.M))
             whole = text if "[study]" in text else f'[study]\nname = "part"\n\n{text}'
             whole = f"{before}\n{text}" if lacks else whole
             before = whole

@@ -69,6 +69,51 @@ fn every_quantity_and_every_form_has_a_row() {
     );
 }
 
+/// Mean gaps of every surface over the rms height of this very surface, which the query finds.
+const OVER_HEIGHTS: &str = r#"
+[stage.gaps]
+kind = "aggregate"
+from = ["area", "surfaces"]
+sql = "select area.*, surfaces.rms_height from area join surfaces using (surface)"
+
+[stage.gap-limit]
+kind = "fit"
+from = "gaps"
+law = "limits"
+of = "mean_gap / rms_height"
+loads = 0.1
+bootstrap = 0
+terms = { of = "1 / k_lower", exponent = 1 }
+over = ["k_upper", "nodes"]
+"#;
+
+#[test]
+fn an_observable_may_be_made_of_columns_that_a_query_joins() {
+    let bench = Bench::new();
+    bench.run(&[LIMITS, OVER_HEIGHTS].concat());
+    let fits = bench.table("limits", "gap-limit");
+    assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
+    assert_eq!(fits.integers("data").unwrap().value(0), 6);
+    assert_eq!(fits.integers("surfaces").unwrap().value(0), 5);
+    // Between rough surfaces the mean gap is some rms heights wide under a light load.
+    let limit = fits.reals("limit").unwrap().value(0);
+    assert!((0.1..3.0).contains(&limit), "{limit}");
+}
+
+#[test]
+fn means_over_surfaces_are_no_rows_that_limits_can_be_fitted_to() {
+    let bench = Bench::new();
+    let means = OVER_HEIGHTS.replace(
+        "area.*, surfaces.rms_height",
+        "k_lower, k_upper, nodes, load, mean_gap, rms_height",
+    );
+    let manifest = bench.write(&[LIMITS, &means].concat());
+    let output = bench.output(&["check", manifest.to_str().unwrap()]);
+    assert!(!output.status.success());
+    let told = text(&output.stderr);
+    assert!(told.contains("are not about single surfaces"), "{told}");
+}
+
 #[test]
 fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     let bench = Bench::new();

@@ -155,9 +155,11 @@ fn read_by_limits() -> Reads {
             Rows::Roughness,
             Rows::Corrections,
             Rows::Fits,
+            Rows::Statistics,
         ],
         from: format!(
-            "`generate`, `solve`, `measure`, `correct` and other `fit` stages, where its law is `{}`",
+            "`generate`, `solve`, `measure`, `correct`, other `fit` stages and `aggregate` stages with `sql`, \
+             where its law is `{}`",
             limits::WORD
         )
         .into(),

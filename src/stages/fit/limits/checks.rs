@@ -12,7 +12,7 @@ use super::{Form, LimitChoices, MOST_COMBINATIONS, MOST_TERMS, Term, WINDOW};
 use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::Expression;
 use crate::fitting::limits::EXPONENTS;
-use crate::stages::columns::LOAD;
+use crate::stages::columns::{LOAD, SURFACE};
 use crate::stages::{Given, Recipe, Rows};
 use crate::store::column::Role;
 use crate::store::table::Table;
@@ -164,6 +164,17 @@ fn is_usable(
 
 fn observable(of: &Written<String>, input: &Input, checks: &mut Checks) -> Option<Expression> {
     let read = expression(of, input, None, checks)?;
+    let lacks_surfaces = input.table.is_some_and(|table| !table.has(SURFACE.name));
+    if input.rows == Some(Rows::Statistics) && lacks_surfaces {
+        let message = "the rows of the `aggregate` stage in `from` are not about single surfaces";
+        let label = "needs the values of every surface";
+        let problem = Problem::new(message, of.span.clone(), label);
+        checks.problems.push(problem.help(
+            "let its `sql` keep `surface`, `seed`, `realization` and every parameter, as in \
+             `select area.*, surfaces.rms_height from area join surfaces using (surface)`",
+        ));
+        return None;
+    }
     let lacks_loads = input.table.is_some_and(|table| !table.has(LOAD.name));
     if read.has_slope() && (lacks_loads || input.rows == Some(Rows::Fits)) {
         let message = "`slope` is taken against `load`, along which these rows are no curve";
