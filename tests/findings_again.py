@@ -18,6 +18,7 @@ CURVES = table(CAMPAIGN, "curves")
 SPECTRA = {(row["k_lower"], row["k_upper"]): row for row in table(CAMPAIGN, "spectra").to_dicts()}
 CUTOFFS = {"k_lower": (1, 4, 16), "k_upper": (32, 64, 128)}
 LOADS = {row["load"] for row in CURVES.select("load").unique().to_dicts()}
+ALPHA = {}
 AREAS = {(row["k_lower"], row["k_upper"], row["correction"], row["load"]): row for row in CURVES.to_dicts()}
 
 
@@ -94,6 +95,59 @@ def least_squares_in_cutoffs(label):
     return matrix[2][3] / matrix[2][2]
 
 
+def left_by_line(x, y):
+    slope = (sum(a * b for a, b in zip(x, y, strict=True)) - sum(x) * sum(y) / len(x)) / (
+        sum(a * a for a in x) - sum(x) ** 2 / len(x))
+    offset = sum(y) / len(y) - slope * sum(x) / len(x)
+    return math.sqrt(sum((b - offset - slope * a) ** 2 for a, b in zip(x, y, strict=True)) / len(x))
+
+
+def alpha_of_modes(lower, upper, hurst=0.8):
+    """Nayak's parameter by a sum over all modes of the cell."""
+    moments = [0.0] * 3
+    for x in range(-upper, upper + 1):
+        for y in range(-upper, upper + 1):
+            square = x * x + y * y
+            if lower**2 <= square <= upper**2:
+                power = square ** -(1 + hurst)
+                for order, of in enumerate((1, square / 2, (x**4 + y**4) / 2)):
+                    moments[order] += power * of
+    return moments[0] * moments[2] / moments[1] ** 2
+
+
+def on_alpha_over_bandwidth(label):
+    spectra = [(lower, upper) for lower in CUTOFFS["k_lower"] for upper in CUTOFFS["k_upper"]]
+    areas = [math.log(mean(one, load(label), "2017")) for one in spectra]
+    on_alpha = left_by_line([math.log(ALPHA[one]) for one in spectra], areas)
+    return math.log(on_alpha / left_by_line([math.log(upper / lower) for lower, upper in spectra], areas))
+
+
+def asperities(label, interaction):
+    lower, upper = spectrum(label)
+    at = float(re.search(r"load ([0-9.]+)", label)[1])
+    rows = table("asperities-1024", "beside").filter(
+        (pl.col("k_lower") == lower) & (pl.col("k_upper") == upper) & (pl.col("interaction") == interaction)
+        & ((pl.col("load") / at - 1).abs() < 0.02))
+    return rows.to_dicts()[0]
+
+
+def less_without_interaction(label):
+    row = asperities(label, "none")
+    return math.log(row["solved_area"] / row["model_area"])
+
+
+def added_by_interaction(label):
+    return math.log(asperities(label, "explicit")["model_area"] / asperities(label, "none")["model_area"])
+
+
+def lightest_pressures(label):
+    nodes, at = int(re.search(r"(\d+) nodes", label)[1]), float(re.search(r"load ([0-9.]+)", label)[1])
+    least = [table("pressure-edges", "mean-pressures").filter(
+        (pl.col("nodes") == one) & ((pl.col("load") - at).abs() < 1e-6)).sort("contact_pressure")
+        ["pressure_density_mean"][0] for one in (nodes, 2 * nodes)]
+    return math.log2(least[0] / least[1])
+
+
 def secant_growth(label):
     at = spectrum(label)
     return math.log(mean(at, 0.06, "pi/8") / 0.06 / (mean(at, 0.012, "pi/8") / 0.012))
@@ -129,6 +183,10 @@ CLAIMS = {
     (CAMPAIGN, "alpha-alone-does-not-decide"): equal_bandwidth,
     (CAMPAIGN, "alpha-alone-decides-corrected"): lambda label: equal_bandwidth(label, "2017"),
     (CAMPAIGN, "corrected-area-depends-on-bandwidth-alone"): least_squares_in_cutoffs,
+    (CAMPAIGN, "corrected-area-collapses-on-bandwidth-rather-than-alpha"): on_alpha_over_bandwidth,
+    ("asperities-1024", "non-interacting-asperities-have-less-area"): less_without_interaction,
+    ("asperities-1024", "interaction-adds-area-to-asperities"): added_by_interaction,
+    ("pressure-edges", "pressure-density-is-linear-at-zero"): lightest_pressures,
     (CAMPAIGN, "corrected-secant-grows"): secant_growth,
     (CAMPAIGN, "full-contact-at-1.7"): lambda label: SPECTRA[spectrum(label)]["full_contact_load_mean"],
     (CAMPAIGN, "modes-come-from-k-lower"): modes,
@@ -137,6 +195,7 @@ CLAIMS = {
 
 
 def main():
+    ALPHA.update({one: alpha_of_modes(*one) for one in SPECTRA})
     for (study, name), again in CLAIMS.items():
         said = quantities(study, name)
         worst = max(abs(again(one["label"]) / one["value"] - 1) for one in said)

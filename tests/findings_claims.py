@@ -35,14 +35,22 @@ def found(claim):
     if lower is not None and lower != upper:
         text += f" [{digits(lower)}, {digits(upper)}]"
     text += f" for {deciding['label']}"
-    if len(quantities) == 1:
+    if len(quantities) == 1 and claim["verdict"] != "cannot say":
         return text
     if claim["verdict"] == "does not hold":
         return text + f"; {claim['contradicting']} of {len(quantities)} contradict, {claim['undecided']} are undecided"
     if claim["verdict"] == "cannot say":
         without = "".join(f"; {one} has no value" for one in claim["without_value"])
-        return text + f"; {claim['undecided']} of {len(quantities)} are undecided" + without
+        undecided = f"; {claim['undecided']} of {len(quantities)} are undecided" if len(quantities) > 1 else ""
+        return text + undecided + without + samples(claim, deciding)
     return text + f", where it is nearest to its bounds, of {len(quantities)}"
+
+
+def samples(claim, deciding):
+    """How many surfaces a claim rests on that cannot be told, and how many more would tell it."""
+    more = claim["more_surfaces"]
+    would = f", {more} more would decide" if more else ", and no number would decide" if claim["undecided"] else ""
+    return f"; n = {deciding['n']} surfaces{would}"
 
 
 def misprints(study):

@@ -2,7 +2,8 @@
 
 use arrow::array::Array;
 
-use crate::contact::topography::nayak::Continuum;
+use crate::contact::grid::Cell;
+use crate::contact::topography::spectrum;
 use crate::stages::columns::*;
 use crate::stages::grids::Meshes;
 use crate::store::table::{Table, TableError};
@@ -33,13 +34,17 @@ impl Spectrum {
         self.hurst == 0.8 && self.is_plain()
     }
 
-    /// The same over continuous wavenumbers.
-    pub fn continuum(&self) -> Continuum {
-        Continuum {
+    /// Nayak's parameter α over the modes of the cell.
+    pub fn nayak(&self) -> Option<f64> {
+        let whole = |k: i64| u32::try_from(k).ok();
+        let spectrum = spectrum::Spectrum {
             hurst: self.hurst,
-            plateau: self.k_lower as f64 / self.k_rolloff as f64,
-            magnification: self.k_upper as f64 / self.k_rolloff as f64,
-        }
+            k_lower: whole(self.k_lower)?,
+            k_rolloff: whole(self.k_rolloff)?,
+            k_upper: whole(self.k_upper)?,
+            anisotropy: None,
+        };
+        spectrum.moments(Cell::square(1.0).ok()?).nayak()
     }
 }
 

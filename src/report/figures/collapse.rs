@@ -1,7 +1,9 @@
-//! Corrected areas of all spectra on one curve against Nayak's parameter, and what the mesh makes of
-//! it: a finding of this program, beside section 5.2.2 of the paper.
+//! Corrected areas of all spectra on one curve against the bandwidth, or, where Hurst exponents or
+//! plateaus differ, against Nayak's parameter, and what the mesh makes of it: a finding of this program,
+//! beside section 5.2.2 of the paper.
 
-use crate::contact::topography::nayak::Continuum;
+use crate::contact::grid::Cell;
+use crate::contact::topography::spectrum;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, DataPoint, Series};
 use crate::figures::colour::Colour;
@@ -17,7 +19,7 @@ use crate::stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 
 pub const FIGURE: Definition = Definition {
     name: "collapse",
-    title: "Collapse of the corrected area on Nayak's parameter",
+    title: "Collapse of the corrected area on the bandwidth",
     draw,
 };
 
@@ -25,7 +27,7 @@ pub const FIGURE: Definition = Definition {
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
 /// How far from these a study's loads may lie.
 const NEAR: f64 = 0.1;
-/// Values of α that tell a curve.
+/// Spectra that tell a curve.
 const FEWEST_SPECTRA: usize = 3;
 /// The corrections, and the words above their charts.
 const CORRECTIONS: [(&str, &str); 3] = [
@@ -37,20 +39,68 @@ const CORRECTIONS: [(&str, &str); 3] = [
 /// Secants of one spectrum.
 struct Spectrum<'a> {
     ensemble: &'a EnsembleCurves<'a>,
-    nayak: f64,
+    abscissa: f64,
     means: Vec<Mean>,
+}
+
+/// What secants are drawn against.
+#[derive(Clone, Copy)]
+enum Abscissa {
+    /// ζ = k_upper/k_lower, where spectra differ in cutoffs alone.
+    Bandwidth,
+    /// α over the modes of the cell.
+    Nayak,
+}
+
+impl Abscissa {
+    fn of(data: &FigureData) -> Abscissa {
+        let spectra = data.under(OF_2017).filter_map(|one| spectrum(&one.point));
+        let spectra: Vec<spectrum::Spectrum> = spectra.collect();
+        let is_alike = |one: &spectrum::Spectrum| {
+            one.k_rolloff == one.k_lower && one.hurst == spectra[0].hurst
+        };
+        match spectra.iter().all(is_alike) {
+            true => Abscissa::Bandwidth,
+            false => Abscissa::Nayak,
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Abscissa::Bandwidth => "bandwidth ζ = k_upper/k_lower",
+            Abscissa::Nayak => "Nayak's parameter α",
+        }
+    }
+
+    fn meaning(self) -> (&'static str, &'static str) {
+        match self {
+            Abscissa::Bandwidth => ("the bandwidth ζ = k_upper/k_lower", "ζ"),
+            Abscissa::Nayak => (
+                "Nayak's parameter α of the spectrum over the modes of the cell",
+                "α",
+            ),
+        }
+    }
+
+    fn value(self, spectrum: &spectrum::Spectrum) -> Option<f64> {
+        match self {
+            Abscissa::Bandwidth => Some(f64::from(spectrum.k_upper) / f64::from(spectrum.k_lower)),
+            Abscissa::Nayak => spectrum.moments(Cell::square(1.0).ok()?).nayak(),
+        }
+    }
 }
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut charts = Vec::new();
     let mut surfaces = Vec::new();
+    let abscissa = Abscissa::of(data);
     for (correction, title) in CORRECTIONS {
-        let spectra = spectra(data, correction)?;
+        let spectra = spectra(data, correction, abscissa)?;
         if spectra.len() < FEWEST_SPECTRA {
             continue;
         }
         surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
-        charts.push(chart(data, &spectra).titled(title));
+        charts.push(chart(data, &spectra, abscissa.label()).titled(title));
     }
     if !data.under(OF_2017).any(|_| true) || charts.is_empty() {
         return Ok(Drawn::missing(
@@ -58,11 +108,12 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             data.lines_of_corrections(),
         ));
     }
+    let (meaning, symbol) = abscissa.meaning();
     let caption = format!(
-        "Secants A/(A₀ y) against Nayak's parameter α of the spectrum over continuous wavenumbers, at the \
-         loads that stand beside them, with lines by least squares in ln α; from {}; bars are {}. \
-         As counted, the areas of one α differ with k_lower, for the mesh adds more where \
-         wavelengths are short; corrected by π/8 they differ the other way.",
+        "Secants A/(A₀ y) against {meaning}, at the loads that stand beside them, with lines by least \
+         squares in ln {symbol}; from {}; bars are {}. As counted, the areas of one {symbol} differ with \
+         k_lower, for the mesh adds more where wavelengths are short; corrected by π/8 they differ the \
+         other way.",
         sample(&surfaces),
         data.bars,
     );
@@ -73,10 +124,15 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
 }
 
 /// The spectra with a corrected area at one of the loads, or more.
-fn spectra<'a>(data: &'a FigureData, correction: &str) -> Result<Vec<Spectrum<'a>>, ReportError> {
+fn spectra<'a>(
+    data: &'a FigureData,
+    correction: &str,
+    abscissa: Abscissa,
+) -> Result<Vec<Spectrum<'a>>, ReportError> {
     let mut spectra = Vec::new();
     for ensemble in data.under(correction) {
-        let Some(continuum) = continuum(&ensemble.point) else {
+        let own = spectrum(&ensemble.point);
+        let Some(abscissa) = own.and_then(|own| abscissa.value(&own)) else {
             continue;
         };
         let area = if correction == AS_COUNTED {
@@ -95,33 +151,30 @@ fn spectra<'a>(data: &'a FigureData, correction: &str) -> Result<Vec<Spectrum<'a
         let means: Option<Vec<Mean>> = LOADS.into_iter().map(at).collect();
         spectra.extend(means.map(|means| Spectrum {
             ensemble,
-            nayak: continuum.nayak(),
+            abscissa,
             means,
         }));
     }
     Ok(spectra)
 }
 
-fn chart(data: &FigureData, spectra: &[Spectrum]) -> Chart {
-    let mut chart = Chart::new(
-        Axis::logarithmic("Nayak's parameter α"),
-        Axis::linear("secant A/(A₀ y)"),
-    );
-    let alphas = || spectra.iter().map(|one| one.nayak);
+fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
+    let mut chart = Chart::new(Axis::logarithmic(label), Axis::linear("secant A/(A₀ y)"));
+    let abscissae = || spectra.iter().map(|one| one.abscissa);
     let [least, most] = [
-        alphas().fold(f64::MAX, f64::min),
-        alphas().fold(0.0, f64::max),
+        abscissae().fold(f64::MAX, f64::min),
+        abscissae().fold(0.0, f64::max),
     ];
     for load in 0..LOADS.len() {
-        let logarithms: Vec<f64> = alphas().map(f64::ln).collect();
+        let logarithms: Vec<f64> = abscissae().map(f64::ln).collect();
         let secants: Vec<f64> = spectra
             .iter()
             .map(|one| one.means[load].mean.ln())
             .collect();
         if let Some((slope, offset)) = line(&logarithms, &secants) {
             let style = Style::line(Colour::Muted, Dash::Dashed, 1.2);
-            let secant = |alpha: f64| (offset + slope * alpha.ln()).exp();
-            let ends = [least, most].map(|alpha| (alpha, secant(alpha)));
+            let secant = |x: f64| (offset + slope * x.ln()).exp();
+            let ends = [least, most].map(|x| (x, secant(x)));
             chart.series.push(Series::new(ends, style));
             // At the left ends, where lines are farthest apart.
             let note = format!("y = {:.3}", spectra[0].means[load].load);
@@ -131,7 +184,7 @@ fn chart(data: &FigureData, spectra: &[Spectrum]) -> Chart {
     chart.x = chart.x.within(least / 3.2, 1.3 * most);
     for spectrum in spectra {
         let point = |mean: &Mean| DataPoint {
-            x: spectrum.nayak,
+            x: spectrum.abscissa,
             y: mean.mean,
             bar: mean.bar(),
         };
@@ -146,14 +199,15 @@ fn chart(data: &FigureData, spectra: &[Spectrum]) -> Chart {
     chart
 }
 
-/// The spectrum of a point over continuous wavenumbers, if its surfaces are drawn from one.
-fn continuum(point: &Point) -> Option<Continuum> {
-    let number = |name: &str| point.get(name)?.parse::<f64>().ok();
-    let [k_lower, k_upper] = [number(K_LOWER.name)?, number(K_UPPER.name)?];
-    let k_rolloff = number(K_ROLLOFF.name).unwrap_or(k_lower);
-    Some(Continuum {
-        hurst: number(HURST.name)?,
-        plateau: k_lower / k_rolloff,
-        magnification: k_upper / k_rolloff,
+/// The spectrum of a point, if its surfaces are drawn from one.
+fn spectrum(point: &Point) -> Option<spectrum::Spectrum> {
+    let whole = |name: &str| point.get(name)?.parse::<u32>().ok();
+    let k_lower = whole(K_LOWER.name)?;
+    Some(spectrum::Spectrum {
+        hurst: point.get(HURST.name)?.parse().ok()?,
+        k_lower,
+        k_rolloff: whole(K_ROLLOFF.name).unwrap_or(k_lower),
+        k_upper: whole(K_UPPER.name)?,
+        anisotropy: None,
     })
 }
