@@ -1,6 +1,7 @@
 """The words of docs/findings.md, around the tables of findings_tables.py."""
 
 import findings_claims as claims
+import findings_kappa as kappa
 import findings_tables as t
 
 CAMPAIGN = "yastrebov-2015"
@@ -65,7 +66,7 @@ is our reading of a sentence in words; a “cannot say” is no more than that f
 
 - The area at a load of 0.06 is {t.area_at(0.06)}: above Persson's {t.persson_at(0.06)}, for all spectra.
 - Counted areas form groups by k_l; {claims.collapse(CAMPAIGN)}
-- {t.kappa_words()}
+- {kappa.words()}
 - Full contact is reached at loads of {t.full_contact_range()}, not at 1.7.
 - {t.asperity_words()}
 - {t.sealing_words()}
@@ -210,9 +211,9 @@ Area over load, corrected as in 2017, is a logarithm of the bandwidth: no power 
 {t.limits("kappa-limits")}
 How far this depends on which points are fitted, and on the power of 1/k_l (1 or 2): least squares to the 104 means of
 the points in `data/findings/limits/kappa-points.parquet`, corrected as in 2017. At a load of 0.01 the widest spectra that
-were computed have {t.kappa_measured()}.
+were computed have {kappa.measured()}.
 
-{t.kappa_selections()}
+{kappa.selections()}
 The mean gap over the rms height of the same surface, and the stiffness −dy/dū of the interface times the mean gap ū, over
 the load y:
 
@@ -237,7 +238,7 @@ median of nine spectra and their range. Where ellipses overlap, their common are
 it the ratios would be smaller still. At 1024², the spectra of the paper, ten surfaces each:
 
 {t.asperities("asperities-1024")}
-The ratio depends on α of the modes of the cell. At 1024² and a load of 0.0057:
+At each k_l the ratio falls as α of the modes of the cell grows. At 1024² and a load of 0.0057:
 
 {t.asperities_over_alpha()}
 At 256², a quarter of all wavenumbers:

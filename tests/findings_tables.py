@@ -109,9 +109,9 @@ def asperity_words():
     (least, narrow), *_, (most, wide) = asperities_of_alpha(0.0057)
     told = [f"{digits(narrow[word]['ratio'], 2)} of it at α = {digits(least[0], 2)} and {digits(wide[word]['ratio'], 2)} at "
             f"α = {digits(most[0], 3)}" for word in ("none", "explicit")]
-    return (f"Asperity models have less area than the solution on the same surfaces, the less the greater α: at a load of "
-            f"0.0057 {told[0]} without interaction, {told[1]} where each asperity is displaced by all others. Area where "
-            "contacts overlap counts twice in them.")
+    return (f"Asperity models have less area than the solution on the same surfaces, at each k_l the less the greater α: at a "
+            f"load of 0.0057 {told[0]} without interaction, {told[1]} where each asperity is displaced by all others. Area "
+            "where contacts overlap counts twice in them.")
 
 
 def asperities_over_alpha():
@@ -119,58 +119,6 @@ def asperities_over_alpha():
               digits(100 * at["none"]["overlapping_share"], 2) + " %"]
              for (alpha, k_lower, k_upper), at in asperities_of_alpha(0.0057)]
     return rows(["α", "k_l", "k_s", "no interaction", "each by all others", "area in contacts that overlap"], lines)
-
-
-def kappa_words():
-    """κ at the narrowest and the widest bandwidth, where all selections of points and forms agree."""
-    agreed, light = (kappa_of_selections(load) for load in (0.05, 0.01))
-    narrow, wide = ([kappa[at] for one in agreed for kappa in one["kappa"]] for at in (0, 1))
-    disagree = [kappa[1] for one in light for kappa in one["kappa"]]
-    return ("In the limits of great cells and fine meshes κ = area/load falls with the logarithm of the bandwidth: at a load of "
-            f"0.05, in units of √(2π), from {between(narrow)} at k_s/k_l = 2 to {between(wide)} at 128, over all selections "
-            f"of points and forms. At a load of 0.01 selections disagree ({between(disagree)} at 128), and nothing is claimed. "
-            "Persson's theory has 0.637 at light loads.")
-
-
-SELECTIONS = {
-    "all points": lambda row: True,
-    "k_l ≥ 2": lambda row: row["k_lower"] >= 2,
-    "k_l ≥ 4": lambda row: row["k_lower"] >= 4,
-    "k_s/k_l ≤ 32": lambda row: row["k_upper"] <= 32 * row["k_lower"],
-    "k_s/k_l ≥ 4": lambda row: row["k_upper"] >= 4 * row["k_lower"],
-    "8 nodes or more": lambda row: row["nodes"] >= 8 * row["k_upper"],
-    "k_l ≥ 4, 8 nodes or more": lambda row: row["k_lower"] >= 4 and row["nodes"] >= 8 * row["k_upper"],
-}
-
-
-def kappa_points(load):
-    points = table("limits", "kappa-points").filter((pl.col("load") / load - 1).abs() < 1e-6)
-    return points.filter(pl.col("correction") == "2017").to_dicts()
-
-
-def kappa_of_selections(load):
-    """κ/√(2π) at k_s/k_l = 2 and 128 and the coefficient of the logarithm, of every selection by either form in 1/k_l.
-
-    Least squares to the means of the points; the error of a mean is that of all points with the same k_l, root mean
-    square: of eight surfaces it is known to a quarter, and points that agree by chance would count too much.
-    """
-    points = kappa_points(load)
-    errors = {}
-    for row in points:
-        errors.setdefault(row["k_lower"], []).append(row["area_corrected_sem"] ** 2)
-    weights = {k_lower: len(of) / sum(of) for k_lower, of in errors.items()}
-    told = []
-    for name, belongs in SELECTIONS.items():
-        chosen = [row for row in points if belongs(row)]
-        fits = []
-        for power in (1, 2):
-            design = [[1, row["k_lower"] ** -power, math.log(row["k_lower"] / row["k_upper"]), row["k_upper"] / row["nodes"]]
-                      for row in chosen]
-            values = [row["area_corrected_mean"] / load / BGT for row in chosen]
-            limit, _, logarithm, _ = least_squares(design, values, [weights[row["k_lower"]] for row in chosen])
-            fits.append((limit - logarithm * math.log(2), limit - logarithm * math.log(128), logarithm * BGT))
-        told.append({"name": name, "points": len(chosen), "kappa": fits})
-    return told
 
 
 def least_squares(design, values, weights):
@@ -183,27 +131,6 @@ def least_squares(design, values, weights):
             factor = matrix[j][i] / matrix[i][i]
             matrix[j] = [a - factor * b for a, b in zip(matrix[j], matrix[i], strict=True)]
     return [matrix[i][count] / matrix[i][i] for i in range(count)]
-
-
-def kappa_selections():
-    lines = []
-    for load in (0.01, 0.05):
-        for one in kappa_of_selections(load):
-            narrow, wide, logarithm = zip(*one["kappa"], strict=True)
-            lines.append([digits(load, 1), one["name"], str(one["points"]),
-                          *(between(values) for values in (narrow, wide)), between(logarithm, 2)])
-    return rows(["load", "points", "how many", "κ/√(2π) at k_s/k_l = 2", "at 128", "coefficient of ln(k_l/k_s) in κ"], lines)
-
-
-def kappa_measured(load=0.01):
-    """κ/√(2π) of the widest spectra that were computed, and its error."""
-    widest = [row for row in kappa_points(load) if row["k_upper"] == 128 * row["k_lower"]]
-    finest = {}
-    for row in sorted(widest, key=lambda row: row["nodes"]):
-        finest[row["k_lower"]] = row
-    told = [f"{with_error(*(row[f'area_corrected_{end}'] / load / BGT for end in ('mean', 'sem')))} for k_l = {k_lower}"
-            for k_lower, row in sorted(finest.items())]
-    return " and ".join(told)
 
 
 def spectra():
@@ -388,8 +315,9 @@ def collapse_words():
             offset, slope = least_squares([[1, one] for one in x], area, [1] * len(x))
             rest = [(y - offset - slope * one) ** 2 for one, y in zip(x, area, strict=True)]
             left.append(digits(math.sqrt(sum(rest) / len(rest)), 2))
-        told.append(f"{left[0]} of ln A at a load of {load}, a line in ln α {left[1]}")
-    return f"A line in ln(k_s/k_l) leaves {' and '.join(told)}, α over the modes of the cell."
+        told.append(f"{left[0]} at a load of {load}, where one in ln α leaves {left[1]}")
+    return (f"Of ln A a line in ln(k_s/k_l) leaves, root mean square, {', and '.join(told)}; α is that of the modes of the "
+            "cell.")
 
 
 def hurst():
