@@ -68,7 +68,8 @@ const CRACKS: Statement = Statement {
     says: "What is open near full contact is 3/2 of what full contact would hold in tension, as for \
            isolated penny cracks; in Persson's theory it is twice that. So η = 2 stays, and “slightly \
            faster” is ln 4/3.",
-    place: "Greenwood (2015) and Xu & Jackson on isolated cracks",
+    place: "gaps as cracks: Xu, Jackson & Marghitu (2014), whom Ciavarella, arXiv 1504.08240, extends; \
+            3/2 is of circular ones",
     quantity: "mean open area over ½ erfc(√2 y), at the heaviest load at which it is known to five per \
                cent",
     expected: Expectation::Within(1.4, 1.7),

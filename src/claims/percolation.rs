@@ -13,11 +13,11 @@ const AT_0_415: Statement = Statement {
     origin: Origin::Ours,
     says: "The gap stops percolating where 41.5 % of the area are in contact, on isotropic surfaces whose \
            longest waves are short beside the cell.",
-    place: "Wang & Müser, arXiv 2010.13470: a* ≈ 0.415",
+    place: "Wang & Müser, arXiv 2010.13470: “A critical contact area near 0.415 is confirmed.”",
     quantity: "mean corrected area at the threshold, k_lower 8 or more",
     expected: Expectation::Within(0.405, 0.425),
-    because: "as printed, “≈”: one point either way, which tells it from the 0.5 of effective-medium theory \
-              and not from the 0.42 that is used in engineering",
+    because: "as printed, “near”: one point either way, which tells it from the 0.5 of \
+              effective-medium theory and not from the 0.42 that is used in engineering",
     figure: None,
 };
 
