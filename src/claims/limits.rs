@@ -18,9 +18,9 @@ const LOGARITHMIC: Statement = Statement {
     origin: Origin::Ours,
     says: "In the limits of great cells and fine meshes κ = A/(A₀ y) falls with the logarithm of \
            k_upper/k_lower, and has no fractal limit.",
-    place: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the area \
-            falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) 433, take κ \
-            to a limit by powers",
+    place: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
+            area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) 433, \
+            take κ to a limit by powers",
     quantity: "exponent of the power of k_lower/k_upper that bends as κ does in the middle of the \
                spectra, each load of the fit",
     expected: Expectation::Within(-0.2, 0.2),
