@@ -187,7 +187,7 @@ def areas():
             lines.append([digits(counted["load"]), str(counted["k_lower"]), str(counted["k_upper"]), *told,
                           digits(counted["area_persson"]), digits(counted["area_bush_gibson_thomas"])])
     return rows(["load", "k_l", "k_s", "area, counted", "area, corrected as in 2017", "Persson",
-                 "Bush, Gibson & Thomas"], lines)
+                 "Bush, Gibson & Thomas, α of the modes"], lines)
 
 
 def literature():
