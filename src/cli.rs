@@ -32,6 +32,7 @@ mod submit;
 mod summary;
 mod surface;
 mod table;
+pub mod terminal;
 mod verify;
 mod view;
 
@@ -214,8 +215,7 @@ fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
     if is_closed_pipe(failure) {
         return ExitCode::SUCCESS;
     }
-    // Nobody is left to tell if standard error is closed.
-    let _ = writeln!(stderr(), "error: {}", chain(failure));
+    warn(&format!("error: {}", chain(failure)));
     match failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
         true => ExitCode::from(2),
         false => ExitCode::from(1),
@@ -246,9 +246,10 @@ fn unknown(message: String, name: &str, known: &[&str]) -> Failure {
     SessionError::from(UnknownName::new(message, name, known)).into()
 }
 
-/// Nobody is left to tell if standard error is closed.
+/// Prints a line on standard error, with control characters escaped.
 pub fn warn(line: &str) {
-    let _ = writeln!(stderr(), "{line}");
+    // Nobody is left to tell if standard error is closed.
+    let _ = writeln!(stderr(), "{}", terminal::escaped(line));
 }
 
 /// Says what should be known of a study; nothing ends for it.

@@ -150,7 +150,7 @@ impl ManifestErrors {
                 page.push_str(&format!("{}:\n", source.name()));
             }
             if handler.render_report(&mut page, &shown).is_err() {
-                page.push_str(&format!("{}: {}\n", self.file, problem.message));
+                page.push_str(&harmless(&format!("{}: {}\n", self.file, problem.message)));
             }
             page.push('\n');
         }

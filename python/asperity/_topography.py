@@ -260,7 +260,8 @@ class Topography:
 
     def __repr__(self) -> str:
         (nodes_x, nodes_y), (size_x, size_y) = self.nodes, self.size
-        unit = f" {self.unit}" if self.unit else ""
+        # A unit may come from a file: it cannot steer a terminal.
+        unit = f" {repr(self.unit)[1:-1]}" if self.unit else ""
         kind = "periodic" if self._is_periodic else "not periodic"
         missing = f", {self.missing} points missing" if self.missing else ""
         return (

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use asperity::cli::terminal::escaped;
 use asperity::direct::DirectError;
 use asperity::session::SessionError;
 use asperity::study::ManifestErrors;
@@ -23,7 +24,7 @@ fn exception(
     }
 }
 
-/// An error and its causes, in one sentence.
+/// An error and its causes, in one sentence, with control characters escaped.
 pub fn chain(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -34,7 +35,7 @@ pub fn chain(error: &dyn Error) -> String {
         }
         cause = error.source();
     }
-    text
+    escaped(&text).into_owned()
 }
 
 /// `SurfaceError`: heights are no surface, or a file holds none.
@@ -45,7 +46,9 @@ pub fn surface_error(py: Python<'_>, error: &dyn Error) -> PyErr {
 /// Of what stages compute without a study.
 pub fn direct_error(py: Python<'_>, error: &DirectError) -> PyErr {
     match error {
-        DirectError::Keys(errors) => exception(py, "ArgumentError", (errors.to_string(),)),
+        DirectError::Keys(errors) => {
+            exception(py, "ArgumentError", (escaped(&errors.to_string()),))
+        }
         other => surface_error(py, other),
     }
 }
@@ -57,7 +60,7 @@ pub fn fit_error(py: Python<'_>, error: &dyn Error) -> PyErr {
 
 /// `ArgumentError`: a value makes no sense.
 pub fn value_error(py: Python<'_>, message: String) -> PyErr {
-    exception(py, "ArgumentError", (message,))
+    exception(py, "ArgumentError", (escaped(&message),))
 }
 
 /// `ManifestError`, with every problem and its place.
@@ -74,7 +77,7 @@ pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
 
 /// `UnknownNameError`: a name is not there.
 pub fn unknown_name(py: Python<'_>, message: String) -> PyErr {
-    exception(py, "UnknownNameError", (message,))
+    exception(py, "UnknownNameError", (escaped(&message),))
 }
 
 /// Of a study in use.
@@ -96,6 +99,7 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         | SessionError::Report(_)
         | SessionError::Share(_)
         | SessionError::Slurm(_)
+        | SessionError::Script(_)
         | SessionError::InQueue { .. }
         | SessionError::NotSubmitted { .. } => "Error",
     };

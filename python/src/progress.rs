@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
+use asperity::cli::terminal::escaped;
 use asperity::session::{Event, Observer, RunProgress};
 
 /// How much a notice should worry, and its words.
@@ -69,7 +70,8 @@ impl Observer for Listener {
         let mut heard = self.heard();
         match (event, &mut heard.batch) {
             (Event::Notice(notice), _) => {
-                let told = (notice.severity().to_string(), notice.to_string());
+                let words = escaped(&notice.to_string()).into_owned();
+                let told = (notice.severity().to_string(), words);
                 heard.notices.push(told);
             }
             (Event::Begun(begun), batch) => {

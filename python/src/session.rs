@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use asperity::cli::terminal::escaped;
 use asperity::session::{self, ReportOptions, RunOptions, RunReport, SessionError, Status};
 use bytesize::ByteSize;
 use pyo3::prelude::*;
@@ -66,7 +67,7 @@ impl Session {
             let study = session.study()?;
             let plan = asperity::plan::Plan::of(&study);
             let stages = plan.stages.iter().map(|stage| stage.name.clone()).collect();
-            let warnings = study.warnings().iter().map(ToString::to_string).collect();
+            let warnings = study.warnings().iter().map(plain).collect();
             Ok((
                 plan.study,
                 stages,
@@ -168,12 +169,20 @@ impl Session {
     }
 }
 
+/// Words about a study, with control characters escaped.
+fn plain(words: impl ToString) -> String {
+    escaped(&words.to_string()).into_owned()
+}
+
 fn status_dict<'py>(py: Python<'py>, status: &Status) -> PyResult<Bound<'py, PyDict>> {
     let stages = PyList::empty(py);
     for stage in status.stages() {
         let name = &stage.count.stage.name;
         let reasons = stage.groups.iter().map(|group| {
-            let causes = group.causes.iter().map(|cause| status.told(cause, name));
+            let causes = group
+                .causes
+                .iter()
+                .map(|cause| plain(status.told(cause, name)));
             (
                 group.tasks.len(),
                 status.seconds(group),
@@ -194,7 +203,7 @@ fn status_dict<'py>(py: Python<'py>, status: &Status) -> PyResult<Bound<'py, PyD
     dict.set_item("stages", stages)?;
     dict.set_item("core_hours", status.total_seconds() / 3600.0)?;
     dict.set_item("memory", status.least_memory().as_u64())?;
-    let warnings = status.warnings.iter().map(ToString::to_string);
+    let warnings = status.warnings.iter().map(plain);
     dict.set_item("warnings", warnings.collect::<Vec<_>>())?;
     Ok(dict)
 }

@@ -1,6 +1,6 @@
 //! `asperity advise`: where a study of limits should go on.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::Failure;
 use super::counted;
 use super::forecast::core_hours;
+use super::terminal::stdout;
 use crate::data_folder::DataFolder;
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 
@@ -26,7 +27,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let advice = super::session(&arguments.manifest, data).advice()?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.json {
         let fits: Vec<Value> = advice.fits.iter().map(as_json).collect();
         writeln!(out, "{:#}", json!(fits))?;

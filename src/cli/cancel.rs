@@ -1,10 +1,11 @@
 //! `asperity cancel`: take a study's jobs out of the queue.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::Failure;
+use super::terminal::stdout;
 use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
 
@@ -17,7 +18,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = super::session(&arguments.manifest, data);
     let jobs = session.cancel()?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match jobs.as_slice() {
         [] => writeln!(out, "no job of the study is in the queue")?,
         jobs => {

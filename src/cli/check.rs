@@ -1,9 +1,10 @@
 //! `asperity check`: whether a manifest makes sense, and what it amounts to.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::terminal::stdout;
 use super::{Failure, counted};
 use crate::data_folder::DataFolder;
 use crate::plan::Plan;
@@ -18,7 +19,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let study = super::session(&arguments.manifest, data).study()?;
     let plan = Plan::of(&study);
     super::tell(&study.warnings());
-    let mut out = stdout().lock();
+    let mut out = stdout();
     let at_least = if study.grows() { " at least" } else { "" };
     writeln!(
         out,

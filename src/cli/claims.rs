@@ -4,12 +4,13 @@ mod list;
 mod one;
 mod programs;
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
 use super::Failure;
+use super::terminal::stdout;
 use crate::claims::{Claim, ClaimOutcome};
 use crate::data_folder::DataFolder;
 use crate::session::StudyClaims;
@@ -47,7 +48,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,
     };
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match (arguments.json, &arguments.name) {
         (true, _) => writeln!(out, "{:#}", programs::json(&told, claims))?,
         (false, Some(_)) => {

@@ -1,12 +1,13 @@
 //! `asperity columns`: what the columns of the tables mean.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use comfy_table::{ContentArrangement, Table as Grid, presets};
 
 use super::Failure;
+use super::terminal::stdout;
 use crate::data_folder::DataFolder;
 use crate::session::DescribedColumns;
 use crate::store::column::Description;
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         Some(manifest) => super::session(manifest, data).columns(arguments.stage.as_deref())?,
         None => DescribedColumns::of_kinds(),
     };
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&described)?)?;
     } else {

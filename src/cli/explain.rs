@@ -1,12 +1,13 @@
 //! `asperity explain`: why tasks would run, and at what cost.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
 use super::forecast::{self, core_hours};
+use super::terminal::stdout;
 use super::{Failure, counted, json};
 use crate::data_folder::DataFolder;
 use crate::reasons::Group;
@@ -41,7 +42,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         let place = place.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
         stages = vec![stages.swap_remove(place)];
     }
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.json {
         let stages = stages.iter().map(|stage| json(&status, stage));
         writeln!(out, "{:#}", json::status(&status, stages))?;

@@ -1,6 +1,6 @@
 //! `asperity finish`: what the last job of `submit` runs.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,6 +10,7 @@ use bytesize::ByteSize;
 use super::progress::Console;
 use super::run::told;
 use super::signals::{Patience, StopSignal};
+use super::terminal::stdout;
 use super::{Failure, warn};
 use crate::cluster::sizing::ranges;
 use crate::data_folder::DataFolder;
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
             data.cluster_of(&study).join("logs").display(),
         ));
     }
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match finished.outcome {
         FinishOutcome::SubmittedAgain(round) => {
             let numbers = ranges(round.elements);

@@ -1,10 +1,11 @@
 //! `asperity init`: a manifest to start from.
 
 use std::fs;
-use std::io::{self, Write, stdout};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::terminal::stdout;
 use super::{Failure, Misused};
 use crate::manifest::{SCHEMA, schema, template};
 use crate::names;
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let schema = format!("{:#}\n", schema());
     let is_new = write_new(Path::new(SCHEMA), &schema)?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     writeln!(out, "manifest  {}", manifest.display())?;
     writeln!(
         out,

@@ -1,12 +1,13 @@
 //! `asperity man`: a manual page for the command, and one for each subcommand.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
 
 use super::Failure;
+use super::terminal::stdout;
 use crate::store::StoreError;
 use crate::store::files::make_folder;
 
@@ -25,6 +26,6 @@ pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure
         path: folder.clone(),
         source,
     })?;
-    writeln!(stdout().lock(), "{}", folder.join("asperity.1").display())?;
+    writeln!(stdout(), "{}", folder.join("asperity.1").display())?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,12 +1,13 @@
 //! `asperity plan`: what a study has, and what it would compute.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde_json::json;
 
 use super::table::write_json;
+use super::terminal::stdout;
 use super::{Failure, counted, forecast, json};
 use crate::data_folder::DataFolder;
 use crate::reasons::Group;
@@ -35,7 +36,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let status = super::session(&arguments.manifest, data).status()?;
     let stages = status.stages();
     super::tell(&status.warnings);
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.tasks {
         for table in status.tasks() {
             write_json(&mut out, table?.batch())?;

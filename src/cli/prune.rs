@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use indicatif::DecimalBytes;
 use serde_json::json;
 
+use super::terminal::stdout;
 use super::{Failure, counted};
 use crate::adaptive_sampling;
 use crate::data_folder::DataFolder;
@@ -61,7 +62,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     if let Some(alone) = &alone {
         prune::delete(&unneeded, alone)?;
     }
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match arguments.json {
         true => writeln!(out, "{:#}", shares.json(arguments.yes))?,
         false => write!(out, "{}", shares.text(arguments))?,

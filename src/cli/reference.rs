@@ -7,13 +7,14 @@ mod commands;
 mod keys;
 
 use std::fs;
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
 
 use super::Failure;
+use super::terminal::stdout;
 use crate::store::StoreError;
 use crate::store::files::make_folder;
 
@@ -37,7 +38,7 @@ pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure
             path: path.clone(),
             source,
         })?;
-        writeln!(stdout().lock(), "{}", path.display())?;
+        writeln!(stdout(), "{}", path.display())?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,9 +1,10 @@
 //! `asperity report`: what a study has found as a page and as figures.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::terminal::stdout;
 use super::{Failure, counted};
 use crate::data_folder::DataFolder;
 use crate::report::Report;
@@ -41,7 +42,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         replace: arguments.replace,
         bars: arguments.bars,
     })?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&report))?,
         false => write!(out, "{}", text(&report))?,

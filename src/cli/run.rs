@@ -1,6 +1,6 @@
 //! `asperity run`: compute what is missing and write the tables.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,6 +11,7 @@ use serde_json::json;
 
 use super::progress::Console;
 use super::signals::{Patience, StopSignal};
+use super::terminal::stdout;
 use super::{Failure, chain, counted, json, summary};
 use crate::data_folder::DataFolder;
 use crate::runner::RunOutcome;
@@ -76,7 +77,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     };
     let stop = StopSignal::on_signal(patience)?;
     let report = run.execute(stop.asked())?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.json {
         let mut json = as_json(&report);
         json["failures"] = json!(report.failures);

@@ -1,12 +1,13 @@
 //! `asperity share`: one archive of a study.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::SystemTime;
 
 use serde_json::json;
 
+use super::terminal::stdout;
 use super::{Failure, counted};
 use crate::data_folder::DataFolder;
 use crate::session::{Day, ShareOptions, SharedStudy};
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         license: arguments.license.clone(),
         authors: arguments.authors.clone(),
     })?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&shared))?,
         false => write!(out, "{}", text(&shared))?,

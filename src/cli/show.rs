@@ -1,6 +1,6 @@
 //! `asperity show`: how a table was made, and its first rows.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -9,6 +9,7 @@ use arrow::datatypes::DataType;
 use arrow::util::display::array_value_to_string;
 use comfy_table::{ContentArrangement, Table as Grid, presets};
 
+use super::terminal::stdout;
 use super::{Failure, counted};
 use crate::data_folder::DataFolder;
 use crate::session::task_names;
@@ -30,7 +31,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let path = find(&arguments.what, data)?;
     let (table, metadata) = read_whole(&path, Columns::All)?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     write_metadata(&mut out, &path, &metadata)?;
     write_head(&mut out, &table, arguments.rows)?;
     Ok(ExitCode::SUCCESS)

@@ -1,6 +1,6 @@
 //! `asperity status`: how far a study is, wherever it is computed.
 
-use std::io::{IsTerminal, Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::sleep;
@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use super::forecast::core_hours;
 use super::submit::in_hours;
+use super::terminal::stdout;
 use super::{Failure, counted};
 use crate::data_folder::DataFolder;
 use crate::session::Progress;
@@ -39,13 +40,13 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let session = super::session(&arguments.manifest, data);
     loop {
         let progress = session.progress()?;
-        let mut out = stdout().lock();
+        let mut out = stdout();
         match (arguments.json, arguments.watch) {
             (true, true) => writeln!(out, "{}", serde_json::to_string(&progress)?)?,
             (true, false) => writeln!(out, "{:#}", serde_json::to_value(&progress)?)?,
             (false, is_watched) => {
-                if is_watched && out.is_terminal() {
-                    write!(out, "\x1b[H\x1b[2J")?;
+                if is_watched {
+                    out.clear()?;
                 }
                 write!(out, "{}", text(&progress))?;
             }

@@ -1,13 +1,14 @@
 //! `asperity submit`: share a study out among the nodes of a Slurm cluster.
 
 use std::env;
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bytesize::ByteSize;
 
 use super::forecast::core_hours;
+use super::terminal::stdout;
 use super::{Failure, Misused, counted};
 use crate::cluster::settings::{self, Settings};
 use crate::cluster::submission::Submission;
@@ -108,7 +109,7 @@ pub fn run(
         report: arguments.report,
         replace: arguments.replace,
     })?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if planned.missing == 0 {
         writeln!(
             out,

@@ -3,13 +3,14 @@
 mod words;
 
 use std::fs;
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
 use self::words::write_summary;
+use super::terminal::stdout;
 use super::{Failure, Misused, unknown};
 use crate::figures::raster::Raster;
 use crate::store::StoreError;
@@ -87,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             statistics: Statistics::of(&map),
         });
     }
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(&file, &described))?,
         false => {

@@ -1,6 +1,6 @@
 //! `asperity table`: a stage's table, or the answer to a query over all of them.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -11,6 +11,7 @@ use arrow::record_batch::RecordBatch;
 use rayon::prelude::*;
 
 use super::grid::{self, ColumnLayout};
+use super::terminal::{Output, stdout};
 use super::{Failure, unknown};
 use crate::data_folder::DataFolder;
 use crate::store::source::TableSource;
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
             .open(stage.as_deref().unwrap_or_default())?,
     };
     let columns = chosen(&table, &arguments.columns)?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.csv {
         write_csv(&mut out, &table, &columns)?;
     } else if arguments.json {
@@ -102,9 +103,9 @@ fn chunks(batch: &RecordBatch) -> impl Iterator<Item = RecordBatch> {
 
 /// Chunks become text on all cores and are written in their order. Each goes through memory, because
 /// the writer would hide that its reader has left.
-fn write_csv(out: &mut impl Write, table: &TableSource, columns: &[usize]) -> Result<(), Failure> {
+fn write_csv(out: &mut Output, table: &TableSource, columns: &[usize]) -> Result<(), Failure> {
     let header = table.first(columns, 0)?;
-    out.write_all(&csv_text(header.batch(), true)?)?;
+    out.write_data(&csv_text(header.batch(), true)?)?;
     for part in table.parts(columns) {
         let chunks: Vec<RecordBatch> = chunks(part?.batch()).collect();
         let texts: Vec<_> = chunks
@@ -112,7 +113,7 @@ fn write_csv(out: &mut impl Write, table: &TableSource, columns: &[usize]) -> Re
             .map(|chunk| csv_text(chunk, false))
             .collect();
         for text in texts {
-            out.write_all(&text?)?;
+            out.write_data(&text?)?;
         }
     }
     Ok(())

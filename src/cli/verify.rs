@@ -1,12 +1,13 @@
 //! `asperity verify`: whether every table, page and figure is as it was written.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use indicatif::ProgressBar;
 use serde_json::json;
 
+use super::terminal::stdout;
 use super::{Failure, chain, counted};
 use crate::data_folder::DataFolder;
 use crate::verify::{self, Finding};
@@ -35,7 +36,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     bar.finish_and_clear();
     findings.extend(verify::pages(plan.as_ref(), &data.results())?);
 
-    let mut out = stdout().lock();
+    let mut out = stdout();
     if arguments.json {
         let damaged: Vec<_> = findings.iter().map(as_json).collect();
         writeln!(

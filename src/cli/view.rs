@@ -4,7 +4,7 @@ mod choice;
 mod picture;
 
 use std::fs;
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -14,6 +14,7 @@ use serde_json::json;
 
 use self::choice::{Coordinate, TaskChoice};
 use self::picture::Picture;
+use super::terminal::stdout;
 use super::{Failure, Misused};
 use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
@@ -89,7 +90,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         path: path.clone(),
         source,
     })?;
-    let mut out = stdout().lock();
+    let mut out = stdout();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(key, &picture, &path))?,
         false => writeln!(out, "{}: {}", path.display(), caption(&picture))?,

@@ -1,6 +1,5 @@
 //! The scripts of a submission, as a person would write them.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use minijinja::Environment;
@@ -42,6 +41,19 @@ pub struct Scripts {
     pub finish: String,
 }
 
+/// A text for a script has a control character: the rest of it would be another line.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{what} is {text:?}, which has a control character: in a batch script, the text after a line \
+     end would be an option of `sbatch` or a command; use one without control characters"
+)]
+pub struct ControlCharacter {
+    /// Which text it is.
+    pub what: &'static str,
+    /// The text.
+    pub text: String,
+}
+
 #[derive(Serialize)]
 struct Values<'a> {
     /// What both scripts say.
@@ -65,14 +77,18 @@ struct Values<'a> {
 }
 
 impl Scripts {
-    /// Of a study.
+    /// Writes the scripts of a study.
+    ///
+    /// # Errors
+    /// When a path or a setting has a control character.
     pub(crate) fn of(
         study: &str,
         sizing: &Sizing,
         settings: &Settings,
         places: &Places,
         extras: Extras,
-    ) -> Scripts {
+    ) -> Result<Scripts, ControlCharacter> {
+        check(settings, places)?;
         let mebibytes = sizing.memory.0.div_ceil(1 << 20).max(1);
         let mut values = Values {
             common: String::new(),
@@ -88,7 +104,7 @@ impl Scripts {
             program: quoted(&places.program),
             data: quoted(&places.data),
             path: quoted(&places.manifest),
-            manifest: one_line(&places.manifest),
+            manifest: places.manifest.display().to_string(),
             // A percent sign would stand for a number of Slurm's.
             logs: quoted(&places.folder.join("logs")).replace('%', "%%"),
             report: extras.report,
@@ -99,7 +115,40 @@ impl Scripts {
         values.minutes = duration(sizing.minutes_after);
         values.common = rendered(include_str!("script/common.sh"), &values);
         let finish = rendered(include_str!("script/finish.sh"), &values) + "\n";
-        Scripts { element, finish }
+        Ok(Scripts { element, finish })
+    }
+}
+
+/// Checks every text that a script takes from outside.
+fn check(settings: &Settings, places: &Places) -> Result<(), ControlCharacter> {
+    let paths = [
+        ("the program's path", &places.program),
+        ("the path of the data folder", &places.data),
+        ("the manifest's path", &places.manifest),
+        ("the path of the folder of scripts", &places.folder),
+    ];
+    let paths = paths.map(|(what, path)| (what, path.to_string_lossy()));
+    let words = [
+        ("`partition`", settings.partition.as_slice()),
+        ("`account`", settings.account.as_slice()),
+        ("`qos`", settings.qos.as_slice()),
+        ("`before`", settings.before.as_deref().unwrap_or_default()),
+        (
+            "`directives`",
+            settings.directives.as_deref().unwrap_or_default(),
+        ),
+    ];
+    let words = words.into_iter().flat_map(|(what, words)| {
+        let words = words.iter();
+        words.map(move |word| (what, word.as_str().into()))
+    });
+    let mut texts = paths.into_iter().chain(words);
+    match texts.find(|(_, text)| text.contains(char::is_control)) {
+        None => Ok(()),
+        Some((what, text)) => Err(ControlCharacter {
+            what,
+            text: text.into_owned(),
+        }),
     }
 }
 
@@ -140,25 +189,13 @@ fn quoted(path: &Path) -> String {
     word.unwrap_or_else(|_| path.replace('\0', ""))
 }
 
-/// A path in a comment.
-fn one_line(path: &Path) -> String {
-    let mut line = String::new();
-    for letter in path.to_string_lossy().chars() {
-        let _ = match letter.is_control() {
-            true => write!(line, "?"),
-            false => write!(line, "{letter}"),
-        };
-    }
-    line
-}
-
 #[cfg(test)]
 mod tests {
     use bytesize::ByteSize;
 
     use super::*;
 
-    fn scripts(folder: &str) -> Scripts {
+    fn scripts(folder: &str) -> Result<Scripts, ControlCharacter> {
         let sizing = Sizing {
             elements: 16,
             hours: (1..=16).map(|element| (element, 0.9)).collect(),
@@ -190,7 +227,7 @@ mod tests {
 
     #[test]
     fn scripts_are_short_and_say_what_they_do() {
-        let Scripts { element, finish } = scripts("/scratch/ada");
+        let Scripts { element, finish } = scripts("/scratch/ada").unwrap();
         assert!(element.lines().count() < 60 && finish.lines().count() < 60);
         insta::assert_snapshot!("element", element);
         insta::assert_snapshot!("finish", finish);
@@ -198,7 +235,7 @@ mod tests {
 
     #[test]
     fn paths_are_one_word_each() {
-        let element = scripts("/scratch/a da's 100%").element;
+        let element = scripts("/scratch/a da's 100%").unwrap().element;
         let manifest = "manifest=\"/scratch/a da's 100%/quarter.toml\"";
         assert!(element.contains(manifest), "{element}");
         assert!(
@@ -206,5 +243,12 @@ mod tests {
             "{element}"
         );
         assert!(element.contains("logs\"/%A_%a.txt"), "{element}");
+    }
+
+    #[test]
+    fn a_path_of_two_lines_is_refused() {
+        let error = scripts("/scratch/ada\n#SBATCH --uid=0").unwrap_err();
+        assert_eq!(error.what, "the path of the data folder");
+        assert!(!error.to_string().contains('\n'), "{error}");
     }
 }

@@ -9,6 +9,7 @@ use crate::store::key::{NoKey, TaskKey};
 use crate::store::table::TableError;
 
 pub use crate::adaptive_sampling::SamplingError;
+pub use crate::cluster::script::ControlCharacter;
 pub use crate::cluster::slurm::SlurmError;
 pub use crate::figures::pixels::PixelsError;
 pub use crate::memory::TooLarge;
@@ -72,6 +73,9 @@ pub enum SessionError {
     /// Slurm cannot do what it was asked.
     #[error(transparent)]
     Slurm(#[from] SlurmError),
+    /// A text cannot be written into a batch script.
+    #[error(transparent)]
+    Script(#[from] ControlCharacter),
     /// Jobs of the study are in the queue, or at work.
     #[error(
         "`{study}` is in the queue already, as job {job}: `asperity status {}` says how far it is, \
@@ -123,6 +127,7 @@ impl SessionError {
             | SessionError::Memory(_)
             | SessionError::Unknown(_)
             | SessionError::Query(_)
+            | SessionError::Script(_)
             | SessionError::InQueue { .. }
             | SessionError::NotSubmitted { .. }
             | SessionError::Report(ReportError::ShowsLess { .. }) => true,

@@ -94,7 +94,7 @@ impl Session<'_> {
         };
         Ok(PlannedSubmission {
             study: study.name.clone(),
-            scripts: Scripts::of(&study.name, &sizing, &options.settings, &places, extras),
+            scripts: Scripts::of(&study.name, &sizing, &options.settings, &places, extras)?,
             sizing,
             processors: processors.into_iter().map(str::to_owned).collect(),
             missing: missing.len(),

@@ -121,6 +121,24 @@ fn a_dry_run_prints_the_scripts_and_writes_nothing() {
 }
 
 #[test]
+fn a_folder_whose_name_has_two_lines_reaches_no_script() {
+    let slurm = Slurm::willing();
+    let data = slurm
+        .bench
+        .path("data\n#SBATCH --comment=injected\ntouch injected");
+    for options in [&SHORT[..], &["--dry-run"]] {
+        let options = [options, &["--data", data.to_str().unwrap()]].concat();
+        let output = slurm.output("submit", &options);
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
+        let told = text(&output.stderr);
+        assert!(told.contains("the path of the data folder is"), "{told}");
+        assert!(told.contains("a control character"), "{told}");
+    }
+    assert_eq!(slurm.log(), "");
+    assert!(!data.exists());
+}
+
+#[test]
 fn what_is_said_on_the_command_line_counts_before_the_manifests_folder_and_that_before_the_users() {
     let slurm = Slurm::with(&[]);
     fs::create_dir_all(slurm.bench.path("config/asperity")).unwrap();

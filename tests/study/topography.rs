@@ -103,3 +103,30 @@ fn a_file_that_cannot_be_read_is_named_with_the_reason() {
     assert!(message.starts_with(&start), "{message}");
     assert!(refused(&bench, &["nothing.x3p"], 1).contains("`nothing.x3p`"));
 }
+
+#[test]
+fn names_and_units_of_a_file_cannot_steer_the_terminal() {
+    let bench = Bench::new();
+    let path = bench.path("scan.gsf");
+    let steering = "\u{1b}]0;owned\u{7}\u{9b}2J";
+    let header = format!(
+        "Gwyddion Simple Field 1.0\nXRes = 2\nYRes = 2\nZUnits = V{steering}\nTitle = a{steering}\n"
+    );
+    let mut bytes = header.into_bytes();
+    bytes.resize((bytes.len() + 1).next_multiple_of(4), 0);
+    bytes.extend([0; 16]);
+    fs::write(&path, bytes).unwrap();
+    let path = path.to_str().unwrap();
+    let is_plain = |told: &str| told.chars().all(|c| !c.is_control() || c == '\n');
+    let words = told(&bench, &[path]);
+    assert!(is_plain(&words), "{words:?}");
+    let escaped = "a\\u001b]0;owned\\u0007\\u009b2J";
+    assert!(words.contains(escaped), "{words}");
+    let error = refused(&bench, &[path, "--channel", "b"], 2);
+    assert!(is_plain(&error) && error.contains(escaped), "{error:?}");
+    // JSON keeps the names as they are.
+    let json = told(&bench, &[path, "--json"]);
+    assert!(is_plain(&json), "{json:?}");
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["channels"][0]["name"], format!("a{steering}"));
+}
