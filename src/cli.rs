@@ -17,6 +17,7 @@ mod grid;
 mod init;
 mod json;
 mod man;
+mod picture_file;
 mod plan;
 mod progress;
 mod prune;

@@ -16,6 +16,7 @@ pub mod figures;
 mod load_slider;
 pub mod measured;
 pub mod page;
+pub mod place;
 pub mod provenance;
 pub mod remarks;
 pub mod samples;
@@ -107,6 +108,28 @@ pub enum ReportError {
         /// What would be lost.
         lacks: Vec<String>,
     },
+    /// The file in the page's place is not a report.
+    #[error(
+        "`{}` was not written by `asperity report` and is not replaced; `--output` names another \
+         folder",
+        page.display()
+    )]
+    NoReport {
+        /// The file.
+        page: PathBuf,
+    },
+    /// A file in the report's place is not part of an earlier report of the study.
+    #[error(
+        "`{}` is not part of a report of `{study}`, or was changed since; `--replace` overwrites \
+         it, `--output` names another folder",
+        path.display()
+    )]
+    Taken {
+        /// The file.
+        path: PathBuf,
+        /// The study's name.
+        study: String,
+    },
     /// A figure of an earlier report cannot be taken away.
     #[error("cannot remove `{}`, a figure of an earlier report", path.display())]
     Remove {
@@ -159,7 +182,12 @@ pub fn write(
         .par_iter()
         .map(|definition| draw(definition, &data));
     let (there, missing) = parted(drawn.collect::<Result<Vec<_>, ReportError>>()?);
-    let basis = Basis::of(&there, seal::digests(&there), &finished.stages);
+    let basis = Basis::of(
+        &subject.plan.study,
+        &there,
+        seal::digests(&there),
+        &finished.stages,
+    );
     let page = folder.join(PAGE);
     let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
     if existing == Existing::Keep && !is_complete {
@@ -226,14 +254,14 @@ fn draw(
 /// Writes two files for each figure, and takes away those that an earlier report has left of
 /// others.
 fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
-    let file = |name: &str, ending: &str| folder.join(format!("{name}.{ending}"));
     for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
         write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;
     }
     let is_gone = |name: &str| there.iter().all(|figure| figure.name != name);
     for definition in figures::ALL.iter().filter(|figure| is_gone(figure.name)) {
-        remove(&file(definition.name, "svg"))?;
-        remove(&file(definition.name, "png"))?;
+        for name in definition.file_names() {
+            remove(&folder.join(name))?;
+        }
     }
     Ok(())
 }

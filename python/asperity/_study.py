@@ -264,7 +264,7 @@ class Study:
         output : str or path, optional
             The folder to write into; that of the tables when left out.
         replace : bool
-            Whether to take the place of a page that shows more.
+            Whether to replace a page that shows more, or files of another study.
         """
         page, figures = self._session.report(None if output is None else os.fspath(output), replace)
         return Report(Path(page), Path(figures))

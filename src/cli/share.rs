@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(long)]
     store: bool,
 
-    /// Put the archive in the place of a file that is there.
+    /// Replace an archive that is there; a file of another kind is not replaced.
     #[arg(long)]
     replace: bool,
 

@@ -2,18 +2,16 @@
 
 mod words;
 
-use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
 use self::words::write_summary;
 use super::terminal::stdout;
-use super::{Failure, Misused, unknown};
+use super::{Failure, Misused, picture_file, unknown};
 use crate::figures::raster::Raster;
-use crate::store::StoreError;
 use crate::surface_files::{LARGEST, SurfaceFileError, read_regular};
 use crate::topography_files::{
     Channel, ChannelError, HeightMap, Size, Statistics, TopographyFile, TopographyFileError, read,
@@ -35,6 +33,10 @@ pub struct Arguments {
     /// Draw the channel, or the first that holds heights; missing points are red.
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
+
+    /// Overwrite another picture; a file that is not a PNG file stays in any case.
+    #[arg(long, requires = "output")]
+    replace: bool,
 
     /// Print JSON: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing",
     /// "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`, sizes as `[x, y]`, and lengths
@@ -80,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         // One map at a time: files may have many.
         let map = channel.map();
         if let Some(output) = arguments.output.as_ref().filter(|_| index == chosen) {
-            draw(&map, output)?;
+            picture_file::write(output, &draw(&map), arguments.replace)?;
         }
         described.push(Described {
             number: index + 1,
@@ -117,12 +119,9 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Fail
     })
 }
 
-fn draw(map: &HeightMap, path: &Path) -> Result<(), StoreError> {
-    let picture = Raster::of_heights(map.nodes(), map.heights()).at_most(PICTURE);
-    fs::write(path, picture.to_png()).map_err(|source| StoreError::Write {
-        path: path.to_owned(),
-        source,
-    })
+fn draw(map: &HeightMap) -> Vec<u8> {
+    let picture = Raster::of_heights(map.nodes(), map.heights());
+    picture.at_most(PICTURE).to_png()
 }
 
 fn as_json(file: &TopographyFile<'_>, described: &[Described<'_>]) -> Value {

@@ -3,7 +3,6 @@
 mod choice;
 mod picture;
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,12 +14,11 @@ use serde_json::json;
 use self::choice::{Coordinate, TaskChoice};
 use self::picture::Picture;
 use super::terminal::stdout;
-use super::{Failure, Misused};
+use super::{Failure, Misused, picture_file};
 use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
 use crate::session::task_names;
 use crate::stages::generate::PerAxis;
-use crate::store::StoreError;
 use crate::store::key::TaskKey;
 use crate::surface_files::SurfaceFiles;
 
@@ -55,6 +53,10 @@ pub struct Arguments {
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
+    /// Overwrite another picture; a file that is not a PNG file stays in any case.
+    #[arg(long)]
+    replace: bool,
+
     /// Print JSON: `{"file", "task", "map", "nodes", "load", "lowest", "highest", "unit"}`; of a
     /// rectangle, `nodes` are those along x and along y.
     #[arg(long)]
@@ -86,10 +88,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let picture = picture::draw(key, arguments.map, arguments.load, &store, &sources)?;
     let default = || file_name(key, &picture).into();
     let path = arguments.output.clone().unwrap_or_else(default);
-    fs::write(&path, picture.raster.to_png()).map_err(|source| StoreError::Write {
-        path: path.clone(),
-        source,
-    })?;
+    picture_file::write(&path, &picture.raster.to_png(), arguments.replace)?;
     let mut out = stdout();
     match arguments.json {
         true => writeln!(out, "{:#}", as_json(key, &picture, &path))?,

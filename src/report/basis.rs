@@ -20,6 +20,9 @@ pub type Digests = BTreeMap<String, String>;
 /// The figures of a page, and the rows that they are drawn from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
+    /// The study's name; pages of earlier programs have none.
+    #[serde(default)]
+    pub study: String,
     figures: BTreeSet<String>,
     /// By stage.
     rows: BTreeMap<String, usize>,
@@ -30,10 +33,16 @@ pub struct Basis {
 
 impl Basis {
     /// Of a page with these figures, of these stages.
-    pub fn of(figures: &[DrawnFigure], files: Digests, stages: &[FinishedStage]) -> Basis {
+    pub fn of(
+        study: &str,
+        figures: &[DrawnFigure],
+        files: Digests,
+        stages: &[FinishedStage],
+    ) -> Basis {
         let rows = stages.iter();
         let rows = rows.map(|stage| (stage.name.clone(), stage.table.rows()));
         Basis {
+            study: study.to_owned(),
             figures: figures
                 .iter()
                 .map(|figure| figure.title.to_owned())
@@ -92,7 +101,7 @@ mod tests {
                 .iter()
                 .map(|&(stage, rows)| (stage.to_owned(), rows))
                 .collect(),
-            files: Digests::new(),
+            ..Basis::default()
         }
     }
 

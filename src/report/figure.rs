@@ -17,6 +17,13 @@ pub struct Definition {
     pub draw: fn(&FigureData) -> Result<Drawn, ReportError>,
 }
 
+impl Definition {
+    /// Returns the names of its files.
+    pub fn file_names(&self) -> [String; 2] {
+        ["svg", "png"].map(|ending| format!("{}.{ending}", self.name))
+    }
+}
+
 /// What came of a figure.
 pub enum Drawn {
     /// It is there.

@@ -130,7 +130,11 @@ impl SessionError {
             | SessionError::Script(_)
             | SessionError::InQueue { .. }
             | SessionError::NotSubmitted { .. }
-            | SessionError::Report(ReportError::ShowsLess { .. }) => true,
+            | SessionError::Report(
+                ReportError::ShowsLess { .. }
+                | ReportError::NoReport { .. }
+                | ReportError::Taken { .. },
+            ) => true,
             SessionError::Share(error) => {
                 !matches!(error, ShareError::Store(_) | ShareError::Results(_))
             }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::Session;
 use super::error::SessionError;
 use crate::exceeded_hardness;
-use crate::report::{self, Subject};
+use crate::report::{self, Subject, place};
 use crate::results::owner;
 use crate::store::files::Existing;
 
@@ -18,7 +18,7 @@ pub use crate::report::bars::Bars;
 pub struct ReportOptions {
     /// The folder to write into; that of the study's tables when left out.
     pub output: Option<PathBuf>,
-    /// Whether to take the place of a page that shows more, or of another manifest.
+    /// Whether to replace a page that shows more, or files of another manifest or of others.
     pub replace: bool,
     /// What error bars are.
     pub bars: Bars,
@@ -30,6 +30,13 @@ pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, Sessi
     if !options.replace && options.output.is_none() {
         let (study, plan) = (&reading.study, &reading.plan);
         owner::check(session.manifest(), study, plan, &reading.archive)?;
+    }
+    let existing = match options.replace {
+        true => Existing::Replace,
+        false => Existing::Keep,
+    };
+    if let Some(folder) = &options.output {
+        place::check(folder, &reading.plan.study, existing)?;
     }
     let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
     let rows = reading.all()?;
@@ -49,9 +56,5 @@ pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, Sessi
     };
     let beside = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(beside);
-    let existing = match options.replace {
-        true => Existing::Replace,
-        false => Existing::Keep,
-    };
     Ok(report::write(&subject, options.bars, &folder, existing)?)
 }

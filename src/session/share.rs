@@ -60,6 +60,7 @@ pub fn write(session: &Session, options: &ShareOptions) -> Result<SharedStudy, S
         authors: &options.authors,
     };
     let contents = Contents::of(&reading, session.manifest(), data, &selection)?;
+    contents.check_place(&path)?;
     for (stage, finished, tasks) in &contents.incomplete {
         session.tell(Event::Notice(Notice::Incomplete {
             stage,

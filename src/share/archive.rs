@@ -5,11 +5,11 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 /// The list of checksums.
 pub const CHECKSUMS: &str = "SHA256SUMS";
@@ -47,7 +47,7 @@ impl Source {
     }
 }
 
-fn about(path: &std::path::Path) -> impl FnOnce(io::Error) -> io::Error {
+fn about(path: &Path) -> impl FnOnce(io::Error) -> io::Error {
     move |error| {
         let message = format!("cannot read `{}`: {error}", path.display());
         io::Error::new(error.kind(), message)
@@ -59,6 +59,14 @@ pub struct Archive<W: Write + Seek> {
     zip: ZipWriter<W>,
     /// Lines as `sha256sum` writes them.
     checksums: String,
+}
+
+/// Returns whether a file is an archive of a study: a ZIP file with the list of checksums.
+pub fn is_archive(path: &Path) -> bool {
+    let archive = File::open(path)
+        .ok()
+        .and_then(|file| ZipArchive::new(file).ok());
+    archive.is_some_and(|archive| archive.index_for_name(CHECKSUMS).is_some())
 }
 
 impl<W: Write + Seek> Archive<W> {
@@ -123,7 +131,6 @@ impl<W: Write + Seek> Archive<W> {
 mod tests {
     use super::*;
     use std::io::Cursor;
-    use zip::ZipArchive;
 
     fn archive() -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();

@@ -1,12 +1,13 @@
 //! What goes into an archive of a study.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::io;
 use std::path::Path;
 
 use serde_json::json;
 
-use super::archive::{Archive, CHECKSUMS, Source};
+use super::archive::{Archive, CHECKSUMS, Source, is_archive};
 use super::day::Day;
 use super::error::ShareError;
 use super::places::Places;
@@ -93,6 +94,28 @@ impl Contents {
         }
         contents.add_records(reading, &finished)?;
         Ok(contents)
+    }
+
+    /// Checks that the archive replaces neither a file that goes into it nor a file of another kind.
+    ///
+    /// # Errors
+    /// When it would.
+    pub fn check_place(&self, path: &Path) -> Result<(), ShareError> {
+        let Ok(place) = fs::canonicalize(path) else {
+            return Ok(());
+        };
+        let path = path.to_owned();
+        let is_place = |file: &File| match &file.source {
+            Source::File(source) => fs::canonicalize(source).is_ok_and(|source| source == place),
+            Source::Bytes(_) => false,
+        };
+        if self.files.values().any(is_place) {
+            return Err(ShareError::Input { path });
+        }
+        if !is_archive(&path) {
+            return Err(ShareError::OtherKind { path });
+        }
+        Ok(())
     }
 
     /// Writes the archive, whole or not at all.

@@ -15,6 +15,22 @@ pub enum ShareError {
         /// Where.
         path: PathBuf,
     },
+    /// The archive would replace a file that goes into it.
+    #[error("`{}` is a file of the study and is not replaced; name another with `--output`", path.display())]
+    Input {
+        /// Where.
+        path: PathBuf,
+    },
+    /// The archive would replace a file that is not an archive of a study.
+    #[error(
+        "`{}` is not an archive that `asperity share` wrote and is not replaced; name another file \
+         with `--output`",
+        path.display()
+    )]
+    OtherKind {
+        /// Where.
+        path: PathBuf,
+    },
     /// An input file has no place in an archive.
     #[error(transparent)]
     Unplaceable(#[from] Unplaceable),

@@ -246,6 +246,53 @@ fn figures(said: &str) -> Vec<Value> {
 }
 
 #[test]
+fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_if_asked() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let folder = bench.path("paper");
+    let (page, figure) = (
+        folder.join("report.html"),
+        folder.join("figures/contact-maps.png"),
+    );
+    let report = |options: &[&str]| {
+        let output = ["--output", folder.to_str().unwrap()];
+        let (code, _, told) = command(&bench, "report", &[&output, options].concat());
+        (code, told)
+    };
+    fs::create_dir_all(folder.join("figures")).unwrap();
+    fs::write(&figure, "mine").unwrap();
+    let (code, told) = report(&[]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(
+        told.contains("contact-maps.png` is not part of a report"),
+        "{told}"
+    );
+    assert_eq!(fs::read(&figure).unwrap(), b"mine");
+    assert!(!page.exists());
+    assert_eq!(report(&["--replace"]).0, Some(0));
+    assert_eq!(report(&[]).0, Some(0), "its own, as it was written");
+
+    // A page that was changed, and one of another study.
+    let written = fs::read_to_string(&page).unwrap();
+    let other = written.replace("\"study\":\"small\"", "\"study\":\"other\"");
+    assert_ne!(other, written);
+    for changed in [written.replace("</html>", "<p>mine</html>"), other] {
+        fs::write(&page, &changed).unwrap();
+        assert_eq!(report(&[]).0, Some(2));
+        assert_eq!(fs::read_to_string(&page).unwrap(), changed);
+        assert_eq!(report(&["--replace"]).0, Some(0));
+    }
+    fs::write(&page, "<html>mine</html>").unwrap();
+    let (code, told) = report(&["--replace"]);
+    assert_eq!(code, Some(2));
+    assert!(
+        told.contains("was not written by `asperity report`"),
+        "{told}"
+    );
+    assert_eq!(fs::read_to_string(&page).unwrap(), "<html>mine</html>");
+}
+
+#[test]
 fn a_report_of_less_goes_elsewhere_or_asks() {
     let bench = Bench::new();
     bench.run(STUDY);

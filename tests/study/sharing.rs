@@ -243,6 +243,33 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
 }
 
 #[test]
+fn an_archive_replaces_an_archive_and_nothing_else() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let archive = share(&bench, "s", &[]);
+    let first = fs::read(&archive).unwrap();
+    share(&bench, "s", &["--replace", "--store"]);
+    assert_ne!(fs::read(&archive).unwrap(), first);
+    let table = bench.data().join("results/small/area.parquet");
+    let notes = bench.path("notes.txt");
+    fs::write(&notes, "notes").unwrap();
+    let manifest = bench.path("study.toml");
+    for (path, why) in [
+        (&manifest, "is a file of the study"),
+        (&table, "is a file of the study"),
+        (&notes, "is not an archive"),
+    ] {
+        let before = fs::read(path).unwrap();
+        let [manifest, path] = [&manifest, path].map(|path| path.to_str().unwrap());
+        let shared = bench.output(&["share", manifest, "--output", path, "--replace"]);
+        assert_eq!(shared.status.code(), Some(2));
+        let told = text(&shared.stderr);
+        assert!(told.contains(why), "{told}");
+        assert!(fs::read(path).unwrap() == before, "{path}");
+    }
+}
+
+#[test]
 fn what_is_not_computed_is_told_of_and_the_rest_is_shared() {
     let bench = Bench::new();
     bench.run(STUDY);

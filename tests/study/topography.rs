@@ -130,3 +130,18 @@ fn names_and_units_of_a_file_cannot_steer_the_terminal() {
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["channels"][0]["name"], format!("a{steering}"));
 }
+
+#[test]
+fn a_picture_never_takes_the_place_of_the_measurement() {
+    let bench = Bench::new();
+    let measured = fs::read(example("di-3.di")).unwrap();
+    for name in ["scan.di", "scan.png"] {
+        let path = bench.path(name);
+        fs::write(&path, &measured).unwrap();
+        let path = path.to_str().unwrap();
+        for options in [&[][..], &["--replace"]] {
+            refused(&bench, &[&[path, "--output", path], options].concat(), 2);
+            assert!(fs::read(path).unwrap() == measured, "{name}");
+        }
+    }
+}

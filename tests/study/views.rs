@@ -25,11 +25,72 @@ fn pixels(path: &Path) -> (usize, Vec<[u8; 3]>) {
 /// A picture that must come about, and what is said of it.
 fn view(bench: &Bench, arguments: &[&str]) -> (Value, Vec<u8>) {
     let path = bench.path("view.png");
-    let options = ["--json", "--output", path.to_str().unwrap()];
+    let options = ["--json", "--replace", "--output", path.to_str().unwrap()];
     let output = bench.output(&[&["view"], arguments, &options].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let told = serde_json::from_slice(&output.stdout).unwrap();
     (told, fs::read(path).unwrap())
+}
+
+#[test]
+fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictures() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let manifest = bench.path("study.toml");
+    let manifest = manifest.to_str().unwrap();
+    let map = bench.path("map.png");
+    let map = map.to_str().unwrap();
+    let view = |load: &str, options: &[&str]| {
+        let start = ["view", manifest, "light", "k_upper=8", "realization=1"];
+        let output = bench.output(&[&start, &["--load", load][..], options].concat());
+        (output.status.code(), text(&output.stderr))
+    };
+    assert_eq!(view("0.1", &["-o", map]).0, Some(0));
+    let first = fs::read(map).unwrap();
+    assert_eq!(
+        view("0.1", &["-o", map]),
+        (Some(0), String::new()),
+        "the same"
+    );
+    let (code, told) = view("0.001", &["-o", map]);
+    assert!(
+        code == Some(2) && told.contains("is there already"),
+        "{told}"
+    );
+    assert_eq!(fs::read(map).unwrap(), first);
+    assert_eq!(view("0.001", &["-o", map, "--replace"]).0, Some(0));
+    assert_ne!(fs::read(map).unwrap(), first);
+
+    fs::write(map, STUDY).unwrap();
+    let (code, told) = view("0.1", &["-o", map, "--replace"]);
+    assert!(
+        code == Some(2) && told.contains("is not a PNG file"),
+        "{told}"
+    );
+    assert_eq!(fs::read_to_string(map).unwrap(), STUDY);
+    let (code, told) = view("0.1", &["-o", manifest, "--replace"]);
+    assert!(
+        code == Some(2) && told.contains("does not end in `.png`"),
+        "{told}"
+    );
+    assert_eq!(fs::read_to_string(manifest).unwrap(), STUDY);
+}
+
+#[test]
+fn a_picture_is_a_png_file_and_no_other_ending_promises_another_format() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let key = first_task(&bench, "light");
+    for ending in ["pdf", "svg"] {
+        let path = bench.path(&format!("map.{ending}"));
+        let told = refused(&bench, &[&key, "--output", path.to_str().unwrap()]);
+        assert!(told.contains("written as PNG files"), "{told}");
+        assert!(told.contains("map.png`"), "{told}");
+        assert!(!path.exists());
+    }
+    let path = bench.path("map.PNG");
+    let output = bench.output(&["view", &key, "--output", path.to_str().unwrap()]);
+    assert!(output.status.success() && path.exists());
 }
 
 fn refused(bench: &Bench, arguments: &[&str]) -> String {
