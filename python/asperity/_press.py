@@ -25,7 +25,7 @@ def press(
     pressures: Optional[Loads] = None,
     effective_modulus: Optional[float] = None,
     bodies: Optional[Sequence[Mapping[str, float]]] = None,
-    boundary: str = "periodic",
+    boundary: Optional[str] = None,
     hardness: Optional[float] = None,
     hardness_unit: Optional[str] = None,
     tolerance: Optional[float] = None,
@@ -43,7 +43,7 @@ def press(
     heights : Topography or array_like, shape (n_x, n_y)
         The surface, peaks towards the body.
     size : float or (float, float), optional
-        Sides along x and y, in the unit of the heights; of an array 1 when left out, of a topography its own.
+        Sides along x and y, in the unit of the heights. Required with an array; a topography has its own.
     loads : float, array_like or mapping
         Mean pressures in units of E* × rms slope, ascending: numbers, or
         ``{"to": 0.1, "steps": 10, "from": 0, "spacing": "linear"}``.
@@ -54,9 +54,9 @@ def press(
     bodies : sequence of mappings, optional
         ``{"youngs_modulus", "poisson_ratio"}`` of both bodies, or of one against a rigid one; instead of
         `effective_modulus`.
-    boundary : ``"periodic"`` or ``"free"``
-        What lies beyond the edges: the surface again, or nothing. An array is taken to be as it is pressed;
-        a topography that is not periodic is pressed with ``"free"`` only.
+    boundary : ``"periodic"`` or ``"free"``, optional
+        What lies beyond the edges: the surface again, or nothing. Required with an array; of a topography
+        ``"periodic"`` when left out. A topography that is not periodic is pressed with ``"free"`` only.
     hardness : float, optional
         The highest pressure that the material bears, in the unit of the modulus, or as `hardness_unit`
         (``"absolute"`` or ``"relative"``) says. None when left out.
@@ -79,7 +79,7 @@ def press(
     Raises
     ------
     ArgumentError
-        If an argument makes no sense.
+        If an argument makes no sense, or an array comes without `size` or `boundary`.
     SurfaceError
         If points are missing, or a map that is not periodic would be pressed as one that is.
 
@@ -95,7 +95,8 @@ def press(
     >>> import numpy
     >>> x = numpy.arange(64) / 64
     >>> wave = 0.01 * numpy.cos(2 * numpy.pi * x)[:, None] * numpy.ones(64)
-    >>> contact = press(wave, size=1.0, pressures=[0.5 * numpy.pi * 0.01, numpy.pi * 0.01])
+    >>> pressures = [0.5 * numpy.pi * 0.01, numpy.pi * 0.01]
+    >>> contact = press(wave, size=1.0, boundary="periodic", pressures=pressures)
     >>> contact.area.round(1)
     array([0.5, 1. ])
     >>> bool(abs(contact.displacement(1) - wave).max() < 1e-12)
@@ -120,7 +121,7 @@ def press_each(
     pressures: Optional[Loads] = None,
     effective_modulus: Optional[float] = None,
     bodies: Optional[Sequence[Mapping[str, float]]] = None,
-    boundary: str = "periodic",
+    boundary: Optional[str] = None,
     hardness: Optional[float] = None,
     hardness_unit: Optional[str] = None,
     tolerance: Optional[float] = None,
@@ -164,7 +165,7 @@ def _keys(
     pressures: Optional[Loads],
     effective_modulus: Optional[float],
     bodies: Optional[Sequence[Mapping[str, float]]],
-    boundary: str,
+    boundary: Optional[str],
     hardness: Optional[float],
     hardness_unit: Optional[str],
     tolerance: Optional[float],
@@ -198,7 +199,7 @@ def _list(loads: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
 def _pressing(
     heights: Union[Topography, ArrayLike],
     size: Optional[Size],
-    boundary: str,
+    boundary: Optional[str],
     keys: Dict[str, Any],
     fields: bool,
     jobs: Optional[int],
@@ -208,8 +209,14 @@ def _pressing(
         if size is not None:
             raise ArgumentError("`size` is that of the topography, and cannot be another one")
     else:
-        sides = 1.0 if size is None else size
-        topography = Topography(heights, sides, is_periodic=boundary == "periodic")
+        if size is None:
+            raise ArgumentError("an array needs its `size`: the sides along x and y, in the unit of the heights")
+        if boundary is None:
+            raise ArgumentError(
+                'an array needs a `boundary`: "periodic" if the surface repeats itself beyond its edges, '
+                '"free" if nothing lies beyond them, as around a measured map'
+            )
+        topography = Topography(heights, size, is_periodic=boundary == "periodic")
     if topography.missing:
         raise SurfaceError(f"{topography.missing} points are missing: `fill` gives them heights")
     pressing = _asperity.Pressing(

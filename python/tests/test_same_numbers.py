@@ -100,8 +100,8 @@ def test_fields_satisfy_the_conditions_of_contact():
 
 def test_arrays_of_any_layout_and_type_are_the_same_surface():
     rough = asperity.surface(**KEYS).heights.filled()
-    contact = asperity.press(rough, size=2.0, loads=0.1)
-    turned = asperity.press(np.asfortranarray(rough), size=(2.0, 2.0), loads=np.float64(0.1))
+    contact = asperity.press(rough, size=2.0, boundary="periodic", loads=0.1)
+    turned = asperity.press(np.asfortranarray(rough), size=(2.0, 2.0), boundary="periodic", loads=np.float64(0.1))
     assert np.array_equal(contact.pressure(0), turned.pressure(0))
     integers = asperity.Topography(np.arange(16).reshape(4, 4), size=1.0)
     assert integers.heights.dtype == np.float64
@@ -119,4 +119,4 @@ def test_what_cannot_be_read_is_named():
     with pytest.raises(asperity.ArgumentError, match="`Heigth`; its channels are .*`ZSensor`"):
         asperity.read(scan, channel="Heigth")
     with pytest.raises(asperity.SurfaceError, match="complex"):
-        asperity.press(np.ones((8, 8)) * 1j, loads=[0.1])
+        asperity.press(np.ones((8, 8)) * 1j, size=1.0, boundary="free", loads=[0.1])
