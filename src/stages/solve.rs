@@ -104,6 +104,9 @@ pub struct Params {
     /// should know where pressures pass it; it decides none, and is no part of the recipe.
     #[serde(skip)]
     pub softest_body: Option<f64>,
+    /// Number of entries of `bodies`, for a warning; no part of the recipe.
+    #[serde(skip)]
+    pub bodies: usize,
 }
 
 impl Params {

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::{Stage, Study, Work};
 use crate::contact::topography::shapes::Shape;
+use crate::diagnostics::listed;
 use crate::stages::fit::laws::{Law, PlainLaw};
 use crate::stages::generate::{Origin, Params, PerAxis};
 use crate::stages::{Recipe, measure};
@@ -109,8 +110,8 @@ impl ShortestWave {
 
 impl Study {
     /// What should be known of the study before it is run: meshes that count far too much area,
-    /// lists that could be read in two ways, loads that were probably meant in another unit, what was
-    /// decided about files of measured surfaces.
+    /// lists that could be read in two ways, loads that were probably meant in another unit, two bodies
+    /// beside surfaces that are each pressed alone, what was decided about files of measured surfaces.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(place, stage)| {
@@ -118,6 +119,7 @@ impl Study {
                 taken_as_pairs(stage),
                 self.coarse_mesh(place, stage),
                 loads::improbable(stage),
+                self.pressed_alone(stage),
             ];
             let messages = messages.into_iter().flatten();
             let messages = messages.chain(files::told(stage, &self.sources));
@@ -171,6 +173,24 @@ impl Study {
              wavelength{others}; the mesh adds some {least:.0} to {most:.0} % to the contact area \
              that is counted under a load of 0.06, more under lighter ones; {remedy}"
         ))
+    }
+
+    /// That two bodies beside several stages of surfaces are not pressed against each other.
+    fn pressed_alone(&self, stage: &Stage) -> Option<String> {
+        let is_of_two = |recipe: &Recipe| match recipe {
+            Recipe::Solve(params) => params.bodies == 2,
+            _ => false,
+        };
+        let is_meant = stage.inputs.len() > 1 && stage.work.recipes().iter().any(is_of_two);
+        is_meant.then(|| {
+            let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
+            format!(
+                "each surface of {} is pressed alone, against a smooth body and with the E* of both \
+                 `bodies`; to press two rough surfaces against each other, add their height maps and \
+                 press the sum, as docs/how-to/python.md shows",
+                listed(names, "and")
+            )
+        })
     }
 
     /// Whether all contact areas of a stage's surfaces are corrected for the mesh, or compared over
@@ -322,5 +342,26 @@ correction = ["none", "2017"]
         assert!(wave[0].contains("`waves = 24` is 2.7 nodes"), "{wave:?}");
         let punch = shape("method = \"flat-punch\"\nradius = 0.1\ndepth = 0.1");
         assert!(punch.is_empty(), "{punch:?}");
+    }
+
+    #[test]
+    fn two_bodies_beside_two_surfaces_are_told_that_each_is_pressed_alone() {
+        let steel = "{ youngs_modulus = 2e11, poisson_ratio = 0.3 }";
+        let upper = PRESSED.split("[stage.loads]").next().unwrap();
+        let lower = "[stage.lower]\nkind = \"generate\"\nmethod = \"wave\"\nnodes = 64\n\
+                     amplitude = 0.1\n[stage.pressed]\nkind = \"solve\"\nloads = [0.01]\n";
+        let warned = |from: &str, bodies: &str| {
+            let told = told(&format!(
+                "{upper}{lower}from = {from}\nbodies = [{bodies}]\n"
+            ));
+            let mut told = told.into_iter();
+            told.find(|warning| warning.contains("pressed alone"))
+        };
+        let two = format!("{steel}, {steel}");
+        let warning = warned("[\"rough\", \"lower\"]", &two).unwrap();
+        assert!(warning.starts_with("stage `pressed`: each surface of `rough` and `lower`"));
+        assert!(warning.contains("add their height maps"), "{warning}");
+        assert_eq!(warned("[\"rough\", \"lower\"]", steel), None);
+        assert_eq!(warned("\"rough\"", &two), None);
     }
 }

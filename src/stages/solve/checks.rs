@@ -122,6 +122,10 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         softest_body: softest_body?,
+        bodies: table
+            .bodies
+            .written()
+            .map_or(0, |bodies| bodies.value.len()),
         flow: flow?,
         asperities: asperities?,
     })
