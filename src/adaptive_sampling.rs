@@ -164,6 +164,10 @@ impl fmt::Display for AdaptiveStage {
                 (finding, _) => write!(formatter, ": {}", Found(finding)),
             },
             Condition::Fails(finding) => match (finding, until) {
+                (Finding::Error(error), _) if error.is_infinite() => write!(
+                    formatter,
+                    ", the most, and {until} cannot be told: a mean is that of a single surface"
+                ),
                 (Finding::Error(error), Until::Mean(mean)) => write!(
                     formatter,
                     ", the most, and {until} does not hold: it is {}",

@@ -2,9 +2,10 @@
 //!
 //! The role of a column decides (see [`Role`]). Rows that agree in every **parameter** are of one
 //! ensemble; within it, seed and realization tell **surfaces** apart, and loads tell the states of a
-//! surface apart. The mean pressure follows from the load, so it decides nothing. Loads that differ
-//! by rounding are one load. Where two blocks of loads, or two stages, tell the same of a surface,
-//! the first of them stands and the other rows are named as repeated: no surface counts twice.
+//! surface apart. A load is what the manifest gives, be it reduced or in pascals; the other unit is
+//! derived from it, surface by surface, and decides nothing. Loads that differ by rounding are one
+//! load. Where two blocks of loads, or two stages, tell the same of a surface, the first of them
+//! stands and the other rows are named as repeated: no surface counts twice.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -14,7 +15,7 @@ use arrow::array::{Array, Float64Array, Int64Array};
 use arrow::row::{RowConverter, SortField};
 
 use crate::decimal;
-use crate::stages::columns::{LOAD, REALIZATION, SEED, SURFACE};
+use crate::stages::columns::{LOAD, PRESSURE, REALIZATION, SEED, SURFACE};
 use crate::store::column::{Column, Role, Value, reals};
 use crate::store::table::{Table, TableError};
 
@@ -23,7 +24,7 @@ use crate::store::table::{Table, TableError};
 pub struct Point(BTreeMap<Cow<'static, str>, Value>);
 
 /// Which of the surfaces of an ensemble, whatever the mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Member {
     /// A shape, or a measured surface: there is but one.
     Sole,
@@ -54,6 +55,16 @@ impl Member {
     }
 }
 
+/// A load under which surfaces of an ensemble are pressed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// The load as the manifest gives it, reduced or in pascals: it is the same on all surfaces.
+    pub given: f64,
+    /// Reduced pressure p₀/(E* h′), mean over the surfaces that have the load: surfaces of unequal
+    /// rms slope differ in it under one pressure.
+    pub reduced: f64,
+}
+
 /// Rows of loads that agree in every parameter, sorted by surface and load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
@@ -62,7 +73,7 @@ pub struct Ensemble {
     /// Its surfaces, by seed and realization.
     pub members: Vec<Member>,
     /// The loads of any of its surfaces, ascending.
-    pub loads: Vec<f64>,
+    pub loads: Vec<Load>,
     /// Rows that tell of a surface and a load what an earlier one tells.
     pub repeated: Vec<usize>,
     /// The first of its rows.
@@ -148,39 +159,82 @@ impl fmt::Display for Point {
     }
 }
 
+/// The column that holds loads as the manifest gives them: `load`, or `pressure` where loads are in
+/// pascals. Of a stack of tables of both kinds it is `load`.
+pub fn load_column(table: &Table) -> &'static str {
+    match table.in_role(Role::Load).names()[..] {
+        [only] if only == PRESSURE.name => PRESSURE.name,
+        _ => LOAD.name,
+    }
+}
+
 /// The ensembles of a table of loads, in the order of their first rows.
 ///
 /// # Errors
 /// When the table has no loads.
 pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
-    let loads = table.reals(LOAD.name)?;
+    let loads = Loads {
+        given: table.reals(load_column(table))?,
+        reduced: match load_column(table) {
+            name if name == LOAD.name => None,
+            _ => Some(table.reals(LOAD.name)?),
+        },
+    };
     let members = Members::of(table)?;
     let parameters = table.in_role(Role::Parameter);
     let groups = grouped(&parameters).into_iter();
     Ok(groups
-        .map(|rows| Ensemble::of(Point::of_row(&parameters, rows[0]), &rows, &members, loads))
+        .map(|rows| Ensemble::of(Point::of_row(&parameters, rows[0]), &rows, &members, &loads))
         .collect())
 }
 
+/// The loads of the rows of a table.
+struct Loads<'a> {
+    given: &'a Float64Array,
+    /// None where loads are given reduced.
+    reduced: Option<&'a Float64Array>,
+}
+
+impl Loads<'_> {
+    /// The load that these rows have in common.
+    fn common(&self, given: f64, rows: impl Iterator<Item = usize> + Clone) -> Load {
+        let Some(of_rows) = self.reduced else {
+            let reduced = given;
+            return Load { given, reduced };
+        };
+        let reduced = rows.map(|row| of_rows.value(row));
+        let first = reduced.clone().next().unwrap_or(given);
+        let is_same = reduced.clone().all(|reduced| reduced == first);
+        let mean = || reduced.clone().sum::<f64>() / reduced.clone().count() as f64;
+        Load {
+            given,
+            reduced: if is_same { first } else { mean() },
+        }
+    }
+}
+
 impl Ensemble {
-    fn of(point: Point, rows: &[usize], members: &Members, loads: &Float64Array) -> Ensemble {
-        let known = rows.iter().filter(|&&row| loads.is_valid(row));
-        let distinct = distinct(known.clone().map(|&row| loads.value(row)).collect());
+    fn of(point: Point, rows: &[usize], members: &Members, loads: &Loads) -> Ensemble {
+        let known = rows.iter().filter(|&&row| loads.given.is_valid(row));
+        let distinct = distinct(known.clone().map(|&row| loads.given.value(row)).collect());
         let mut of_member: BTreeMap<Member, Vec<Option<usize>>> = BTreeMap::new();
         let mut repeated = Vec::new();
         for &row in known {
             let states = of_member.entry(members.of_row(row));
             let states = states.or_insert_with(|| vec![None; distinct.len()]);
-            match &mut states[place(&distinct, loads.value(row))] {
+            match &mut states[place(&distinct, loads.given.value(row))] {
                 Some(_) => repeated.push(row),
                 state => *state = Some(row),
             }
         }
-        let (members, states) = of_member.into_iter().unzip();
+        let (members, states): (Vec<_>, Vec<Vec<_>>) = of_member.into_iter().unzip();
+        let own = |place: usize| states.iter().filter_map(move |states| states[place]);
+        let distinct = distinct.into_iter().enumerate();
+        let distinct = distinct.map(|(place, given)| loads.common(given, own(place)));
         Ensemble {
             point,
             members,
-            loads: distinct,
+            loads: distinct.collect(),
             repeated,
             first: rows[0],
             rows: states,
@@ -200,7 +254,7 @@ impl Ensemble {
     }
 
     /// Every surface under every load that it has, and the row that stands for it.
-    pub fn states(&self) -> impl Iterator<Item = (Member, f64, usize)> {
+    pub fn states(&self) -> impl Iterator<Item = (Member, Load, usize)> {
         let members = self.members.iter().zip(&self.rows);
         members.flat_map(|(&member, states)| {
             let states = self.loads.iter().zip(states);
@@ -229,10 +283,12 @@ pub fn each_once(table: &Table) -> Result<Table, TableError> {
     }
     let ensembles = ensembles(table)?;
     let states = ensembles.iter().flat_map(Ensemble::states);
-    let mut standing: Vec<(usize, f64)> = states.map(|(_, load, row)| (row, load)).collect();
+    let mut standing: Vec<(usize, f64)> = states.map(|(_, load, row)| (row, load.given)).collect();
     standing.sort_by_key(|(row, _)| *row);
     let (rows, loads): (Vec<usize>, Vec<f64>) = standing.into_iter().unzip();
-    Ok(table.pick(&rows).replacing(LOAD.name, reals(loads)))
+    Ok(table
+        .pick(&rows)
+        .replacing(load_column(table), reals(loads)))
 }
 
 /// Rows that agree in every column, together; in the order of their first rows.
@@ -308,6 +364,10 @@ impl<'a> Members<'a> {
         }
     }
 }
+
+mod units;
+
+pub use units::sampling_units;
 
 #[cfg(test)]
 mod tests;

@@ -41,8 +41,8 @@ pub fn condition(
     })
 }
 
-/// The largest standard error of a mean over surfaces, over its limit; means without scatter, or
-/// without values, have none.
+/// The largest standard error of a mean over surfaces, over its limit; it is infinite where a mean is
+/// that of a single surface. Means without scatter, or without values, have none.
 fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> {
     let groups = Groups {
         group_by: None,
@@ -55,7 +55,7 @@ fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> 
         |statistic: Statistic| reduced.reals(&format!("{}_{}", mean.column, statistic.suffix()));
     let errors = column(Statistic::Sem)?.iter().zip(column(Statistic::Mean)?);
     let over_limit = errors.filter_map(|(error, value)| {
-        let (error, value) = (error?, value?);
+        let (error, value) = (error.unwrap_or(f64::INFINITY), value?);
         let limit = match mean.limit {
             Limit::Absolute(limit) => limit,
             Limit::Relative(share) => share * value.abs(),

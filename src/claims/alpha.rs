@@ -69,7 +69,7 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for step in Step::all(&ensembles, Cutoff::Upper) {
         for places in LIGHT.into_iter().filter_map(|load| step.at(load)) {
-            let [one, other] = places;
+            let [one, _] = places;
             let load = step.lesser.loads[one];
             for (model, name) in models {
                 let area = |spectrum: &Spectrum| modelled_area(model, spectrum, load);
@@ -77,7 +77,6 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
                 let Some((of_greater, of_lesser)) = modelled else {
                     continue;
                 };
-                debug_assert_eq!(load, step.greater.loads[other]);
                 let label = format!("{}, {name}", step.label(evidence, one));
                 quantities.add(label, &step.surfaces(), |weights| {
                     Some(step.ln_ratio(places, weights) - (of_greater / of_lesser).ln())

@@ -6,7 +6,7 @@ use arrow::array::{Array, Float64Array};
 
 use super::intervals::Weights;
 use super::setting::{Setting, of_asperities};
-use crate::ensemble::{self, Member, Members, ensembles};
+use crate::ensemble::{self, Load, Member, Members, ensembles, load_column};
 use crate::fitting::{Curves, Window};
 use crate::stages::Kind;
 use crate::stages::columns::*;
@@ -36,6 +36,8 @@ pub struct AreaCurves {
     pub correction: String,
     /// Loads that all surfaces have, or have left behind in full contact; ascending.
     pub loads: Vec<f64>,
+    /// The same loads as the manifest gives them, reduced or in pascals.
+    pub given: Vec<f64>,
     /// Areas, `[load][surface]`; one beyond full contact.
     pub areas: Vec<Vec<f64>>,
 }
@@ -201,21 +203,23 @@ impl Evidence {
             .of_the_paper(AS_COUNTED)
             .into_iter()
             .filter_map(|ensemble| {
-                let load = ensemble.loads[ensemble.at(load)?];
+                let place = ensemble.at(load)?;
+                let load = (ensemble.given[place], ensemble.loads[place]);
                 Some((key(&ensemble.spectrum), load))
             });
-        let loads: BTreeMap<_, f64> = loads.collect();
+        let loads: BTreeMap<_, (f64, f64)> = loads.collect();
         let of = |name: &str, row: usize| number(&self.contacts, name, row);
+        let given = load_column(&self.contacts);
         let found = per_surface(&self.contacts, |spectrum, row| {
             let asked = loads.get(&key(spectrum))?;
             let numbers = columns.iter().map(|&name| Some((name, of(name, row)?)));
-            let is_asked = of(LOAD.name, row)? == *asked;
+            let is_asked = of(given, row)? == asked.0;
             Some(value(&numbers.collect::<Option<_>>().filter(|_| is_asked)?))
         });
         let found = found
             .into_iter()
             .map(|PerSurface { spectrum, values }| AtLoad {
-                load: loads[&key(&spectrum)],
+                load: loads[&key(&spectrum)].1,
                 spectrum,
                 values,
             });
@@ -333,11 +337,12 @@ fn ensemble(
         let areas: Option<Vec<f64>> = members.clone().map(|member| area(member, place)).collect();
         Some((load, areas?))
     });
-    let (loads, areas) = common.unzip();
+    let (loads, areas): (Vec<Load>, _) = common.unzip();
     AreaCurves {
         spectrum,
         correction,
-        loads,
+        given: loads.iter().map(|load| load.given).collect(),
+        loads: loads.iter().map(|load| load.reduced).collect(),
         areas,
     }
 }

@@ -6,7 +6,7 @@ use arrow::array::Array;
 
 use super::bars::{Bars, deviation, ends, mean_and_half_bar};
 use crate::contact::grid::Grid;
-use crate::ensemble;
+use crate::ensemble::{self, Load};
 use crate::stages::columns::{
     COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y,
 };
@@ -45,7 +45,7 @@ pub struct EnsembleCurves<'a> {
 /// A quantity under one load, over the surfaces of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
-    /// The load.
+    /// The reduced load.
     pub load: f64,
     /// Arithmetic mean.
     pub mean: f64,
@@ -157,7 +157,7 @@ impl EnsembleCurves<'_> {
                 .collect();
             let (mean, half_bar) = mean_and_half_bar(&known?, self.bars);
             Some(Mean {
-                load,
+                load: load.reduced,
                 mean,
                 half_bar,
             })
@@ -173,7 +173,7 @@ impl EnsembleCurves<'_> {
         let values = self.table.reals(column)?;
         let mut before = (0.0, vec![0.0; self.surfaces]);
         let mut slopes = Vec::new();
-        for (load, rows) in self.complete() {
+        for (Load { reduced: load, .. }, rows) in self.complete() {
             let now: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
             let step = load - before.0;
             let each = now
@@ -201,7 +201,7 @@ impl EnsembleCurves<'_> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
             let areas: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
-            (load, areas)
+            (load.reduced, areas)
         });
         let complete: Vec<(f64, Vec<f64>)> = complete.collect();
         let growth = complete.windows(2).map(|pair| {
@@ -245,18 +245,18 @@ impl EnsembleCurves<'_> {
         let others: BTreeMap<_, f64> = other
             .rows
             .states()
-            .map(|(member, load, row)| ((member, load.to_bits()), others.value(row)))
+            .map(|(member, load, row)| ((member, load.given.to_bits()), others.value(row)))
             .collect();
         let means = self.complete().filter_map(|(load, rows)| {
             let members = self.rows.members.iter().zip(rows);
             let ratios = members.map(|(&member, row)| {
-                let other = others.get(&(member, load.to_bits()))?;
+                let other = others.get(&(member, load.given.to_bits()))?;
                 Some(values.value(row) / other)
             });
             let (mean, half_bar) =
                 mean_and_half_bar(&ratios.collect::<Option<Vec<_>>>()?, self.bars);
             Some(Mean {
-                load,
+                load: load.reduced,
                 mean,
                 half_bar,
             })
@@ -265,7 +265,7 @@ impl EnsembleCurves<'_> {
     }
 
     /// The loads that all surfaces have, with a row of each.
-    fn complete(&self) -> impl Iterator<Item = (f64, Vec<usize>)> {
+    fn complete(&self) -> impl Iterator<Item = (Load, Vec<usize>)> {
         let loads = self.rows.loads.iter().enumerate();
         loads.filter_map(|(place, &load)| Some((load, self.rows.complete(place)?)))
     }

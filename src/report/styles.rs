@@ -7,7 +7,8 @@ use super::ensembles::Point;
 use crate::figures::colour::Colour;
 use crate::figures::style::{Dash, Marker, Style};
 use crate::stages::columns::{
-    CONTENT, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y, RMS_SLOPE,
+    CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
+    RMS_SLOPE,
 };
 
 /// Names of the files of measured surfaces, by the hash of what is in them.
@@ -53,8 +54,10 @@ impl Styles {
             let word = |value: &String| files.get(value).unwrap_or(value).clone();
             known.sort_by(|one, other| ascending(&word(one), &word(other)));
         }
-        // It follows from the hardness, which has a column of its own.
-        values.remove(HARDNESS_REDUCED.name);
+        // Studies that give a hardness in both units have it twice.
+        if values.contains_key(HARDNESS.name) {
+            values.remove(HARDNESS_REDUCED.name);
+        }
         let varying = values.into_iter().filter(|(_, values)| values.len() > 1);
         let mut varying: Vec<_> = varying.collect();
         // Cutoffs name a spectrum before anything else does.

@@ -17,6 +17,7 @@ use crate::store::table::Table;
 pub mod checks;
 mod confidence;
 mod frame;
+mod group_names;
 mod groups;
 pub mod keys;
 mod meanings;
@@ -30,7 +31,7 @@ pub use groups::reduce as grouped;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Reduces tables to statistics.
 pub const STAGE: Definition = Definition {
@@ -76,6 +77,11 @@ pub struct Groups {
 }
 
 impl Groups {
+    /// Whether standard errors are asked for, be it by themselves or in intervals.
+    fn asks_for_errors(&self) -> bool {
+        self.statistics.contains(&Statistic::Sem) || !self.levels().is_empty()
+    }
+
     /// The levels of the confidence intervals that are asked for.
     fn levels(&self) -> Vec<f64> {
         let level = |statistic: &Statistic| match statistic {
@@ -151,7 +157,7 @@ pub enum Statistic {
     Mean,
     /// Sample standard deviation.
     Sd,
-    /// Standard error of the mean.
+    /// Standard error of the mean, over surfaces.
     Sem,
     /// Smallest value.
     Min,

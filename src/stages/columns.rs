@@ -165,7 +165,7 @@ pub const HARDNESS: Column = parameter(
 pub const HARDNESS_REDUCED: Column = parameter(
     "hardness_reduced",
     "E* × rms slope",
-    "the hardness, reduced as `load` is, which is always below it",
+    "hardness over E* × rms slope, as `load` is reduced; every load is below it",
 );
 pub const SATURATED_NODES: Column = integer(
     "saturated_nodes",
@@ -189,10 +189,19 @@ pub const MAX_PAIRS: Column = parameter_integer(
     "1",
     "pairs of transforms after which a load is given up",
 );
-pub const LOAD: Column =
-    parameter("load", "E* × rms slope", "mean pressure, reduced").with_role(Role::Load);
-pub const PRESSURE: Column =
-    parameter("pressure", "pressure", "mean pressure").with_role(Role::Load);
+pub const LOAD: Column = parameter(
+    "load",
+    "E* × rms slope",
+    "reduced pressure p₀/(E* h′): mean pressure over the nominal area, over effective modulus × rms \
+     slope of the surface; where loads are given in pascals it follows from `pressure`",
+)
+.with_role(Role::Load);
+pub const PRESSURE: Column = parameter(
+    "pressure",
+    "pressure",
+    "mean pressure over the nominal area; where loads are given reduced it follows from `load`",
+)
+.with_role(Role::Derived);
 
 /// What places a random surface among others.
 pub const OF_RANDOM_SURFACES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];

@@ -28,7 +28,7 @@ use crate::contact::flow;
 use crate::contact::grid::Boundary;
 use crate::contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
 use crate::diagnostics::counted;
-use crate::store::column::{Column, Value};
+use crate::store::column::{Column, Role, Value};
 use crate::store::parquet::Columns;
 use crate::store::table::{Table, TableError};
 use block::Block;
@@ -37,7 +37,7 @@ use solved::Besides;
 pub use hardness::GivenHardness;
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 15;
+pub const VERSION: u32 = 16;
 
 /// Presses surfaces, load after load.
 pub const STAGE: Definition = Definition {
@@ -52,9 +52,10 @@ pub const STAGE: Definition = Definition {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
         let all = Besides {
             boundary: Boundary::Free,
-            yields: true,
             asperities: true,
             flow: true,
+            load_unit: PressureUnit::Relative,
+            hardness: Some(PressureUnit::Absolute),
         };
         [&solved::columns(all)[..], &heavy].concat()
     },
@@ -163,6 +164,33 @@ pub enum PressureUnit {
     Absolute,
 }
 
+impl PressureUnit {
+    /// `load` and `pressure`: the coordinate is the one that the manifest gives, to the last digit,
+    /// and the other one is derived from it on each surface.
+    pub fn load_columns(self) -> [Column; 2] {
+        let [reduced, absolute] = self.roles(Role::Load);
+        [LOAD.with_role(reduced), PRESSURE.with_role(absolute)]
+    }
+
+    /// `hardness` and `hardness_reduced`: the parameter is the one that the manifest gives.
+    pub fn hardness_columns(self) -> [Column; 2] {
+        let [reduced, absolute] = self.roles(Role::Parameter);
+        [
+            HARDNESS.with_role(absolute),
+            HARDNESS_REDUCED.with_role(reduced),
+        ]
+    }
+
+    /// The roles of a reduced value and of the same value in pascals: `given` is that of the one that
+    /// the manifest gives.
+    fn roles(self, given: Role) -> [Role; 2] {
+        match self {
+            PressureUnit::Relative => [given, Role::Derived],
+            PressureUnit::Absolute => [Role::Derived, given],
+        }
+    }
+}
+
 /// Which pressure fields are stored.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -233,9 +261,10 @@ impl Stage for Params {
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         let columns = solved::columns(Besides {
             boundary: self.boundary,
-            yields: self.hardness.is_some(),
             asperities: self.asperities.is_some(),
             flow: self.flow,
+            load_unit: self.load_unit,
+            hardness: self.hardness.map(|given| given.unit),
         });
         Ok(beside_coordinates(&columns, inputs)?)
     }

@@ -27,7 +27,7 @@ pub struct Column {
     pub meaning: &'static str,
 }
 
-/// What a column is for. The first three place a row in the study and go on into later stages.
+/// What a column is for. The first four place a row in the study and go on into later stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// What surfaces of one statistical ensemble share, and what is done to all of them alike.
@@ -36,6 +36,8 @@ pub enum Role {
     Surface,
     /// It tells states of one surface apart.
     Load,
+    /// A coordinate of the same row in another unit: it goes on with the row and tells no rows apart.
+    Derived,
     /// It was computed.
     Result,
     /// It was computed and fills disks: it stays in the store.
@@ -136,7 +138,7 @@ pub struct Description {
     /// The type of its values.
     #[serde(rename = "type")]
     pub kind: &'static str,
-    /// `parameter`, `surface`, `load`, `result` or `heavy`.
+    /// `parameter`, `surface`, `load`, `derived`, `result` or `heavy`.
     pub role: String,
     /// Unit of its values.
     pub unit: String,
@@ -165,10 +167,11 @@ impl From<&Field> for Description {
 }
 
 impl Role {
-    const ALL: [Role; 5] = [
+    const ALL: [Role; 6] = [
         Role::Parameter,
         Role::Surface,
         Role::Load,
+        Role::Derived,
         Role::Result,
         Role::Heavy,
     ];
@@ -179,6 +182,7 @@ impl Role {
             Role::Parameter => "parameter",
             Role::Surface => "surface",
             Role::Load => "load",
+            Role::Derived => "derived",
             Role::Result => "result",
             Role::Heavy => "heavy",
         }
@@ -192,7 +196,22 @@ impl Role {
 
     /// Whether columns of this role place a row in the study.
     pub fn is_coordinate(self) -> bool {
-        matches!(self, Role::Parameter | Role::Surface | Role::Load)
+        matches!(
+            self,
+            Role::Parameter | Role::Surface | Role::Load | Role::Derived
+        )
+    }
+
+    /// Whether a column has this role in a stack of tables in which it has either.
+    ///
+    /// What tells surfaces apart in one table does so in the stack, and a coordinate of one table
+    /// stays a coordinate beside tables that derive it.
+    pub(crate) fn prevails_over(self, other: Role) -> bool {
+        match other {
+            Role::Parameter => self == Role::Surface,
+            Role::Derived => self != Role::Derived && self.is_coordinate(),
+            _ => false,
+        }
     }
 }
 

@@ -351,10 +351,11 @@ impl Layouts {
                 .position(|name| name == field.name());
             match place {
                 None => self.fields.push(field.clone()),
-                // What tells surfaces of one table apart is no parameter beside another.
                 Some(place) => {
-                    let [known, new] = [&self.fields[place], field].map(|field| Role::of(field));
-                    if known == Some(Role::Parameter) && new == Some(Role::Surface) {
+                    let roles = [field, &self.fields[place]].map(|field| Role::of(field));
+                    if let [Some(new), Some(known)] = roles
+                        && new.prevails_over(known)
+                    {
                         self.fields[place] = field.clone();
                     }
                 }
@@ -426,6 +427,17 @@ mod tests {
         for stack in [[0, 1], [1, 0]] {
             let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
             assert_eq!(stacked.in_role(Role::Surface).names(), ["rms_slope"]);
+        }
+    }
+
+    #[test]
+    fn a_coordinate_stays_one_beside_tables_that_derive_it() {
+        let load = LOAD.with_role(Role::Load);
+        let tables = [load, load.with_role(Role::Derived)]
+            .map(|column| Table::new(1, vec![(column, reals([0.1]))]));
+        for stack in [[0, 1], [1, 0]] {
+            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
+            assert_eq!(stacked.in_role(Role::Load).names(), ["load"]);
         }
     }
 

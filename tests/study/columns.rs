@@ -46,10 +46,8 @@ fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit(
                 assert!(!silent, "{place}: {column:?}");
                 let lacks_unit = column.kind == "real" && column.unit.is_empty();
                 assert!(!lacks_unit, "{place}: {column:?}");
-                assert!(
-                    ["parameter", "surface", "load", "result"].contains(&column.role.as_str()),
-                    "{column:?}"
-                );
+                let roles = ["parameter", "surface", "load", "derived", "result"];
+                assert!(roles.contains(&column.role.as_str()), "{column:?}");
             }
         }
     }
@@ -101,7 +99,13 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
     assert_eq!(
         said[..3],
         [
-            ["load", "E* × rms slope", "mean pressure, reduced"],
+            [
+                "load",
+                "E* × rms slope",
+                "reduced pressure p₀/(E* h′): mean pressure over the nominal area, over effective \
+                 modulus × rms slope of the surface; where loads are given in pascals it follows from \
+                 `pressure`"
+            ],
             ["result", "1/2", "double the area"],
             ["result", "", "as the query computes it"],
         ]

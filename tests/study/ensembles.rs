@@ -176,3 +176,123 @@ fn plan_and_tables_agree_on_parameter_points_whatever_is_swept() {
         assert_eq!(counted as usize, rows, "{sweep}");
     }
 }
+
+/// Surfaces of one spectrum, whose slopes scatter, under pressures in pascals.
+const IN_PASCALS: &str = r#"
+[study]
+name = "pascals"
+seed = 7
+
+[stage.surfaces]
+kind = "generate"
+method = "spectrum"
+path = "spectrum.csv"
+nodes = 32
+side = 1e-3
+realizations = 4
+
+[stage.loads]
+kind = "solve"
+from = "surfaces"
+effective_modulus = 1e11
+load_unit = "absolute"
+loads = [1e8, 3e8, 5e8, 1e9, 2e9]
+
+[stage.area]
+kind = "measure"
+from = "loads"
+
+[stage.means]
+kind = "aggregate"
+from = "area"
+over = ["area_fraction"]
+statistics = ["mean", "sem", "slope"]
+models = ["persson"]
+
+[stage.law]
+kind = "fit"
+law = "contact-evolution"
+from = "area"
+window = [0, 1]
+bootstrap = 20
+
+[stage.gap]
+kind = "fit"
+law = "load-separation"
+from = "area"
+window = [0, 1]
+bootstrap = 20
+"#;
+
+const SPECTRUM: &str = "wavenumber [1/m],density [m^4]\n12566,1e-19\n50266,4e-21\n";
+
+fn in_pascals(change: impl Fn(&str) -> String) -> Bench {
+    let bench = Bench::new();
+    std::fs::write(bench.path("spectrum.csv"), SPECTRUM).unwrap();
+    bench.run(&change(IN_PASCALS));
+    bench
+}
+
+#[test]
+fn an_ensemble_under_pressures_in_pascals_has_one_mean_a_pressure() {
+    let bench = in_pascals(str::to_owned);
+    let area = bench.table("pascals", "area");
+    let slopes = area.reals("load").unwrap().values();
+    assert!(slopes[0] != slopes[5], "surfaces differ in slope");
+    let pressures = area.reals("pressure").unwrap().values();
+    let given = [1e8, 3e8, 5e8, 1e9, 2e9];
+    assert!(
+        pressures.iter().all(|pressure| given.contains(pressure)),
+        "{pressures:?}"
+    );
+    let means = bench.table("pascals", "means");
+    assert_eq!(means.reals("pressure").unwrap().values(), &given);
+    assert_eq!(means.integers("surfaces").unwrap().values(), &[4; 5]);
+    let areas = area.reals("area_fraction").unwrap();
+    let rows = (0..area.rows()).filter(|&row| pressures[row] == 1e8);
+    let mean = rows.map(|row| areas.value(row)).sum::<f64>() / 4.0;
+    let found = means.reals("area_fraction_mean").unwrap().value(0);
+    assert!((found - mean).abs() < 1e-15);
+    for law in ["law", "gap"] {
+        let status = bench.table("pascals", law);
+        assert_eq!(status.texts("status").unwrap().value(0), "fitted", "{law}");
+        assert_eq!(status.integers("surfaces").unwrap().value(0), 4);
+    }
+}
+
+#[test]
+fn a_condition_on_the_error_of_a_mean_counts_surfaces_under_pressures_in_pascals() {
+    let bench = in_pascals(|manifest| {
+        let until = r#"{ at_least = 3, at_most = 5, until = "sem(area.area_fraction) < 0.01 %" }"#;
+        manifest.replace("realizations = 4", &format!("realizations = {until}"))
+    });
+    // The areas of the surfaces scatter by several per cent.
+    let surfaces = bench.table("pascals", "surfaces");
+    assert_eq!(surfaces.rows(), 5);
+}
+
+#[test]
+fn groups_by_a_load_that_differs_between_surfaces_are_refused() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("spectrum.csv"), SPECTRUM).unwrap();
+    let path = bench.write(&IN_PASCALS.replace(
+        "over = [\"area_fraction\"]",
+        "group_by = [\"load\"]\nover = [\"area_fraction\"]",
+    ));
+    let output = bench.output(&["run", path.to_str().unwrap()]);
+    assert!(!output.status.success());
+    let told = crate::bench::text(&output.stderr);
+    assert!(told.contains("group by `pressure`"), "{told}");
+}
+
+#[test]
+fn the_report_has_the_area_against_pressure_of_an_ensemble_in_pascals() {
+    let bench = in_pascals(str::to_owned);
+    let path = bench.path("study.toml");
+    let output = bench.output(&["report", path.to_str().unwrap(), "--json"]);
+    assert!(output.status.success(), "{output:?}");
+    let figures = bench.data().join("results/pascals/figures");
+    let drawn = std::fs::read_to_string(figures.join("pressure.svg")).unwrap();
+    // The curve has a marker under each of its five pressures.
+    assert!(drawn.matches("<circle").count() >= 5, "{drawn}");
+}

@@ -87,7 +87,17 @@ fn a_hardness_in_either_unit_is_the_same() {
     };
     let relative = run("hardness = [0.3, 0.8]\nhardness_unit = \"relative\"");
     let absolute = run("hardness = [0.012, 0.032]");
-    assert_eq!(relative, absolute);
+    for (relative, absolute) in relative.iter().zip(&absolute) {
+        // The given hardness is a parameter, and the other one is derived from it.
+        let roles = |table: &Table| {
+            let columns = table.descriptions().into_iter();
+            let of_hardness = columns.filter(|column| column.name.starts_with("hardness"));
+            of_hardness.map(|column| column.role).collect::<Vec<_>>()
+        };
+        assert_eq!(roles(relative), ["derived", "parameter"]);
+        assert_eq!(roles(absolute), ["parameter", "derived"]);
+        assert_eq!(relative.batch().columns(), absolute.batch().columns());
+    }
     let [contact, _] = relative;
     assert_eq!(contact.rows(), 2 * 2 * 3);
     let [hardness, reduced] = ["hardness", "hardness_reduced"].map(|name| reals(&contact, name));

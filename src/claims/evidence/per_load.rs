@@ -166,9 +166,9 @@ fn curve(ensemble: &Ensemble, value: &impl Fn(usize) -> Option<f64>) -> (Vec<f64
         .loads
         .iter()
         .enumerate()
-        .filter_map(|(place, &load)| {
+        .filter_map(|(place, load)| {
             let rows = ensemble.complete(place)?.into_iter();
-            Some((load, rows.map(value).collect::<Option<Vec<f64>>>()?))
+            Some((load.reduced, rows.map(value).collect::<Option<Vec<f64>>>()?))
         });
     complete.unzip()
 }

@@ -1,9 +1,12 @@
-//! Confidence intervals of means, by Student's t over surfaces.
+//! Standard errors and confidence intervals of means, by Student's t over surfaces.
 //!
 //! A surface counts once, however many of its rows are in a group: areas of one surface under
-//! neighbouring loads say nearly the same. Of n surfaces with sums Sᵢ over nᵢ rows, the mean m of all
-//! rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of the ratio of two means; with one row
-//! each it is the square of the standard error.
+//! neighbouring loads say nearly the same, and so do those of one seed and realization at several
+//! points of a sweep, which share random numbers (see [`sampling_units`]). Of n surfaces with sums Sᵢ
+//! over nᵢ rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of the
+//! ratio of two means; with one row each it is the square of s/√n. A single surface has no error.
+//!
+//! [`sampling_units`]: crate::ensemble::sampling_units
 //!
 //! How often intervals of 95 % cover the mean of n values, in 20 000 simulated samples (6000 for
 //! resampling with 1000 replicates, 4000 from n = 20 on); ln x of the lognormal values has the
@@ -29,7 +32,6 @@ use polars::prelude::{
 };
 
 use super::super::StageError;
-use super::super::columns::SURFACE;
 use super::frame::polars_error;
 use super::names::mean_of;
 use crate::fitting::student;
@@ -61,48 +63,49 @@ pub fn meaning(level: f64, suffix: &str) -> Option<String> {
     ))
 }
 
-/// Adds to each row what all rows of its group and surface hold together: their sum and how many
-/// they are. Where no surfaces are named, each row stands for itself.
-pub fn with_sums(
-    rows: LazyFrame,
-    keys: &[Expr],
-    over: &[String],
-    has_surfaces: bool,
-) -> Result<LazyFrame, StageError> {
-    let place: Vec<Expr> = keys.iter().cloned().chain([col(SURFACE.name)]).collect();
+/// The column with the sampling unit of each row; no user's column has a space.
+pub const SAMPLING_UNIT: &str = "sampling unit";
+
+/// Adds to each row what all rows of its group and sampling unit hold together: their sum and how
+/// many they are.
+pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<LazyFrame, StageError> {
+    let unit: Vec<Expr> = keys.iter().cloned().chain([col(SAMPLING_UNIT)]).collect();
+    let within = |values: Expr| values.over(unit.clone()).map_err(polars_error);
     let mut sums = Vec::new();
     for name in over {
-        let (sum, count) = match has_surfaces {
-            true => (
-                value(name).sum().over(place.clone()),
-                value(name).count().over(place.clone()),
-            ),
-            false => (Ok(value(name)), Ok(lit(1.0))),
-        };
-        sums.push(sum.map_err(polars_error)?.alias(sum_of(name)));
-        let count = count.map_err(polars_error)?.cast(DataType::Float64);
+        sums.push(within(value(name).sum())?.alias(sum_of(name)));
+        let count = within(value(name).count())?.cast(DataType::Float64);
         sums.push(count.alias(rows_of(name)));
     }
     Ok(rows.with_columns(sums))
 }
 
-/// The standard error of a group's mean, and how many surfaces it rests on.
-pub fn of_group(name: &str, has_surfaces: bool) -> [Expr; 2] {
+/// What intervals of a group's mean are computed from: its standard error, and how many surfaces it
+/// rests on.
+pub fn of_group(name: &str) -> [Expr; 2] {
+    [
+        standard_error(name).alias(error_of(name)),
+        surfaces(name).alias(surfaces_of(name)),
+    ]
+}
+
+/// How many surfaces have a value in the group.
+fn surfaces(name: &str) -> Expr {
+    let known = col(SAMPLING_UNIT).filter(value(name).is_not_null());
+    known.n_unique().cast(DataType::Float64)
+}
+
+/// The standard error of a group's mean; null for a single surface.
+pub fn standard_error(name: &str) -> Expr {
     let known = || value(name).is_not_null();
-    let surfaces = match has_surfaces {
-        true => col(SURFACE.name).filter(known()).n_unique(),
-        false => value(name).count(),
-    };
-    let surfaces = || surfaces.clone().cast(DataType::Float64);
     let deviation = col(sum_of(name)) - col(rows_of(name)) * value(name).mean();
     // Every row of a surface has the deviation of all: together they count it once.
     let each = (deviation.clone() * deviation / col(rows_of(name))).filter(known());
-    let variance = each.sum() * surfaces() / (surfaces() - lit(1.0));
+    let variance = each.sum() * surfaces(name) / (surfaces(name) - lit(1.0));
     let count = value(name).count().cast(DataType::Float64);
-    [
-        (variance.sqrt() / count).alias(error_of(name)),
-        surfaces().alias(surfaces_of(name)),
-    ]
+    when(surfaces(name).gt(lit(1.0)))
+        .then(variance.sqrt() / count)
+        .otherwise(lit(polars::prelude::NULL))
 }
 
 /// The ends of the interval of a group's mean; none for a single surface.

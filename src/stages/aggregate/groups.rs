@@ -1,17 +1,20 @@
 //! Statistics of columns within groups of rows.
 
 use polars::prelude::{
-    DataFrame, Expr, IntoLazy, QuantileMethod, SortMultipleOptions, col, len, lit,
+    DataFrame, Expr, IntoLazy, NamedFrom, QuantileMethod, Series, SortMultipleOptions, col, len,
+    lit,
 };
 
 use super::super::StageError;
-use super::super::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, LOAD, PRESSURE, STOP, SURFACE,
-};
+use super::super::columns::{AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, STOP};
 use super::super::fit::common_columns::STATUS;
 use super::super::fit::row::FITTED;
+use super::confidence::SAMPLING_UNIT;
 use super::frame::{self, polars_error};
-use super::names::{COUNT, LOAD_MIDPOINT, UNCONVERGED, UNFITTED, mean_of, named};
+use super::group_names::GroupNames;
+use super::names::{
+    COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, SURFACES, UNCONVERGED, UNFITTED, mean_of, named,
+};
 use super::{Groups, Statistic, confidence, meanings, regression, theory};
 use crate::ensemble;
 use crate::stages::solve::GIVEN_UP;
@@ -24,27 +27,31 @@ const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, EN
 /// One row per group, in ascending order of the columns that name it.
 ///
 /// # Errors
-/// When a column is missing or holds no numbers.
+/// When a column is missing or holds no numbers, or when groups are named by a column that differs
+/// within them.
 pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
-    let names = group_names(table, groups);
+    let names = GroupNames::of(table, groups);
     let table = &ensemble::each_once(table)?;
-    let frame = frame::of(table)?;
-    for name in names.iter().chain(&groups.over) {
+    let mut frame = frame::of(table)?;
+    for name in names.shown.iter().chain(&groups.over) {
         require(&frame, name)?;
     }
-    let keys: Vec<Expr> = names.iter().map(|name| col(name.as_str())).collect();
+    let units = ensemble::sampling_units(table)?;
+    let units = Series::new(SAMPLING_UNIT.into(), units).into();
+    frame.with_column(units).map_err(polars_error)?;
+    let keys: Vec<Expr> = names.keys.iter().map(|name| col(name.as_str())).collect();
     let mut rows = frame.lazy();
-    if !groups.levels().is_empty() {
-        rows = confidence::with_sums(rows, &keys, &groups.over, table.has(SURFACE.name))?;
+    if groups.asks_for_errors() {
+        rows = confidence::with_sums(rows, &keys, &groups.over)?;
     }
     let mut reduced = rows
         .group_by_stable(keys.clone())
-        .agg(aggregations(table, groups))
+        .agg(aggregations(table, &names, groups))
         .sort_by_exprs(
             keys,
             SortMultipleOptions::default().with_maintain_order(true),
         );
-    if names.iter().any(|name| name == LOAD.name) {
+    if names.load.is_some() {
         reduced = reduced.filter(is_complete(&names)?);
     }
     if groups
@@ -59,47 +66,27 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         let ends = ends.flat_map(|name| confidence::ends(name, level));
         reduced = reduced.with_columns(ends.collect::<Vec<_>>());
     }
-    let mut chosen = output(table, &names, groups);
-    chosen.extend(groups.over.iter().map(|name| mean_of(name)));
-    let chosen: Vec<Expr> = chosen.iter().map(|name| col(name.as_str())).collect();
-    let reduced = reduced.select(chosen).collect().map_err(polars_error)?;
+    let reduced = reduced.collect().map_err(polars_error)?;
+    names.check_stand_ins(&reduced)?;
+    let chosen = output(table, &names, groups);
+    let reduced = reduced.select(chosen).map_err(polars_error)?;
     let columns = frame::columns(&reduced)?;
     let reduced = meanings::with_meanings(table, columns, reduced.height(), groups);
-    theory::complete(&reduced, &names, groups)
+    theory::complete(&reduced, &names.curve(), groups)
 }
 
 /// Whether as many rows are in a group as in the fullest of its curve.
 ///
 /// A surface has no rows beyond its first load in full contact. Averages over those that are left
 /// would fall with the load, so a curve ends where its first surface does.
-fn is_complete(names: &[String]) -> Result<Expr, StageError> {
+fn is_complete(names: &GroupNames) -> Result<Expr, StageError> {
     let count = || col(COUNT.name);
-    let curve = of_a_curve(names);
+    let curve = names.keys_of_a_curve();
     let fullest = match curve.is_empty() {
         true => count().max(),
         false => count().max().over(curve).map_err(polars_error)?,
     };
     Ok(count().eq(fullest))
-}
-
-/// The columns that tell curves apart, and not the points of one.
-fn of_a_curve(names: &[String]) -> Vec<Expr> {
-    let is_load = |name: &&String| [LOAD.name, PRESSURE.name].contains(&name.as_str());
-    let names = names.iter().filter(|name| !is_load(name));
-    names.map(|name| col(name.as_str())).collect()
-}
-
-/// The columns that name a group.
-fn group_names(table: &Table, groups: &Groups) -> Vec<String> {
-    let of_all_surfaces = table.coordinates().not_in_role(Role::Surface);
-    let default = || {
-        of_all_surfaces
-            .names()
-            .into_iter()
-            .map(str::to_owned)
-            .collect()
-    };
-    groups.group_by.clone().unwrap_or_else(default)
 }
 
 fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
@@ -111,8 +98,12 @@ fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
         })
 }
 
-fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
-    let mut expressions = vec![len().alias(COUNT.name)];
+fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr> {
+    let mut expressions = names.within_groups();
+    expressions.push(len().alias(COUNT.name));
+    if is_of_surfaces(table) {
+        expressions.push(col(SAMPLING_UNIT).n_unique().alias(SURFACES.name));
+    }
     if table.has(STOP.name) {
         let given_up = col(STOP.name).eq(lit(GIVEN_UP));
         expressions.push(given_up.sum().alias(UNCONVERGED.name));
@@ -129,11 +120,18 @@ fn aggregations(table: &Table, groups: &Groups) -> Vec<Expr> {
                 expressions.push(expression.alias(named(name, statistic)));
             }
         }
-        if !groups.levels().is_empty() {
-            expressions.extend(confidence::of_group(name, table.has(SURFACE.name)));
+        if groups.asks_for_errors() {
+            expressions.extend(confidence::of_group(name));
+            let error = confidence::standard_error(name);
+            expressions.push(error.alias(named(name, Statistic::Sem)));
         }
     }
     expressions
+}
+
+/// Whether its rows tell surfaces apart.
+fn is_of_surfaces(table: &Table) -> bool {
+    !table.in_role(Role::Surface).names().is_empty()
 }
 
 /// Whether its rows are fits; those that failed hold nulls.
@@ -145,20 +143,19 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
     Some(match statistic {
         Statistic::Mean => values.mean(),
         Statistic::Sd => values.std(1),
-        Statistic::Sem => values.clone().std(1) / values.count().sqrt(),
         Statistic::Min => values.min(),
         Statistic::Max => values.max(),
         Statistic::Quantile(share) => values.quantile(lit(share), QuantileMethod::Linear),
         Statistic::RegressionSlope => regression::slope(&values),
         Statistic::RegressionIntercept => regression::intercept(&values),
-        Statistic::Confidence(_) => return None,
+        Statistic::Sem | Statistic::Confidence(_) => return None,
         Statistic::Slope | Statistic::Secant | Statistic::Approach => return None,
     })
 }
 
 /// Slopes by differences of the mean curve, and secants. Rows ascend in load within a curve.
-fn against_load(names: &[String], groups: &Groups) -> Result<Vec<Expr>, StageError> {
-    let curve = of_a_curve(names);
+fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageError> {
+    let curve = names.keys_of_a_curve();
     let before = |values: Expr| match curve.is_empty() {
         true => Ok(values.shift(lit(1))),
         false => values
@@ -166,7 +163,7 @@ fn against_load(names: &[String], groups: &Groups) -> Result<Vec<Expr>, StageErr
             .over(curve.clone())
             .map_err(polars_error),
     };
-    let load = || col(LOAD.name);
+    let load = || col(LOAD_OF_GROUP);
     let load_before = before(load())?.fill_null(lit(0.0));
     let midpoint = (load() + load_before.clone()) / lit(2.0);
     let mut expressions = vec![midpoint.alias(LOAD_MIDPOINT.name)];
@@ -189,10 +186,13 @@ fn against_load(names: &[String], groups: &Groups) -> Result<Vec<Expr>, StageErr
     Ok(expressions)
 }
 
-/// The columns of the reduced table, in order.
-fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
-    let mut output = names.to_vec();
+/// The columns of the reduced table, in order, and those that theories need besides.
+fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
+    let mut output = names.shown.clone();
     output.push(COUNT.name.to_owned());
+    if is_of_surfaces(table) {
+        output.push(SURFACES.name.to_owned());
+    }
     if table.has(STOP.name) {
         output.push(UNCONVERGED.name.to_owned());
     }
@@ -208,6 +208,8 @@ fn output(table: &Table, names: &[String], groups: &Groups) -> Vec<String> {
         let ends = within.flat_map(|statistic| statistic.suffixes());
         output.extend(ends.map(|end| format!("{name}_{end}")));
     }
+    output.extend(names.load.iter().map(|_| LOAD_OF_GROUP.to_owned()));
+    output.extend(groups.over.iter().map(|name| mean_of(name)));
     output
 }
 

@@ -4,6 +4,13 @@ use super::Statistic;
 use crate::store::column::{Column, ColumnKind};
 
 pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
+pub const SURFACES: Column = Column::result(
+    "surfaces",
+    ColumnKind::Integer,
+    "1",
+    "surfaces in the group, told apart by seed and realization or by their region of a file: one \
+     surface may have several rows, at several parameter points",
+);
 pub const UNCONVERGED: Column = Column::result(
     "unconverged",
     ColumnKind::Integer,
@@ -23,6 +30,9 @@ pub const LOAD_MIDPOINT: Column = Column::result(
     "load half way from the one before, where slopes belong",
 );
 
+/// The name under which the reduced load of a group waits for slopes, secants and theories.
+pub const LOAD_OF_GROUP: &str = "load of group";
+
 /// The name under which the mean waits for slopes and secants; no user's column has it.
 pub fn mean_of(name: &str) -> String {
     format!("{name} mean")
@@ -33,4 +43,4 @@ pub fn named(name: &str, statistic: Statistic) -> String {
 }
 
 /// What is said of every group, whatever is reduced.
-pub const OWN: [Column; 4] = [COUNT, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
+pub const OWN: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];

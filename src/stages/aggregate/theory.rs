@@ -7,8 +7,8 @@ use arrow::util::display::array_value_to_string;
 use serde::Serialize;
 
 use super::super::StageError;
-use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, PRESSURE, SIDE_X, SIDE_Y};
-use super::names::{COUNT, LOAD_MIDPOINT, mean_of, named};
+use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y};
+use super::names::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
 use super::{Groups, Statistic};
 use crate::contact::grid::Cell;
 use crate::contact::theory::law::KAPPA_BGT;
@@ -160,7 +160,8 @@ pub fn complete(reduced: &Table, names: &[String], groups: &Groups) -> Result<Ta
 /// The means that slopes and the approach to full contact were computed from.
 fn hide_means(reduced: &Table, groups: &Groups) -> Table {
     let hidden: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
-    let hidden: Vec<&str> = hidden.iter().map(String::as_str).collect();
+    let hidden = hidden.iter().map(String::as_str).chain([LOAD_OF_GROUP]);
+    let hidden: Vec<&str> = hidden.collect();
     reduced.without(&hidden)
 }
 
@@ -183,7 +184,10 @@ fn approach(
     names: &[String],
     name: &str,
 ) -> Result<(String, ArrayRef), StageError> {
-    let (means, loads) = (reduced.reals(&mean_of(name))?, reduced.reals(LOAD.name)?);
+    let (means, loads) = (
+        reduced.reals(&mean_of(name))?,
+        reduced.reals(LOAD_OF_GROUP)?,
+    );
     let counts = reduced.integers(COUNT.name)?;
     let curves = curve_of_rows(reduced, names);
     let mut whole: BTreeMap<usize, i64> = BTreeMap::new();
@@ -200,12 +204,10 @@ fn approach(
     Ok((named(name, Statistic::Approach), optional_reals(values)))
 }
 
-/// Which curve each row belongs to: all that names its group but the load.
+/// Which curve each row belongs to, by the columns that tell curves apart.
 fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
-    let is_load = |name: &str| [LOAD.name, PRESSURE.name].contains(&name);
     let columns: Vec<_> = names
         .iter()
-        .filter(|name| !is_load(name))
         .filter_map(|name| table.batch().column_by_name(name))
         .collect();
     let mut known = BTreeMap::new();
@@ -238,7 +240,7 @@ fn predictions(
     let prediction = |load, nayak| model.predict(load, nayak);
     let mut columns = vec![(
         area,
-        at(LOAD.name, &|y, nayak| Some(prediction(y, nayak)?.area))?,
+        at(LOAD_OF_GROUP, &|y, nayak| Some(prediction(y, nayak)?.area))?,
     )];
     if asks_for(Statistic::Slope) {
         let values = at(LOAD_MIDPOINT.name, &|y, nayak| {
@@ -247,11 +249,13 @@ fn predictions(
         columns.push((slope, values));
     }
     if asks_for(Statistic::Secant) {
-        let values = at(LOAD.name, &|y, nayak| Some(prediction(y, nayak)?.area / y))?;
+        let values = at(LOAD_OF_GROUP, &|y, nayak| {
+            Some(prediction(y, nayak)?.area / y)
+        })?;
         columns.push((secant, values));
     }
     if asks_for(Statistic::Approach) {
-        let values = at(LOAD.name, &|y, nayak| model.approach(y, nayak))?;
+        let values = at(LOAD_OF_GROUP, &|y, nayak| model.approach(y, nayak))?;
         columns.push((approach, values));
     }
     Ok(columns)

@@ -70,14 +70,23 @@ pub const COLUMNS: [Column; 6] = [
 /// Areas and edges of one surface under one load, by nodes along x and y.
 type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 
-/// A surface and a load: positive numbers sort as their bits do.
+/// A surface and a load as it is given: positive numbers sort as their bits do.
 type State = (Member, u64);
+
+/// What is measured at one parameter point, before it is compared over meshes.
+struct Observed {
+    row: usize,
+    states: BTreeMap<State, Meshes>,
+    reduced: BTreeMap<u64, f64>,
+}
 
 /// The refinements of one parameter point, by surface and load.
 pub struct Point {
     /// A row of the table that stands for the point's coordinates.
     pub row: usize,
     refinements: BTreeMap<State, Result<Refinement, FitError>>,
+    /// The reduced load of each load as it is given.
+    reduced: BTreeMap<u64, f64>,
 }
 
 /// A line of the table.
@@ -104,7 +113,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
             let line = point.line(|state| state == (member, load), "nothing", params);
             lines.push(Line {
                 member: Some(member),
-                load: Some(f64::from_bits(load)),
+                load: Some(point.reduced[&load]),
                 ..line
             });
         }
@@ -113,7 +122,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         loads.dedup();
         for load in loads {
             lines.push(Line {
-                load: Some(f64::from_bits(load)),
+                load: Some(point.reduced[&load]),
                 ..point.line(|state| state.1 == load, "surfaces", params)
             });
         }
@@ -131,18 +140,24 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableErr
     let areas = table.reals(AREA_FRACTION.name)?;
     let (grids, switches) = (grids::Meshes::of(table)?, table.integers(SWITCHES.name)?);
     let mut order: Vec<ensemble::Point> = Vec::new();
-    let mut points: Vec<(usize, BTreeMap<State, Meshes>)> = Vec::new();
+    let mut points: Vec<Observed> = Vec::new();
     for ensemble in ensembles(table)? {
         let point = ensemble.point.clone().without(&VARIED);
         let known = order.iter().position(|other| *other == point);
         let at = known.unwrap_or(order.len());
         if known.is_none() {
             order.push(point);
-            points.push((ensemble.first, BTreeMap::new()));
+            points.push(Observed {
+                row: ensemble.first,
+                states: BTreeMap::new(),
+                reduced: BTreeMap::new(),
+            });
         }
         for (member, load, row) in ensemble.states() {
-            if window.contains(load) {
-                let meshes = points[at].1.entry((member, load.to_bits())).or_default();
+            if window.contains(load.reduced) {
+                let given = load.given.to_bits();
+                points[at].reduced.entry(given).or_insert(load.reduced);
+                let meshes = points[at].states.entry((member, given)).or_default();
                 let nodes = grids.nodes(row);
                 let edge = edge_fraction(switches.value(row).unsigned_abs() as usize, nodes);
                 // Rows of several corrections tell the same.
@@ -151,9 +166,10 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableErr
             }
         }
     }
-    let refined = |(row, states): (usize, BTreeMap<State, Meshes>)| Point {
-        row,
-        refinements: states.into_iter().map(refinement).collect(),
+    let refined = |observed: Observed| Point {
+        row: observed.row,
+        refinements: observed.states.into_iter().map(refinement).collect(),
+        reduced: observed.reduced,
     };
     Ok(points.into_iter().map(refined).collect())
 }

@@ -1,6 +1,6 @@
 //! Where the gap of the surfaces of one parameter point stops percolating.
 
-use arrow::array::{BooleanArray, Int64Array, StringArray};
+use arrow::array::{BooleanArray, Float64Array, Int64Array, StringArray};
 
 use super::Params;
 use super::row::Row;
@@ -44,6 +44,8 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 /// What is read of measured contacts.
 pub struct Measured<'a> {
     meshes: Meshes<'a>,
+    /// Reduced.
+    loads: &'a Float64Array,
     contact_nodes: &'a Int64Array,
     switches: &'a Int64Array,
     is_open: [&'a BooleanArray; 2],
@@ -58,6 +60,7 @@ impl<'a> Measured<'a> {
     pub fn of(table: &'a Table) -> Result<Self, TableError> {
         Ok(Self {
             meshes: Meshes::of(table)?,
+            loads: table.reals(LOAD.name)?,
             contact_nodes: table.integers(CONTACT_NODES.name)?,
             switches: table.integers(SWITCHES.name)?,
             is_open: [
@@ -83,11 +86,11 @@ impl<'a> Measured<'a> {
     /// One surface under the loads that it has, ascending.
     pub fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
         let loads = ensemble.loads.iter().enumerate();
-        let rows = loads.filter_map(|(place, &load)| Some((load, ensemble.row(member, place)?)));
-        rows.map(|(load, row)| self.interface(load, row)).collect()
+        let rows = loads.filter_map(|(place, _)| ensemble.row(member, place));
+        rows.map(|row| self.interface(row)).collect()
     }
 
-    fn interface(&self, load: f64, row: usize) -> Interface {
+    fn interface(&self, row: usize) -> Interface {
         let count = |counts: &Int64Array| counts.value(row).unsigned_abs() as usize;
         let area = CountedArea {
             nodes: self.meshes.nodes(row).into_iter().product(),
@@ -95,7 +98,7 @@ impl<'a> Measured<'a> {
             switches: count(self.switches),
         };
         Interface {
-            load,
+            load: self.loads.value(row),
             area: area.fraction(),
             area_corrected: area.corrected(YASTREBOV_2017),
             is_open: self.is_open.map(|flags| flags.value(row)),

@@ -3,7 +3,7 @@
 use arrow::array::Float64Array;
 
 use super::row::Row;
-use crate::ensemble::{Ensemble, ensembles};
+use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::fitting::FitError;
 use crate::fitting::curves::Curves;
 use crate::stages::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, STOP};
@@ -16,8 +16,8 @@ pub struct Point {
     pub row: usize,
     /// The estimator of the area, if any was applied.
     pub correction: Option<String>,
-    /// How many surfaces it pools.
-    pub surfaces: usize,
+    /// The surfaces that it pools, in the order of the curves.
+    pub members: Vec<Member>,
     /// Rows whose load did not converge.
     pub unconverged: usize,
     /// Areas, or what is fitted in their place, at the loads that all surfaces reached; an error if
@@ -52,7 +52,7 @@ impl Point {
         let points = ensembles(table)?.into_iter().map(|ensemble| Point {
             row: ensemble.first,
             correction: corrections.map(|names| names.value(ensemble.first).to_owned()),
-            surfaces: ensemble.members.len(),
+            members: ensemble.members.clone(),
             unconverged: ensemble
                 .states()
                 .filter(|&(_, _, row)| stops.value(row) == GIVEN_UP)
@@ -84,7 +84,8 @@ pub fn corrections(points: &[Point]) -> Vec<Option<String>> {
 /// Surfaces in full contact have no rows beyond it, so a mean exists only where all still have.
 fn curves(ensemble: &Ensemble, areas: &Float64Array) -> Result<Curves, FitError> {
     let complete = ensemble.loads.iter().enumerate();
-    let complete = complete.filter_map(|(place, &load)| Some((load, ensemble.complete(place)?)));
+    let complete =
+        complete.filter_map(|(place, load)| Some((load.reduced, ensemble.complete(place)?)));
     let (loads, rows): (Vec<f64>, Vec<Vec<usize>>) = complete.unzip();
     let curve = |member: usize| rows.iter().map(|rows| areas.value(rows[member])).collect();
     Curves::new(loads, (0..ensemble.members.len()).map(curve).collect())

@@ -105,7 +105,7 @@ pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> 
     let mut columns = placed(params, count);
     let rows: Vec<&Row> = rows.iter().collect();
     columns.extend(estimates(params, &rows));
-    let surfaces: Vec<usize> = points.iter().map(|point| point.surfaces).collect();
+    let surfaces: Vec<usize> = points.iter().map(|point| point.members.len()).collect();
     columns.extend(quality(&surfaces, params, &rows));
     let parameters = input.in_role(Role::Parameter);
     parameters.pick(&standing).with(columns)

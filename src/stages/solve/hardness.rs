@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::PressureUnit;
 use crate::contact::solver;
-use crate::stages::columns::{HARDNESS, HARDNESS_REDUCED};
 use crate::store::column::{Column, Value};
 
 /// Version of the numbers of loads that are solved under a hardness. It is a part of their recipes alone:
@@ -42,9 +41,10 @@ impl From<GivenHardness> for HardnessRecipe {
 impl GivenHardness {
     /// The coordinate that it is before a surface is known.
     pub fn coordinate(&self) -> (Column, Value) {
+        let [absolute, reduced] = self.unit.hardness_columns();
         let column = match self.unit {
-            PressureUnit::Absolute => HARDNESS,
-            PressureUnit::Relative => HARDNESS_REDUCED,
+            PressureUnit::Absolute => absolute,
+            PressureUnit::Relative => reduced,
         };
         (column, Value::Real(self.pressure))
     }
@@ -57,14 +57,17 @@ pub struct SurfaceHardness {
     pub pressure: f64,
     /// In units of E* × rms slope.
     pub reduced: solver::Hardness,
+    /// The unit in which the manifest gives it.
+    pub given: PressureUnit,
 }
 
 impl SurfaceHardness {
     /// The coordinates of its rows.
     pub fn coordinates(&self) -> [(Column, Value); 2] {
+        let [absolute, reduced] = self.given.hardness_columns();
         [
-            (HARDNESS, Value::Real(self.pressure)),
-            (HARDNESS_REDUCED, Value::Real(self.reduced.pressure())),
+            (absolute, Value::Real(self.pressure)),
+            (reduced, Value::Real(self.reduced.pressure())),
         ]
     }
 }

@@ -82,6 +82,7 @@ impl Scales {
                 PressureUnit::Absolute => pressure,
             },
             reduced: Hardness::new(self.reduced_pressure(pressure, unit))?,
+            given: unit,
         })
     }
 }
@@ -109,18 +110,22 @@ pub struct Solved {
 #[derive(Debug, Clone, Copy)]
 pub struct Besides {
     pub boundary: Boundary,
-    pub yields: bool,
     pub asperities: bool,
     pub flow: bool,
+    /// The unit in which loads are given.
+    pub load_unit: PressureUnit,
+    /// The unit in which the hardness is given, if the material yields.
+    pub hardness: Option<PressureUnit>,
 }
 
 /// What is solved for, beside coordinates.
 pub fn columns(besides: Besides) -> Vec<Column> {
     let Besides {
         boundary,
-        yields,
         asperities,
         flow,
+        load_unit,
+        hardness,
     } = besides;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
@@ -131,10 +136,10 @@ pub fn columns(besides: Besides) -> Vec<Column> {
     if flow {
         insert_after(MEAN_GAP, &FLOW);
     }
-    if yields {
+    if let Some(unit) = hardness {
         insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
         insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
-        insert_after(MAX_PAIRS, &[HARDNESS, HARDNESS_REDUCED]);
+        insert_after(MAX_PAIRS, &unit.hardness_columns());
     }
     if asperities {
         insert_after(CONTACT_NODES, &OF_ASPERITIES);
@@ -143,6 +148,10 @@ pub fn columns(besides: Besides) -> Vec<Column> {
     if boundary == Boundary::Free {
         insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
         insert_after(MAX_PAIRS, &[BOUNDARY]);
+    }
+    for own in load_unit.load_columns() {
+        let listed = columns.iter_mut().find(|column| column.name == own.name);
+        *listed.expect("both are solved for") = own;
     }
     columns
 }
@@ -242,12 +251,17 @@ impl Solved {
         let mut columns: Vec<(Column, ArrayRef)> = place
             .map(|(column, value)| (column, value.repeated(count)))
             .collect();
+        let pressures = match params.load_unit {
+            PressureUnit::Relative => {
+                let of_loads = self.loads.iter();
+                reals(of_loads.map(|&load| scales.mean_pressure(load)))
+            }
+            PressureUnit::Absolute => reals(params.loads[..count].iter().copied()),
+        };
+        let [load, pressure] = params.load_unit.load_columns();
         columns.extend([
-            (LOAD, reals(self.loads.iter().copied())),
-            (
-                PRESSURE,
-                reals(self.loads.iter().map(|&load| scales.mean_pressure(load))),
-            ),
+            (load, reals(self.loads.iter().copied())),
+            (pressure, pressures),
             (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
         ]);
         columns.append(&mut self.of_asperities);

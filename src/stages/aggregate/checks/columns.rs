@@ -10,7 +10,7 @@ use crate::written::checks::Checks;
 use crate::written::{Key, Written};
 
 /// Columns that every reduction adds.
-const COUNTS: [&str; 2] = ["count", "unconverged"];
+const COUNTS: [&str; 3] = ["count", "surfaces", "unconverged"];
 
 /// Columns of the input, each once.
 pub fn named_columns(

@@ -34,8 +34,11 @@ pub fn models(
         };
         let is_read = |name: &str| input.is_none_or(|input| input.has(name));
         let is_grouped = |name: &str| {
+            let names = |column: &Written<String>| {
+                column.value == name || (name == "load" && column.value == "pressure")
+            };
             let written = table.group_by.written();
-            written.is_none_or(|list| list.value.iter().any(|column| column.value == name))
+            written.is_none_or(|list| list.value.iter().any(names))
         };
         let wanted = || wanted.iter().copied().chain(["load"]);
         if !wanted().all(is_read) {

@@ -6,9 +6,11 @@ use crate::store::table::Table;
 use crate::written::checks::Checks;
 use crate::written::{Key, Written};
 
-/// Whether groups are told apart by their load, as they are unless others are named.
+/// Whether groups are told apart by their load, reduced or in pascals, as they are unless other
+/// columns are named.
 fn has_load(group_by: Option<&[String]>) -> bool {
-    group_by.is_none_or(|names| names.iter().any(|name| name == "load"))
+    let is_load = |name: &String| ["load", "pressure"].contains(&name.as_str());
+    group_by.is_none_or(|names| names.iter().any(is_load))
 }
 
 /// What is asked for, each once.

@@ -2,8 +2,9 @@
 
 use arrow::array::Array;
 
-use super::super::super::columns::REALIZATION;
+use super::super::super::columns::{LOAD, PRESSURE, REALIZATION, SEED, SURFACE};
 use super::*;
+use crate::fitting::examples::normal;
 use crate::store::column::ColumnKind;
 use crate::store::column::{integers, optional_reals, reals, texts};
 
@@ -113,7 +114,7 @@ fn an_interval_of_the_mean_is_as_wide_as_students_t_says() {
     let names = reduced.names();
     let place = |name: &str| names.iter().position(|known| *known == name).unwrap();
     assert!(place("area_fraction_ci95_upper") < place("area_fraction_mean"));
-    assert_eq!(names.len(), 6, "{names:?}");
+    assert_eq!(names.len(), 7, "{names:?}");
 }
 
 #[test]
@@ -136,6 +137,140 @@ fn an_interval_rests_on_surfaces_and_not_on_rows() {
     for (one, other) in thrice.into_iter().zip(once) {
         assert!((one - other).abs() < 1e-12, "{thrice:?} {once:?}");
     }
+}
+
+/// Three surfaces of unequal rms slope under two pressures in pascals.
+fn in_pascals() -> Table {
+    let pressure = PRESSURE.with_role(Role::Load);
+    let load = LOAD.with_role(Role::Derived);
+    let reduced = [0.11, 0.22, 0.1, 0.2, 0.09, 0.18];
+    Table::new(
+        6,
+        vec![
+            (SURFACE, texts(["a", "a", "b", "b", "c", "c"])),
+            (REALIZATION, integers([0, 0, 1, 1, 2, 2])),
+            (load, reals(reduced)),
+            (pressure, reals([1e8, 2e8, 1e8, 2e8, 1e8, 2e8])),
+            (AREA_FRACTION, reals(reduced.map(|load| 2.0 * load))),
+        ],
+    )
+}
+
+#[test]
+fn loads_in_pascals_are_groups_whatever_the_slopes_of_the_surfaces() {
+    let asked = [Statistic::Mean, Statistic::Slope, Statistic::Secant];
+    for named in [None, Some(vec!["pressure".to_owned()])] {
+        let asked = Groups {
+            group_by: named,
+            ..groups(&asked)
+        };
+        let reduced = reduce(&in_pascals(), &asked).unwrap();
+        assert_eq!(column(&reduced, "pressure"), [1e8, 2e8]);
+        assert_eq!(reduced.integers("surfaces").unwrap().values(), &[3, 3]);
+        // Slopes and secants are against the mean reduced load.
+        for name in ["area_fraction_slope", "area_fraction_secant"] {
+            let found = column(&reduced, name);
+            assert!(
+                found.iter().all(|one| (one - 2.0).abs() < 1e-12),
+                "{found:?}"
+            );
+        }
+    }
+    let reduced = reduce(&in_pascals(), &groups(&[Statistic::Mean])).unwrap();
+    let loads = column(&reduced, "load");
+    assert!((loads[0] - 0.1).abs() < 1e-15 && (loads[1] - 0.2).abs() < 1e-15);
+}
+
+#[test]
+fn reduced_loads_that_follow_from_pascals_name_groups_where_all_surfaces_agree() {
+    let asked = Groups {
+        group_by: Some(vec!["load".to_owned()]),
+        ..groups(&[Statistic::Mean])
+    };
+    let error = reduce(&in_pascals(), &asked).unwrap_err().to_string();
+    assert!(error.contains("group by `pressure`"), "{error}");
+    let alike = reals([0.1, 0.2, 0.1 * (1.0 + 1e-12), 0.2, 0.1, 0.2]);
+    let reduced = reduce(&in_pascals().replacing("load", alike), &asked).unwrap();
+    assert_eq!(column(&reduced, "load"), [0.1, 0.2]);
+}
+
+/// Surfaces of one seed and realization at several points of a sweep, in experiments of their own
+/// seed: areas scatter by what a surface has at all points and by what it has at one.
+fn sweeps(experiments: usize, points: usize, surfaces: usize) -> Table {
+    let mut cells = Vec::new();
+    for experiment in 0..experiments {
+        let shared = normal(experiment as u64, surfaces * (points + 1));
+        for point in 0..points {
+            for surface in 0..surfaces {
+                let own = shared[surfaces * (point + 1) + surface];
+                let area = shared[surface] + 0.5 * own;
+                cells.push((experiment, point, surface, area));
+            }
+        }
+    }
+    let experiment = Column::parameter("experiment", ColumnKind::Integer, "", "experiment");
+    let whole = |value: fn(&(usize, usize, usize, f64)) -> usize| {
+        integers(
+            cells
+                .iter()
+                .map(|cell| value(cell) as i64)
+                .collect::<Vec<_>>(),
+        )
+    };
+    let name = |(experiment, point, surface, _): &_| format!("{experiment} {point} {surface}");
+    Table::new(
+        cells.len(),
+        vec![
+            (SURFACE, texts(cells.iter().map(name))),
+            (experiment, whole(|cell| cell.0)),
+            (HURST, reals(cells.iter().map(|cell| cell.1 as f64))),
+            (SEED, whole(|cell| cell.0)),
+            (REALIZATION, whole(|cell| cell.2)),
+            (AREA_FRACTION, reals(cells.iter().map(|cell| cell.3))),
+        ],
+    )
+}
+
+fn over_points(statistics: &[Statistic]) -> Groups {
+    Groups {
+        group_by: Some(vec!["experiment".to_owned()]),
+        ..groups(statistics)
+    }
+}
+
+#[test]
+fn errors_over_a_sweep_are_those_of_the_means_of_its_surfaces() {
+    let table = sweeps(1, 8, 20);
+    let reduced = reduce(&table, &over_points(&[Statistic::Sem])).unwrap();
+    let values = table.reals("area_fraction").unwrap().values();
+    let mean = |surface: usize| {
+        (0..8)
+            .map(|point| values[20 * point + surface])
+            .sum::<f64>()
+            / 8.0
+    };
+    let means: Vec<f64> = (0..20).map(mean).collect();
+    let of_all = means.iter().sum::<f64>() / 20.0;
+    let squares: f64 = means.iter().map(|mean| (mean - of_all).powi(2)).sum();
+    let expected = (squares / 19.0 / 20.0).sqrt();
+    let found = column(&reduced, "area_fraction_sem")[0];
+    assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+    assert_eq!(reduced.integers("count").unwrap().values(), &[160]);
+    assert_eq!(reduced.integers("surfaces").unwrap().values(), &[20]);
+}
+
+#[test]
+fn intervals_over_a_sweep_cover_its_mean_at_the_nominal_rate() {
+    let experiments = 2000;
+    let asked = over_points(&[Statistic::Confidence(0.95)]);
+    let reduced = reduce(&sweeps(experiments, 8, 20), &asked).unwrap();
+    let [lower, upper] =
+        ["lower", "upper"].map(|end| column(&reduced, &format!("area_fraction_ci95_{end}")));
+    let ends = lower.iter().zip(&upper);
+    let covered = ends.filter(|(lower, upper)| **lower <= 0.0 && 0.0 <= **upper);
+    // Binomial: 0.005 over 2000 experiments. Counting rows as independent covers 0.55.
+    let rate = covered.count() as f64 / experiments as f64;
+    assert!((0.93..=0.97).contains(&rate), "{rate}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::super::groups::reduce;
 use super::*;
-use crate::stages::columns::AREA_FRACTION;
+use crate::stages::columns::{AREA_FRACTION, LOAD};
 use crate::store::column::{integers, reals, texts};
 
 /// Two surfaces of one spectrum that follow Persson's theory; the second one is in full contact

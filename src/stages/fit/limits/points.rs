@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use arrow::array::Array;
+use arrow::array::{Array, Float64Array};
 
 use super::super::common_columns::SURFACES;
 use super::LimitChoices;
@@ -75,32 +75,33 @@ impl<'a> Reader<'a> {
             .has(STOP.name)
             .then(|| self.table.texts(STOP.name));
         let stops = stops.transpose()?;
+        let reduced = self.table.reals(LOAD.name)?;
         let found = ensembles(self.table)?.into_iter().map(|ensemble| {
             let states = ensemble.states();
             let given_up = states
                 .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP));
-            let given_up = given_up.map(|(_, load, _)| load).collect();
-            let known = Known::Surfaces(self.curves(&ensemble));
+            let given_up = given_up.map(|(_, load, _)| load.reduced).collect();
+            let known = Known::Surfaces(self.curves(&ensemble, reduced));
             (ensemble.first, ensemble.point, known, given_up)
         });
         Ok(found.collect())
     }
 
     /// The observable of every surface along the loads that it has.
-    fn curves(&self, ensemble: &Ensemble) -> Vec<(Option<f64>, Vec<f64>)> {
+    fn curves(&self, ensemble: &Ensemble, reduced: &Float64Array) -> Vec<(Option<f64>, Vec<f64>)> {
         let places = 0..ensemble.loads.len();
         let surfaces = ensemble.members.len();
         let mut states: Vec<(Option<f64>, Vec<f64>)> = ensemble
             .loads
             .iter()
-            .map(|&load| (Some(load), vec![f64::NAN; surfaces]))
+            .map(|load| (Some(load.reduced), vec![f64::NAN; surfaces]))
             .collect();
         for surface in 0..surfaces {
             let own = places
                 .clone()
                 .filter_map(|place| Some((place, ensemble.row(surface, place)?)));
             let (places, rows): (Vec<usize>, Vec<usize>) = own.unzip();
-            let loads: Vec<f64> = places.iter().map(|&place| ensemble.loads[place]).collect();
+            let loads: Vec<f64> = rows.iter().map(|&row| reduced.value(row)).collect();
             let column = |name: &str| {
                 let values = &self.columns[name];
                 rows.iter().map(|&row| values[row]).collect()
