@@ -46,6 +46,18 @@ pub struct Bootstrap {
     pub level: f64,
 }
 
+/// What is resampled: surfaces that may belong to several ensembles.
+///
+/// Points of a sweep share random numbers, so that the surface of one seed and realization counts
+/// once, however many points it is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resample {
+    /// Surfaces that are drawn from.
+    pub units: usize,
+    /// The fewest surfaces of an ensemble: Student's t is that of their number.
+    pub fewest: usize,
+}
+
 /// A parameter, as the whole sample has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Estimate {
@@ -90,40 +102,37 @@ impl Bootstrap {
         estimates: &[Estimate],
         mut refit: impl FnMut(&[u32]) -> Result<Vec<f64>, FitError>,
     ) -> Intervals {
-        self.of_groups(&[surfaces], estimates, |_, multiplicities| {
-            refit(&multiplicities[0])
-        })
+        let resample = Resample {
+            units: surfaces,
+            fewest: surfaces,
+        };
+        self.of_units(resample, estimates, |_, times| refit(times))
     }
 
-    /// The same with ensembles of several numbers of surfaces: `refit` is told which replicate it is,
-    /// and for each number its multiplicities. Ensembles of as many surfaces share them; Student's t is
-    /// that of the fewest.
-    pub fn of_groups(
+    /// The same with several ensembles that share surfaces: `refit` is told which replicate it is, and
+    /// how many times each surface is taken, in whichever ensembles it is.
+    pub fn of_units(
         &self,
-        counts: &[usize],
+        resample: Resample,
         estimates: &[Estimate],
-        mut refit: impl FnMut(usize, &[Vec<u32>]) -> Result<Vec<f64>, FitError>,
+        mut refit: impl FnMut(usize, &[u32]) -> Result<Vec<f64>, FitError>,
     ) -> Intervals {
-        let surfaces = counts.iter().copied().min().unwrap_or(0);
-        if surfaces < 2 || self.replicates == 0 {
+        if resample.fewest < 2 || self.replicates == 0 {
             return Intervals {
                 intervals: None,
                 replicates: 0,
                 failed: 0,
             };
         }
-        let mut multiplicities: Vec<Vec<u32>> =
-            counts.iter().map(|&count| vec![0; count]).collect();
+        let mut times = vec![0; resample.units];
         let mut successes = Vec::with_capacity(self.replicates);
         for replicate in 0..self.replicates {
-            for group in &mut multiplicities {
-                self.draw(replicate, group);
-            }
-            successes.extend(refit(replicate, &multiplicities));
+            self.draw(replicate, &mut times);
+            successes.extend(refit(replicate, &times));
         }
         let enough = successes.len() as f64 >= LEAST_SUCCESS * self.replicates as f64;
         Intervals {
-            intervals: enough.then(|| self.about(estimates, &successes, surfaces)),
+            intervals: enough.then(|| self.about(estimates, &successes, resample.fewest)),
             replicates: self.replicates,
             failed: self.replicates - successes.len(),
         }

@@ -10,7 +10,7 @@
 //! a full fit may run away, this cannot.
 
 use super::FitError;
-use super::bootstrap::{Bootstrap, Estimate, Intervals};
+use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
 use super::evolution::residuals::{Hyperbola, Model};
 use super::evolution::{EvolutionFit, EvolutionProblem, Kappa};
 use super::least_squares::minimize;
@@ -65,35 +65,41 @@ impl CommonKappa {
 
     /// Interval of the common κ, over the curves that have one.
     ///
-    /// Surface s of every curve is drawn as often as surface s of the others, as it should be
-    /// where they are the same realizations with other cutoffs. `None` if the curves differ in
-    /// their number of surfaces.
+    /// `units` numbers the surfaces of each curve from 0 on: a surface has one number in all curves and
+    /// is drawn as often for each of them, as it should be where curves are of the same realizations
+    /// with other cutoffs.
     pub fn bootstrap(
         &self,
         problems: &[EvolutionProblem],
+        units: &[Vec<usize>],
         bootstrap: &Bootstrap,
-    ) -> Option<Intervals> {
-        let bounded: Vec<(&EvolutionProblem, f64)> = problems
-            .iter()
-            .zip(&self.own)
-            .filter_map(|(problem, own)| Some((problem, *own.as_ref().ok()?)))
+    ) -> Intervals {
+        let curves = problems.iter().zip(units).zip(&self.own);
+        let bounded: Vec<(&EvolutionProblem, &[usize], f64)> = curves
+            .filter_map(|((problem, units), own)| Some((problem, &units[..], *own.as_ref().ok()?)))
             .collect();
-        let surfaces = bounded.first()?.0.data.surfaces();
-        if bounded
-            .iter()
-            .any(|(problem, _)| problem.data.surfaces() != surfaces)
-        {
-            return None;
-        }
+        let of_bounded = bounded.iter().map(|(_, units, _)| *units);
+        let resample = Resample {
+            units: of_bounded
+                .clone()
+                .flatten()
+                .map(|unit| unit + 1)
+                .max()
+                .unwrap_or(0),
+            fewest: of_bounded.map(<[usize]>::len).min().unwrap_or(0),
+        };
         let estimates = [Estimate::Positive(self.kappa)];
-        Some(bootstrap.intervals(surfaces, &estimates, |multiplicities| {
+        bootstrap.of_units(resample, &estimates, |_, times| {
             let mut largest = 0.0f64;
-            for &(problem, near) in &bounded {
-                let mean = problem.data.resampled_mean(multiplicities);
-                largest = largest.max(problem.least_convex_kappa(&mean, Some(near))?);
+            for &(problem, units, near) in &bounded {
+                let times: Vec<u32> = units.iter().map(|&unit| times[unit]).collect();
+                if times.iter().any(|&times| times > 0) {
+                    let mean = problem.data.resampled_mean(&times);
+                    largest = largest.max(problem.least_convex_kappa(&mean, Some(near))?);
+                }
             }
             Ok(vec![largest])
-        }))
+        })
     }
 }
 

@@ -54,9 +54,14 @@ pub struct LimitPoint {
 /// How an observable is known.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observed {
-    /// For each surface, in the order of the realizations: those of one number of surfaces share
-    /// their realizations.
-    Surfaces(Vec<f64>),
+    /// For each surface.
+    Surfaces {
+        /// The numbers of the surfaces, ascending: a surface has one number at all points, and its
+        /// values there are correlated.
+        units: Vec<usize>,
+        /// The values, one a surface.
+        values: Vec<f64>,
+    },
     /// By an estimate from so many surfaces, independent of those of other points.
     Estimate {
         /// Its value.
@@ -69,10 +74,18 @@ pub enum Observed {
 }
 
 impl Observed {
+    /// Values of the surfaces 0, 1, 2 and so on.
+    pub fn of_realizations(values: Vec<f64>) -> Observed {
+        Observed::Surfaces {
+            units: (0..values.len()).collect(),
+            values,
+        }
+    }
+
     /// Mean over the surfaces.
     pub fn mean(&self) -> f64 {
         match self {
-            Observed::Surfaces(values) => values.iter().sum::<f64>() / values.len() as f64,
+            Observed::Surfaces { values, .. } => values.iter().sum::<f64>() / values.len() as f64,
             Observed::Estimate { value, .. } => *value,
         }
     }
@@ -80,7 +93,7 @@ impl Observed {
     /// Standard error of the mean.
     pub fn standard_error(&self) -> f64 {
         match self {
-            Observed::Surfaces(values) => {
+            Observed::Surfaces { values, .. } => {
                 let (mean, count) = (self.mean(), values.len() as f64);
                 let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
                 (squares / (count - 1.0) / count).sqrt()
@@ -92,7 +105,7 @@ impl Observed {
     /// Number of surfaces.
     pub fn surfaces(&self) -> usize {
         match self {
-            Observed::Surfaces(values) => values.len(),
+            Observed::Surfaces { values, .. } => values.len(),
             Observed::Estimate { surfaces, .. } => *surfaces,
         }
     }

@@ -50,7 +50,9 @@ impl KappaPoints {
         let points = self.points.iter().map(|point| LimitPoint {
             small: point.small.clone(),
             observed: match &point.observed {
-                Observed::Surfaces(values) => Observed::Surfaces(weights.values(values).collect()),
+                Observed::Surfaces { values, .. } => {
+                    Observed::of_realizations(weights.values(values).collect())
+                }
                 estimate => estimate.clone(),
             },
         });

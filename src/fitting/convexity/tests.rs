@@ -120,9 +120,8 @@ fn interval_of_the_common_kappa_contains_it() {
         )
     });
     let common = CommonKappa::fit(&problems).expect("bounds");
-    let resampled = common
-        .bootstrap(&problems, &BOOTSTRAP)
-        .expect("as many surfaces");
+    let units = vec![(0..20).collect(); 2];
+    let resampled = common.bootstrap(&problems, &units, &BOOTSTRAP);
     assert_eq!(resampled.failed, 0);
     let interval = resampled.intervals.expect("no failures")[0];
     assert!(interval.lower < common.kappa && common.kappa < interval.upper);

@@ -62,7 +62,7 @@ mod tests {
         // Standard errors of 0.1, whatever the point.
         let point = |&small: &f64| LimitPoint {
             small: vec![small],
-            observed: Observed::Surfaces(vec![small - 0.1, small + 0.1]),
+            observed: Observed::of_realizations(vec![small - 0.1, small + 0.1]),
         };
         LimitProblem::new(small.iter().map(point).collect()).unwrap()
     }

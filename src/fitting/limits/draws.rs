@@ -1,13 +1,13 @@
-//! Intervals of limits, and how often which forms win, by resampling whole surfaces: the same
-//! realizations in all points of as many surfaces.
+//! Intervals of limits, and how often which forms win, by resampling whole surfaces: each surface as
+//! often at all points at which it is.
 
 use std::f64::consts::PI;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::{LimitFit, LimitProblem, Observed, TermForm};
-use crate::fitting::bootstrap::{Bootstrap, Estimate, Intervals};
+use super::{LimitFit, LimitPoint, LimitProblem, Observed, TermForm};
+use crate::fitting::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
 
 /// What resampling says of several choices of forms.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,14 +35,16 @@ pub fn resample(
     rivals: &[(&[TermForm], &LimitFit)],
     bootstrap: &Bootstrap,
 ) -> Resampled {
-    let counts = counts(problem);
+    let resample = Resample {
+        units: units(problem),
+        fewest: problem.surfaces(),
+    };
     // Akaike's criterion of each choice in each resampling.
     let mut criteria: Vec<Vec<f64>> = Vec::new();
     let intervals = rivals.iter().map(|(forms, fit)| {
         let mut own = Vec::with_capacity(bootstrap.replicates);
-        let fits = bootstrap.of_groups(&counts, &estimates(forms, fit), |replicate, times| {
-            let means = drawn(problem, &counts, times, replicate, bootstrap.seed);
-            let used = vec![true; problem.points()];
+        let fits = bootstrap.of_units(resample, &estimates(forms, fit), |replicate, times| {
+            let (means, used) = drawn(problem, times, replicate, bootstrap.seed);
             let refit = problem.fit_to(forms, &means, &used, Some(fit));
             own.push(refit.as_ref().map_or(f64::INFINITY, LimitFit::akaike));
             refit.map(|refit| parameters(forms, &refit))
@@ -81,16 +83,13 @@ fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<C
     (0..rivals.len()).map(compare).collect()
 }
 
-/// The numbers of surfaces of the points, each once.
-fn counts(problem: &LimitProblem) -> Vec<usize> {
-    let mut counts: Vec<usize> = problem
-        .points
-        .iter()
-        .map(|point| point.observed.surfaces())
-        .collect();
-    counts.sort_unstable();
-    counts.dedup();
-    counts
+/// One more than the largest number of a surface.
+fn units(problem: &LimitProblem) -> usize {
+    let largest = |point: &LimitPoint| match &point.observed {
+        Observed::Surfaces { units, .. } => units.last().map_or(0, |unit| unit + 1),
+        Observed::Estimate { .. } => 0,
+    };
+    problem.points.iter().map(largest).max().unwrap_or(0)
 }
 
 fn estimates(forms: &[TermForm], fit: &LimitFit) -> Vec<Estimate> {
@@ -114,22 +113,28 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     linear.chain(free).collect()
 }
 
-/// The means of a resampling.
+/// The means of a resampling, and whether any surface of a point was drawn: others are not used.
 fn drawn(
     problem: &LimitProblem,
-    counts: &[usize],
-    times: &[Vec<u32>],
+    times: &[u32],
     replicate: usize,
     seed: u64,
-) -> Vec<f64> {
+) -> (Vec<f64>, Vec<bool>) {
     let mut normals = Normals::new(seed, replicate);
     let points = problem.points.iter().map(|point| match &point.observed {
-        Observed::Surfaces(values) => {
-            let group = counts.binary_search(&values.len());
-            let times = &times[group.expect("each number of surfaces was counted")];
-            let drawn = values.iter().zip(times);
-            let sum: f64 = drawn.map(|(value, &times)| value * f64::from(times)).sum();
-            sum / values.len() as f64
+        Observed::Surfaces { units, values } => {
+            let times = units.iter().map(|&unit| f64::from(times[unit]));
+            let drawn: f64 = times.clone().sum();
+            let sum: f64 = values
+                .iter()
+                .zip(times)
+                .map(|(value, times)| value * times)
+                .sum();
+            if drawn > 0.0 {
+                (sum / drawn, true)
+            } else {
+                (0.0, false)
+            }
         }
         Observed::Estimate {
             value,
@@ -138,10 +143,10 @@ fn drawn(
         } => {
             // A resampling of n surfaces scatters by √((n − 1)/n) standard errors; so do these.
             let lost = ((surfaces - 1) as f64 / *surfaces as f64).sqrt();
-            value + lost * standard_error * normals.next()
+            (value + lost * standard_error * normals.next(), true)
         }
     });
-    points.collect()
+    points.unzip()
 }
 
 /// Standard normal numbers, as a function of seed and replicate.

@@ -70,7 +70,7 @@ mod tests {
             let values = draws.iter().map(|z| 1.0 + sigma(small) * z).collect();
             LimitPoint {
                 small: vec![small],
-                observed: Observed::Surfaces(values),
+                observed: Observed::of_realizations(values),
             }
         };
         let points: Vec<LimitPoint> = (0..4000).map(point).collect();
@@ -86,7 +86,7 @@ mod tests {
     fn few_points_scatter_alike() {
         let point = |small: f64| LimitPoint {
             small: vec![small],
-            observed: Observed::Surfaces(vec![1.0, 1.0 + 2.0_f64.sqrt()]),
+            observed: Observed::of_realizations(vec![1.0, 1.0 + 2.0_f64.sqrt()]),
         };
         let scatter = Scatter::of(&[point(1.0), point(0.5)]);
         let known = libm::exp(-bias(1.0));

@@ -34,7 +34,7 @@ fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> 
         };
         LimitPoint {
             small: small.clone(),
-            observed: Observed::Surfaces((0..surfaces).map(own).collect()),
+            observed: Observed::of_realizations((0..surfaces).map(own).collect()),
         }
     };
     LimitProblem::new(grid.iter().enumerate().map(point).collect()).expect("well formed")
@@ -170,7 +170,7 @@ fn left_out_points_of_a_line_miss_by_the_residual_over_one_less_its_leverage() {
     let values = [1.0, 0.0, 2.0, 1.5];
     let point = |(place, value): (usize, &f64)| LimitPoint {
         small: vec![1.0 + place as f64],
-        observed: Observed::Surfaces(vec![value - 1.0, value + 1.0]),
+        observed: Observed::of_realizations(vec![value - 1.0, value + 1.0]),
     };
     let problem = LimitProblem::new(values.iter().enumerate().map(point).collect()).unwrap();
     let forms = [TermForm::Power(1.0)];
@@ -215,7 +215,7 @@ fn estimates_without_surfaces_scatter_by_their_standard_errors() {
 
 #[test]
 fn what_cannot_be_fitted_says_why() {
-    let surfaces = |values: [f64; 2]| Observed::Surfaces(values.to_vec());
+    let surfaces = |values: [f64; 2]| Observed::of_realizations(values.to_vec());
     let point = |small: f64, values| LimitPoint {
         small: vec![small],
         observed: surfaces(values),

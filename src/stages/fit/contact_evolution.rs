@@ -168,7 +168,8 @@ fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params)
         Ok(common) => common,
         Err(error) => return all_failed(error),
     };
-    let of_kappa = common.bootstrap(&problems, &params.bootstrap());
+    let units = points::units(members.iter().map(|&member| &points[member].members[..]));
+    let of_kappa = common.bootstrap(&problems, &units, &params.bootstrap());
     let rows = problems
         .iter()
         .zip(&common.fits)
@@ -180,7 +181,7 @@ fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params)
             };
             let given = evolution::Kappa::Given(common.kappa);
             let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
-            replace_first(&mut intervals, of_kappa.as_ref());
+            replace_first(&mut intervals, &of_kappa);
             Row {
                 own_kappa: own.as_ref().ok().copied(),
                 ..evolution_row(fit, intervals)
@@ -201,10 +202,9 @@ fn forget_first(intervals: &mut Intervals) {
 }
 
 /// κ was given to the single fits; its own interval comes from resampling all points together.
-fn replace_first(intervals: &mut Intervals, of_kappa: Option<&Intervals>) {
-    let kappa: Option<Interval> = of_kappa
-        .and_then(|all| all.intervals.as_ref())
-        .and_then(|all| all.first().copied());
+fn replace_first(intervals: &mut Intervals, of_kappa: &Intervals) {
+    let of_all = of_kappa.intervals.as_ref();
+    let kappa: Option<Interval> = of_all.and_then(|all| all.first().copied());
     match (&mut intervals.intervals, kappa) {
         (Some(own), Some(kappa)) if !own.is_empty() => own[0] = kappa,
         (own, _) => *own = None,

@@ -1,5 +1,7 @@
 //! Rows of many surfaces and loads, sorted into the curves of parameter points.
 
+use std::collections::BTreeSet;
+
 use arrow::array::Float64Array;
 
 use super::row::Row;
@@ -79,6 +81,17 @@ pub fn corrections(points: &[Point]) -> Vec<Option<String>> {
         }
     }
     found
+}
+
+/// The surfaces of several points by numbers from 0 on: one and the same surface has one number at all
+/// of them.
+pub fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<usize>> {
+    let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
+    let all: Vec<Member> = all.into_iter().collect();
+    let number = |member| all.partition_point(|other| other < member);
+    points
+        .map(|members| members.iter().map(number).collect())
+        .collect()
 }
 
 /// Surfaces in full contact have no rows beyond it, so a mean exists only where all still have.

@@ -3,10 +3,12 @@
 //! A point is one ensemble: rows that agree in every parameter. A group is the points that agree in
 //! every parameter but those that vary among the points of a fit.
 
+use std::collections::BTreeSet;
+
 use super::LimitChoices;
 use super::points::{Known, Reader};
 use crate::decimal;
-use crate::ensemble::Point;
+use crate::ensemble::{Member, Point};
 use crate::fitting::Window;
 use crate::fitting::limits::{LimitPoint, Observed};
 use crate::stages::columns::{K_LOWER, K_ROLLOFF};
@@ -23,6 +25,8 @@ pub struct Group {
     /// Where fits are made: the loads, or once where rows have none.
     pub loads: Vec<Option<f64>>,
     points: Vec<Observations>,
+    /// The surfaces of all points, each once.
+    members: BTreeSet<Member>,
 }
 
 /// The observable at one point.
@@ -41,14 +45,24 @@ impl Group {
     /// beyond its first load in full contact, and a mean over those that are left would be biased.
     pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
         let points = self.points.iter();
-        points.filter_map(|point| point.under(load)).collect()
+        let members = &self.members();
+        points
+            .filter_map(|point| point.under(load, members))
+            .collect()
     }
 
     /// The same with the parameters of each that vary among them.
     pub fn placed_under(&self, load: Option<f64>) -> Vec<(Point, LimitPoint)> {
         let points = self.points.iter();
-        let placed = points.filter_map(|point| Some((point.place.clone(), point.under(load)?)));
-        placed.collect()
+        let members = &self.members();
+        let placed =
+            |point: &Observations| Some((point.place.clone(), point.under(load, members)?));
+        points.filter_map(placed).collect()
+    }
+
+    /// The surfaces in the order of their numbers.
+    fn members(&self) -> Vec<Member> {
+        self.members.iter().copied().collect()
     }
 
     /// Rows under a load that did not converge.
@@ -61,17 +75,21 @@ impl Group {
 }
 
 impl Observations {
-    fn under(&self, load: Option<f64>) -> Option<LimitPoint> {
+    fn under(&self, load: Option<f64>, numbered: &[Member]) -> Option<LimitPoint> {
         let is_here = |other: Option<f64>| match (load, other) {
             (Some(load), Some(other)) => decimal::is_same(load, other),
             (None, None) => true,
             _ => false,
         };
         let observed = match &self.known {
-            Known::Surfaces(states) => {
+            Known::Surfaces { members, states } => {
                 let (_, values) = states.iter().find(|(other, _)| is_here(*other))?;
                 let is_complete = values.iter().all(|value| value.is_finite());
-                is_complete.then(|| Observed::Surfaces(values.clone()))?
+                let number = |member| numbered.partition_point(|other| other < member);
+                is_complete.then(|| Observed::Surfaces {
+                    units: members.iter().map(number).collect(),
+                    values: values.clone(),
+                })?
             }
             Known::Estimates(states) => {
                 let (_, estimate) = states.iter().find(|(other, _)| is_here(*other))?;
@@ -86,7 +104,7 @@ impl Observations {
 
     fn loads(&self) -> Vec<Option<f64>> {
         match &self.known {
-            Known::Surfaces(states) => states.iter().map(|(load, _)| *load).collect(),
+            Known::Surfaces { states, .. } => states.iter().map(|(load, _)| *load).collect(),
             Known::Estimates(states) => states.iter().map(|(load, _)| *load).collect(),
         }
     }
@@ -120,9 +138,13 @@ pub fn groups(
                 rolloff_ratio: ratio,
                 loads: Vec::new(),
                 points: Vec::new(),
+                members: BTreeSet::new(),
             });
             groups.len() - 1
         });
+        if let Known::Surfaces { members, .. } = &known {
+            groups[at].members.extend(members);
+        }
         groups[at].points.push(Observations {
             place: point.only(&over),
             small: reader.small(row),

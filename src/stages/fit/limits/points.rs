@@ -18,7 +18,12 @@ use crate::store::table::{Table, TableError};
 #[derive(Debug, Clone)]
 pub enum Known {
     /// Under each load, for each surface; not a number where a surface lacks it.
-    Surfaces(Vec<(Option<f64>, Vec<f64>)>),
+    Surfaces {
+        /// The surfaces.
+        members: Vec<Member>,
+        /// Loads, and the values of the surfaces.
+        states: Vec<(Option<f64>, Vec<f64>)>,
+    },
     /// Under each load, an estimate.
     Estimates(Vec<(Option<f64>, Observed)>),
 }
@@ -81,7 +86,10 @@ impl<'a> Reader<'a> {
             let given_up = states
                 .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP));
             let given_up = given_up.map(|(_, load, _)| load.reduced).collect();
-            let known = Known::Surfaces(self.curves(&ensemble, reduced));
+            let known = Known::Surfaces {
+                states: self.curves(&ensemble, reduced),
+                members: ensemble.members,
+            };
             (ensemble.first, ensemble.point, known, given_up)
         });
         Ok(found.collect())
@@ -125,7 +133,13 @@ impl<'a> Reader<'a> {
             let value = |&row: &usize| self.choices.of.value(&|name| self.columns[name][row]);
             let states = vec![(None, own.values().map(value).collect())];
             let point = Point::of_row(&parameters, rows[0]);
-            (rows[0], point, Known::Surfaces(states), Vec::new())
+            let members = own.into_keys().collect();
+            (
+                rows[0],
+                point,
+                Known::Surfaces { members, states },
+                Vec::new(),
+            )
         });
         Ok(found.collect())
     }
