@@ -1,6 +1,7 @@
 //! `asperity view`: heights, contact or pressures of one task as a picture.
 
 mod choice;
+mod loads;
 mod picture;
 
 use std::io::Write;
@@ -12,6 +13,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use self::choice::{Coordinate, TaskChoice};
+use self::loads::ShownLoad;
 use self::picture::Picture;
 use super::terminal::stdout;
 use super::{Failure, Misused, picture_file};
@@ -43,9 +45,9 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     map: Option<Map>,
 
-    /// The load to draw, reduced; the nearest is taken. When left out, contacts at all loads are
-    /// laid over each other, from dark at the lightest to light at the heaviest, and pressures are
-    /// those at the heaviest load.
+    /// The load to draw, in the unit of the study: reduced, or in pascals where its loads are
+    /// absolute. Without it, contacts at all loads are laid over each other, from dark at the
+    /// lightest to light at the heaviest, and pressures are those at the heaviest load.
     #[arg(long, value_parser = finite)]
     load: Option<f64>,
 
@@ -57,8 +59,9 @@ pub struct Arguments {
     #[arg(long)]
     replace: bool,
 
-    /// Print JSON: `{"file", "task", "map", "nodes", "load", "lowest", "highest", "unit"}`; of a
-    /// rectangle, `nodes` are those along x and along y.
+    /// Print JSON: `{"file", "task", "map", "nodes", "load", "load_column", "lowest", "highest",
+    /// "unit"}`; `load` is in the unit of the column `load_column`; of a rectangle, `nodes` are
+    /// those along x and along y.
     #[arg(long)]
     json: bool,
 }
@@ -139,7 +142,7 @@ fn finite(word: &str) -> Result<f64, String> {
 }
 
 fn file_name(key: TaskKey, picture: &Picture) -> String {
-    let load = picture.load.map(|load| format!("-{load:.4}"));
+    let load = picture.load.map(|load| format!("-{}", written(load)));
     format!(
         "{}-{}{}.png",
         &key.to_string()[..KEY_DIGITS],
@@ -148,10 +151,18 @@ fn file_name(key: TaskKey, picture: &Picture) -> String {
     )
 }
 
+/// A load as captions and names of files have it.
+fn written(load: ShownLoad) -> String {
+    match load.column {
+        "load" => format!("{:.4}", load.value),
+        _ => super::show::short(load.value),
+    }
+}
+
 fn caption(picture: &Picture) -> String {
     let load = match (picture.map, picture.load) {
         (Map::Heights, _) => String::new(),
-        (_, Some(load)) => format!(" at load {load:.4}"),
+        (_, Some(load)) => format!(" at {} {}", load.column, written(load)),
         (_, None) => " at all loads".to_owned(),
     };
     let range = picture.range.as_ref().map(|range| {
@@ -173,7 +184,8 @@ fn as_json(key: TaskKey, picture: &Picture, path: &Path) -> serde_json::Value {
         "task": key,
         "map": picture.map,
         "nodes": PerAxis(picture.nodes),
-        "load": picture.load,
+        "load": picture.load.map(|load| load.value),
+        "load_column": picture.load.map(|load| load.column),
         "lowest": range.map(|range| range.ends[0]),
         "highest": range.map(|range| range.ends[1]),
         "unit": range.map(|range| &range.unit),

@@ -127,15 +127,32 @@ fn a_contact_map_has_a_dark_pixel_for_each_node_that_touches() {
 }
 
 #[test]
-fn the_nearest_load_is_drawn_and_named() {
+fn a_load_is_asked_for_in_the_unit_of_the_study_and_refused_where_there_is_none() {
     let bench = Bench::new();
     bench.run(STUDY);
     let key = first_task(&bench, "light");
-    let loads = bench.table("small", "light");
-    let heaviest = loads.reals("load").unwrap().value(3);
-    let (told, _) = view(&bench, &[&key, "--load", "7"]);
-    assert_eq!(told["load"], heaviest);
+    let (told, _) = view(&bench, &[&key, "--load", "0.1"]);
+    assert_eq!(told["load"], 0.1);
+    assert_eq!(told["load_column"], "load");
     assert_eq!(told["nodes"], 32);
+    let refused_load = refused(&bench, &[&key, "--load", "7"]);
+    assert!(
+        refused_load.contains("the nearest is 0.1"),
+        "{refused_load}"
+    );
+
+    let pascals = "load_unit = \"absolute\"\neffective_modulus = 1e9\nloads = [1e7, 5e7]";
+    bench.run(&STUDY.replace("loads = { to = 0.1, steps = 4 }", pascals));
+    let key = first_task(&bench, "light");
+    let (told, lightest) = view(&bench, &[&key, "--load", "1e7"]);
+    assert_eq!(told["load"], 1e7);
+    assert_eq!(told["load_column"], "pressure");
+    assert_ne!(lightest, view(&bench, &[&key, "--load", "5e7"]).1);
+    let refused_load = refused(&bench, &[&key, "--load", "0.01"]);
+    assert!(
+        refused_load.contains("no row has `pressure`"),
+        "{refused_load}"
+    );
 }
 
 #[test]

@@ -7,13 +7,11 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Float64Type};
 use arrow::util::display::array_value_to_string;
 
+use super::loads::{ROUNDING, rows_under};
 use crate::cli::{Failure, Misused, counted, unknown};
-use crate::stages::columns::LOAD;
+use crate::stages::columns::{LOAD, PRESSURE};
 use crate::store::key::TaskKey;
 use crate::store::table::Table;
-
-/// Real numbers are given with as many digits as tables show.
-const ROUNDING: f64 = 1e-3;
 
 /// A column and the value that it must have.
 #[derive(Debug, Clone)]
@@ -29,7 +27,7 @@ impl FromStr for Coordinate {
         let (column, value) = word
             .split_once('=')
             .ok_or("a coordinate is a column and its value, as in `k_upper=32`")?;
-        if column == LOAD.name {
+        if [LOAD.name, PRESSURE.name].contains(&column) {
             return Err("`--load` says which load to draw".to_owned());
         }
         Ok(Coordinate {
@@ -43,7 +41,7 @@ impl FromStr for Coordinate {
 pub struct TaskChoice<'a> {
     pub stage: &'a str,
     pub coordinates: &'a [Coordinate],
-    /// The task has this load, or the nearest that there is.
+    /// The task has this load, in the unit of the study.
     pub load: Option<f64>,
 }
 
@@ -55,7 +53,7 @@ impl TaskChoice<'_> {
             rows = coordinate.among(table, &rows)?;
         }
         if let Some(load) = self.load.filter(|_| table.has(LOAD.name)) {
-            rows = nearest(table, &rows, load)?;
+            rows = rows_under(table, &rows, load)?;
         }
         let rows = table.pick(&rows);
         let tasks = rows.texts("task")?;
@@ -70,7 +68,7 @@ impl TaskChoice<'_> {
         let columns = rows.coordinates();
         let columns = columns.names().into_iter().zip(columns.batch().columns());
         let differing = columns
-            .filter(|(name, _)| ![LOAD.name, "pressure", "surface"].contains(name))
+            .filter(|(name, _)| ![LOAD.name, PRESSURE.name, "surface"].contains(name))
             .filter_map(|(name, values)| {
                 let values = distinct(values.as_ref());
                 (values.len() > 1).then(|| format!("\n  {name}={}", values.join(" | ")))
@@ -119,16 +117,6 @@ fn is_value(values: &dyn Array, row: usize, wanted: &str) -> bool {
         }
         _ => array_value_to_string(values, row).is_ok_and(|value| value == wanted),
     }
-}
-
-/// Those of the rows whose load is nearest.
-fn nearest(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, Failure> {
-    let loads = table.reals(LOAD.name)?;
-    let distance = |row: usize| (loads.value(row) - load).abs();
-    let least = rows.iter().map(|&row| distance(row));
-    let least = least.fold(f64::INFINITY, f64::min);
-    let is_nearest = |row: &usize| distance(*row) == least;
-    Ok(rows.iter().copied().filter(is_nearest).collect())
 }
 
 /// The values of a column, each once, in order of appearance.

@@ -4,13 +4,14 @@ use arrow::array::AsArray;
 use arrow::datatypes::Float64Type;
 
 use super::Map;
+use super::loads::{ShownLoad, rows_under};
 use crate::cli::{Failure, Misused, counted};
 use crate::contact::grid::Grid;
 use crate::contact::morphology::map::ContactMap;
 use crate::contact::threads::Threads;
 use crate::contact::topography::surface::Surface;
 use crate::figures::raster::{Raster, Scale};
-use crate::stages::columns::{CONTACT, LOAD, PRESSURES, UNIT};
+use crate::stages::columns::{CONTACT, PRESSURES, UNIT};
 use crate::stages::grids::Grids;
 use crate::stages::{Kind, StageError, generate};
 use crate::store::Store;
@@ -26,8 +27,8 @@ pub struct Picture {
     pub map: Map,
     /// Along x and y.
     pub nodes: [usize; 2],
-    /// The load, reduced; none for heights, and for contacts at all loads.
-    pub load: Option<f64>,
+    /// The load; none for heights, and for contacts at all loads.
+    pub load: Option<ShownLoad>,
     /// What the ends of the colours mean; none where there are but two colours.
     pub range: Option<Range>,
 }
@@ -110,7 +111,7 @@ impl FinishedTask {
         let maps = self.table.bytes(CONTACT.name)?;
         let map = |row: usize| ContactMap::from_bytes(grid.nodes(), maps.value(row));
         let rows: Vec<usize> = (0..self.table.rows()).collect();
-        let row = load.map(|load| self.nearest(load, &rows)).transpose()?;
+        let row = load.map(|load| self.row_under(load, &rows)).transpose()?;
         let raster = match row {
             Some(row) => Raster::of_contact(&map(row)?),
             None => {
@@ -122,7 +123,7 @@ impl FinishedTask {
             raster: raster.in_proportion(grid.cell().size()),
             map: Map::Contact,
             nodes: grid.nodes(),
-            load: row.map(|row| self.load(row)).transpose()?,
+            load: row.map(|row| ShownLoad::of(&self.table, row)).transpose()?,
             range: None,
         })
     }
@@ -141,7 +142,7 @@ impl FinishedTask {
             return Err(Misused(message.to_owned()).into());
         };
         let row = match load {
-            Some(load) => self.nearest(load, &kept)?,
+            Some(load) => self.row_under(load, &kept)?,
             None => heaviest,
         };
         let list = lists.value(row);
@@ -153,7 +154,7 @@ impl FinishedTask {
             raster: raster.in_proportion(grid.cell().size()),
             map: Map::Pressures,
             nodes: grid.nodes(),
-            load: Some(self.load(row)?),
+            load: Some(ShownLoad::of(&self.table, row)?),
             range: Some(Range::of(&Scale::of_pressures(&pressures), String::new())),
         })
     }
@@ -162,17 +163,10 @@ impl FinishedTask {
         Ok(Grids::of(&self.table)?.grid(0)?)
     }
 
-    fn load(&self, row: usize) -> Result<f64, Failure> {
-        Ok(self.table.reals(LOAD.name)?.value(row))
-    }
-
-    /// The one of these rows, at least one, whose load is nearest.
-    fn nearest(&self, load: f64, rows: &[usize]) -> Result<usize, Failure> {
-        let loads = self.table.reals(LOAD.name)?;
-        let distance = |row: &usize| (loads.value(*row) - load).abs();
-        let by_distance = |a: &&usize, b: &&usize| distance(a).total_cmp(&distance(b));
-        let nearest = rows.iter().min_by(by_distance);
-        Ok(*nearest.ok_or("the task has no load")?)
+    /// The one of these rows that has a load.
+    fn row_under(&self, load: f64, rows: &[usize]) -> Result<usize, Failure> {
+        let found = rows_under(&self.table, rows, load)?;
+        Ok(*found.first().ok_or("the task has no load")?)
     }
 }
 

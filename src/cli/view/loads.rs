@@ -1,0 +1,52 @@
+//! Loads on the command line: in the unit in which the study gives them.
+
+use crate::cli::{Failure, Misused, show};
+use crate::ensemble::load_column;
+use crate::store::table::Table;
+
+/// Real numbers are given with as many digits as tables show.
+pub const ROUNDING: f64 = 1e-3;
+
+/// A load, in the unit of its study.
+#[derive(Debug, Clone, Copy)]
+pub struct ShownLoad {
+    /// The column that holds it: `load` where loads are reduced, `pressure` where they are in pascals.
+    pub column: &'static str,
+    /// Its value.
+    pub value: f64,
+}
+
+impl ShownLoad {
+    /// The load of a row.
+    ///
+    /// # Errors
+    /// When the table has no loads.
+    pub fn of(table: &Table, row: usize) -> Result<ShownLoad, Failure> {
+        let column = load_column(table);
+        let value = table.reals(column)?.value(row);
+        Ok(ShownLoad { column, value })
+    }
+}
+
+/// Those of the rows that have this load.
+///
+/// # Errors
+/// When there is none; the message names the nearest load.
+pub fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, Failure> {
+    let column = load_column(table);
+    let loads = table.reals(column)?;
+    let distance = |row: usize| (loads.value(row) - load).abs();
+    let is_meant = |row: &usize| distance(*row) <= ROUNDING * load.abs();
+    let found: Vec<usize> = rows.iter().copied().filter(is_meant).collect();
+    if found.is_empty() {
+        let by_distance =
+            |one: &&usize, other: &&usize| distance(**one).total_cmp(&distance(**other));
+        let nearest = rows.iter().min_by(by_distance).ok_or("there is no load")?;
+        let [asked, nearest] = [load, loads.value(*nearest)].map(show::short);
+        return Err(Misused(format!(
+            "no row has `{column}` = {asked}; the nearest is {nearest}, which `--load {nearest}` draws"
+        ))
+        .into());
+    }
+    Ok(found)
+}
