@@ -28,6 +28,9 @@ const COMPARED: [&str; 9] = [
     COEFFICIENT.name,
 ];
 
+/// Parameters of a grain. A ratio of 1 stands for isotropic surfaces, as null does.
+const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
+
 /// What tells of surfaces that no claim is about.
 const NOT_COMPARED: [&str; 4] = [
     METHOD.name,
@@ -36,8 +39,8 @@ const NOT_COMPARED: [&str; 4] = [
     INTERACTION.name,
 ];
 
-/// Where these have a value no claim on areas is about the row: surfaces with a grain, and contacts that
-/// are those of an asperity model.
+/// Columns of which a row that claims on areas are about has no value, or a ratio of 1: surfaces with a
+/// grain and contacts of asperity models are left out.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// What all rows have in common that claims rest on, and what is left out.
@@ -68,9 +71,12 @@ impl Setting {
             let parameters = table.in_role(Role::Parameter);
             for rows in grouped(&parameters) {
                 let point = Point::of_row(&parameters, rows[0]);
-                let is_meant = WITHOUT.iter().all(|name| point.get(name).is_none());
+                let is_meant = WITHOUT.iter().all(|name| is_without(name, point.get(name)));
                 match point.get(HURST.name).filter(|_| is_meant) {
-                    Some(_) => settings.add(point.without(&COMPARED), rows.len()),
+                    Some(_) => {
+                        let point = point.without(&COMPARED).without(&OF_GRAIN);
+                        settings.add(point, rows.len());
+                    }
                     None => not_drawn.add(point.only(&NOT_COMPARED), rows.len()),
                 }
             }
@@ -98,20 +104,27 @@ impl Setting {
         self.rows_of_any(table, &WITHOUT)
     }
 
-    /// The rows that are in the setting and have no value in some columns.
+    /// The rows that are in the setting and are without some properties ([`is_without`]).
     fn rows_of_any(&self, table: &Table, without: &[&str]) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
         let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
         let mut rows: Vec<usize> = (0..table.rows()).collect();
-        for column in without.iter().filter_map(|name| batch.column_by_name(name)) {
-            rows.retain(|&row| column.is_null(row));
+        for name in without {
+            if let Some(column) = batch.column_by_name(name) {
+                rows.retain(|&row| is_without(name, Value::of(column, row).as_ref()));
+            }
         }
         for (column, value) in asked {
             rows.retain(|&row| Value::of(column, row).as_ref() == Some(value));
         }
         table.pick(&rows)
     }
+}
+
+/// Whether a row is without the property of a column: it has no value there, or a ratio of 1.
+fn is_without(name: &str, value: Option<&Value>) -> bool {
+    value.is_none_or(|value| name == ANISOTROPY_RATIO.name && *value == Value::Real(1.0))
 }
 
 /// The rows of a table that are of asperity models, on surfaces in the setting: how these are solved
@@ -152,5 +165,32 @@ impl Counts {
 impl fmt::Display for LeftOut {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{} rows with {}", self.rows, self.differs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surfaces_with_a_ratio_of_one_are_isotropic() {
+        let surface = |grain: Option<[f64; 2]>| {
+            let mut columns = vec![(HURST, Value::Real(0.8))];
+            let grain = grain.map(|grain| grain.map(Value::Real)).into_iter();
+            columns.extend(
+                grain.flat_map(|grain| [ANISOTROPY_RATIO, ANISOTROPY_ANGLE].into_iter().zip(grain)),
+            );
+            Table::row(&columns)
+        };
+        let tables = [None, Some([1.0, 0.0]), Some([6.0, 0.0])].map(surface);
+        let setting = Setting::of(&tables);
+        assert_eq!(
+            tables.each_ref().map(|table| setting.rows(table).rows()),
+            [1, 1, 0]
+        );
+        let [left_out] = &setting.left_out[..] else {
+            panic!("{:?}", setting.left_out)
+        };
+        assert_eq!(left_out.rows, 1);
     }
 }

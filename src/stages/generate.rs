@@ -43,7 +43,7 @@ pub mod spectrum_keys;
 mod summary;
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Draws surfaces or reads measured ones.
 pub const STAGE: Definition = Definition {
@@ -138,9 +138,14 @@ impl Params {
         }
     }
 
-    /// The surface's name, the same whatever becomes of its heights.
+    /// The surface's name, the same whatever becomes of its heights and whether a manifest writes an
+    /// anisotropy ratio of 1 or none.
     fn surface_key(&self) -> TaskKey {
-        let recipe = Recipe::Generate(self.with(Heights::Redraw));
+        let mut params = self.with(Heights::Redraw);
+        if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {
+            *has_unit_ratio = false;
+        }
+        let recipe = Recipe::Generate(params);
         TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
     }
 

@@ -212,7 +212,7 @@ fn surfaces(text: &str) -> Vec<(u32, RandomSurface)> {
         panic!("no surfaces");
     };
     let form = |ensemble: &PlannedSurfaces| match &ensemble.params.origin {
-        generate::Origin::Random { nodes, surface } => (nodes.0[0], *surface),
+        generate::Origin::Random { nodes, surface, .. } => (nodes.0[0], *surface),
         _ => panic!("not random"),
     };
     ensembles.iter().map(form).collect()

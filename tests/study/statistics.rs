@@ -253,7 +253,23 @@ over = ["m20", "m02"]
     assert!((ratios[1] / 9.0 - 1.0).abs() < 0.4, "{ratios:?}");
     assert!((ratios[2] * 9.0 - 1.0).abs() < 0.4, "{ratios:?}");
 
-    // Without a grain nothing is as it was not before there were any.
+    // A ratio of 1 is a value: a data frame grouped by the ratio keeps these surfaces.
+    for table in [
+        bench.table("grain", "surfaces"),
+        bench.table("grain", "mean"),
+    ] {
+        let column = |name| table.reals(name).unwrap();
+        let (ratios, angles) = (column("anisotropy_ratio"), column("anisotropy_angle"));
+        let points: Vec<_> = ratios.iter().zip(angles).collect();
+        let of_point = points.len() / 3;
+        let expected = [(1.0, 0.0), (3.0, 0.0), (3.0, 90.0)];
+        let expected = expected.map(|(ratio, angle)| (Some(ratio), Some(angle)));
+        for (found, expected) in points.chunks(of_point).zip(expected) {
+            assert_eq!(found, vec![expected; of_point]);
+        }
+    }
+
+    // A surface with the ratio 1 is the surface of a stage that writes no grain, by the same name.
     let plain = manifest.replace(
         "anisotropy = [{ ratio = 1 }, { ratio = 3.0 }, { ratio = 3.0, angle = 90 }]\n",
         "",

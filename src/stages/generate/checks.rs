@@ -90,6 +90,7 @@ pub fn random(
                 origin: Origin::Random {
                     nodes: mesh.nodes,
                     surface,
+                    has_unit_ratio: table.anisotropy.written().is_some() && anisotropy?.is_none(),
                 },
             },
             realizations,

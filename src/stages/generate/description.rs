@@ -314,16 +314,22 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let real = |column: Column, value: f64| (column, Value::Real(value));
     let text = |column: Column, value: String| (column, Value::Text(value));
     match origin {
-        Origin::Random { surface, .. } => {
+        Origin::Random {
+            surface,
+            has_unit_ratio,
+            ..
+        } => {
             let mut columns = vec![
                 real(HURST, surface.spectrum.hurst),
                 whole(K_LOWER, surface.spectrum.k_lower),
                 whole(K_ROLLOFF, surface.spectrum.k_rolloff),
                 whole(K_UPPER, surface.spectrum.k_upper),
             ];
-            if let Some(grain) = surface.spectrum.anisotropy {
-                columns.push(real(ANISOTROPY_RATIO, grain.ratio()));
-                columns.push(real(ANISOTROPY_ANGLE, grain.angle()));
+            let grain = surface.spectrum.anisotropy;
+            let grain = grain.map(|grain| [grain.ratio(), grain.angle()]);
+            if let Some([ratio, angle]) = grain.or(has_unit_ratio.then_some([1.0, 0.0])) {
+                columns.push(real(ANISOTROPY_RATIO, ratio));
+                columns.push(real(ANISOTROPY_ANGLE, angle));
             }
             columns.push((SEED, Value::Integer(surface.seed.cast_signed())));
             columns.push(whole(REALIZATION, surface.realization));

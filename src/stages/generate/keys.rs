@@ -51,7 +51,7 @@ pub struct RandomTable {
     /// A grain, `{ ratio = 2.0, angle = 30 }`: wavelengths and correlation lengths along it, at the
     /// angle in degrees from x, are `ratio` times those across. The density at (k∥, k⊥) is the
     /// isotropic one at √((ratio k∥)² + k⊥²), with k∥ = k_x cos angle + k_y sin angle; cutoffs are
-    /// those across. A ratio of 1 is none.
+    /// those across. A ratio of 1 is isotropic.
     pub anisotropy: Key<AnisotropyTable>,
     /// Root mean square slope that each surface is scaled to.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]

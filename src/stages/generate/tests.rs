@@ -70,10 +70,12 @@ fn a_surface_is_known_from_its_recipe() {
         Origin::Random {
             nodes: square,
             surface,
+            has_unit_ratio: false,
         },
         Origin::Random {
             nodes: rectangle,
             surface,
+            has_unit_ratio: false,
         },
         Origin::File(Box::new(measured)),
         Origin::File(Box::new(open)),
@@ -129,7 +131,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
 
 #[test]
 fn a_grain_is_written_where_there_is_one() {
-    let params = |anisotropy: Option<Anisotropy>| Params {
+    let params = |anisotropy: Option<Anisotropy>, has_unit_ratio: bool| Params {
         heights: Heights::Keep,
         side: Some(PerAxis::same(1.0)),
         origin: Origin::Random {
@@ -147,20 +149,24 @@ fn a_grain_is_written_where_there_is_one() {
                 seed: 1,
                 realization: 0,
             },
+            has_unit_ratio,
         },
     };
     let written = |params: &Params| serde_json::to_string(params).unwrap();
     let head = r#"{"heights":"keep","side":1.0,"nodes":64,"hurst":0.8,"k_lower":2,"k_rolloff":4,"#;
     let tail = r#""method":"filter","rms_slope":1.0,"seed":1,"realization":0}"#;
-    let isotropic = params(Anisotropy::new(1.0, 30.0));
+    let isotropic = params(None, false);
     assert_eq!(written(&isotropic), format!(r#"{head}"k_upper":16,{tail}"#));
-    let stretched = params(Anisotropy::new(2.0, 30.0));
+    let of_ratio_one = params(Anisotropy::new(1.0, 30.0), true);
+    assert_ne!(written(&of_ratio_one), written(&isotropic));
+    assert_eq!(of_ratio_one.surface_key(), isotropic.surface_key());
+    let stretched = params(Anisotropy::new(2.0, 30.0), false);
     let grain = r#""anisotropy_ratio":2.0,"anisotropy_angle":30.0"#;
     assert_eq!(
         written(&stretched),
         format!(r#"{head}"k_upper":16,{grain},{tail}"#)
     );
-    for params in [isotropic, stretched] {
+    for params in [isotropic, of_ratio_one, stretched] {
         assert_eq!(
             serde_json::from_str::<Params>(&written(&params)).unwrap(),
             params
