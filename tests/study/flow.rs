@@ -2,7 +2,7 @@
 
 use arrow::array::Array;
 
-use crate::bench::Bench;
+use crate::bench::{Bench, text};
 use crate::columns::assert_kept;
 
 const LEAKING: &str = r#"
@@ -27,7 +27,6 @@ flow = true
 [stage.area]
 kind = "measure"
 from = "contact"
-stiffness = true
 "#;
 
 #[test]
@@ -64,15 +63,79 @@ fn a_gap_leaks_while_it_percolates_and_less_under_each_load() {
 #[test]
 fn interfaces_become_stiffer_under_load_and_the_ends_of_a_block_have_no_slope() {
     let bench = Bench::new();
-    bench.run(LEAKING);
+    let manifest = LEAKING
+        .replace(
+            "loads = { from = 0.0, to = 0.8, steps = 8 }\nflow = true",
+            "loads = [0.1, 0.105, 0.11, 0.2, 0.21, 0.22, 0.23, 0.24]",
+        )
+        .replace("from = \"contact\"", "from = \"contact\"\nstiffness = true");
+    bench.run(&manifest);
     let area = bench.table("leaking", "area");
-    let stiffness = area.reals("stiffness").unwrap();
+    let stiffness = area.reals("stiffness_finite_difference").unwrap();
     for surface in 0..3 {
         let of = |load: usize| 8 * surface + load;
-        assert!(stiffness.is_null(of(0)) && stiffness.is_null(of(7)));
-        let inner: Vec<f64> = (1..7).map(|load| stiffness.value(of(load))).collect();
+        // Both ends, and both sides of the jump from 0.11 to 0.2.
+        for load in [0, 2, 3, 7] {
+            assert!(stiffness.is_null(of(load)));
+        }
+        let inner: Vec<f64> = [1, 4, 5, 6].map(|load| stiffness.value(of(load))).into();
         assert!(inner.is_sorted() && inner[0] > 0.0, "{inner:?}");
     }
+}
+
+#[test]
+fn a_paraboloid_on_a_free_half_space_is_as_stiff_as_hertz_says() {
+    let bench = Bench::new();
+    bench.run(
+        r#"
+[study]
+name = "hertz"
+
+[stage.surfaces]
+kind = "generate"
+method = "paraboloid"
+nodes = 256
+radius = 1.0
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+boundary = "free"
+load_unit = "absolute"
+loads = [0.0019, 0.002, 0.0021, 0.0095, 0.01, 0.0105]
+
+[stage.area]
+kind = "measure"
+from = "contact"
+stiffness = true
+"#,
+    );
+    let area = bench.table("hertz", "area");
+    let pressure = area.reals("pressure").unwrap();
+    let stiffness = area.reals("stiffness_finite_difference").unwrap();
+    for row in [1, 4] {
+        // a³ = 3 F R/(4 E*) and dF/dδ = 2 E* a, of a side, a modulus and a radius of one.
+        let expected = 2.0 * (0.75 * pressure.value(row)).cbrt();
+        let found = stiffness.value(row);
+        // The mesh moves the edge by less than half a node, of about 30 in a radius.
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+    }
+}
+
+#[test]
+fn the_old_name_of_the_stiffness_is_answered_with_the_new_one() {
+    let bench = Bench::new();
+    let reduced = format!(
+        "{}stiffness = true\n\n[stage.mean]\nkind = \"aggregate\"\nfrom = \"area\"\nover = [\"stiffness\"]\n",
+        LEAKING
+    );
+    let path = bench.write(&reduced);
+    let output = bench.output(&["check", path.to_str().unwrap()]);
+    let told = text(&output.stderr);
+    assert!(
+        told.contains("did you mean \"stiffness_finite_difference\"?"),
+        "{told}"
+    );
 }
 
 #[test]

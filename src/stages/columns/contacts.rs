@@ -142,11 +142,12 @@ pub const MEAN_CONTACT_PRESSURE: Column = real(
 pub const SECANT: Column = real("secant", "1", "area fraction over load, κ of the secant");
 
 pub const STIFFNESS: Column = real(
-    "stiffness",
+    "stiffness_finite_difference",
     "E*/side",
-    "incremental stiffness of the interface, −(side/E*) dp₀/d mean_gap, from the loads beside this one in \
-     its block; the longer side of a rectangle; null of the first load and the last, in full contact, and \
-     where one of the three loads was given up",
+    "incremental stiffness of the interface, (side/E*) dp₀/dδ, as a finite difference between this load \
+     and both loads beside it in its block; the approach δ is mean_displacement + mean_yielded_depth − \
+     mean_gap, the side the longer one of a rectangle; null at the first load and the last, where a load \
+     beside differs by more than a tenth, in full contact, and where one of the three loads was given up",
 );
 
 /// What is measured of a contact map that is a rectangle, besides.

@@ -1,5 +1,7 @@
 //! What is measured of contact maps under each load: areas, edges, clusters, percolation, stiffness.
 
+use arrow::array::Array;
+
 use super::stiffness;
 use crate::contact::grid::Grid;
 use crate::contact::morphology::area::ContactArea;
@@ -144,15 +146,23 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     Ok(solved.coordinates().with(columns).beside(&carried))
 }
 
-/// The stiffness at each load of a block, in units of E* over the longer side.
+/// The stiffness at each load of a block, in units of E* over the longer side. The approach of the
+/// bodies is the mean displacement of the elastic surface, which only a free boundary has, and the mean
+/// yielded depth, less the mean gap.
 fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageError> {
     let pressures = solved.reals(PRESSURE.name)?;
     let gaps = solved.reals(MEAN_GAP.name)?;
     let moduli = solved.reals(EFFECTIVE_MODULUS.name)?;
     let stops = solved.texts(STOP.name)?;
+    let [displacements, depths] =
+        [MEAN_DISPLACEMENT, MEAN_YIELDED_DEPTH].map(|column| solved.reals(column.name).ok());
     let approach = |row| stiffness::Approach {
         pressure: pressures.value(row),
-        mean_gap: gaps.value(row),
+        approach: [displacements, depths]
+            .into_iter()
+            .flatten()
+            .filter(|depths| depths.is_valid(row))
+            .fold(-gaps.value(row), |sum, depths| sum + depths.value(row)),
         is_solved: stops.value(row) != solve::GIVEN_UP,
     };
     let loads: Vec<_> = (0..solved.rows()).map(approach).collect();
@@ -186,8 +196,6 @@ impl Contact {
 
 #[cfg(test)]
 mod tests {
-    use arrow::array::Array;
-
     use super::*;
     use crate::store::column::{bytes, texts};
 

@@ -51,7 +51,8 @@ pub struct MeasureTable {
     #[schemars(extend("default" = false))]
     pub pool: Key<bool>,
     /// Whether the incremental stiffness of the interface is measured beside its contacts: how fast the
-    /// pressure rises as the mean gap falls, from neighbouring loads of a block.
+    /// pressure rises as the bodies approach, as a finite difference between neighbouring loads of a
+    /// block that differ by at most a tenth.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
 }
