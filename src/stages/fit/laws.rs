@@ -176,128 +176,80 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
     plain.chain(limits::columns::parameters())
 }
 
+/// The columns of a parameter: its estimate, the ends of its interval and its standard error.
+macro_rules! names {
+    ($name:literal) => {
+        [
+            $name,
+            concat!($name, "_lower"),
+            concat!($name, "_upper"),
+            concat!($name, "_standard_error"),
+        ]
+    };
+}
+
 const EXPONENT: Parameter = Parameter::number(
-    [
-        "exponent",
-        "exponent_lower",
-        "exponent_upper",
-        "exponent_standard_error",
-    ],
+    names!("exponent"),
     "exponent of dp̄/dp₀ as a power of the area, μ − 1",
 )
 .called("exponent");
 const PREFACTOR: Parameter = Parameter::number(
-    [
-        "prefactor",
-        "prefactor_lower",
-        "prefactor_upper",
-        "prefactor_standard_error",
-    ],
+    names!("prefactor"),
     "prefactor of dp̄/dp₀ as a power of the area, β",
 );
 const ERF_SCALE: Parameter = Parameter::number(
-    [
-        "erf_scale",
-        "erf_scale_lower",
-        "erf_scale_upper",
-        "erf_scale_standard_error",
-    ],
+    names!("erf_scale"),
     "β of a = erf(β √2 y); 1 in Persson's theory",
 )
 .called("scale");
 const DECAY_LENGTH: Parameter = Parameter::of_unit(
     "length",
-    [
-        "decay_length",
-        "decay_length_lower",
-        "decay_length_upper",
-        "decay_length_standard_error",
-    ],
+    names!("decay_length"),
     "u₀ of p₀ = p_c exp(−ū/u₀): how much the mean gap falls while the load grows by the factor e",
 )
 .called("u₀");
 const CLOSING_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
-    [
-        "closing_load",
-        "closing_load_lower",
-        "closing_load_upper",
-        "closing_load_standard_error",
-    ],
+    names!("closing_load"),
     "p_c of p₀ = p_c exp(−ū/u₀): the load at which the exponential has no gap left",
 )
 .called("p_c");
 const MESH_COEFFICIENT: Parameter = Parameter::number(
-    [
-        "mesh_coefficient",
-        "mesh_coefficient_lower",
-        "mesh_coefficient_upper",
-        "mesh_coefficient_standard_error",
-    ],
+    names!("mesh_coefficient"),
     "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
 )
 .called("c");
 const PERCOLATION_AREA: Parameter = Parameter::number(
-    [
-        "percolation_area",
-        "percolation_area_lower",
-        "percolation_area_upper",
-        "percolation_area_standard_error",
-    ],
+    names!("percolation_area"),
     "share of the nodes in contact from which on no channel of gap leads through, mean of surfaces and \
      of both directions",
 );
 const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
-    [
-        "percolation_area_corrected",
-        "percolation_area_corrected_lower",
-        "percolation_area_corrected_upper",
-        "percolation_area_corrected_standard_error",
-    ],
+    names!("percolation_area_corrected"),
     "the same share of the area, corrected for the mesh as by the correction `2017`",
 )
 .called("sealed from an area of");
 const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
-    [
-        "percolation_load",
-        "percolation_load_lower",
-        "percolation_load_upper",
-        "percolation_load_standard_error",
-    ],
+    names!("percolation_load"),
     "load from which on no channel of gap leads through, mean of surfaces and of both directions",
 );
 const HURST_EXPONENT: Parameter = Parameter::number(
-    [
-        "hurst_exponent",
-        "hurst_exponent_lower",
-        "hurst_exponent_upper",
-        "hurst_exponent_standard_error",
-    ],
+    names!("hurst_exponent"),
     "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; of a single \
      surface its interval is that of independent modes",
 )
 .called("H");
 const ROLLOFF: Parameter = Parameter::of_unit(
     "1/length",
-    [
-        "rolloff_wavenumber",
-        "rolloff_wavenumber_lower",
-        "rolloff_wavenumber_upper",
-        "rolloff_wavenumber_standard_error",
-    ],
+    names!("rolloff_wavenumber"),
     "angular wavenumber up to which the measured spectrum is flat; null where it falls from its first \
      ring on",
 )
 .called("q_r");
 const PLATEAU_DENSITY: Parameter = Parameter::of_unit(
     "length⁴",
-    [
-        "plateau_density",
-        "plateau_density_lower",
-        "plateau_density_upper",
-        "plateau_density_standard_error",
-    ],
+    names!("plateau_density"),
     "spectral density up to the roll-off",
 );
 
