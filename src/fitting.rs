@@ -142,13 +142,15 @@ pub enum FitError {
     /// Surfaces that do not pass from open to sealed have no threshold.
     #[error(
         "{without} of {surfaces} surfaces are not seen to pass from an open gap to a sealed one along \
-             both directions, with loads in {window}: compute lighter or heavier ones"
+             {channels}, with loads in {window}: compute lighter or heavier ones"
     )]
     NotSealed {
         /// Surfaces without a threshold.
         without: usize,
         /// All of them.
         surfaces: usize,
+        /// Along which directions they were looked for.
+        channels: percolation::Channels,
         /// Where it was looked for.
         window: Window,
     },

@@ -78,6 +78,15 @@ pub struct Interval {
     pub standard_error: f64,
 }
 
+impl Interval {
+    /// Of a parameter that has no estimate.
+    pub const UNKNOWN: Interval = Interval {
+        lower: f64::NAN,
+        upper: f64::NAN,
+        standard_error: f64::NAN,
+    };
+}
+
 /// Intervals of all parameters of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intervals {

@@ -2,10 +2,12 @@
 //! through the interface.
 //!
 //! Along one direction a surface passes from open to sealed once, between two of its loads, for contact
-//! only grows; what is between them is the middle of both. A surface has one threshold along each of
-//! its two directions, which are equally likely to be the earlier one on isotropic roughness: its own
-//! threshold is the mean of both. Wang & Müser (2020) find 0.415 of the area on isotropic surfaces whose
-//! longest waves are short beside the cell; smaller cells scatter about it.
+//! only grows; its threshold is the middle of both. A surface has one threshold along each of its two
+//! directions. Isotropic roughness is equally likely to seal first along x or along y, so that a surface
+//! has the mean of both as a third threshold. Roughness with a grain seals much earlier across the grain
+//! than along it, and a mean of both directions is the threshold of neither. Wang & Müser (2020) find
+//! 0.415 of the area on isotropic surfaces whose longest waves are short beside the cell; smaller cells
+//! scatter about it.
 //!
 //! What lies between two loads is not seen, and resampling surfaces does not know it: where all
 //! surfaces are sealed between the same two loads, their middles do not scatter at all. Thresholds that
@@ -19,10 +21,22 @@
 //! that of the middles less w²/12 (Sheppard's correction).
 
 use std::f64::consts::{PI, SQRT_2};
+use std::fmt;
 
 use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::student::two_sided_quantile;
 use super::{FitError, Window};
+
+/// Directions of the channels that must be closed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channels {
+    /// Along x.
+    AlongX,
+    /// Along y.
+    AlongY,
+    /// Along both directions; a surface's threshold is the mean of both.
+    AlongBoth,
+}
 
 /// One surface under one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +74,8 @@ struct Passage {
 /// Thresholds of surfaces.
 #[derive(Debug, Clone)]
 pub struct PercolationProblem {
-    passages: Vec<[Passage; 2]>,
+    /// Of each surface, along each direction that counts.
+    passages: Vec<Vec<Passage>>,
     thresholds: Vec<Threshold>,
 }
 
@@ -70,28 +85,32 @@ impl PercolationProblem {
     /// # Errors
     /// When there is no surface, or one that is sealed under its lightest load, or still open under
     /// its heaviest: a mean over the others would be biased.
-    pub fn new(surfaces: &[Vec<Interface>], window: Window) -> Result<Self, FitError> {
-        let found: Vec<Option<[Passage; 2]>> = surfaces
+    pub fn new(
+        surfaces: &[Vec<Interface>],
+        window: Window,
+        channels: Channels,
+    ) -> Result<Self, FitError> {
+        let passages: Vec<Vec<Passage>> = surfaces
             .iter()
-            .map(|interfaces| Passage::of_surface(interfaces, window))
+            .filter_map(|interfaces| Passage::of_surface(interfaces, window, channels))
             .collect();
-        let without = found.iter().filter(|found| found.is_none()).count();
-        if without > 0 || found.is_empty() {
+        let without = surfaces.len() - passages.len();
+        if without > 0 || passages.is_empty() {
             return Err(FitError::NotSealed {
                 without,
                 surfaces: surfaces.len(),
+                channels,
                 window,
             });
         }
-        let passages: Vec<[Passage; 2]> = found.into_iter().flatten().collect();
-        let of_surface = |both: &[Passage; 2]| mean_of(both.map(|passage| passage.middle));
+        let of_surface = |all: &Vec<Passage>| mean_of(all.iter().map(|passage| passage.middle));
         Ok(Self {
             thresholds: passages.iter().map(of_surface).collect(),
             passages,
         })
     }
 
-    /// Those of the surfaces, each the mean of both directions.
+    /// Those of the surfaces, each the mean of the directions that count.
     pub fn thresholds(&self) -> &[Threshold] {
         &self.thresholds
     }
@@ -117,7 +136,7 @@ impl PercolationProblem {
     /// scatter may be that of rounding.
     fn scatter(&self) -> f64 {
         let all = || self.passages.iter().flatten();
-        let count = 2.0 * self.passages.len() as f64;
+        let count = all().count() as f64;
         let mean = all().map(|passage| passage.middle.load).sum::<f64>() / count;
         let squares = all().map(|passage| (passage.middle.load - mean).powi(2));
         let of_rounding = all().map(|passage| passage.width.load.powi(2) / 12.0);
@@ -159,6 +178,26 @@ impl PercolationProblem {
     }
 }
 
+impl Channels {
+    fn axes(self) -> &'static [usize] {
+        match self {
+            Channels::AlongX => &[0],
+            Channels::AlongY => &[1],
+            Channels::AlongBoth => &[0, 1],
+        }
+    }
+}
+
+impl fmt::Display for Channels {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Channels::AlongX => "x",
+            Channels::AlongY => "y",
+            Channels::AlongBoth => "both directions",
+        })
+    }
+}
+
 impl Threshold {
     /// Area, corrected area and load.
     pub fn values(&self) -> [f64; 3] {
@@ -175,8 +214,12 @@ impl Threshold {
 }
 
 impl Passage {
-    /// Those along x and along y; `None` where one is not seen.
-    fn of_surface(interfaces: &[Interface], window: Window) -> Option<[Passage; 2]> {
+    /// Those along the directions that count; `None` where one is not seen.
+    fn of_surface(
+        interfaces: &[Interface],
+        window: Window,
+        channels: Channels,
+    ) -> Option<Vec<Passage>> {
         let inside: Vec<&Interface> = interfaces
             .iter()
             .filter(|interface| window.contains(interface.load))
@@ -196,7 +239,7 @@ impl Passage {
                 width: Threshold::from_values(width),
             })
         };
-        Some([along(0)?, along(1)?])
+        channels.axes().iter().map(|&axis| along(axis)).collect()
     }
 }
 
@@ -230,6 +273,7 @@ fn weighted_mean(weighted: impl Iterator<Item = (Threshold, f64)>) -> Threshold 
 
 #[cfg(test)]
 mod tests {
+    use super::Channels::{AlongBoth, AlongX, AlongY};
     use super::*;
 
     const WINDOW: Window = Window {
@@ -249,9 +293,16 @@ mod tests {
         loads.map(interface).collect()
     }
 
+    fn problem(
+        surfaces: &[Vec<Interface>],
+        channels: Channels,
+    ) -> Result<PercolationProblem, FitError> {
+        PercolationProblem::new(surfaces, WINDOW, channels)
+    }
+
     #[test]
     fn the_threshold_lies_between_the_last_open_and_the_first_sealed_load() {
-        let problem = PercolationProblem::new(&[surface([0.5, 0.8])], WINDOW).unwrap();
+        let problem = problem(&[surface([0.5, 0.8])], AlongBoth).unwrap();
         let threshold = problem.mean();
         // Middles at 0.45 and 0.75.
         assert!((threshold.load - 0.6).abs() < 1e-15);
@@ -260,16 +311,33 @@ mod tests {
     }
 
     #[test]
+    fn along_one_direction_the_other_one_does_not_count() {
+        let surfaces = [[0.3, 0.8], [0.5, 1.0]].map(surface);
+        for (channels, load) in [(AlongX, 0.35), (AlongY, 0.85), (AlongBoth, 0.6)] {
+            let found = problem(&surfaces, channels).unwrap();
+            assert!((found.mean().load - load).abs() < 1e-15, "{channels}");
+            // The thresholds along each direction are 0.2 apart, and loads 0.1.
+            let variance = if channels == AlongBoth {
+                0.29 / 3.0
+            } else {
+                0.02
+            };
+            let expected = (variance - 0.01 / 12.0_f64).sqrt();
+            assert!((found.scatter() - expected).abs() < 1e-12, "{channels}");
+        }
+    }
+
+    #[test]
     fn surfaces_weigh_the_same() {
         let surfaces = [[0.3, 0.3], [0.5, 0.5]].map(surface);
-        let mean = PercolationProblem::new(&surfaces, WINDOW).unwrap().mean();
+        let mean = problem(&surfaces, AlongBoth).unwrap().mean();
         assert!((mean.load - 0.35).abs() < 1e-15);
     }
 
     #[test]
     fn surfaces_sealed_between_the_same_loads_are_known_to_these_and_no_better() {
         let equal = [[0.3, 0.3]; 4].map(surface);
-        let problem = PercolationProblem::new(&equal, WINDOW).unwrap();
+        let problem = problem(&equal, AlongBoth).unwrap();
         assert!(!problem.resolves_scatter());
         let bootstrap = Bootstrap {
             replicates: 50,
@@ -315,16 +383,23 @@ mod tests {
 
     #[test]
     fn a_surface_without_a_threshold_leaves_no_mean() {
-        let open = PercolationProblem::new(&[surface([0.5, 0.8]), surface([0.5, 2.0])], WINDOW);
-        let sealed = PercolationProblem::new(&[surface([0.5, 0.05])], WINDOW);
-        let expected = |without, surfaces| FitError::NotSealed {
+        let open = [surface([0.5, 0.8]), surface([0.5, 2.0])];
+        let sealed = [surface([0.5, 0.05])];
+        let expected = |without, surfaces, channels| FitError::NotSealed {
             without,
             surfaces,
+            channels,
             window: WINDOW,
         };
-        assert_eq!(open.unwrap_err(), expected(1, 2));
-        assert_eq!(sealed.unwrap_err(), expected(1, 1));
+        for channels in [AlongY, AlongBoth] {
+            let error = problem(&open, channels).unwrap_err();
+            assert_eq!(error, expected(1, 2, channels));
+            let error = problem(&sealed, channels).unwrap_err();
+            assert_eq!(error, expected(1, 1, channels));
+        }
+        // Along x all of them are seen to close.
+        assert!((problem(&open, AlongX).unwrap().mean().load - 0.45).abs() < 1e-15);
         let outside = Window { from: 0.0, to: 0.6 };
-        assert!(PercolationProblem::new(&[surface([0.5, 0.8])], outside).is_err());
+        assert!(PercolationProblem::new(&[surface([0.5, 0.8])], outside, AlongBoth).is_err());
     }
 }

@@ -1,5 +1,6 @@
 //! How pressures, gaps and clusters are distributed, and where gaps stop percolating.
 
+use arrow::array::Array;
 use asperity::store::table::Table;
 
 use crate::bench::{Bench, is_idle};
@@ -135,6 +136,41 @@ fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
         status.starts_with("3 of 3 surfaces are not seen"),
         "{status}"
     );
+}
+
+#[test]
+fn along_a_grain_the_gap_percolates_longer_than_across() {
+    let bench = Bench::new();
+    let stage = |fits: &str| {
+        let fits = bench.table("spread", fits);
+        assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
+        move |name: &str| {
+            let values = fits.reals(name).unwrap();
+            values.is_valid(0).then(|| values.value(0))
+        }
+    };
+    bench.run(PRESSED);
+    let isotropic = stage("threshold");
+    for quantity in ["load", "area", "area_corrected"] {
+        let value = |suffix: &str| isotropic(&format!("percolation_{quantity}{suffix}")).unwrap();
+        let mean = (value("_x") + value("_y")) / 2.0;
+        assert!((value("") - mean).abs() < 1e-12);
+    }
+    let grain = PRESSED
+        .replace("k_upper = 16", "k_upper = 16\nanisotropy = { ratio = 4 }")
+        .replace(
+            "from = 0.1, to = 0.8, steps = 14",
+            "from = 0.0, to = 1.2, steps = 48",
+        );
+    bench.run_with(&grain, &["--replace"]);
+    let stretched = stage("threshold");
+    for quantity in ["load", "area", "area_corrected"] {
+        let value = |suffix: &str| stretched(&format!("percolation_{quantity}{suffix}"));
+        assert_eq!(value(""), None);
+        assert_eq!(value("_standard_error"), None);
+        assert!(value("_x_standard_error").unwrap() > 0.0);
+        assert!(value("_x").unwrap() > 1.5 * value("_y").unwrap());
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::{Evidence, Spectrum, key, number, spectrum};
 use crate::decimal;
 use crate::ensemble::{Ensemble, ensembles};
 use crate::fitting::Window;
-use crate::fitting::percolation::{Interface, PercolationProblem};
+use crate::fitting::percolation::{Channels, Interface, PercolationProblem};
 use crate::stages::columns::*;
 use crate::stages::fit::percolation::Measured;
 use crate::store::table::{Table, TableError};
@@ -181,7 +181,7 @@ fn thresholds(table: &Table) -> Result<Vec<SealingAreas>, TableError> {
         let surfaces: Vec<Vec<Interface>> = members
             .map(|member| measured.interfaces(ensemble, member))
             .collect();
-        let problem = PercolationProblem::new(&surfaces, Window::ALL).ok()?;
+        let problem = PercolationProblem::new(&surfaces, Window::ALL, Channels::AlongBoth).ok()?;
         let thresholds = problem.thresholds().iter();
         Some(SealingAreas {
             spectrum,

@@ -22,30 +22,26 @@ pub const FIGURE: Definition = Definition {
 };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
-    let panels = [("along x", FLOW_FACTOR_X), ("along y", FLOW_FACTOR_Y)];
-    let mut charts = Vec::with_capacity(panels.len());
-    for (title, column) in panels {
-        charts.push(chart(data, title, column)?);
-    }
-    if charts.iter().all(|chart| chart.series.is_empty()) {
+    let mut left = chart(data, "along x", FLOW_FACTOR_X)?;
+    let mut right = chart(data, "along y", FLOW_FACTOR_Y)?;
+    if left.series.is_empty() && right.series.is_empty() {
         return Ok(Drawn::NotAsked);
     }
-    let [mut left, mut right]: [Chart; 2] = charts
-        .try_into()
-        .unwrap_or_else(|_| unreachable!("there are two panels"));
-    let thresholds = thresholds(data)?;
+    let thresholds = [
+        thresholds(data, "percolation_load_x")?,
+        thresholds(data, "percolation_load_y")?,
+    ];
     let range = range([&left, &right]);
-    for &(load, style) in &thresholds {
-        for chart in [&mut left, &mut right] {
+    for (chart, thresholds) in [&mut left, &mut right].into_iter().zip(&thresholds) {
+        for &(load, style) in thresholds {
             let ends = range.map(|flow| (load, flow));
             chart.series.push(Series::new(ends, style));
         }
     }
-    let sealed = match thresholds.is_empty() {
-        true => {
-            "A fit with `law = \"gap-percolation\"` adds the loads from which on the gap is sealed."
-        }
-        false => "Dotted lines are the mean loads from which on the gap percolates no more.",
+    let sealed = if thresholds.iter().all(Vec::is_empty) {
+        "A fit with `law = \"gap-percolation\"` adds the loads from which on the gap is sealed."
+    } else {
+        "Dotted lines are the mean loads from which on the gap does not percolate along this direction."
     };
     let caption = format!(
         "Flow factor of the gap against load, from {}: flow over that between smooth walls at the mean gap. \
@@ -83,11 +79,11 @@ fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, Table
     Ok(flowing.collect())
 }
 
-/// The loads from which on the gap of each point percolates no more, as they were fitted.
-fn thresholds(data: &FigureData) -> Result<Vec<(f64, Style)>, TableError> {
+/// The fitted loads from which on the gap of each point does not percolate.
+fn thresholds(data: &FigureData, column: &str) -> Result<Vec<(f64, Style)>, TableError> {
     let mut thresholds = Vec::new();
-    for stage in data.finished.with(&["percolation_load"]) {
-        let loads = stage.table.reals("percolation_load")?;
+    for stage in data.finished.with(&[column]) {
+        let loads = stage.table.reals(column)?;
         for row in (0..stage.table.rows()).filter(|&row| loads.is_valid(row)) {
             let colour = data.styles.colour(&ensembles::point(&stage.table, row));
             thresholds.push((loads.value(row), Style::line(colour, Dash::Dotted, 1.5)));

@@ -37,4 +37,4 @@ pub const BOOTSTRAP_FAILED: Column = Column::result(
     "resamplings that could not be fitted",
 );
 /// Whether there is a fit.
-pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why there are no values");
+pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why values are missing");

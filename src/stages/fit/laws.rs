@@ -132,6 +132,12 @@ impl PlainLaw {
                     PERCOLATION_AREA,
                     PERCOLATION_AREA_CORRECTED,
                     PERCOLATION_LOAD,
+                    PERCOLATION_AREA_X,
+                    PERCOLATION_AREA_CORRECTED_X,
+                    PERCOLATION_LOAD_X,
+                    PERCOLATION_AREA_Y,
+                    PERCOLATION_AREA_CORRECTED_Y,
+                    PERCOLATION_LOAD_Y,
                 ],
                 fits: Fits::Percolation,
             },
@@ -222,7 +228,7 @@ const MESH_COEFFICIENT: Parameter = Parameter::number(
 const PERCOLATION_AREA: Parameter = Parameter::number(
     names!("percolation_area"),
     "share of the nodes in contact from which on no channel of gap leads through, mean of surfaces and \
-     of both directions",
+     of both directions; null where the surfaces are not drawn from an isotropic spectrum",
 );
 const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
     names!("percolation_area_corrected"),
@@ -232,7 +238,38 @@ const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
 const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
     names!("percolation_load"),
-    "load from which on no channel of gap leads through, mean of surfaces and of both directions",
+    "load from which on no channel of gap leads through, mean of surfaces and of both directions; \
+     null where the surfaces are not drawn from an isotropic spectrum",
+);
+const PERCOLATION_AREA_X: Parameter = Parameter::number(
+    names!("percolation_area_x"),
+    "share of the nodes in contact from which on no channel of gap leads through along x, mean of \
+     surfaces",
+);
+const PERCOLATION_AREA_CORRECTED_X: Parameter = Parameter::number(
+    names!("percolation_area_corrected_x"),
+    "the same share along x, corrected for the mesh as by the correction `2017`",
+)
+.called("sealed along x from");
+const PERCOLATION_LOAD_X: Parameter = Parameter::of_unit(
+    "E* × rms slope",
+    names!("percolation_load_x"),
+    "load from which on no channel of gap leads through along x, mean of surfaces",
+);
+const PERCOLATION_AREA_Y: Parameter = Parameter::number(
+    names!("percolation_area_y"),
+    "share of the nodes in contact from which on no channel of gap leads through along y, mean of \
+     surfaces",
+);
+const PERCOLATION_AREA_CORRECTED_Y: Parameter = Parameter::number(
+    names!("percolation_area_corrected_y"),
+    "the same share along y, corrected for the mesh as by the correction `2017`",
+)
+.called("sealed along y from");
+const PERCOLATION_LOAD_Y: Parameter = Parameter::of_unit(
+    "E* × rms slope",
+    names!("percolation_load_y"),
+    "load from which on no channel of gap leads through along y, mean of surfaces",
 );
 const HURST_EXPONENT: Parameter = Parameter::number(
     names!("hurst_exponent"),

@@ -64,7 +64,13 @@ impl Parameter {
             };
             optional_reals(rows.iter().map(of).collect::<Vec<_>>())
         };
-        let values = rows.iter().map(|row| row.values.get(index).copied());
+        let value = |row: &&Row| {
+            row.values
+                .get(index)
+                .copied()
+                .filter(|value| value.is_finite())
+        };
+        let values = rows.iter().map(value);
         [
             (self.value, optional_reals(values)),
             (self.lower, interval(|interval| interval.lower)),

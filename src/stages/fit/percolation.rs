@@ -6,13 +6,13 @@ use super::Params;
 use super::row::Row;
 use super::rows;
 use crate::contact::morphology::correction::{CountedArea, YASTREBOV_2017};
-use crate::ensemble::{Ensemble, ensembles};
-use crate::fitting::FitError;
-use crate::fitting::percolation::{Interface, PercolationProblem};
+use crate::ensemble::{Ensemble, Point, ensembles};
+use crate::fitting::bootstrap::Interval;
+use crate::fitting::percolation::{Channels, Interface, PercolationProblem};
 use crate::stages::columns::*;
 use crate::stages::grids::Meshes;
 use crate::stages::solve::GIVEN_UP;
-use crate::store::column::Role;
+use crate::store::column::{Role, Value};
 use crate::store::table::{Table, TableError};
 
 /// Finds the threshold of every parameter point.
@@ -22,12 +22,9 @@ use crate::store::table::{Table, TableError};
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let measured = Measured::of(table)?;
     let points = ensembles(table)?;
-    let fit = |ensemble: &Ensemble| {
-        let fit = measured.fit(ensemble, params);
-        Row {
-            unconverged: measured.unconverged(ensemble),
-            ..fit.unwrap_or_else(|error| Row::failed(&error))
-        }
+    let fit = |ensemble: &Ensemble| Row {
+        unconverged: measured.unconverged(ensemble),
+        ..measured.fit(ensemble, params)
     };
     let fits: Vec<Row> = points.iter().map(fit).collect();
     let fits: Vec<&Row> = fits.iter().collect();
@@ -39,6 +36,16 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let table = table.in_role(Role::Parameter).pick(&standing).with(columns);
     // A threshold leaves no residuals.
     Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
+}
+
+/// Whether surfaces are drawn from a spectrum that is the same in all directions.
+fn is_isotropic(point: &Point) -> bool {
+    let is_drawn = match point.get(METHOD.name) {
+        Some(Value::Text(method)) => ["filter", "random-phase", "spectrum"].contains(&&**method),
+        _ => false,
+    };
+    let ratio = point.get(ANISOTROPY_RATIO.name);
+    is_drawn && ratio.is_none_or(|ratio| *ratio == Value::Real(1.0))
 }
 
 /// What is read of measured contacts.
@@ -71,16 +78,45 @@ impl<'a> Measured<'a> {
         })
     }
 
-    fn fit(&self, ensemble: &Ensemble, params: &Params) -> Result<Row, FitError> {
+    /// The thresholds of the mean of both directions, along x and along y, each the area, the corrected
+    /// area and the load. A direction along which some surface has no threshold leaves none, and the
+    /// row says why.
+    fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
         let surfaces: Vec<Vec<Interface>> = (0..ensemble.members.len())
             .map(|member| self.interfaces(ensemble, member))
             .collect();
-        let problem = PercolationProblem::new(&surfaces, params.window())?;
-        Ok(Row {
-            values: problem.mean().values().to_vec(),
+        let problem = |channels| PercolationProblem::new(&surfaces, params.window(), channels);
+        let [both, x, y] = [Channels::AlongBoth, Channels::AlongX, Channels::AlongY].map(problem);
+        let failure = match (&x, &y) {
+            (Ok(_), Ok(_)) => None,
+            (Err(error), Ok(_)) | (Ok(_), Err(error)) => Some(error),
+            (Err(_), Err(_)) => both.as_ref().err(),
+        };
+        let failure = failure.map(ToString::to_string);
+        let is_isotropic = is_isotropic(&ensemble.point);
+        let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
+        if thresholds.iter().all(Option::is_none) {
+            return Row {
+                failure,
+                ..Row::default()
+            };
+        }
+        let values = |problem: &Option<PercolationProblem>| match problem {
+            Some(problem) => problem.mean().values(),
+            None => [f64::NAN; 3],
+        };
+        let intervals = |problem: &Option<PercolationProblem>| match problem {
+            Some(problem) => problem.bootstrap(&params.bootstrap()).intervals,
+            None => Some(vec![Interval::UNKNOWN; 3]),
+        };
+        let intervals: Option<Vec<Vec<Interval>>> = thresholds.iter().map(intervals).collect();
+        Row {
+            values: thresholds.iter().flat_map(values).collect(),
+            intervals: intervals.map(|intervals| intervals.concat()),
             data: surfaces.len(),
-            ..Row::with(problem.bootstrap(&params.bootstrap()))
-        })
+            failure,
+            ..Row::default()
+        }
     }
 
     /// One surface under the loads that it has, ascending.
