@@ -105,7 +105,7 @@ fn means_over_surfaces_are_no_rows_that_limits_can_be_fitted_to() {
     let bench = Bench::new();
     let means = OVER_HEIGHTS.replace(
         "area.*, surfaces.rms_height",
-        "k_lower, k_upper, nodes, load, mean_gap, rms_height",
+        "area.k_lower, area.k_upper, area.nodes, area.load, area.mean_gap, surfaces.rms_height",
     );
     let manifest = bench.write(&[LIMITS, &means].concat());
     let output = bench.output(&["check", manifest.to_str().unwrap()]);
