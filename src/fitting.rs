@@ -124,8 +124,8 @@ pub enum FitError {
         /// Where the data lie.
         window: Window,
     },
-    /// All areas of a regression are equal.
-    #[error("the areas with loads in {window} are all equal: a power law needs different ones")]
+    /// All areas of a fit are equal.
+    #[error("the areas with loads in {window} are all equal: the law needs different ones")]
     EqualAreas {
         /// Where the data lie.
         window: Window,

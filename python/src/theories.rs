@@ -111,7 +111,7 @@ fn each<'py>(
 }
 
 /// κ, β and μ, rms residual, R², number of data.
-type Fitted = ([f64; 3], f64, f64, usize);
+type Fitted = ([f64; 3], f64, Option<f64>, usize);
 
 /// Fits a contact evolution law to the areas, a row each, of surfaces under the same loads.
 #[pyfunction]

@@ -58,8 +58,8 @@ pub struct EvolutionFit {
     pub rms_residual: f64,
     /// χ² per degree of freedom; `None` without variances or degrees of freedom.
     pub reduced_chi_square: Option<f64>,
-    /// Weighted coefficient of determination.
-    pub r_squared: f64,
+    /// Weighted coefficient of determination; `None` where the data do not differ.
+    pub r_squared: Option<f64>,
     /// Number of data.
     pub data: usize,
     /// Whether the slope of the law is convex at all loads, μ ≤ 1.

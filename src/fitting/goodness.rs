@@ -7,8 +7,8 @@ use super::least_squares::Quality;
 pub struct GoodnessOfFit {
     /// Root mean square residual.
     pub rms_residual: f64,
-    /// Coefficient of determination.
-    pub r_squared: f64,
+    /// Coefficient of determination; `None` where the data do not differ.
+    pub r_squared: Option<f64>,
     /// Number of data.
     pub data: usize,
     /// Data in the window that could not be used.

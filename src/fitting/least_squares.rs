@@ -91,8 +91,9 @@ impl<M: Residuals<P>, const P: usize> LeastSquaresProblem<f64, Dyn, Const<P>>
 pub struct Quality {
     /// Root mean square of the unweighted residuals, in the units of the data.
     pub rms_residual: f64,
-    /// Weighted share of the scatter of the data about their mean which the model explains.
-    pub r_squared: f64,
+    /// Weighted share of the scatter of the data about their mean which the model explains; `None` where all
+    /// data are equal to rounding, so that there is no scatter to be explained.
+    pub r_squared: Option<f64>,
     /// Weighted sum of squared residuals.
     pub chi_square: f64,
 }
@@ -114,10 +115,15 @@ impl Quality {
             .clone()
             .map(|i| weight(i) * (observed[i] - mean).powi(2))
             .sum();
+        let square: f64 = indices
+            .clone()
+            .map(|i| weight(i) * observed[i].powi(2))
+            .sum();
+        let rounding = observed.len() as f64 * f64::EPSILON.powi(2) * square;
         let mean_square = indices.map(squared).sum::<f64>() / observed.len() as f64;
         Self {
             rms_residual: mean_square.sqrt(),
-            r_squared: 1.0 - chi_square / scatter,
+            r_squared: (scatter > rounding).then(|| 1.0 - chi_square / scatter),
             chi_square,
         }
     }
@@ -192,14 +198,18 @@ mod tests {
         let observed = [1.0, 2.0, 6.0];
         let weights = [1.0, 2.0, 1.0];
         let mean = [2.75; 3];
-        assert!(
-            Quality::of(&observed, &mean, Some(&weights))
-                .r_squared
-                .abs()
-                < 1e-15
-        );
-        assert_eq!(Quality::of(&observed, &observed, None).r_squared, 1.0);
+        let none = Quality::of(&observed, &mean, Some(&weights)).r_squared;
+        assert!(none.expect("data that differ").abs() < 1e-15);
+        assert_eq!(Quality::of(&observed, &observed, None).r_squared, Some(1.0));
         let off = Quality::of(&observed, &[0.0, 3.0, 5.0], Some(&weights));
         assert_eq!((off.rms_residual, off.chi_square), (1.0, 4.0));
+    }
+
+    #[test]
+    fn data_that_are_equal_to_rounding_have_no_scatter_to_be_explained() {
+        let nearly = [0.1, 0.1 + f64::EPSILON / 8.0, 0.1];
+        for observed in [[0.1; 3], nearly, [0.0; 3]] {
+            assert_eq!(Quality::of(&observed, &[0.3; 3], None).r_squared, None);
+        }
     }
 }

@@ -127,7 +127,7 @@ mod tests {
             .unwrap();
         assert!((fit.decay_length / 1e-6 - 1.0).abs() < 1e-12, "{fit:?}");
         assert!((fit.closing_load / 0.4 - 1.0).abs() < 1e-12, "{fit:?}");
-        assert!(fit.goodness.rms_residual < 1e-12 && fit.goodness.r_squared > 1.0 - 1e-12);
+        assert!(fit.goodness.rms_residual < 1e-12 && fit.goodness.r_squared > Some(1.0 - 1e-12));
         // 0.01, 0.0126 … 0.2.
         assert_eq!((fit.goodness.data, fit.goodness.masked), (14, 0));
     }

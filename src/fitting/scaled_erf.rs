@@ -45,14 +45,19 @@ impl ScaledErfProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// With fewer than two loads at which a part, but not all, of the surface is out of contact, or
-    /// if the search does not converge.
+    /// With fewer than two loads at which a part, but not all, of the surface is out of contact, if all
+    /// areas are equal, or if the search does not converge.
     pub fn fit(&self) -> Result<ScaledErf, FitError> {
         let approach = self.approach(&self.data.mean())?;
         let local = approach.local();
         let beta = approach.fit(&local)?;
         let predicted: Vec<f64> = approach.x.iter().map(|x| ln_erfc(beta * x)).collect();
         let quality = Quality::of(&approach.ln_noncontact, &predicted, None);
+        if quality.r_squared.is_none() {
+            return Err(FitError::EqualAreas {
+                window: self.data.window,
+            });
+        }
         Ok(ScaledErf {
             beta,
             goodness: GoodnessOfFit::of(&quality, approach.x.len(), self.data.loads.len()),
@@ -176,7 +181,7 @@ mod tests {
         // 1 − a = 6e-5 is resolved to 2e-12 by areas near one, hence β to 1e-12.
         assert!((fit.beta - 1.0).abs() < 1e-11 && fit.goodness.rms_residual < 1e-10);
         assert!(fit.local.iter().all(|(_, beta)| (beta - 1.0).abs() < 1e-11));
-        assert!(fit.goodness.r_squared > 1.0 - 1e-12);
+        assert!(fit.goodness.r_squared > Some(1.0 - 1e-12));
     }
 
     #[test]
@@ -212,6 +217,13 @@ mod tests {
                 needed: 2
             }
         );
+    }
+
+    #[test]
+    fn equal_areas_have_no_factor() {
+        let curves = Curves::new(vec![1.0, 2.0, 3.0], vec![vec![0.9; 3]]).expect("well formed");
+        let error = ScaledErfProblem::new(&curves, HEAVY).fit().unwrap_err();
+        assert_eq!(error, FitError::EqualAreas { window: HEAVY });
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub(crate) use row::FITTED;
 use row::Row;
 
 /// Raise it when the numbers change, or what columns say of themselves.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// Fits laws to the pooled surfaces of one parameter point.
 pub const STAGE: Definition = Definition {
@@ -174,7 +174,7 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
             .map(|point| point.fit(|curves| fit(curves, params)))
             .collect()
     };
-    let (points, mut rows) = match &params.law {
+    let (points, rows) = match &params.law {
         Law::Limits(choices) => return limits::run(table, choices, params),
         Law::ContactEvolution(law) => {
             let points = Point::all(table)?;
@@ -197,9 +197,11 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
             Fits::Spectra => return spectra::run(table, params),
         },
     };
-    for (row, point) in rows.iter_mut().zip(&points) {
-        row.unconverged = point.unconverged;
-    }
+    let rows = rows.into_iter().zip(&points).map(|(row, point)| Row {
+        unconverged: point.unconverged,
+        ..row.unless_unbounded()
+    });
+    let rows: Vec<Row> = rows.collect();
     Ok(rows::table(table, &points, params, &rows))
 }
 

@@ -128,7 +128,7 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
     Row {
         values: vec![fit.law.kappa, fit.law.beta, fit.law.mu],
         rms_residual: Some(fit.rms_residual),
-        r_squared: Some(fit.r_squared),
+        r_squared: fit.r_squared,
         reduced_chi_square: fit.reduced_chi_square,
         data: fit.data,
         convex: Some(fit.convex),

@@ -53,7 +53,7 @@ impl Row {
         Row {
             values,
             rms_residual: Some(goodness.rms_residual),
-            r_squared: Some(goodness.r_squared),
+            r_squared: goodness.r_squared,
             data: goodness.data,
             masked: Some(goodness.masked),
             ..Row::with(intervals)
@@ -82,6 +82,22 @@ impl Row {
                  pressure does not grow, or contact is full; try another window or correction",
                 100.0 * MOST_MASKED
             )),
+            masked: self.masked,
+            data: self.data,
+            ..Row::default()
+        }
+    }
+
+    /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound it.
+    pub fn unless_unbounded(self) -> Row {
+        if self.values.iter().all(|value| value.is_finite()) {
+            return self;
+        }
+        Row {
+            failure: Some(
+                "a fitted parameter is beyond 1e308: the data do not bound it, try another window"
+                    .to_owned(),
+            ),
             masked: self.masked,
             data: self.data,
             ..Row::default()
