@@ -13,13 +13,15 @@ use crate::diagnostics::{Problem, Problems, Span};
 /// Bounds of numbers.
 pub type Bounds = (Bound<f64>, Bound<f64>);
 
+/// The largest number of a manifest: fourth powers and products of several of them are finite.
+const LARGEST: f64 = 1e30;
 /// Greater than zero.
-pub const POSITIVE: Bounds = (Bound::Excluded(0.0), Bound::Unbounded);
+pub const POSITIVE: Bounds = (Bound::Excluded(0.0), Bound::Included(LARGEST));
 /// Lengths, slopes and pressures: positive, and so far from the ends of floating-point numbers that
 /// fourth powers and products of several keep away from them too.
-pub const QUANTITY: Bounds = (Bound::Included(1e-30), Bound::Included(1e30));
+pub const QUANTITY: Bounds = (Bound::Included(1e-30), Bound::Included(LARGEST));
 /// Zero or greater.
-pub const NOT_NEGATIVE: Bounds = (Bound::Included(0.0), Bound::Unbounded);
+pub const NOT_NEGATIVE: Bounds = (Bound::Included(0.0), Bound::Included(LARGEST));
 /// Between zero and one, neither included.
 pub const SHARE: Bounds = (Bound::Excluded(0.0), Bound::Excluded(1.0));
 
@@ -191,6 +193,11 @@ fn described(bounds: Bounds, value: f64) -> String {
         Bound::Unbounded => None,
     };
     let upper = match bounds.1 {
+        Bound::Included(LARGEST) if value.is_nan() || value.is_infinite() => {
+            Some("finite".to_owned())
+        }
+        Bound::Included(LARGEST) if value <= LARGEST => None,
+        Bound::Included(LARGEST) => Some(format!("at most {LARGEST:e}")),
         Bound::Included(upper) => Some(format!("at most {upper}")),
         Bound::Excluded(upper) => Some(format!("below {upper}")),
         Bound::Unbounded if value.is_finite() => None,

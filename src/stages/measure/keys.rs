@@ -2,6 +2,8 @@
 //!
 //! The comments of the keys are what editors show and what messages quote.
 
+use std::ops::Bound;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -12,7 +14,7 @@ use super::distributions::Distribution;
 use super::statistics::Statistic;
 use crate::diagnostics::Problem;
 use crate::stages::given::Surfaces;
-use crate::written::checks::{Checks, POSITIVE};
+use crate::written::checks::Checks;
 use crate::written::{Key, Section, table};
 
 /// The largest `bins`.
@@ -25,6 +27,9 @@ const MOST_BINS_A_DECADE: u32 = 1000;
 const BINS_A_DECADE: u32 = 5;
 /// `range` when left out.
 const DEFAULT_RANGE: f64 = 5.0;
+/// The ends of `range`: no surface is higher than the root of its nodes in rms heights, and bins
+/// narrower than rounding count nothing.
+const RANGES: [f64; 2] = [1e-6, 1e6];
 
 /// Counts contacts, or measures surfaces.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -44,7 +49,7 @@ pub struct MeasureTable {
     pub bins: Key<i64>,
     /// Half width of the histogram of heights, or of the bearing curve, in rms heights; for surfaces
     /// only.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = DEFAULT_RANGE))]
+    #[schemars(extend("minimum" = RANGES[0], "maximum" = RANGES[1], "default" = DEFAULT_RANGE))]
     pub range: Key<f64>,
     /// Whether all surfaces of a parameter point share one histogram, with mean and standard
     /// deviation between them, instead of having one each; for surfaces only.
@@ -222,7 +227,8 @@ fn of_surfaces(
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS, DEFAULT_BINS);
-    let range = checks.number_or("range", &table.range, POSITIVE, DEFAULT_RANGE);
+    let ranges = (Bound::Included(RANGES[0]), Bound::Included(RANGES[1]));
+    let range = checks.number_or("range", &table.range, ranges, DEFAULT_RANGE);
     misplaced(table, false, checks)?;
     let (bins, range) = (bins?, range?);
     let what = table
