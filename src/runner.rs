@@ -259,6 +259,10 @@ impl<'a> Run<'a> {
             advance: &|share| self.observer.advanced(task, share),
         };
         let table = recipe.run(&inputs, &context)?;
+        table.check_finite().map_err(|found| TaskError::NotFinite {
+            found,
+            is_query: recipe.query().is_some(),
+        })?;
         store.publish(&self.plan.provenance(task), &table)?;
         checkpoints.remove();
         Ok(())

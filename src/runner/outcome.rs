@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::plan::Plan;
 use crate::stages::StageError;
 use crate::store::key::TaskKey;
+use crate::store::table::TableError;
 use crate::store::{Store, StoreError};
 
 /// What became of a plan.
@@ -93,6 +94,17 @@ pub enum TaskError {
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// The work found a number that no table may hold.
+    #[error("{found}, and tables hold finite numbers or null; {}", match is_query {
+        true => "a division by `nullif(x, 0)` gives null where x is zero",
+        false => "an input may be too large or too small; if none is, please report this",
+    })]
+    NotFinite {
+        /// The number.
+        found: TableError,
+        /// Whether a query computes it.
+        is_query: bool,
+    },
     /// Another task failed, without which it cannot be computed.
     #[error("needs task {0}, which failed")]
     Upstream(TaskKey),

@@ -36,6 +36,16 @@ pub enum TableError {
         /// The type that its reader needs.
         expected: &'static str,
     },
+    /// A number is infinite or none at all.
+    #[error("column `{name}` would hold {value} in row {row}")]
+    NotFinite {
+        /// The column.
+        name: String,
+        /// The row, from one.
+        row: usize,
+        /// The number.
+        value: f64,
+    },
     /// Tables cannot be joined.
     #[error("tables do not fit together")]
     Arrow(#[from] arrow::error::ArrowError),
@@ -175,6 +185,35 @@ impl Table {
             .ok_or_else(|| TableError::Missing {
                 name: name.to_owned(),
             })
+    }
+
+    /// Checks that every number of the table is finite or null, those of lists too.
+    ///
+    /// # Errors
+    /// When one is infinite or NaN.
+    pub(crate) fn check_finite(&self) -> Result<(), TableError> {
+        let fields = self.0.schema_ref().fields().iter();
+        for (field, array) in fields.zip(self.0.columns()) {
+            let lists = array.as_list_opt::<i64>();
+            let numbers = lists.map_or(array, LargeListArray::values);
+            let Some(numbers) = numbers.as_primitive_opt::<Float64Type>() else {
+                continue;
+            };
+            let mut values = numbers.iter().enumerate();
+            let found = values.find_map(|(index, value)| {
+                let value = value.filter(|value| !value.is_finite())?;
+                Some((index, value))
+            });
+            if let Some((index, value)) = found {
+                let offsets = lists.map(LargeListArray::value_offsets);
+                let row = offsets.map_or(index + 1, |offsets| {
+                    offsets.partition_point(|&offset| offset <= index as i64)
+                });
+                let name = field.name().clone();
+                return Err(TableError::NotFinite { name, row, value });
+            }
+        }
+        Ok(())
     }
 
     /// The columns that later stages carry on: where in the study each row belongs.
@@ -382,7 +421,7 @@ fn type_error(name: &str, array: &ArrayRef, expected: &'static str) -> TableErro
 
 #[cfg(test)]
 mod tests {
-    use super::super::column::{ColumnKind, bytes, reals};
+    use super::super::column::{ColumnKind, bytes, lists, optional_reals, reals};
     use super::*;
 
     const LOAD: Column = Column::parameter("load", ColumnKind::Real, "1", "load");
@@ -409,6 +448,25 @@ mod tests {
     fn picked_rows_come_in_the_order_asked_for() {
         let picked = table().pick(&[1, 0, 1]);
         assert_eq!(picked.reals("area").unwrap().values(), &[0.5, 0.3, 0.5]);
+    }
+
+    #[test]
+    fn numbers_are_finite_or_null() {
+        let gap = Column::result("gap", ColumnKind::Real, "1", "gap");
+        let of = |values: [Option<f64>; 3]| Table::new(3, vec![(gap, optional_reals(values))]);
+        assert!(of([Some(1e308), None, Some(0.0)]).check_finite().is_ok());
+        for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let error = of([Some(1.0), None, Some(odd)]).check_finite().unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                format!("column `gap` would hold {odd} in row 3")
+            );
+        }
+        let heights = Column::heavy("heights", ColumnKind::Reals, "", "heights");
+        let values = Float64Array::from(vec![1.0, 2.0, f64::NAN, 4.0]);
+        let lists = Table::new(2, vec![(heights, lists(values, [2, 2]))]);
+        let error = lists.check_finite().unwrap_err();
+        assert!(matches!(error, TableError::NotFinite { row: 2, .. }));
     }
 
     #[test]
