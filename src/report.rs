@@ -46,7 +46,7 @@ use crate::results::archive::Archive;
 use crate::results::reading::StageRows;
 use crate::stages::StageError;
 use crate::store::StoreError;
-use crate::store::files::{Existing, make_folder, write_whole};
+use crate::store::files::{Existing, lock_to_write, make_folder, write_whole};
 use crate::store::table::TableError;
 use crate::study::Warning;
 use crate::surface_files::SurfaceFiles;
@@ -197,6 +197,8 @@ pub fn write(
         }
     }
     make_folder(folder)?;
+    // The page has the digests of the figures: whoever verifies them waits for both.
+    let _alone = lock_to_write(folder);
     let pictures = folder.join(FIGURES);
     write_figures(&there, &pictures)?;
     let provenance = PageProvenance::of(&finished, subject);

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::basis::{Basis, Digests};
 use super::figure::DrawnFigure;
 use super::{FIGURES, PAGE};
+use crate::store::files::lock_to_read;
 
 /// A page ends with a digest of all before it.
 const OPENING: &str = "<!-- blake3 ";
@@ -24,8 +25,9 @@ pub fn sealed(page: String) -> String {
 }
 
 /// The page in a folder and the figures beside it, as far as they are there and not as they were
-/// written together.
+/// written together; waits for a report that is being written.
 pub fn changed(folder: &Path) -> Vec<PathBuf> {
+    let _unchanging = lock_to_read(folder);
     let page = folder.join(PAGE);
     let Ok(bytes) = fs::read(&page) else {
         return Vec::new();
@@ -57,7 +59,29 @@ fn digest(bytes: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+    use std::time::Duration;
+
     use super::*;
+    use crate::store::files::lock_to_write;
+
+    #[test]
+    fn a_report_that_is_being_written_is_looked_at_when_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = folder.path().join(PAGE);
+        let written = lock_to_write(folder.path()).expect("this disk can lock folders");
+        fs::write(&page, "half a page").unwrap();
+        let found = thread::scope(|scope| {
+            let look = scope.spawn(|| changed(folder.path()));
+            thread::sleep(Duration::from_millis(200));
+            fs::write(&page, sealed("a page".to_owned())).unwrap();
+            drop(written);
+            look.join().unwrap()
+        });
+        assert_eq!(found, Vec::<PathBuf>::new());
+        fs::write(&page, "half a page").unwrap();
+        assert_eq!(changed(folder.path()), [page]);
+    }
 
     #[test]
     fn a_page_is_sealed_until_a_byte_of_it_changes() {

@@ -10,7 +10,9 @@ use super::published::{KIND, LACKING};
 use super::{ResultsError, digest, file};
 use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
-use crate::store::files::{Existing, make_folder, quarantine, read_whole, write_whole};
+use crate::store::files::{
+    Existing, lock_to_write, make_folder, quarantine, read_whole, write_whole,
+};
 use crate::store::key::{Digest, TaskKey};
 use crate::store::parquet::{self, Columns, Metadata};
 use crate::store::table::Table;
@@ -92,13 +94,6 @@ impl Desk<'_> {
         Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
-    /// Keeps other runs of this machine from replacing tables until it is dropped; nothing where
-    /// folders cannot be locked.
-    fn alone(&self) -> Option<File> {
-        let folder = File::open(&self.folder).ok()?;
-        folder.lock().is_ok().then_some(folder)
-    }
-
     /// Writes the table of one stage if the store has a task of it, unless it is there already.
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
@@ -134,7 +129,8 @@ impl Desk<'_> {
             let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
             let bytes = parquet::encode(&rows.table, &metadata);
             self.own()?;
-            let _alone = self.alone();
+            // Other runs of this machine must not replace tables meanwhile.
+            let _alone = lock_to_write(&self.folder);
             // Somebody may have edited it; but it may also be another run's since it was looked at.
             published.quarantined = match written_for(&path).is_none() && path.is_file() {
                 true => quarantine(&path)?,

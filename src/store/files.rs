@@ -92,13 +92,37 @@ pub fn write_with(
 /// Sees to it that the disk knows the names of a folder's files.
 ///
 /// # Errors
-/// When the folder cannot be flushed.
+/// When the folder cannot be flushed, although its file system can flush folders.
 pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
     let flushed = File::open(folder).and_then(|folder| folder.sync_all());
-    flushed.map_err(|source| StoreError::Write {
-        path: folder.to_owned(),
-        source,
-    })
+    flushed
+        .or_else(unless_unsupported)
+        .map_err(|source| StoreError::Write {
+            path: folder.to_owned(),
+            source,
+        })
+}
+
+/// Some network and user-space file systems answer `EINVAL` or `ENOSYS` when a folder is flushed: they keep
+/// names in their own way, and there is nothing to be done.
+fn unless_unsupported(error: io::Error) -> io::Result<()> {
+    match error.kind() {
+        io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported => Ok(()),
+        _ => Err(error),
+    }
+}
+
+/// Locks a folder until the file is dropped, so that nobody who asks for the lock reads files of it that belong
+/// together while they are written; nothing where folders cannot be locked.
+pub fn lock_to_write(folder: &Path) -> Option<File> {
+    let folder = File::open(folder).ok()?;
+    folder.lock().is_ok().then_some(folder)
+}
+
+/// The same for readers, of whom many may hold the lock.
+pub fn lock_to_read(folder: &Path) -> Option<File> {
+    let folder = File::open(folder).ok()?;
+    folder.lock_shared().is_ok().then_some(folder)
 }
 
 /// What is there already must be a file, or else nothing has been stored.
@@ -241,6 +265,14 @@ fn free_name(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_that_its_file_system_cannot_flush_is_no_error() {
+        // EINVAL, ENOSYS and EIO of Linux.
+        let flushed = |number| unless_unsupported(io::Error::from_raw_os_error(number));
+        assert!(flushed(22).is_ok() && flushed(38).is_ok());
+        assert_eq!(flushed(5).unwrap_err().raw_os_error(), Some(5));
+    }
 
     #[test]
     fn the_way_from_a_folder_goes_up_to_what_both_share() {
