@@ -104,14 +104,22 @@ pub enum StoreError {
 impl StoreError {
     /// Whether no other table could be stored either.
     pub(crate) fn concerns_all(&self) -> bool {
-        use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-        let everywhere = [
-            PermissionDenied,
-            QuotaExceeded,
-            ReadOnlyFilesystem,
-            StorageFull,
-        ];
-        matches!(self, StoreError::Write { source, .. } if everywhere.contains(&source.kind()))
+        use io::ErrorKind::{QuotaExceeded, StorageFull};
+        let is_full = matches!(
+            self,
+            StoreError::Write { source, .. } if [QuotaExceeded, StorageFull].contains(&source.kind())
+        );
+        is_full || self.is_denied()
+    }
+
+    /// Whether a file or folder cannot be written for want of permission.
+    pub(crate) fn is_denied(&self) -> bool {
+        use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
+        matches!(
+            self,
+            StoreError::Write { source, .. }
+                if [PermissionDenied, ReadOnlyFilesystem].contains(&source.kind())
+        )
     }
 
     /// Whether computing the table again would help: it is damaged, or not there at all.

@@ -14,7 +14,7 @@ use super::signals::{Patience, StopSignal};
 use super::terminal::stdout;
 use super::{Failure, chain, counted, json, summary};
 use crate::data_folder::DataFolder;
-use crate::runner::RunOutcome;
+use crate::runner::{RunOutcome, TaskError};
 use crate::session::status::StageCount;
 use crate::session::{RunOptions, RunReport, Selection, Session, Shard};
 
@@ -161,7 +161,15 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
+        let is_denied = |(_, error): &(usize, TaskError)| match error {
+            TaskError::Store(error) => error.is_denied(),
+            _ => false,
+        };
         let cure = match outcome.halted {
+            true if outcome.failed.iter().any(is_denied) => {
+                "nothing more can be stored: the folder of data cannot be written; change its \
+                 permissions, or name another one by `--data FOLDER`, and "
+            }
             true => {
                 "nothing more can be stored: make room or ask for a larger quota, `asperity prune` \
                  shows what nobody needs, and "
@@ -183,5 +191,38 @@ pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+    use crate::store::StoreError;
+
+    #[test]
+    fn what_to_do_depends_on_why_nothing_can_be_stored() {
+        let advice = |kind: io::ErrorKind| {
+            let error = StoreError::Write {
+                path: PathBuf::from("data/store"),
+                source: kind.into(),
+            };
+            let outcome = RunOutcome {
+                failed: vec![(0, error.into())],
+                halted: true,
+                ..RunOutcome::default()
+            };
+            closing(&[0], &outcome)
+        };
+        use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+        for kind in [PermissionDenied, ReadOnlyFilesystem] {
+            let told = advice(kind);
+            assert!(told.contains("permissions"), "{told}");
+            assert!(!told.contains("quota"), "{told}");
+        }
+        for kind in [QuotaExceeded, StorageFull] {
+            assert!(advice(kind).contains("larger quota"));
+        }
     }
 }
