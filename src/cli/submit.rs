@@ -10,7 +10,7 @@ use bytesize::ByteSize;
 use super::forecast::core_hours;
 use super::terminal::stdout;
 use super::{Failure, Misused, counted};
-use crate::cluster::settings::{self, Settings};
+use crate::cluster::settings::{self, MOST_HOURS, Settings};
 use crate::cluster::submission::Submission;
 use crate::data_folder::DataFolder;
 use crate::diagnostics::listed;
@@ -189,8 +189,12 @@ fn hours(word: &str) -> Result<f64, Misused> {
     let hours = word
         .parse()
         .ok()
-        .filter(|hours: &f64| *hours > 0.0 && hours.is_finite());
-    hours.ok_or_else(|| Misused("must be a number of hours above 0".to_owned()))
+        .filter(|hours: &f64| *hours > 0.0 && *hours <= MOST_HOURS);
+    hours.ok_or_else(|| {
+        Misused(format!(
+            "must be a number of hours above 0 and at most {MOST_HOURS}"
+        ))
+    })
 }
 
 /// What a submission is expected to take, in a few lines.

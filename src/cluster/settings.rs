@@ -4,6 +4,7 @@
 //! given once more on the command line. No key of a table in the store depends on any of it.
 
 use std::io;
+use std::ops::Bound;
 use std::path::Path;
 
 use bytesize::ByteSize;
@@ -15,7 +16,7 @@ use crate::diagnostics::{ManifestErrors, Problem, Problems, did_you_mean};
 use crate::manifest::syntax;
 use crate::surface_files::read_regular;
 use crate::written::advice::Wanted;
-use crate::written::checks::{Checks, POSITIVE};
+use crate::written::checks::Checks;
 use crate::written::{Key, Section, Written, reader, table};
 
 /// The name of the file.
@@ -23,6 +24,8 @@ pub const FILE: &str = "asperity.toml";
 
 /// Bytes of the file: far more than anybody writes.
 const LONGEST: u64 = 1 << 20;
+/// The most hours that an element may take: eleven years, where no cluster lets a job run for one.
+pub const MOST_HOURS: f64 = 1e5;
 /// The largest `cores`.
 const MOST_CORES: u32 = 1024;
 /// The largest `at_most`.
@@ -246,7 +249,8 @@ fn whole(checks: &mut Checks, name: &str, key: &Key<i64>, least: u32, most: u32)
 }
 
 fn hours(checks: &mut Checks, name: &str, key: &Key<f64>) -> Option<f64> {
-    checks.is_in(name, key.written()?, POSITIVE)
+    let bounds = (Bound::Excluded(0.0), Bound::Included(MOST_HOURS));
+    checks.is_in(name, key.written()?, bounds)
 }
 
 type Judge<T> = fn(&str) -> Result<T, String>;

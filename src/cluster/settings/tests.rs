@@ -70,3 +70,13 @@ fn a_file_that_is_no_toml_or_not_there_is_told_apart() {
         None
     );
 }
+
+#[test]
+fn no_job_runs_for_longer_than_eleven_years() {
+    for key in ["time_limit", "per_element"] {
+        let of = |hours: &str| format!("[cluster]\n{key} = {hours}");
+        assert!(Settings::parse(&of("1e5"), FILE).is_ok());
+        let message = refused(&of("1e12"));
+        assert!(message.contains("at most 100000"), "{message}");
+    }
+}
