@@ -63,8 +63,32 @@ impl Axis {
         value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
     }
 
-    /// The numbers at its ends: those given, or those of the data and some room.
+    /// The numbers at its ends: those given, or those of the data and some room; ends between which the
+    /// drawing crate finds numbers to show.
     pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
+        /// Farther numbers are no quantity of a study, and the crate's sums of them overflow.
+        const FARTHEST: f64 = 1e60;
+        /// Ratio of the ends of an axis of logarithms; the crate lists every power of ten between them.
+        const RATIO: f64 = 1e60;
+        /// Distance of the ends of other axes, over the ends: the crate needs numbers between them.
+        const DISTANCE: f64 = 1e-12;
+        let [from, to] = self.unbounded_ends(values).map(|end| match end.is_nan() {
+            true => 0.0,
+            false => end.clamp(-FARTHEST, FARTHEST),
+        });
+        match self.spacing {
+            Spacing::Linear => {
+                let room = DISTANCE * from.abs().max(to.abs()).max(1e-280);
+                [from, to.max(from + room)]
+            }
+            Spacing::Logarithmic | Spacing::Octaves => {
+                let to = to.max(1.0 / FARTHEST);
+                [from.max(to / RATIO).min(to / 1.01), to]
+            }
+        }
+    }
+
+    fn unbounded_ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
         if let Some(range) = self.range {
             return range;
         }
@@ -232,6 +256,37 @@ mod tests {
         let axis = Axis::logarithmic("");
         assert_eq!(axis.spacing_between([5.0, 6.5]), Spacing::Linear);
         assert_eq!(axis.spacing_between([0.5, 6.5]), Spacing::Logarithmic);
+    }
+
+    #[test]
+    fn ends_are_finite_and_their_ratio_bounded_whatever_the_data() {
+        let odd = [
+            0.0,
+            1e-320,
+            1.0,
+            1e300,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NAN,
+            -1e305,
+        ];
+        for axis in [Axis::linear(""), Axis::logarithmic(""), Axis::octaves("")] {
+            for (one, other) in odd.iter().flat_map(|one| odd.map(|other| (*one, other))) {
+                for ends in [
+                    axis.ends([one, other].into_iter()),
+                    axis.clone().within(one, other).ends(std::iter::empty()),
+                ] {
+                    let [from, to] = ends;
+                    assert!(from.is_finite() && to.is_finite() && from < to, "{ends:?}");
+                    let is_bounded = axis.spacing == Spacing::Linear || to / from < 1e61;
+                    assert!(is_bounded, "{ends:?}");
+                }
+            }
+        }
+        assert_eq!(
+            Axis::linear("").within(0.2, 0.3).ends(std::iter::empty()),
+            [0.2, 0.3]
+        );
     }
 
     #[test]

@@ -114,14 +114,17 @@ fn relations(data: &FigureData, table: &Table, gaps: &Gaps) -> Result<Vec<Series
     let column = |name: &str| table.reals(name);
     let (lengths, closing) = (column("decay_length")?, column("closing_load")?);
     let (from, to) = (column("window_lower")?, column("window_upper")?);
+    let loads = gaps.means.iter().flatten().map(|mean| mean.load);
+    let heaviest = loads.fold(0.0, f64::max);
     let is_fitted = |&row: &usize| lengths.is_valid(row) && closing.is_valid(row);
     let lines = (0..table.rows()).filter(is_fitted).map(|row| {
         let point = ensembles::point(table, row);
         let length = gaps.factor(data, &point) * lengths.value(row);
         let gap = |load: f64| length * (closing.value(row) / load).ln();
         let colour = data.styles.colour(&point);
-        // A window may begin at zero, and the relation has no end there.
-        let range = [from.value(row).max(1e-3 * to.value(row)), to.value(row)];
+        // A window may begin at zero, and the relation has no end there; or end far from all loads.
+        let to = to.value(row).min(heaviest);
+        let range = [from.value(row).max(1e-3 * to), to];
         let style = Style::line(colour, Dash::Solid, 1.5);
         Series::curve(gap, range, Spacing::Logarithmic, style)
     });
