@@ -16,6 +16,7 @@ pub(crate) mod lock;
 pub mod parquet;
 pub mod provenance;
 pub mod source;
+pub(crate) mod stacking;
 pub mod table;
 mod unflushed;
 /// For tests, which leave files as an ended process would.

@@ -149,7 +149,7 @@ impl Shares {
 /// What a file is, in a word or two; the table of a task tells its stage's kind itself.
 fn name(file: &Found) -> String {
     let kind = || {
-        let metadata = parquet::metadata(File::open(&file.path).ok()?).ok()?;
+        let metadata = parquet::verify(File::open(&file.path).ok()?).ok()?;
         Some(Provenance::of(&metadata)?.stage)
     };
     match file.what {

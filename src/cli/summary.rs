@@ -3,7 +3,7 @@
 use super::{Failure, counted};
 use crate::plan::{Plan, PlannedStage};
 use crate::results::PublishedTable;
-use crate::store::table::Table;
+use crate::store::source::TableSource;
 
 /// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
 /// named: all others have tasks that nobody asked for.
@@ -36,7 +36,7 @@ pub fn text(
     for (stage, table) in stages.filter(|(stage, _)| is_asked_for(stage)) {
         let line = match table.finished {
             0 => "nothing finished".to_owned(),
-            _ => line(stage, &table.read()?)?,
+            _ => line(stage, &table.open()?)?,
         };
         let missing = stage.tasks.len() - table.finished;
         let missing = match missing {
@@ -51,6 +51,6 @@ pub fn text(
     Ok(text)
 }
 
-fn line(stage: &PlannedStage, table: &Table) -> Result<String, Failure> {
+fn line(stage: &PlannedStage, table: &TableSource) -> Result<String, Failure> {
     Ok((stage.kind.definition().summary)(table)?.join(" · "))
 }

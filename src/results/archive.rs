@@ -106,7 +106,8 @@ impl Archive {
         let generated = self
             .published()
             .filter(|(_, published)| published.kind == Kind::Generate.name());
-        let told = generated.filter_map(|(_, published)| files(&published.table).ok());
+        let tables = generated.filter_map(|(_, published)| published.table().ok());
+        let told = tables.filter_map(|table| files(&table).ok());
         told.flatten().collect()
     }
 

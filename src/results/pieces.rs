@@ -1,36 +1,67 @@
 //! A stage's table, put together from those of its tasks.
 
+use std::ops::Range;
+
 use super::published::Lacking;
 use super::{PATH, ResultsError, TASK};
 use crate::plan::{Plan, PlannedStage};
 use crate::stages::columns::CONTENT;
 use crate::store::StoreError;
 use crate::store::column::{optional_texts, texts};
-use crate::store::table::Table;
+use crate::store::parquet::GROUP;
+use crate::store::stacking::Stacking;
+use crate::store::table::{Table, TableError};
 use crate::surface_files::SurfaceFiles;
 
-/// The tables of a stage's finished tasks, in the plan's order.
-#[derive(Debug, Default)]
+/// The tables of a stage's finished tasks, in the plan's order: as many of them in memory as fit there, the
+/// others to be read again.
+#[derive(Debug)]
 pub struct Pieces {
-    tasks: Vec<Part>,
-    tables: Vec<Table>,
+    parts: Vec<Part>,
+    stacking: Stacking,
     damaged: Vec<(usize, StoreError)>,
+    /// Bytes of tables that may be held.
+    room: usize,
 }
 
-/// A task, and how many rows it has.
+/// Tasks whose rows lie under each other in one table.
 #[derive(Debug)]
-struct Part {
-    task: usize,
-    rows: usize,
+pub struct Part {
+    /// The tasks, and how many rows each has.
+    pub tasks: Vec<(usize, usize)>,
+    layout: usize,
+    table: Option<Table>,
+}
+
+impl Part {
+    fn rows(&self) -> usize {
+        self.tasks.iter().map(|(_, rows)| rows).sum()
+    }
 }
 
 impl Pieces {
+    /// No tables, and room for so many bytes of them.
+    pub fn within(room: usize) -> Pieces {
+        Pieces {
+            parts: Vec::new(),
+            stacking: Stacking::default(),
+            damaged: Vec::new(),
+            room,
+        }
+    }
+
     /// Adds the rows of tasks that lie under each other in one table, so many of each.
     pub fn add_all(&mut self, tasks: &[usize], rows: &[usize], table: Table) {
-        let parts = tasks.iter().zip(rows);
-        self.tasks
-            .extend(parts.map(|(&task, &rows)| Part { task, rows }));
-        self.tables.push(table);
+        let bytes = table.bytes_held();
+        let is_held = bytes <= self.room;
+        if is_held {
+            self.room -= bytes;
+        }
+        self.parts.push(Part {
+            tasks: tasks.iter().copied().zip(rows.iter().copied()).collect(),
+            layout: self.stacking.add(&table),
+            table: is_held.then_some(table),
+        });
     }
 
     /// Adds what came of reading a task's table.
@@ -48,48 +79,162 @@ impl Pieces {
 
     /// Whether nothing has been added.
     pub fn is_empty(&self) -> bool {
-        self.tables.is_empty() && self.damaged.is_empty()
+        self.parts.is_empty() && self.damaged.is_empty()
     }
 
-    /// The tasks, and their rows one under the other, each with the task that it came from; no
-    /// table without tasks.
+    /// The tasks, if no table of theirs is damaged.
+    ///
+    /// # Errors
+    /// When tables are damaged.
+    pub fn tasks(&mut self) -> Result<Vec<usize>, ResultsError> {
+        if !self.damaged.is_empty() {
+            let tables = std::mem::take(&mut self.damaged);
+            return Err(ResultsError::Damaged { tables });
+        }
+        let tasks = self.parts.iter().flat_map(|part| &part.tasks);
+        Ok(tasks.map(|(task, _)| *task).collect())
+    }
+
+    /// Which columns the tables of some tasks have not got.
+    pub fn lacking(&self) -> Lacking {
+        let parts = self.parts.iter().map(|part| (part.layout, part.rows()));
+        Lacking::of(&self.stacking, &parts.collect::<Vec<_>>())
+    }
+
+    /// The number of all rows.
+    pub fn rows(&self) -> usize {
+        self.parts.iter().map(Part::rows).sum()
+    }
+
+    /// All rows at once, which are in memory.
     ///
     /// # Errors
     /// When tables are damaged, or contradict each other.
     pub fn stacked(
-        self,
+        mut self,
         plan: &Plan,
         stage: &PlannedStage,
         sources: &SurfaceFiles,
-    ) -> Result<(Vec<usize>, Option<Stacked>), ResultsError> {
-        if !self.damaged.is_empty() {
-            let tables = self.damaged;
-            return Err(ResultsError::Damaged { tables });
-        }
-        let tasks: Vec<usize> = self.tasks.iter().map(|part| part.task).collect();
-        if tasks.is_empty() {
-            return Ok((tasks, None));
-        }
-        let stacked = Table::stack(&self.tables).map_err(|source| ResultsError::Table {
-            stage: stage.name.clone(),
-            source,
-        })?;
-        let lacking = Lacking::of(&self.tables, &stacked);
-        let keys = self.tasks.iter().flat_map(|part| {
-            let key = plan.tasks[part.task].key.to_string();
-            std::iter::repeat_n(key, part.rows)
-        });
-        let table = with_paths(stacked, sources).with(vec![(TASK, texts(keys))]);
-        Ok((tasks, Some(Stacked { table, lacking })))
+    ) -> Result<(Vec<usize>, Option<Table>), ResultsError> {
+        let tasks = self.tasks()?;
+        let frame = Frame {
+            plan,
+            stage,
+            sources,
+        };
+        let all = self.rows();
+        let mut groups = self.tables(frame, all.max(1), |_| unreachable!("all tables are held"));
+        let table = groups.next().transpose()?.filter(|_| !tasks.is_empty());
+        Ok((tasks, table))
+    }
+
+    /// The rows of as many tasks after each other as a row group has, each with the task that it came from;
+    /// at least one table, that may be empty. `read` reads what is not held.
+    pub fn groups<'a>(
+        self,
+        frame: Frame<'a>,
+        read: impl FnMut(&Part) -> Result<Table, ResultsError> + 'a,
+    ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
+        self.tables(frame, GROUP, read)
+    }
+
+    fn tables<'a>(
+        self,
+        frame: Frame<'a>,
+        most: usize,
+        mut read: impl FnMut(&Part) -> Result<Table, ResultsError> + 'a,
+    ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
+        let Pieces {
+            parts, stacking, ..
+        } = self;
+        let mut parts = parts.into_iter();
+        let mut rest: Option<Rows> = None;
+        let mut is_first = true;
+        std::iter::from_fn(move || {
+            let (mut group, mut left) = (Vec::new(), most);
+            while left > 0 {
+                let next = match rest.take() {
+                    Some(rows) => rows,
+                    None => match parts.next() {
+                        Some(mut part) => {
+                            let table = part.table.take().map_or_else(|| read(&part), Ok);
+                            match table {
+                                Ok(table) => frame.rows(part, table),
+                                Err(error) => return Some(Err(error)),
+                            }
+                        }
+                        None => break,
+                    },
+                };
+                let count = next.table.rows().min(left);
+                left -= count;
+                rest = (count < next.table.rows()).then(|| next.slice(count..next.table.rows()));
+                group.push(next.slice(0..count));
+            }
+            let is_over = group.is_empty() && !is_first;
+            is_first = false;
+            (!is_over).then(|| frame.stacked(&stacking, group))
+        })
     }
 }
 
-/// The rows of several tasks.
-pub struct Stacked {
-    /// One under the other.
-    pub table: Table,
-    /// Which columns the tables of some have not got.
-    pub lacking: Lacking,
+/// Some rows of a stage, and the keys of their tasks.
+struct Rows {
+    layout: usize,
+    table: Table,
+    keys: Table,
+}
+
+impl Rows {
+    fn slice(&self, rows: Range<usize>) -> Rows {
+        Rows {
+            layout: self.layout,
+            table: self.table.slice(rows.clone()),
+            keys: self.keys.slice(rows),
+        }
+    }
+}
+
+/// What the rows of tasks are told beside what these have computed.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// All tasks.
+    pub plan: &'a Plan,
+    /// The stage whose table is put together.
+    pub stage: &'a PlannedStage,
+    /// The files of measured surfaces.
+    pub sources: &'a SurfaceFiles,
+}
+
+impl Frame<'_> {
+    fn rows(self, part: Part, table: Table) -> Rows {
+        let keys = part.tasks.iter().flat_map(|(task, rows)| {
+            let key = self.plan.tasks[*task].key.to_string();
+            std::iter::repeat_n(key, *rows)
+        });
+        Rows {
+            layout: part.layout,
+            keys: Table::new(table.rows(), vec![(TASK, texts(keys))]),
+            table,
+        }
+    }
+
+    fn stacked(self, stacking: &Stacking, rows: Vec<Rows>) -> Result<Table, ResultsError> {
+        let contradiction = |source: TableError| ResultsError::Table {
+            stage: self.stage.name.clone(),
+            source,
+        };
+        let (tables, keys): (Vec<(usize, Table)>, Vec<Table>) = rows
+            .into_iter()
+            .map(|rows| ((rows.layout, rows.table), rows.keys))
+            .unzip();
+        let table = stacking.stack(&tables).map_err(contradiction)?;
+        let keys = match keys.is_empty() {
+            true => Table::empty(&[TASK]),
+            false => Table::stack(&keys).map_err(contradiction)?,
+        };
+        Ok(with_paths(table, self.sources).beside(&keys))
+    }
 }
 
 /// Names the file of measured surfaces, which no key knows.

@@ -3,14 +3,16 @@
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
 use super::{PATH, TASK};
 use crate::store::StoreError;
-use crate::store::files::read_whole;
 use crate::store::key::TaskKey;
-use crate::store::parquet::{Columns, Metadata};
+use crate::store::parquet::Metadata;
+use crate::store::source::TableSource;
+use crate::store::stacking::Stacking;
 use crate::store::table::Table;
 
 /// The entries of its file that say what its rows alone do not.
@@ -18,15 +20,19 @@ pub const KIND: &str = "kind";
 /// See [`Lacking`].
 pub const LACKING: &str = "lacking";
 
+/// Rows of a table that is read at once: those of larger ones are read as they are asked for.
+const READ_AT_ONCE: usize = 1 << 18;
+
 /// The rows of a stage's tasks, one task after the other.
 #[derive(Debug)]
 pub struct Published {
     /// The kind of the stage.
     pub kind: String,
-    /// As it was published.
-    pub table: Table,
-    /// Without the columns that publishing adds.
-    own: Table,
+    source: TableSource,
+    /// The columns without those that publishing adds.
+    own: Vec<usize>,
+    /// The row group that was read last, of a table that is not read at once, and its first row.
+    last: Mutex<Option<(usize, Table)>>,
     rows: HashMap<TaskKey, Range<usize>>,
     /// Nothing in a table that does not tell.
     lacking: Option<Lacking>,
@@ -38,15 +44,15 @@ pub struct Published {
 pub struct Lacking(Vec<(String, Vec<Range<usize>>)>);
 
 impl Lacking {
-    /// What each of these tables lacks of the columns of all, once they are stacked.
-    pub fn of(pieces: &[Table], stacked: &Table) -> Lacking {
-        let lacking = stacked.names().into_iter().filter_map(|name| {
+    /// What tables lack of the columns of all; each is told by its layout and how many rows it has.
+    pub fn of(stacking: &Stacking, tables: &[(usize, usize)]) -> Lacking {
+        let lacking = stacking.names().enumerate().filter_map(|(column, name)| {
             let mut ranges: Vec<Range<usize>> = Vec::new();
             let mut start = 0;
-            for piece in pieces {
-                let end = start + piece.rows();
+            for &(layout, rows) in tables {
+                let end = start + rows;
                 match ranges.last_mut() {
-                    _ if piece.has(name) || start == end => {}
+                    _ if stacking.place(layout, column).is_some() || rows == 0 => {}
                     Some(last) if last.end == start => last.end = end,
                     _ => ranges.push(start..end),
                 }
@@ -84,21 +90,41 @@ impl Published {
     /// # Errors
     /// When the file is missing or damaged.
     pub fn read(path: &Path) -> Result<Option<Published>, StoreError> {
-        let (table, metadata) = read_whole(path, Columns::Light)?;
-        Ok(Published::of(table, &metadata))
+        let (source, metadata) = TableSource::open(path)?;
+        let source = match source.rows() <= READ_AT_ONCE {
+            true => source.table()?.into(),
+            false => source,
+        };
+        Published::of(source, &metadata)
     }
 
-    fn of(table: Table, metadata: &Metadata) -> Option<Published> {
-        let kind = metadata.get(KIND)?.to_owned();
-        let rows = rows(&table)?;
+    fn of(source: TableSource, metadata: &Metadata) -> Result<Option<Published>, StoreError> {
+        let names = source.names();
+        let task = names.iter().position(|name| name == TASK.name);
+        let (Some(kind), Some(task)) = (metadata.get(KIND), task) else {
+            return Ok(None);
+        };
+        let Some(rows) = rows(&source, task)? else {
+            return Ok(None);
+        };
+        let is_own = |column: &usize| ![TASK.name, PATH.name].contains(&names[*column].as_str());
         let lacking = metadata.get(LACKING);
-        Some(Published {
-            kind,
-            own: table.without(&[TASK.name, PATH.name]),
-            table,
+        Ok(Some(Published {
+            kind: kind.to_owned(),
+            own: (0..names.len()).filter(is_own).collect(),
+            source,
+            last: Mutex::default(),
             rows,
             lacking: lacking.and_then(|words| serde_json::from_str(words).ok()),
-        })
+        }))
+    }
+
+    /// The table as it was published.
+    ///
+    /// # Errors
+    /// When it is damaged.
+    pub fn table(&self) -> Result<Table, StoreError> {
+        self.source.table()
     }
 
     /// Its tasks.
@@ -113,19 +139,19 @@ impl Published {
 
     /// The rows of a task; columns that its own table has not got may be there, and null.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
-        let rows = self.rows.get(&key)?;
-        Some(self.own.slice(rows.clone()))
+        self.own(self.rows.get(&key)?.clone())
     }
 
     /// The table of a task without its maps, as the store has it; nothing if that cannot be told.
     pub fn table_of(&self, key: TaskKey) -> Option<Table> {
         let lacking = self.lacking.as_ref()?;
         let rows = self.rows.get(&key)?;
-        Some(self.slice(rows.clone(), lacking))
+        self.slice(rows.clone(), lacking)
     }
 
     /// The same of as many of these tasks, from the first one on, as lie under each other in the
-    /// table and have the same columns: how many rows each of them has, and all their rows.
+    /// table and have the same columns, and as are read at once: how many rows each of them has, and all
+    /// their rows.
     pub fn table_of_first(
         &self,
         keys: impl Iterator<Item = TaskKey>,
@@ -137,22 +163,47 @@ impl Published {
         let mut rows = vec![first.len()];
         let mut all = first.clone();
         for next in keys {
-            if next.start != all.end || next.end > end {
+            let is_much = next.end - all.start > READ_AT_ONCE;
+            if next.start != all.end || next.end > end || is_much {
                 break;
             }
             rows.push(next.len());
             all.end = next.end;
         }
-        Some((rows, self.slice(all, lacking)))
+        Some((rows, self.slice(all, lacking)?))
     }
 
     /// Rows of tasks that have the same columns, without those that they lack.
-    fn slice(&self, rows: Range<usize>, lacking: &Lacking) -> Table {
+    fn slice(&self, rows: Range<usize>, lacking: &Lacking) -> Option<Table> {
         let lacking = lacking.from(rows.start);
-        let table = self.own.slice(rows);
-        match lacking.is_empty() {
+        let table = self.own(rows)?;
+        Some(match lacking.is_empty() {
             true => table,
             false => table.without(&lacking),
+        })
+    }
+
+    /// Some rows, without the columns that publishing adds; nothing if they are damaged.
+    fn own(&self, rows: Range<usize>) -> Option<Table> {
+        let mut last = self.last.lock().expect("no panic happens while it is held");
+        let mut parts = Vec::new();
+        let mut start = 0;
+        for part in 0..self.source.count() {
+            let end = start + self.source.rows_of(part);
+            let wanted = rows.start.max(start)..rows.end.min(end);
+            if wanted.start < wanted.end {
+                let table = match last.take().filter(|(first, _)| *first == start) {
+                    Some((_, table)) => table,
+                    None => self.source.part(&self.own, part).ok()?,
+                };
+                parts.push(table.slice(wanted.start - start..wanted.end - start));
+                *last = Some((start, table));
+            }
+            start = end;
+        }
+        match parts.is_empty() {
+            true => self.source.first(&self.own, 0).ok(),
+            false => Table::stack(&parts).ok(),
         }
     }
 }
@@ -163,22 +214,37 @@ fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
     ranges.get(next).is_some_and(|range| range.contains(&row))
 }
 
-/// The rows of each task: they follow one another, or else nobody has published the table.
-fn rows(table: &Table) -> Option<HashMap<TaskKey, Range<usize>>> {
-    let tasks = table.texts(TASK.name).ok()?;
-    let mut rows = HashMap::new();
-    let mut start = 0;
-    for end in 1..=table.rows() {
-        let task = tasks.value(start);
-        if end == table.rows() || tasks.value(end) != task {
-            let known = rows.insert(task.parse().ok()?, start..end);
-            if known.is_some() {
-                return None;
+/// The rows of each task, by the column of their keys: they follow one another, or else nobody has published
+/// the table.
+fn rows(
+    source: &TableSource,
+    column: usize,
+) -> Result<Option<HashMap<TaskKey, Range<usize>>>, StoreError> {
+    let mut rows: HashMap<TaskKey, Range<usize>> = HashMap::new();
+    let mut last = String::new();
+    let (mut start, mut end) = (0, 0);
+    let add = |rows: &mut HashMap<_, _>, task: &str, range: Range<usize>| {
+        let key = task.parse().ok();
+        range.is_empty() || key.is_some_and(|key: TaskKey| rows.insert(key, range).is_none())
+    };
+    for part in source.parts(&[column]) {
+        let part = part?;
+        let Ok(tasks) = part.texts(TASK.name) else {
+            return Ok(None);
+        };
+        for row in 0..part.rows() {
+            let task = tasks.value(row);
+            if task != last {
+                if !add(&mut rows, &last, start..end) {
+                    return Ok(None);
+                }
+                task.clone_into(&mut last);
+                start = end;
             }
-            start = end;
+            end += 1;
         }
     }
-    Some(rows)
+    Ok(add(&mut rows, &last, start..end).then_some(rows))
 }
 
 #[cfg(test)]
@@ -201,14 +267,24 @@ mod tests {
         ]
     }
 
-    fn published(lacking: bool) -> Published {
+    fn lacking(tables: &[Table]) -> String {
+        let mut stacking = Stacking::default();
+        let parts = tables
+            .iter()
+            .map(|table| (stacking.add(table), table.rows()));
+        let parts: Vec<_> = parts.collect();
+        serde_json::to_string(&Lacking::of(&stacking, &parts)).unwrap()
+    }
+
+    fn published(is_told: bool) -> Published {
         let stacked = Table::stack(&pieces()).unwrap();
-        let told = serde_json::to_string(&Lacking::of(&pieces(), &stacked)).unwrap();
+        let told = lacking(&pieces());
         let keys = texts([key('a'), key('a'), key('b')]);
         let mut entries = vec![(KIND.to_owned(), "measure".to_owned())];
-        entries.extend(lacking.then(|| (LACKING.to_owned(), told)));
+        entries.extend(is_told.then(|| (LACKING.to_owned(), told)));
         let metadata = Metadata { key: None, entries };
-        Published::of(stacked.with(vec![(TASK, keys)]), &metadata).unwrap()
+        let table = stacked.with(vec![(TASK, keys)]);
+        Published::of(table.into(), &metadata).unwrap().unwrap()
     }
 
     #[test]
@@ -231,14 +307,15 @@ mod tests {
             pieces[1].without(&["gap"]),
             stacked.slice(4..5),
         ];
-        let told = serde_json::to_string(&Lacking::of(&pieces, &stacked)).unwrap();
+        let told = lacking(&pieces);
         let keys = texts(['a', 'a', 'b', 'b', 'c'].map(key));
         let entries = vec![
             (KIND.to_owned(), "measure".to_owned()),
             (LACKING.to_owned(), told),
         ];
         let metadata = Metadata { key: None, entries };
-        let published = Published::of(stacked.clone().with(vec![(TASK, keys)]), &metadata).unwrap();
+        let table = stacked.clone().with(vec![(TASK, keys)]);
+        let published = Published::of(table.into(), &metadata).unwrap().unwrap();
         let first = |digits: &[char]| {
             let keys = digits.iter().map(|&digit| key(digit).parse().unwrap());
             published.table_of_first(keys)
@@ -262,7 +339,8 @@ mod tests {
     #[test]
     fn a_table_whose_tasks_are_mixed_is_none_of_ours() {
         let mixed = Table::new(3, vec![(TASK, texts([key('a'), key('b'), key('a')]))]);
-        assert_eq!(rows(&mixed), None);
-        assert_eq!(rows(&Table::new(1, vec![(TASK, texts(["a"]))])), None);
+        assert_eq!(rows(&mixed.into(), 0).unwrap(), None);
+        let unknown = Table::new(1, vec![(TASK, texts(["a"]))]);
+        assert_eq!(rows(&unknown.into(), 0).unwrap(), None);
     }
 }

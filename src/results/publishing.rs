@@ -1,20 +1,25 @@
 //! Writing a study's tables, for the manifest that they belong to.
 
 use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
+
+use bytesize::ByteSize;
 
 use super::archive::Archive;
 use super::owner::Owner;
-use super::pieces::{Pieces, Stacked};
-use super::published::{KIND, LACKING};
+use super::pieces::{Frame, Part, Pieces};
+use super::published::{KIND, LACKING, Lacking};
 use super::{ResultsError, digest, file};
 use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
+use crate::store::column::Description;
 use crate::store::files::{
-    Existing, lock_to_write, make_folder, quarantine, read_whole, write_whole,
+    Existing, flush_folder, lock_to_write, make_folder, quarantine, write_with,
 };
 use crate::store::key::{Digest, TaskKey};
-use crate::store::parquet::{self, Columns, Metadata};
+use crate::store::parquet::{self, Metadata};
+use crate::store::source::TableSource;
 use crate::store::table::Table;
 use crate::store::{Store, StoreError, TaskTables};
 
@@ -32,17 +37,26 @@ pub struct PublishedTable {
 }
 
 impl PublishedTable {
+    /// Its rows, not yet read.
+    ///
+    /// # Errors
+    /// When the file is missing, or its footer damaged.
+    pub fn open(&self) -> Result<TableSource, StoreError> {
+        Ok(TableSource::open(&self.path)?.0)
+    }
+
     /// Its rows.
     ///
     /// # Errors
     /// When the file is missing or damaged.
     pub fn read(&self) -> Result<Table, StoreError> {
-        Ok(read_whole(&self.path, Columns::Light)?.0)
+        self.open()?.table()
     }
 }
 
 /// Writes the table of every stage that has a finished task, unless it is there already, for the
-/// manifest in a file. Rows of tasks that the store has lost stay.
+/// manifest in a file. Rows of tasks that the store has lost stay. Of large tables no more is in memory at
+/// once than half of `room`.
 ///
 /// # Errors
 /// When tables cannot be read, or the folder not be written.
@@ -51,6 +65,7 @@ pub fn publish(
     store: &Store,
     manifest: &Path,
     folder: &Path,
+    room: ByteSize,
 ) -> Result<Vec<PublishedTable>, ResultsError> {
     let folder = folder.join(&sampled.plan.study);
     let desk = Desk {
@@ -58,6 +73,7 @@ pub fn publish(
         archive: Archive::of(store.clone(), &folder),
         manifest,
         folder,
+        room: usize::try_from(room.0 / 2).unwrap_or(usize::MAX),
     };
     let mut damaged = Vec::new();
     let mut published = Vec::new();
@@ -84,6 +100,8 @@ struct Desk<'a> {
     archive: Archive,
     manifest: &'a Path,
     folder: PathBuf,
+    /// Bytes of tables that may be in memory.
+    room: usize,
 }
 
 impl Desk<'_> {
@@ -114,31 +132,89 @@ impl Desk<'_> {
                 return Ok(table(tasks.len()));
             }
         }
-        let (pieces, kept) = self.pieces(stage, &have)?;
+        let (mut pieces, kept) = self.pieces(stage, &have)?;
         if stored.is_empty() {
             return Ok(table(kept.len()));
         }
-        let (tasks, rows) = pieces.stacked(plan, stage, &study.sources)?;
+        let tasks = pieces.tasks()?;
         let digest = match kept.is_empty() {
             true => digest_of(&tasks),
             // Once the store has all of it, it is written anew.
-            false => Digest::of(&(digest_of(&tasks), kept)).to_string(),
+            false => Digest::of(&(digest_of(&tasks), &kept)).to_string(),
         };
         let mut published = table(tasks.len());
-        if let Some(rows) = rows.filter(|_| !is_there(&digest)) {
-            let metadata = metadata(plan, stage, &rows, tasks.len(), digest);
-            let bytes = parquet::encode(&rows.table, &metadata);
-            self.own()?;
-            // Other runs of this machine must not replace tables meanwhile.
-            let _alone = lock_to_write(&self.folder);
-            // Somebody may have edited it; but it may also be another run's since it was looked at.
-            published.quarantined = match written_for(&path).is_none() && path.is_file() {
-                true => quarantine(&path)?,
-                false => None,
-            };
-            write_whole(&path, &bytes, Existing::Replace, &self.folder)?;
+        if !tasks.is_empty() && !is_there(&digest) {
+            published.quarantined = self.write(stage, &path, pieces, &kept, digest)?;
         }
         Ok(published)
+    }
+
+    /// Writes the table of a stage, one row group after the other; where a file is now that was in its
+    /// place and not as any run had written it.
+    fn write(
+        &self,
+        stage: &PlannedStage,
+        path: &Path,
+        mut pieces: Pieces,
+        kept: &[TaskKey],
+        digest: String,
+    ) -> Result<Option<PathBuf>, ResultsError> {
+        let SampledStudy { study, plan, .. } = self.sampled;
+        let (finished, lacking, rows) = (pieces.tasks()?.len(), pieces.lacking(), pieces.rows());
+        let frame = Frame {
+            plan,
+            stage,
+            sources: &study.sources,
+        };
+        let mut groups = pieces.groups(frame, |part| Ok(self.read_again(stage, part, kept)?));
+        let Some(first) = groups.next().transpose()? else {
+            return Ok(None);
+        };
+        let columns = first.descriptions();
+        let metadata = metadata(plan, stage, &columns, &lacking, finished, digest);
+        self.own()?;
+        // Other runs of this machine must not replace tables meanwhile.
+        let _alone = lock_to_write(&self.folder);
+        // Somebody may have edited it; but it may also be another run's since it was looked at.
+        let quarantined = match written_for(path).is_none() && path.is_file() {
+            true => quarantine(path)?,
+            false => None,
+        };
+        let mut unread = None;
+        let written = write_with(path, Existing::Replace, &self.folder, |file| {
+            let groups = groups.map_while(|group| group.map_err(|error| unread = Some(error)).ok());
+            let parts = std::iter::once(first).chain(groups);
+            parquet::write_parts(file, rows, &metadata, parts)?;
+            match &unread {
+                None => Ok(()),
+                Some(error) => Err(io::Error::other(error.to_string())),
+            }
+        });
+        match unread {
+            Some(error) => return Err(error),
+            None => written?,
+        }
+        flush_folder(&self.folder)?;
+        Ok(quarantined)
+    }
+
+    /// The rows of tasks that there was no room for when they were first read.
+    fn read_again(
+        &self,
+        stage: &PlannedStage,
+        part: &Part,
+        kept: &[TaskKey],
+    ) -> Result<Table, StoreError> {
+        let key = |&(task, _): &(usize, usize)| self.sampled.plan.tasks[task].key;
+        let first = key(&part.tasks[0]);
+        if kept.contains(&first) {
+            return self.archive.light(first);
+        }
+        let keys = part.tasks.iter().map(key);
+        match self.archive.published_in_a_row(&stage.name, keys) {
+            Some((_, table)) => Ok(table),
+            None => self.archive.store().light(first),
+        }
     }
 
     /// The tables of a stage's tasks that the store has, and the rows that are left of others; of
@@ -148,7 +224,7 @@ impl Desk<'_> {
         stage: &PlannedStage,
         have: &[bool],
     ) -> Result<(Pieces, Vec<TaskKey>), StoreError> {
-        let (mut pieces, mut kept) = (Pieces::default(), Vec::new());
+        let (mut pieces, mut kept) = (Pieces::within(self.room), Vec::new());
         let key = |task: usize| self.sampled.plan.tasks[task].key;
         let mut next = 0;
         while let Some(&task) = stage.tasks.get(next) {
@@ -177,14 +253,15 @@ impl Desk<'_> {
 fn metadata(
     plan: &Plan,
     stage: &PlannedStage,
-    rows: &Stacked,
+    columns: &[Description],
+    lacking: &Lacking,
     finished: usize,
     digest: String,
 ) -> Metadata {
     let entry = |name: &str, value: String| (name.to_owned(), value);
     let json = "names, words and numbers are plain data";
-    let columns = serde_json::to_string(&rows.table.descriptions()).expect(json);
-    let lacking = serde_json::to_string(&rows.lacking).expect(json);
+    let columns = serde_json::to_string(columns).expect(json);
+    let lacking = serde_json::to_string(lacking).expect(json);
     Metadata {
         key: None,
         entries: vec![
@@ -202,6 +279,6 @@ fn metadata(
 }
 
 fn written_for(path: &Path) -> Option<String> {
-    let metadata = parquet::metadata(File::open(path).ok()?).ok()?;
+    let metadata = parquet::verify(File::open(path).ok()?).ok()?;
     metadata.get("digest").map(str::to_owned)
 }

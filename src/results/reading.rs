@@ -126,7 +126,7 @@ impl Reading {
                 other => other,
             };
         }
-        let mut pieces = Pieces::default();
+        let mut pieces = Pieces::within(usize::MAX);
         for &task in &stage.tasks {
             let key = plan.tasks[task].key;
             let published = archive.published_in(&stage.name, key);
@@ -140,10 +140,9 @@ impl Reading {
             // What is damaged may have been all there was.
             Err(error @ StoreError::Damaged { .. }) if pieces.is_empty() => Err(error.into()),
             _ => {
-                let (tasks, stacked) = pieces.stacked(plan, stage, sources)?;
+                let (tasks, table) = pieces.stacked(plan, stage, sources)?;
                 let digest = digest(plan, &tasks, sources);
-                let table = stacked.map(|stacked| stacked.table.into());
-                Ok(rows(tasks, table, digest, false))
+                Ok(rows(tasks, table.map(Into::into), digest, false))
             }
         }
     }

@@ -268,7 +268,8 @@ impl<'a> PreparedRun<'a> {
         stop: &AtomicBool,
     ) -> Result<Vec<PublishedTable>, SessionError> {
         let (manifest, folder) = (self.session.manifest(), self.session.data().results());
-        let publish = || results::publish(&self.sampled, &self.store, manifest, &folder);
+        let room = self.memory.room();
+        let publish = || results::publish(&self.sampled, &self.store, manifest, &folder, room);
         let tables = match publish() {
             Err(ResultsError::Damaged { tables }) => tables,
             published => return Ok(published?),

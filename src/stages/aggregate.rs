@@ -44,7 +44,7 @@ pub const STAGE: Definition = Definition {
     makes: |_| Some(Rows::Statistics),
     columns,
     summary: |table| {
-        let columns = table.names().len();
+        let columns = table.schema().fields().len();
         Ok(vec![
             counted(table.rows(), "row"),
             counted(columns, "column"),

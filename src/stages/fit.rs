@@ -15,6 +15,7 @@ use crate::fitting::FitError;
 use crate::fitting::bootstrap::Bootstrap;
 use crate::fitting::curves::Window;
 use crate::store::column::Column;
+use crate::store::source::TableSource;
 use crate::store::table::{Table, TableError};
 
 pub mod checks;
@@ -51,7 +52,7 @@ pub const STAGE: Definition = Definition {
     },
     makes: |_| Some(Rows::Fits),
     columns,
-    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+    summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
 /// One fit.
@@ -145,7 +146,8 @@ impl Stage for Params {
     }
 }
 
-fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
+fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
+    let table = source.table().map_err(StageError::Store)?;
     let status = table.texts(STATUS.name)?;
     let among = |word: &str| status.iter().filter(|status| *status == Some(word)).count();
     let astray = among(&FitError::NotConverged.to_string());
@@ -157,7 +159,7 @@ fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
     ];
     for parameter in laws::parameters() {
         if let Some(symbol) = parameter.symbol {
-            parts.push(range(table, parameter.value.name, symbol)?);
+            parts.push(range(source, parameter.value.name, symbol)?);
         }
     }
     Ok(parts)
@@ -252,7 +254,11 @@ mod tests {
         for name in ["kappa", "beta", "mu", "rms_residual", "r_squared"] {
             assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
         }
-        let parts: Vec<String> = summary(&table).unwrap().into_iter().flatten().collect();
+        let parts: Vec<String> = summary(&table.into())
+            .unwrap()
+            .into_iter()
+            .flatten()
+            .collect();
         let told = [
             "2 fits",
             "1 did not converge",

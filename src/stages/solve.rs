@@ -30,6 +30,7 @@ use crate::contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
 use crate::diagnostics::counted;
 use crate::store::column::{Column, Role, Value};
 use crate::store::parquet::Columns;
+use crate::store::source::TableSource;
 use crate::store::table::{Table, TableError};
 use block::Block;
 use solved::Besides;
@@ -59,7 +60,7 @@ pub const STAGE: Definition = Definition {
         };
         [&solved::columns(all)[..], &heavy].concat()
     },
-    summary: |table| Ok(summary(table)?.into_iter().flatten().collect()),
+    summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
 /// One block of loads; warm starts go on inside it.
@@ -377,7 +378,8 @@ impl Watch for LoadWatch<'_> {
 /// The word for loads that were given up.
 pub const GIVEN_UP: &str = "pair-limit";
 
-fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
+fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
+    let table = source.table().map_err(StageError::Store)?;
     let rows = table.rows();
     let pairs: i64 = table.integers(PAIRS.name)?.iter().flatten().sum();
     let among = |word: &str| -> Result<usize, TableError> {
@@ -398,7 +400,7 @@ fn summary(table: &Table) -> Result<Vec<Option<String>>, TableError> {
             _ => format!("{} not converged", counted(given_up, "load")),
         }),
         (full > 0).then(|| format!("{full} in full contact")),
-        range(table, SATURATED_FRACTION.name, "saturated")?,
+        range(source, SATURATED_FRACTION.name, "saturated")?,
         (rows > 0).then(|| format!("{} pairs of transforms a load", pairs / rows as i64)),
     ])
 }

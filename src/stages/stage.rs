@@ -7,6 +7,7 @@ use crate::checkpoints::Checkpoints;
 use crate::contact::threads::Threads;
 use crate::store::column::{Column, Value};
 use crate::store::parquet::Columns;
+use crate::store::source::TableSource;
 use crate::store::table::{Table, TableError};
 use crate::surface_files::SurfaceFiles;
 
@@ -23,7 +24,7 @@ pub struct Definition {
     /// Every column that it may add to the coordinates that it carries on.
     pub columns: fn() -> Vec<Column>,
     /// What its table has found, in a few words each.
-    pub summary: fn(&Table) -> Result<Vec<String>, StageError>,
+    pub summary: fn(&TableSource) -> Result<Vec<String>, StageError>,
 }
 
 /// What a stage can read; each alone, never one beside the other.

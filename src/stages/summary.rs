@@ -1,29 +1,41 @@
 //! Words for what a stage has found.
 
-use arrow::array::Array;
+use super::StageError;
+use crate::store::source::TableSource;
+use crate::store::table::Table;
 
-use crate::store::table::{Table, TableError};
+/// Calls `with` on one column, part after part of a table that need not fit into memory; whether there is
+/// such a column.
+fn each_part(
+    source: &TableSource,
+    name: &str,
+    mut with: impl FnMut(&Table) -> Result<(), StageError>,
+) -> Result<bool, StageError> {
+    let Some(column) = source.names().iter().position(|known| known == name) else {
+        return Ok(false);
+    };
+    for part in source.parts(&[column]) {
+        with(&part.map_err(StageError::Store)?)?;
+    }
+    Ok(true)
+}
 
 /// Smallest and largest value of a column, if there is one.
 ///
 /// # Errors
-/// When it holds no numbers.
-pub fn range(table: &Table, name: &str, label: &str) -> Result<Option<String>, TableError> {
-    if !table.has(name) {
-        return Ok(None);
-    }
-    let column = table.reals(name)?;
-    let values = || column.iter().flatten();
-    let (least, most) = (
-        values().fold(f64::INFINITY, f64::min),
-        values().fold(f64::NEG_INFINITY, f64::max),
-    );
-    Ok(
-        (column.len() > column.null_count()).then(|| match least == most {
-            true => format!("{label} {}", number(least)),
-            false => format!("{label} {} … {}", number(least), number(most)),
-        }),
-    )
+/// When it holds no numbers, or is damaged.
+pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<String>, StageError> {
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    each_part(source, name, |part| {
+        let values = || Ok::<_, StageError>(part.reals(name)?.iter().flatten());
+        least = values()?.fold(least, f64::min);
+        most = values()?.fold(most, f64::max);
+        Ok(())
+    })?;
+    Ok((least <= most).then(|| match least == most {
+        true => format!("{label} {}", number(least)),
+        false => format!("{label} {} … {}", number(least), number(most)),
+    }))
 }
 
 /// Four decimals, and four digits behind the first where these would be none.
@@ -37,13 +49,16 @@ fn number(value: f64) -> String {
 /// A column's texts, each once, in order of appearance.
 ///
 /// # Errors
-/// When there is no such column of texts.
-pub fn distinct(table: &Table, name: &str) -> Result<Vec<String>, TableError> {
+/// When it holds no texts, or is damaged.
+pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageError> {
     let mut found: Vec<String> = Vec::new();
-    for text in table.texts(name)?.iter().flatten() {
-        if !found.iter().any(|known| known == text) {
-            found.push(text.to_owned());
+    each_part(source, name, |part| {
+        for text in part.texts(name)?.iter().flatten() {
+            if !found.iter().any(|known| known == text) {
+                found.push(text.to_owned());
+            }
         }
-    }
+        Ok(())
+    })?;
     Ok(found)
 }

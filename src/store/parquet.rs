@@ -22,11 +22,19 @@ use arrow::datatypes::DataType;
 use crate::store::key::TaskKey;
 
 pub use claim::Claim;
-pub use decode::{decode, decode_bytes, metadata, verify};
-pub(crate) use encode::encode;
+pub use decode::{decode, decode_bytes};
+pub(crate) use encode::{GROUP, encode, write_parts};
 pub(crate) use foreign::NumberColumns;
 pub use kind::Kind;
 pub use parts::TableFile;
+
+/// What a file says of itself, whose bytes are as they were written and whose columns are ours.
+///
+/// # Errors
+/// When the file is no Parquet, is damaged, or holds types that are not ours.
+pub fn verify(file: std::fs::File) -> Result<Metadata, ParquetError> {
+    TableFile::open(file)?.verified()
+}
 
 /// Prefix of our entries in a file's metadata.
 const PREFIX: &str = "asperity.";

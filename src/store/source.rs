@@ -89,14 +89,34 @@ impl TableSource {
         &'a self,
         columns: &'a [usize],
     ) -> impl Iterator<Item = Result<Table, StoreError>> + 'a {
-        let parts = match &self.0 {
+        (0..self.count()).map(move |part| self.part(columns, part))
+    }
+
+    /// How many parts there are.
+    pub(crate) fn count(&self) -> usize {
+        match &self.0 {
             Place::Memory(_) => 1,
             Place::File(_, file) => file.groups(),
-        };
-        (0..parts).map(move |part| match &self.0 {
+        }
+    }
+
+    /// The number of rows of a part.
+    pub(crate) fn rows_of(&self, part: usize) -> usize {
+        match &self.0 {
+            Place::Memory(table) => table.rows(),
+            Place::File(_, file) => file.rows_of(part),
+        }
+    }
+
+    /// Some columns of a part.
+    ///
+    /// # Errors
+    /// When they are damaged.
+    pub(crate) fn part(&self, columns: &[usize], part: usize) -> Result<Table, StoreError> {
+        match &self.0 {
             Place::Memory(table) => Ok(table.project(columns)),
             Place::File(path, file) => file.group(columns, part).map_err(|e| damaged(path, e)),
-        })
+        }
     }
 
     /// Whether all rows hold the same in a column.

@@ -7,8 +7,8 @@ use arrow::array::{
     Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
     LargeListArray, StringArray, UInt32Array, new_null_array,
 };
-use arrow::compute::{concat, take};
-use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema, SchemaRef};
+use arrow::compute::take;
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
 use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
 use super::column::{Column, Description, Role, Value};
@@ -107,6 +107,13 @@ impl Table {
     pub fn descriptions(&self) -> Vec<Description> {
         let fields = self.0.schema_ref().fields().iter();
         fields.map(|field| field.as_ref().into()).collect()
+    }
+
+    /// Bytes of its rows, however they share memory with others.
+    pub(crate) fn bytes_held(&self) -> usize {
+        let columns = self.0.columns().iter();
+        let sizes = columns.map(|array| array.to_data().get_slice_memory_size().unwrap_or(0));
+        sizes.sum()
     }
 
     /// The table as Arrow knows it.
@@ -241,7 +248,8 @@ impl Table {
         self.keep(|name, _| !names.contains(&name))
     }
 
-    fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
+    /// The columns that are wanted, by their names and roles.
+    pub(crate) fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
         let schema = self.0.schema_ref();
         let chosen: Vec<usize> = (0..schema.fields().len())
             .filter(|&index| {
@@ -319,90 +327,6 @@ impl Table {
         let arrays = [self.0.columns(), other.0.columns()].concat();
         Table::of(self.rows(), Schema::new(fields), arrays)
     }
-
-    /// Tables one under the other. A column that a table lacks is null in its rows.
-    ///
-    /// # Errors
-    /// When two tables have a column of one name and different types.
-    pub(crate) fn stack(tables: &[Table]) -> Result<Table, TableError> {
-        if let [only] = tables {
-            return Ok(only.clone());
-        }
-        let layouts = Layouts::of(tables);
-        let arrays = layouts.fields.iter().enumerate().map(|(column, field)| {
-            let parts = tables
-                .iter()
-                .zip(&layouts.of_tables)
-                .map(|(table, layout)| {
-                    match layouts.places[*layout].get(column).copied().flatten() {
-                        Some(place) => table.0.column(place).clone(),
-                        None => new_null_array(field.data_type(), table.rows()),
-                    }
-                });
-            let parts: Vec<ArrayRef> = parts.collect();
-            let parts: Vec<&dyn Array> = parts.iter().map(AsRef::as_ref).collect();
-            concat(&parts)
-        });
-        let arrays = arrays.collect::<Result<Vec<_>, _>>()?;
-        let rows = tables.iter().map(Table::rows).sum();
-        Ok(Table::of(rows, Schema::new(layouts.fields), arrays))
-    }
-}
-
-/// Where tables have the columns of all of them. Of thousands of tables, few differ in columns.
-#[derive(Default)]
-struct Layouts {
-    /// All columns, in the order in which they appear.
-    fields: Vec<Arc<Field>>,
-    /// For each layout, the places of the columns in its tables, as far as it has them.
-    places: Vec<Vec<Option<usize>>>,
-    /// The layout of each table.
-    of_tables: Vec<usize>,
-}
-
-impl Layouts {
-    fn of(tables: &[Table]) -> Layouts {
-        let mut layouts = Layouts::default();
-        let mut schemas: Vec<&SchemaRef> = Vec::new();
-        for table in tables {
-            let schema = table.0.schema_ref();
-            let known = schemas.iter().position(|known| Arc::ptr_eq(known, schema));
-            // Most are like the one before.
-            let known = known.or_else(|| {
-                let last = schemas.len().checked_sub(1)?;
-                (schemas[last] == schema).then_some(last)
-            });
-            let layout = known.unwrap_or_else(|| {
-                schemas.push(schema);
-                layouts.add(schema);
-                schemas.len() - 1
-            });
-            layouts.of_tables.push(layout);
-        }
-        layouts
-    }
-
-    fn add(&mut self, schema: &Schema) {
-        for field in schema.fields() {
-            let known = self.fields.iter();
-            let place = known
-                .map(|known| known.name())
-                .position(|name| name == field.name());
-            match place {
-                None => self.fields.push(field.clone()),
-                Some(place) => {
-                    let roles = [field, &self.fields[place]].map(|field| Role::of(field));
-                    if let [Some(new), Some(known)] = roles
-                        && new.prevails_over(known)
-                    {
-                        self.fields[place] = field.clone();
-                    }
-                }
-            }
-        }
-        let place = |known: &Arc<Field>| schema.index_of(known.name()).ok();
-        self.places.push(self.fields.iter().map(place).collect());
-    }
 }
 
 impl From<RecordBatch> for Table {
@@ -467,36 +391,6 @@ mod tests {
         let lists = Table::new(2, vec![(heights, lists(values, [2, 2]))]);
         let error = lists.check_finite().unwrap_err();
         assert!(matches!(error, TableError::NotFinite { row: 2, .. }));
-    }
-
-    #[test]
-    fn a_column_that_one_stacked_table_lacks_is_null_in_its_rows() {
-        let stacked = Table::stack(&[table(), table().without(&["area"])]).unwrap();
-        assert_eq!(stacked.rows(), 4);
-        assert_eq!(stacked.reals("area").unwrap().null_count(), 2);
-        assert_eq!(stacked.reals("load").unwrap().null_count(), 0);
-    }
-
-    #[test]
-    fn what_tells_surfaces_apart_in_one_table_does_so_in_a_stack() {
-        let slope = Column::parameter("rms_slope", ColumnKind::Real, "1", "slope");
-        let of_surface = slope.with_role(Role::Surface);
-        let tables = [slope, of_surface].map(|column| Table::new(1, vec![(column, reals([0.1]))]));
-        for stack in [[0, 1], [1, 0]] {
-            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
-            assert_eq!(stacked.in_role(Role::Surface).names(), ["rms_slope"]);
-        }
-    }
-
-    #[test]
-    fn a_coordinate_stays_one_beside_tables_that_derive_it() {
-        let load = LOAD.with_role(Role::Load);
-        let tables = [load, load.with_role(Role::Derived)]
-            .map(|column| Table::new(1, vec![(column, reals([0.1]))]));
-        for stack in [[0, 1], [1, 0]] {
-            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
-            assert_eq!(stacked.in_role(Role::Load).names(), ["load"]);
-        }
     }
 
     #[test]

@@ -65,7 +65,7 @@ fn a_file_describes_its_columns_in_plain_json_too() {
     let bench = Bench::new();
     bench.run(STUDY);
     let file = bench.data().join("results/small/curves.parquet");
-    let metadata = parquet::metadata(File::open(file).unwrap()).unwrap();
+    let metadata = parquet::verify(File::open(file).unwrap()).unwrap();
     let told: Value = serde_json::from_str(metadata.get("columns").unwrap()).unwrap();
     let columns = bench.table("small", "curves").descriptions();
     assert_eq!(told, json!(columns));

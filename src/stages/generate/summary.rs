@@ -5,41 +5,43 @@ use crate::diagnostics::{counted, listed};
 use crate::stages::StageError;
 use crate::stages::columns::{CHANNEL_READ, CHANNELS, FILLED_NODES, FORMAT, UNIT};
 use crate::stages::summary::{distinct, range};
+use crate::store::source::TableSource;
 use crate::store::table::Table;
 
 /// What surfaces were drawn or read, in a few words each.
 ///
 /// # Errors
 /// When the table describes no surfaces.
-pub fn of(table: &Table) -> Result<Vec<String>, StageError> {
+pub fn of(source: &TableSource) -> Result<Vec<String>, StageError> {
+    let table = source.table().map_err(StageError::Store)?;
     let parts = [
         Some(counted(table.rows(), "surface")),
-        read_from_files(table)?,
-        range(table, "nayak", "Nayak α")?,
-        range(table, "full_contact_load", "full contact at")?,
-        caveat(table)?,
+        read_from_files(&table, source)?,
+        range(source, "nayak", "Nayak α")?,
+        range(source, "full_contact_load", "full contact at")?,
+        caveat(&table)?,
     ];
     Ok(parts.into_iter().flatten().collect())
 }
 
 /// What was found in the files of measured surfaces: the map that was read where there are several,
 /// the nodes that were filled, the unit where the file says it.
-fn read_from_files(table: &Table) -> Result<Option<String>, StageError> {
+fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>, StageError> {
     if !table.has(FORMAT.name) && !table.has(FILLED_NODES.name) {
         return Ok(None);
     }
     let mut parts = Vec::new();
     if table.has(FORMAT.name) {
-        let units = distinct(table, UNIT.name)?;
+        let units = distinct(source, UNIT.name)?;
         let unit = units.iter().find(|unit| !unit.is_empty());
         let unit = unit.map_or_else(|| "no unit".to_owned(), |unit| format!("lengths in {unit}"));
         parts.push(format!(
             "{}, {unit}",
-            distinct(table, FORMAT.name)?.join(", ")
+            distinct(source, FORMAT.name)?.join(", ")
         ));
         let most = table.integers(CHANNELS.name)?.iter().flatten().max();
         if most > Some(1) {
-            let read = distinct(table, CHANNEL_READ.name)?;
+            let read = distinct(source, CHANNEL_READ.name)?;
             parts.push(format!(
                 "channel {}",
                 listed(read.iter().map(String::as_str), "and")

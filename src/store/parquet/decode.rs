@@ -38,28 +38,6 @@ pub fn decode_bytes(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata),
     unless_it_panics(|| decode_verified(bytes, footer, columns))
 }
 
-/// What a file says of itself.
-///
-/// # Errors
-/// When the file is no Parquet, or a damaged one.
-pub fn metadata(file: File) -> Result<Metadata, ParquetError> {
-    let footer = verified(&read(file)?)?;
-    unless_it_panics(|| Ok(read_metadata(&footer)))
-}
-
-/// What a file says of itself, whose bytes are as they were written and whose columns are ours.
-///
-/// # Errors
-/// As [`decode`].
-pub fn verify(file: File) -> Result<Metadata, ParquetError> {
-    let footer = verified(&read(file)?)?;
-    unless_it_panics(|| {
-        let metadata = read_metadata(&footer);
-        columns_of(footer)?;
-        Ok(metadata)
-    })
-}
-
 /// All bytes of a file.
 pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
     let mut bytes = Vec::new();

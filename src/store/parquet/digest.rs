@@ -5,7 +5,10 @@
 //! chunk, so that whoever reads a column need not read the others to know that it is as it was
 //! written.
 
+use std::fs::File;
+use std::io;
 use std::ops::Range;
+use std::os::unix::fs::FileExt;
 
 use bytes::Bytes;
 use parquet::file::metadata::ParquetMetaData;
@@ -17,7 +20,7 @@ const OF_A_CHUNK: usize = 16;
 /// Bytes of the footer's length and the closing mark.
 pub(super) const TAIL: usize = 8;
 /// How a file begins.
-const MARK: &[u8] = b"PAR1";
+pub(super) const MARK: &[u8] = b"PAR1";
 
 /// What of a file was digested together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +64,34 @@ pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> Opt
     digests.extend_from_slice(hasher.finalize().as_bytes());
     bytes.splice(footer..footer, digests);
     Some(bytes)
+}
+
+/// The same of a file on the disk, of which one chunk is in memory after the other.
+///
+/// # Errors
+/// When the file cannot be read or written.
+pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io::Result<()> {
+    let read = |range: Range<usize>| {
+        let mut bytes = vec![0; range.len()];
+        file.read_exact_at(&mut bytes, range.start as u64)?;
+        Ok::<_, io::Error>(bytes)
+    };
+    let malformed =
+        || io::Error::other("a finished file has a footer, and column chunks before it");
+    let length = usize::try_from(file.metadata()?.len()).map_err(io::Error::other)?;
+    let chunks = Chunks::of(metadata, length).ok_or_else(malformed)?;
+    let mut digests = Vec::with_capacity(chunks.ranges.len() * OF_A_CHUNK + DIGEST);
+    for range in &chunks.ranges {
+        digests.extend_from_slice(&of_chunk(&read(range.clone())?));
+    }
+    let end = read(chunks.end..length)?;
+    let footer = footer_start(&end).ok_or_else(malformed)?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(MARK).update(&end[..footer]);
+    hasher.update(&digests).update(&end[footer..]);
+    digests.extend_from_slice(hasher.finalize().as_bytes());
+    digests.extend_from_slice(&end[footer..]);
+    file.write_all_at(&digests, (chunks.end + footer) as u64)
 }
 
 /// Whether the bytes of a whole file are those that were written.

@@ -1,22 +1,26 @@
 //! Tables to the bytes of Parquet files.
 
+use std::fs::File;
+use std::io::{self, Write};
+
 use arrow::array::{Array, ArrayRef};
-use arrow::datatypes::{DataType, Field};
+use arrow::datatypes::{DataType, Field, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 
-use super::digest::{Digested, seal, seal_chunks};
+use super::digest::{Digested, seal, seal_chunks, seal_chunks_in};
 use super::{DIGESTED, FIELDS, KEY, Metadata, PREFIX, schema};
 use crate::store::table::Table;
 
 /// Bytes of a block of most disks.
 const SMALL: usize = 4096;
 /// Rows of a row group: whoever looks at the first rows reads no more.
-const GROUP: usize = 1 << 16;
+pub(crate) const GROUP: usize = 1 << 16;
 
 /// A table as the bytes of a Parquet file.
 ///
@@ -25,13 +29,10 @@ const GROUP: usize = 1 << 16;
 /// where readers of Parquet never look: a single flipped bit is found on reading.
 pub(crate) fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     let batch = table.batch();
-    let properties = properties(table, metadata);
+    let is_small = batch.columns().iter().map(is_small);
+    let properties = properties(batch.schema_ref(), metadata, &is_small.collect::<Vec<_>>());
     let mut bytes = Vec::new();
-    let options = ArrowWriterOptions::new()
-        .with_properties(properties)
-        .with_skip_arrow_metadata(metadata.key.is_some());
-    let mut writer = ArrowWriter::try_new_with_options(&mut bytes, batch.schema(), options)
-        .expect("our column types have Parquet equivalents");
+    let mut writer = writer(&mut bytes, batch.schema(), properties, metadata);
     writer.write(batch).expect("writing to memory cannot fail");
     let written = writer.close().expect("writing to memory cannot fail");
     let sealed = match digested(metadata) {
@@ -39,6 +40,57 @@ pub(crate) fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
         Digested::Chunks => seal_chunks(bytes, &written),
     };
     sealed.expect("a finished file has a footer, and column chunks before it")
+}
+
+/// Writes a table of results of so many rows, as [`encode`] would, of which one part is in memory after the
+/// other: each has as many rows as a row group, but for the last one.
+///
+/// # Errors
+/// When the file cannot be written.
+pub(crate) fn write_parts(
+    file: &mut File,
+    rows: usize,
+    metadata: &Metadata,
+    mut parts: impl Iterator<Item = Table>,
+) -> io::Result<()> {
+    let Some(first) = parts.next() else {
+        return Ok(());
+    };
+    if rows <= GROUP {
+        return file.write_all(&encode(&first, metadata));
+    }
+    let schema = first.batch().schema();
+    // Even truth values of as many rows as a group has take more than a block.
+    let properties = properties(&schema, metadata, &vec![false; schema.fields().len()]);
+    let mut writer = writer(&mut *file, schema, properties, metadata);
+    for part in std::iter::once(first).chain(parts) {
+        writer.write(part.batch()).map_err(unwritten)?;
+    }
+    let written = writer.close().map_err(unwritten)?;
+    seal_chunks_in(file, &written)
+}
+
+fn unwritten(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(error) => match error.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(error) => io::Error::other(error),
+        },
+        error => io::Error::other(error),
+    }
+}
+
+fn writer<W: Write + Send>(
+    out: W,
+    schema: SchemaRef,
+    properties: WriterProperties,
+    metadata: &Metadata,
+) -> ArrowWriter<W> {
+    let options = ArrowWriterOptions::new()
+        .with_properties(properties)
+        .with_skip_arrow_metadata(metadata.key.is_some());
+    ArrowWriter::try_new_with_options(out, schema, options)
+        .expect("our column types have Parquet equivalents")
 }
 
 /// A task's table is read whole, or almost; of a table of results, parts are.
@@ -49,9 +101,9 @@ fn digested(metadata: &Metadata) -> Digested {
     }
 }
 
-fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
+fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> WriterProperties {
     let entry = |name: &str, value: String| KeyValue::new(format!("{PREFIX}{name}"), value);
-    let fields = || schema::told(table.batch().schema_ref());
+    let fields = || schema::told(schema);
     let own = match metadata.key {
         Some(key) => vec![entry(KEY, key.to_string()), entry(FIELDS, fields())],
         None => vec![entry(DIGESTED, digested(metadata).name().to_owned())],
@@ -68,16 +120,14 @@ fn properties(table: &Table, metadata: &Metadata) -> WriterProperties {
     if digested(metadata) == Digested::Chunks {
         builder = builder.set_max_row_group_row_count(Some(GROUP));
     }
-    let batch = table.batch();
-    if batch.columns().iter().all(is_small) {
+    if is_small.iter().all(|is_small| *is_small) {
         // Where the pages of a column begin, of which there is one.
         builder = builder.set_offset_index_disabled(true);
     }
-    for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
-        builder = if is_small(array) {
-            plain(builder, column_path(field))
-        } else {
-            encoding(builder, column_path(field), field.data_type())
+    for (field, is_small) in schema.fields().iter().zip(is_small) {
+        builder = match is_small {
+            true => plain(builder, column_path(field)),
+            false => encoding(builder, column_path(field), field.data_type()),
         };
     }
     builder.build()

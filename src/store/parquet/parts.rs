@@ -15,7 +15,7 @@ use parquet::file::statistics::Statistics;
 use rayon::prelude::*;
 
 use super::decode::{self, collected, columns_of, digested, read_metadata, unless_it_panics};
-use super::digest::{ChunkDigests, Digested, footer_start};
+use super::digest::{ChunkDigests, Digested, MARK, footer_start};
 use super::schema::Known;
 use super::{Metadata, ParquetError, footer};
 use crate::store::table::Table;
@@ -73,6 +73,28 @@ impl TableFile {
         })
     }
 
+    /// What the file says of itself, all of whose bytes are as they were written; one chunk is in memory
+    /// after the other.
+    ///
+    /// # Errors
+    /// When it is damaged.
+    pub fn verified(self) -> Result<Metadata, ParquetError> {
+        if let Source::File(file, digests) = &self.bytes {
+            let mut bytes = vec![0; MARK.len()];
+            file.read_exact_at(&mut bytes, 0)?;
+            let mut are_whole = bytes == MARK;
+            for (chunk, range) in digests.ranges.iter().enumerate() {
+                bytes.resize(range.len(), 0);
+                file.read_exact_at(&mut bytes, range.start as u64)?;
+                are_whole &= digests.holds(chunk, &bytes);
+            }
+            if !are_whole {
+                return Err(ParquetError::Digest);
+            }
+        }
+        Ok(self.metadata)
+    }
+
     /// What the file says of itself.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
@@ -121,7 +143,8 @@ impl TableFile {
         self.footer().num_row_groups()
     }
 
-    fn rows_of(&self, group: usize) -> usize {
+    /// The number of rows of a row group.
+    pub fn rows_of(&self, group: usize) -> usize {
         let rows = self.footer().row_group(group).num_rows();
         usize::try_from(rows).unwrap_or(0)
     }

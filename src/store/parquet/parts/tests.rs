@@ -1,6 +1,6 @@
-use std::io::{Seek, Write};
+use std::io::{Read, Seek, Write};
 
-use super::super::{Columns, Metadata, decode_bytes, encode};
+use super::super::{Columns, GROUP, Metadata, decode_bytes, encode, write_parts};
 use super::*;
 use crate::store::column::{
     Column, ColumnKind, flags, integers, optional_reals, optional_texts, reals,
@@ -70,6 +70,34 @@ fn parts_are_those_of_the_whole() {
     let groups = (0..3).map(|group| file.group(&[2, 3], group).unwrap());
     let stacked = Table::stack(&groups.collect::<Vec<_>>()).unwrap();
     assert_eq!(stacked, whole.project(&[2, 3]));
+}
+
+#[test]
+fn a_table_that_is_written_in_parts_has_the_bytes_of_the_whole() {
+    for rows in [0, 10, GROUP, GROUP + 1, ROWS] {
+        let whole = table(rows);
+        let starts = (0..rows.max(1)).step_by(GROUP);
+        let parts = starts.map(|start| whole.slice(start..rows.min(start + GROUP)));
+        let mut file = tempfile::tempfile().unwrap();
+        write_parts(&mut file, rows, &Metadata::default(), parts).unwrap();
+        let mut written = Vec::new();
+        file.rewind().unwrap();
+        file.read_to_end(&mut written).unwrap();
+        assert!(written == bytes(&whole), "{rows} rows");
+    }
+}
+
+#[test]
+fn a_flipped_bit_anywhere_is_found_with_one_chunk_in_memory_after_the_other() {
+    let whole = bytes(&table(100));
+    let verified = |bytes: &[u8]| TableFile::open(file(bytes)).and_then(TableFile::verified);
+    assert!(verified(&whole).is_ok());
+    for position in 0..whole.len() {
+        let mut flipped = whole.clone();
+        flipped[position] ^= 1 << (position % 8);
+        let found = verified(&flipped);
+        assert!(matches!(found, Err(ParquetError::Digest)), "{position}");
+    }
 }
 
 #[test]
