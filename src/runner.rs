@@ -130,6 +130,7 @@ struct Run<'a> {
     interrupted: &'a AtomicBool,
     threads: Threads,
     checkpoint_every: Duration,
+    memory: ByteSize,
     ready: ReadyTasks,
     room: Room,
     dependents: Vec<Vec<usize>>,
@@ -179,6 +180,7 @@ impl<'a> Run<'a> {
             observer,
             interrupted,
             checkpoint_every,
+            memory: room,
             ready: ReadyTasks::default(),
             room: Room::new(room.0, sizes),
             dependents: plan.dependents(),
@@ -240,19 +242,31 @@ impl<'a> Run<'a> {
         }
         let columns = recipe.columns_read();
         let many = inputs.len() >= MANY && columns == Columns::Light;
-        let inputs = inputs
-            .iter()
-            .map(
-                |&input| match many.then(|| self.published(input)).flatten() {
-                    Some(table) => Ok(table),
-                    None => self.read(input, columns, threads),
-                },
-            )
-            .collect::<Result<Vec<_>, _>>()?;
+        let mut held = 0.0;
+        let read = inputs.iter().enumerate().map(|(place, &input)| {
+            let mut read = match many.then(|| self.published(input)).flatten() {
+                Some(table) => table,
+                None => self.read(input, columns, threads)?,
+            };
+            if columns == Columns::Light {
+                read.table = recipe.needed(read.table);
+                held += memory::COPIES_OF_INPUTS * read.table.bytes_held() as f64;
+            }
+            if held > self.memory.0 as f64 {
+                let all = held / (place + 1) as f64 * inputs.len() as f64;
+                return Err(TaskError::Inputs {
+                    takes: ByteSize(all as u64).display().si().to_string(),
+                    room: self.memory.display().si().to_string(),
+                });
+            }
+            Ok(read)
+        });
+        let inputs = read.collect::<Result<Vec<_>, TaskError>>()?;
         let (store, key) = (self.archive.store(), self.plan.tasks[task].key);
         let checkpoints = StoredCheckpoints::of(store, key, self.checkpoint_every);
         let context = Context {
             sources: self.sources,
+            memory: self.memory,
             threads,
             checkpoints: &checkpoints,
             interrupted: &|| self.is_stopped(),

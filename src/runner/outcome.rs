@@ -94,6 +94,17 @@ pub enum TaskError {
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// The tables that the work reads take too much memory.
+    #[error(
+        "takes about {takes} of memory for the tables that it reads, more than the {room} that there is for \
+         it: allow more by `--memory`, or have fewer bins, loads or surfaces"
+    )]
+    Inputs {
+        /// How much that is.
+        takes: String,
+        /// How much there is.
+        room: String,
+    },
     /// The work found a number that no table may hold.
     #[error("{found}, and tables hold finite numbers or null; {}", match is_query {
         true => "a division by `nullif(x, 0)` gives null where x is zero",

@@ -7,6 +7,7 @@ use super::error::{SessionError, UnknownName};
 use super::events::{Event, Notice};
 use crate::diagnostics::chain;
 use crate::failures;
+use crate::memory::Allowance;
 use crate::names;
 use crate::plan::PlannedStage;
 use crate::results::reading::Reading;
@@ -70,7 +71,8 @@ impl<'a> Tables<'a> {
         for name in known.iter().filter(|name| named.contains(*name)) {
             tables.push((name.clone(), self.open(name)?));
         }
-        sql::ask(query, tables, &known, &BTreeMap::new()).map_err(|error| match error {
+        let room = Allowance::of(None, 1).room();
+        sql::ask(query, tables, &known, &BTreeMap::new(), room).map_err(|error| match error {
             StageError::Query(error) => refused(error),
             StageError::Store(error) => SessionError::Store(error),
             other => SessionError::Query(chain(&other)),

@@ -4,14 +4,17 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use bytesize::ByteSize;
 use serde::Serialize;
 
+use super::columns::STOP;
+use super::fit::common_columns::STATUS;
 use super::{
     Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, stacked,
 };
 use crate::diagnostics::counted;
-use crate::store::column::Column;
+use crate::store::column::{Column, Role};
 use crate::store::table::Table;
 
 pub mod checks;
@@ -97,11 +100,11 @@ impl Stage for Params {
         Kind::Aggregate
     }
 
-    fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
         match self {
             Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
-            Params::Sql(sql) => sql::query(&tables, sql),
+            Params::Sql(sql) => sql::query(&tables, sql, context.memory),
         }
     }
 
@@ -111,13 +114,30 @@ impl Stage for Params {
             Params::Sql(sql) => {
                 let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
                 let named = inputs.iter().map(|(name, _)| (name.clone(), 1)).collect();
-                sql::query(&tables, &sql.over(named))
+                sql::query(&tables, &sql.over(named), ByteSize(u64::MAX))
             }
         }
     }
 
     fn reach(&self) -> Reach {
         Reach::All
+    }
+
+    /// Theories read columns of their own, and queries say which they name.
+    fn needed(&self, table: Table) -> Table {
+        let Params::Groups(groups) = self else {
+            return table;
+        };
+        let named = groups.over.iter().chain(groups.group_by.iter().flatten());
+        let named: Vec<&str> = named
+            .map(String::as_str)
+            .chain([STOP.name, STATUS.name])
+            .collect();
+        match groups.models.is_empty() {
+            true => table
+                .keep(|name, role| named.contains(&name) || role.is_some_and(Role::is_coordinate)),
+            false => table,
+        }
     }
 
     fn query(&self) -> Option<&str> {

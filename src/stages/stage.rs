@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use bytesize::ByteSize;
+
 use super::{Kind, Recipe, Rows, StageError};
 use crate::checkpoints::Checkpoints;
 use crate::contact::threads::Threads;
@@ -70,6 +72,11 @@ pub trait Stage {
     /// Which columns of its inputs it reads: heights and contact maps are large.
     fn columns_read(&self) -> Columns {
         Columns::Light
+    }
+
+    /// What it needs of an input's table, where that is known and less than all.
+    fn needed(&self, table: Table) -> Table {
+        table
     }
 
     /// The coordinates that the task adds to those of what it reads, where they are known before
@@ -153,6 +160,8 @@ pub struct Input<'a> {
 pub struct Context<'a> {
     /// Where the files of measured surfaces lie, by the hash of their content.
     pub sources: &'a SurfaceFiles,
+    /// Memory that it may take, where that is not known before.
+    pub memory: ByteSize,
     /// The threads that it may share its work among.
     pub threads: &'a Threads,
     /// Whether the user asked to stop.

@@ -1,11 +1,12 @@
 //! How much memory a run takes.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use asperity::session::Session;
+use asperity::store::parquet::TableFile;
 use bytesize::ByteSize;
 
 use crate::bench::{Bench, STUDY, text};
@@ -163,4 +164,68 @@ fn few_addresses_refuse_a_task_and_break_none() {
         "{ends:?}"
     );
     assert_eq!([ends[0], ends[9]], [2, 0], "{ends:?}");
+}
+
+/// A table of two million rows.
+const LARGE: &str = r#"
+[study]
+name = "large"
+
+[stage.surfaces]
+kind = "generate"
+nodes = 32
+hurst = 0.8
+k_lower = 2
+k_upper = 8
+realizations = 100
+
+[stage.heights]
+kind = "measure"
+from = "surfaces"
+bins = 20000
+"#;
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_table_larger_than_the_memory_of_a_run_is_written_row_group_by_row_group() {
+    let bench = Bench::new();
+    let path = bench.write(LARGE);
+    let allowed = ByteSize::mb(250);
+    let memory = allowed.0.to_string();
+    let arguments = [
+        "run",
+        path.to_str().unwrap(),
+        "--jobs",
+        "1",
+        "--memory",
+        &memory,
+    ];
+    let mut run = bench.asperity(&arguments);
+    let taken = peak(
+        run.stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap(),
+    );
+    assert!(taken <= allowed.0, "{taken} bytes of {}", allowed.0);
+    let table = bench.data().join("results/large/heights.parquet");
+    let table = TableFile::open(File::open(table).unwrap()).unwrap();
+    assert_eq!(table.rows(), 2_000_000);
+}
+
+#[test]
+fn an_aggregate_whose_tables_do_not_fit_says_what_they_take() {
+    let bench = Bench::new();
+    let aggregate =
+        "[stage.mean]\nkind = \"aggregate\"\nfrom = \"heights\"\nover = [\"density\"]\n";
+    let path = bench.write(&format!("{LARGE}\n{aggregate}"));
+    let arguments = ["run", path.to_str().unwrap(), "--memory", "250MB"];
+    let output = bench.output(&arguments);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("stage `mean`"), "{told}");
+    assert!(
+        told.contains("for the tables that it reads, more than the"),
+        "{told}"
+    );
 }

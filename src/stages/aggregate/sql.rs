@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Metadata, Schema, SchemaRef};
+use bytesize::ByteSize;
 use polars::prelude::DataFrame;
 use polars::sql::SQLContext;
 
@@ -13,6 +14,7 @@ use crate::store::column::{Role, described};
 use crate::store::source::TableSource;
 use crate::store::table::Table;
 
+mod budget;
 mod engine;
 mod grouping;
 mod refusal;
@@ -28,7 +30,7 @@ use statement::Statement;
 ///
 /// # Errors
 /// As [`ask`].
-pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
+pub fn query(tables: &[Table], sql: &Sql, room: ByteSize) -> Result<Table, StageError> {
     let named = tables_of(&sql.query)?;
     let mut read = Vec::new();
     let mut rest = tables;
@@ -40,7 +42,7 @@ pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
         }
     }
     let names: Vec<String> = sql.tables.iter().map(|(name, _)| name.clone()).collect();
-    ask(&sql.query, read, &names, &sql.columns)
+    ask(&sql.query, read, &names, &sql.columns, room)
 }
 
 /// The answer to a query of these tables; `names` are those of all that there are, and `meanings`
@@ -51,16 +53,17 @@ pub fn query(tables: &[Table], sql: &Sql) -> Result<Table, StageError> {
 /// digits do not depend on how many cores there are.
 ///
 /// # Errors
-/// When the query does not parse, names what does not exist, or answers with other than numbers,
-/// truth values and text; when a table is damaged.
+/// When the query does not parse, names what does not exist, answers with other than numbers, truth
+/// values and text, or takes more memory than `room`; when a table is damaged.
 pub fn ask(
     query: &str,
     tables: Vec<(String, TableSource)>,
     names: &[String],
     meanings: &BTreeMap<String, Meaning>,
+    room: ByteSize,
 ) -> Result<Table, StageError> {
     let schemas: Vec<SchemaRef> = tables.iter().map(|(_, table)| table.schema()).collect();
-    let answer = engine::apart(|| answer(query, tables, names))?;
+    let answer = engine::apart(|| answer(query, tables, names, room))?;
     let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
@@ -84,6 +87,7 @@ fn answer(
     query: &str,
     tables: Vec<(String, TableSource)>,
     names: &[String],
+    room: ByteSize,
 ) -> Result<DataFrame, StageError> {
     let statement = Statement::read(query)?;
     check_names(&statement, names)?;
@@ -97,7 +101,7 @@ fn answer(
         context.register(&name, scan::lazy(table, &damage)?);
     }
     let answer = context.execute(&statement.text);
-    let answer = answer.and_then(engine::collected);
+    let answer = answer.and_then(|frame| engine::collected(frame, room));
     answer.map_err(|error| match damage.take() {
         Some(error) => StageError::Store(error),
         None => QueryError::of_polars(&error, &statement, &columns).into(),
@@ -159,13 +163,51 @@ mod tests {
             tables: vec![("light".to_owned(), 2), ("heavy".to_owned(), 1)],
             columns: [("total".to_owned(), TOTAL)].into(),
         };
-        query(&[table(0..3), table(3..500), table(0..4)], &sql)
+        query(
+            &[table(0..3), table(3..500), table(0..4)],
+            &sql,
+            ByteSize::mb(1),
+        )
     }
 
     #[test]
     fn a_query_sees_each_stage_as_one_table() {
         let answer = ask("select count(*) as n from light").unwrap();
         assert_eq!(answer.integers("n").unwrap().values(), &[500]);
+    }
+
+    #[test]
+    fn a_query_that_takes_more_memory_than_there_is_is_refused_with_what_it_takes() {
+        let cross = "select l.point, r.area from light l cross join light r";
+        let told = chain(&ask(cross).unwrap_err());
+        let expected = "it puts 250000 rows of 2 columns together, 4.0 MB of memory where 1.0 MB may \
+                        be taken: select rows and columns first, join by equal columns, or allow more";
+        assert!(told.ends_with(expected), "{told}");
+        let keyed = |rows: i64, key: i64| {
+            let keys = integers((0..rows).map(|row| row % key));
+            Table::new(rows as usize, vec![(POINT, keys)])
+        };
+        let joined = |key: i64| {
+            let sql = Sql {
+                query: "select l.point from light l join heavy r using (point)".to_owned(),
+                tables: vec![("light".to_owned(), 1), ("heavy".to_owned(), 1)],
+                columns: BTreeMap::new(),
+            };
+            query(&[keyed(500, key), keyed(1000, key)], &sql, ByteSize::mb(1))
+        };
+        assert_eq!(joined(500).unwrap().rows(), 1000);
+        let told = chain(&joined(1).unwrap_err());
+        assert!(
+            told.contains("it puts 501000 rows of 1 column together"),
+            "{told}"
+        );
+        for fits in [
+            format!("{cross} limit 10"),
+            "select l.point, r.area from light l join light r using (point)".to_owned(),
+            "select l.point, r.area from heavy l cross join light r".to_owned(),
+        ] {
+            ask(&fits).unwrap();
+        }
     }
 
     #[test]

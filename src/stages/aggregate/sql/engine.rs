@@ -8,12 +8,13 @@
 use std::sync::Arc;
 use std::thread;
 
+use bytesize::ByteSize;
 use polars::polars_utils::arena::{Arena, Node};
 use polars::prelude::{DataFrame, LazyFrame, MaintainOrderJoin, PolarsResult, UniqueKeepStrategy};
 use polars_async::executor::ALLOW_RAYON_THREADS;
 use polars_plan::plans::IR;
 
-use super::QueryError;
+use super::{QueryError, budget};
 use crate::diagnostics::words_of_panic;
 
 /// The name of the thread.
@@ -53,9 +54,11 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
 /// What a query answers, rows in an order that follows from the tables.
 ///
 /// # Errors
-/// When the query names what is not there, or asks for what polars cannot do.
-pub fn collected(frame: LazyFrame) -> PolarsResult<DataFrame> {
-    frame._collect_post_opt(|_, plan, _, _| {
+/// When the query names what is not there, asks for what polars cannot do, or takes more memory than
+/// there is.
+pub fn collected(frame: LazyFrame, room: ByteSize) -> PolarsResult<DataFrame> {
+    frame._collect_post_opt(|root, plan, expressions, _| {
+        budget::check(root, plan, expressions, room)?;
         keep_orders(plan);
         Ok(())
     })

@@ -1,6 +1,7 @@
 //! Tables as polars asks for them: the columns that a query needs, and no others.
 
 use std::any::Any;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use polars::prelude::{
@@ -11,6 +12,7 @@ use polars::prelude::{
 use super::super::frame;
 use crate::stages::StageError;
 use crate::store::StoreError;
+use crate::store::column::Value;
 use crate::store::source::TableSource;
 
 /// A table that a query may read.
@@ -54,6 +56,30 @@ impl Damage {
         known.get_or_insert(error);
         PolarsError::ComputeError(words.into())
     }
+}
+
+/// The number of rows of a table that a query reads.
+pub fn rows_of(table: &dyn AnonymousScan) -> usize {
+    let known = table.as_any().downcast_ref::<Scan>();
+    known.map_or(0, |scan| scan.table.rows())
+}
+
+/// How many rows of a table that a query reads hold the same values in some columns; those with a null are
+/// left out, since no join pairs them. Nothing where a column is not there or cannot be read.
+pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<Vec<Value>, usize>> {
+    let table = &table.as_any().downcast_ref::<Scan>()?.table;
+    let columns = places(table, Some(names));
+    let read = (columns.len() == names.len()).then(|| table.first(&columns, table.rows()).ok());
+    let read = read.flatten()?;
+    let mut counts = BTreeMap::new();
+    for row in 0..read.rows() {
+        let columns = read.batch().columns().iter();
+        let key = columns.map(|column| Value::of(column.as_ref(), row));
+        if let Some(key) = key.collect::<Option<Vec<Value>>>() {
+            *counts.entry(key).or_default() += 1;
+        }
+    }
+    Some(counts)
 }
 
 struct Scan {
