@@ -142,7 +142,7 @@ fn finite(word: &str) -> Result<f64, String> {
 }
 
 fn file_name(key: TaskKey, picture: &Picture) -> String {
-    let load = picture.load.map(|load| format!("-{}", written(load)));
+    let load = picture.load.map(|load| format!("-{}", told(load)));
     format!(
         "{}-{}{}.png",
         &key.to_string()[..KEY_DIGITS],
@@ -152,17 +152,17 @@ fn file_name(key: TaskKey, picture: &Picture) -> String {
 }
 
 /// A load as captions and names of files have it.
-fn written(load: ShownLoad) -> String {
+fn told(load: ShownLoad) -> String {
     match load.column {
         "load" => format!("{:.4}", load.value),
-        _ => super::show::short(load.value),
+        _ => loads::written(load.value),
     }
 }
 
 fn caption(picture: &Picture) -> String {
     let load = match (picture.map, picture.load) {
         (Map::Heights, _) => String::new(),
-        (_, Some(load)) => format!(" at {} {}", load.column, written(load)),
+        (_, Some(load)) => format!(" at {} {}", load.column, told(load)),
         (_, None) => " at all loads".to_owned(),
     };
     let range = picture.range.as_ref().map(|range| {

@@ -150,7 +150,7 @@ fn a_load_is_asked_for_in_the_unit_of_the_study_and_refused_where_there_is_none(
     assert_ne!(lightest, view(&bench, &[&key, "--load", "5e7"]).1);
     let refused_load = refused(&bench, &[&key, "--load", "0.01"]);
     assert!(
-        refused_load.contains("no row has `pressure`"),
+        refused_load.contains("the nearest is 1e7"),
         "{refused_load}"
     );
 }

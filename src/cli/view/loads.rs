@@ -28,6 +28,14 @@ impl ShownLoad {
     }
 }
 
+/// A load as a user would write it: `0.1`, `1e8`.
+pub fn written(load: f64) -> String {
+    match (1e-4..1e6).contains(&load) {
+        true => show::short(load),
+        false => format!("{load:e}"),
+    }
+}
+
 /// Those of the rows that have this load.
 ///
 /// # Errors
@@ -42,7 +50,7 @@ pub fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>
         let by_distance =
             |one: &&usize, other: &&usize| distance(**one).total_cmp(&distance(**other));
         let nearest = rows.iter().min_by(by_distance).ok_or("there is no load")?;
-        let [asked, nearest] = [load, loads.value(*nearest)].map(show::short);
+        let [asked, nearest] = [load, loads.value(*nearest)].map(written);
         return Err(Misused(format!(
             "no row has `{column}` = {asked}; the nearest is {nearest}, which `--load {nearest}` draws"
         ))
