@@ -109,9 +109,8 @@ pub const K_UPPER: Column =
 pub const ANISOTROPY_RATIO: Column = parameter(
     "anisotropy_ratio",
     "1",
-    "correlation length along the grain over that across; 1 of isotropic surfaces whose stage gives \
-     the ratio, null of surfaces whose stage gives none; theories of isotropic roughness do not hold \
-     above 1",
+    "correlation length along the grain over that across; null without grain; theories of isotropic \
+     roughness are not about such surfaces",
 );
 pub const ANISOTROPY_ANGLE: Column = parameter(
     "anisotropy_angle",
