@@ -55,7 +55,7 @@ fn main() {
     let mut alone = None;
     for count in (1..=cores).filter(|count| count.is_power_of_two() || *count == cores) {
         let threads = NonZeroUsize::new(count).expect("one or more");
-        let threads = Threads::new(threads).expect("the system gives threads");
+        let threads = Threads::new(threads);
         let (_, seconds) = ten_loads(nodes, HalfSpace::default(), threads);
         let speed = *alone.get_or_insert(seconds) / seconds;
         println!("{count:8} {seconds:8.2} {speed:6.2}");

@@ -37,12 +37,12 @@ pub mod terminal;
 mod verify;
 mod view;
 
+use std::env;
 use std::error::Error;
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::{env, panic, thread};
 
 use clap::{Parser, Subcommand};
 
@@ -50,8 +50,9 @@ use crate::contact::instructions::Instructions;
 use crate::data_folder::DataFolder;
 use crate::diagnostics::{chain, counted};
 use crate::session::{Event, Session, SessionError, UnknownName};
-use crate::stages::aggregate::sql;
 use crate::study::Warning;
+
+pub use crate::stages::aggregate::sql::silence_panics;
 
 /// Statistical studies of rough contact.
 ///
@@ -139,7 +140,7 @@ pub fn main() -> ExitCode {
 ///
 /// The process is the command's: its signals are heard, and what is misspelt ends it.
 pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
-    leave_panics_of_queries_to_their_errors();
+    silence_panics();
     let arguments = Arguments::parse_from(line);
     let data = DataFolder::new(arguments.data);
     if let Err(error) = signals::survive_large_files() {
@@ -185,16 +186,6 @@ fn choose_instructions() -> Result<(), Failure> {
             .map_err(|error| Misused(format!("ASPERITY_SIMD: {error}")).into()),
         Err(_) => Ok(()),
     }
-}
-
-/// Polars panics at some queries; an error says so, and the trace of a panic would say no more.
-fn leave_panics_of_queries_to_their_errors() {
-    let tell = panic::take_hook();
-    panic::set_hook(Box::new(move |panic| {
-        if thread::current().name() != Some(sql::THREAD) {
-            tell(panic);
-        }
-    }));
 }
 
 /// Anything that ends a command early.

@@ -96,6 +96,7 @@ mod figures;
 mod manifest;
 mod memory;
 mod names;
+mod parallel;
 mod processor;
 mod prune;
 mod reasons;

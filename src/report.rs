@@ -30,8 +30,6 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
 use self::bars::Bars;
 use self::basis::Basis;
 use self::figure::{Definition, Drawn, DrawnFigure, MissingFigure};
@@ -40,6 +38,7 @@ use self::provenance::PageProvenance;
 use self::tables::FinishedStages;
 use crate::figures::pixels::{self, PixelsError};
 use crate::figures::svg;
+use crate::parallel;
 use crate::plan::Plan;
 use crate::results::FIGURES;
 use crate::results::archive::Archive;
@@ -178,10 +177,9 @@ pub fn write(
     let finished = FinishedStages::of(subject);
     let data = FigureData::of(&finished, bars)?;
     // Each figure by itself: on a machine of many cores they take as long as the slowest.
-    let drawn = figures::ALL
-        .par_iter()
-        .map(|definition| draw(definition, &data));
-    let (there, missing) = parted(drawn.collect::<Result<Vec<_>, ReportError>>()?);
+    let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
+    let drawn = drawn.into_iter().collect::<Result<_, ReportError>>()?;
+    let (there, missing) = parted(drawn);
     let basis = Basis::of(
         &subject.plan.study,
         &there,

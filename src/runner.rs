@@ -17,6 +17,7 @@ use bytesize::ByteSize;
 use crate::contact::threads::Threads;
 use crate::diagnostics::words_of_panic;
 use crate::memory;
+use crate::parallel;
 use crate::plan::{Plan, Task};
 use crate::results::archive::Archive;
 use crate::stages::{Context, Input, StageError};
@@ -79,10 +80,7 @@ pub struct Resources {
     pub checkpoint_every: Duration,
 }
 
-/// Computes the missing tasks.
-///
-/// # Errors
-/// When the operating system refuses to start threads.
+/// Computes the missing tasks, on fewer threads than cores where the system refuses to start as many.
 pub fn run(
     plan: &Plan,
     missing: &[usize],
@@ -91,8 +89,8 @@ pub fn run(
     resources: Resources,
     observer: &dyn TaskObserver,
     interrupted: &AtomicBool,
-) -> Result<RunOutcome, rayon::ThreadPoolBuildError> {
-    let threads = Threads::new(resources.cores)?;
+) -> RunOutcome {
+    let threads = Threads::new(resources.cores);
     let run = Run::new(
         threads,
         plan,
@@ -109,12 +107,9 @@ pub fn run(
             run.ready.push(Ready::Unhoused(task));
         }
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(resources.cores.get().min(missing.len()))
-        .thread_name(|number| format!("worker-{number}"))
-        .build()?;
-    pool.broadcast(|_| run.work());
-    Ok(run.outcome())
+    let workers = resources.cores.get().min(missing.len());
+    parallel::on_threads("worker", workers, &|| run.work());
+    run.outcome()
 }
 
 /// Inputs from which on the table of their stage is read in place of their own.

@@ -6,9 +6,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
 use crate::names;
+use crate::parallel;
 use crate::plan::Plan;
 use crate::report::seal;
 use crate::results;
@@ -65,12 +64,12 @@ pub fn pages(plan: Option<&Plan>, results: &Path) -> Result<Vec<Finding>, StoreE
 
 /// Checks tables, several at once, and quarantines the damaged ones; `checked` hears of each.
 pub fn check(tables: &[Found], store: &Store, checked: &(dyn Fn() + Sync)) -> Vec<Finding> {
-    let findings = tables.par_iter().filter_map(|table| {
+    let findings = parallel::map(tables, |table| {
         let finding = check_one(table, store);
         checked();
         finding
     });
-    findings.collect()
+    findings.into_iter().flatten().collect()
 }
 
 /// Nothing if the table is sound, or if another process has mended or removed it meanwhile.

@@ -76,10 +76,18 @@ pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2])
     Scan::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
+/// The largest `jobs`, as on the command line.
+const MOST_JOBS: usize = 1024;
+
 /// A number of cores; none where that is left to the machine.
 pub fn jobs(py: Python<'_>, jobs: Option<usize>) -> PyResult<Option<NonZeroUsize>> {
-    let refusal = || value_error(py, "`jobs` is 0, it must be at least 1".to_owned());
-    let checked = jobs.map(|jobs| NonZeroUsize::new(jobs).ok_or_else(refusal));
+    let checked = jobs.map(|jobs| {
+        let bounded = NonZeroUsize::new(jobs).filter(|jobs| jobs.get() <= MOST_JOBS);
+        bounded.ok_or_else(|| {
+            let message = format!("`jobs` is {jobs}, it must be from 1 to {MOST_JOBS}");
+            value_error(py, message)
+        })
+    });
     checked.transpose()
 }
 

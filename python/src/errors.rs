@@ -95,7 +95,6 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         | SessionError::Stage(_)
         | SessionError::Taken(_)
         | SessionError::Memory(_)
-        | SessionError::Threads(_)
         | SessionError::Report(_)
         | SessionError::Share(_)
         | SessionError::Slurm(_)

@@ -2,11 +2,11 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use asperity::contact::threads::{Threads, available_cores};
+use asperity::contact::threads::available_cores;
 use asperity::direct;
 use asperity::session::error::StageError;
 use numpy::{PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::{PyIndexError, PyOSError};
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -64,8 +64,7 @@ impl Pressing {
             is_periodic,
         };
         let cores = conversion::jobs(py, jobs)?.unwrap_or_else(available_cores);
-        let threads = Threads::new(cores).map_err(|error| PyOSError::new_err(error.to_string()))?;
-        let pressing = py.detach(|| direct::Pressing::new_on(threads, map, &keys));
+        let pressing = py.detach(|| direct::Pressing::new_on(cores, map, &keys));
         let mut pressing = pressing.map_err(|error| direct_error(py, &error))?;
         if !keeps_fields {
             pressing = pressing.without_fields();

@@ -4,7 +4,7 @@ use std::io;
 use std::process::exit;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
-use std::thread;
+use std::thread::{self, Builder};
 use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
@@ -54,11 +54,17 @@ impl StopSignal {
         heard.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
         let mut signals = Signals::new(heard)?;
         let asked = stop.clone();
-        thread::spawn(move || {
+        let hear = move || {
             for signal in signals.forever() {
                 asked.hear(signal, patience);
             }
-        });
+        };
+        let started = Builder::new().spawn(hear).map(drop);
+        started.map_err(|error| {
+            let message = "cannot start the thread that hears Ctrl-C; allow more processes \
+                           (`ulimit -u`)";
+            io::Error::new(error.kind(), format!("{message}: {error}"))
+        })?;
         Ok(stop)
     }
 
@@ -79,12 +85,15 @@ impl StopSignal {
             exit(self.exit_code().into());
         }
         warn("stopping; finished tasks are kept");
-        let stop = self.clone();
-        thread::spawn(move || {
+        let code = self.exit_code().into();
+        let end = move || {
             thread::sleep(patience.duration());
             warn("stopped; unfinished tasks are dropped, run again to go on");
-            exit(stop.exit_code().into());
-        });
+            exit(code)
+        };
+        if Builder::new().spawn(end).is_err() {
+            end();
+        }
     }
 }
 

@@ -8,12 +8,12 @@ use arrow::csv;
 use arrow::error::ArrowError;
 use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
-use rayon::prelude::*;
 
 use super::grid::{self, ColumnLayout};
 use super::terminal::{Output, stdout};
 use super::{Failure, unknown};
 use crate::data_folder::DataFolder;
+use crate::parallel;
 use crate::store::source::TableSource;
 
 /// Rows that are turned into text at once.
@@ -108,11 +108,7 @@ fn write_csv(out: &mut Output, table: &TableSource, columns: &[usize]) -> Result
     out.write_data(&csv_text(header.batch(), true)?)?;
     for part in table.parts(columns) {
         let chunks: Vec<RecordBatch> = chunks(part?.batch()).collect();
-        let texts: Vec<_> = chunks
-            .par_iter()
-            .map(|chunk| csv_text(chunk, false))
-            .collect();
-        for text in texts {
+        for text in parallel::map(&chunks, |chunk| csv_text(chunk, false)) {
             out.write_data(&text?)?;
         }
     }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Nodes that are worth a thread: waking one takes as long as a few thousand nodes do.
 const FEWEST_NODES: usize = 1 << 17;
@@ -44,7 +44,7 @@ pub fn available_cores() -> NonZeroUsize {
 ///     solver.press(0.01, &Settings::default(), &|| false);
 ///     solver.pressure().to_vec()
 /// };
-/// let three = Threads::new(NonZeroUsize::new(3).expect("three"))?;
+/// let three = Threads::new(NonZeroUsize::new(3).expect("three"));
 /// assert_eq!(press(three), press(Threads::one()));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -78,27 +78,34 @@ impl Threads {
         Self::default()
     }
 
-    /// So many threads, the one that has the work among them.
-    ///
-    /// # Errors
-    /// When the operating system refuses to start threads.
-    pub fn new(count: NonZeroUsize) -> Result<Self, ThreadPoolBuildError> {
-        let count = count.get();
-        if count == 1 {
-            return Ok(Self::one());
+    /// Starts so many threads, the one that has the work among them, or fewer where the system refuses
+    /// to start as many. They end with the last copy of what is returned.
+    pub fn new(count: NonZeroUsize) -> Self {
+        let mut helpers = count.get() - 1;
+        while helpers > 0 {
+            let pool = ThreadPoolBuilder::new()
+                .num_threads(helpers)
+                .thread_name(|number| format!("helper-{number}"))
+                .build();
+            if let Ok(pool) = pool {
+                return Self {
+                    cores: Some(Arc::new(Cores {
+                        pool,
+                        count: helpers + 1,
+                        in_use: Mutex::default(),
+                    })),
+                    helped: Arc::default(),
+                };
+            }
+            helpers /= 2;
         }
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(count - 1)
-            .thread_name(|number| format!("helper-{number}"))
-            .build()?;
-        Ok(Self {
-            cores: Some(Arc::new(Cores {
-                pool,
-                count,
-                in_use: Mutex::default(),
-            })),
-            helped: Arc::default(),
-        })
+        Self::one()
+    }
+
+    /// Starts as many of so many threads as a mesh of so many nodes is worth.
+    pub(crate) fn for_mesh(count: NonZeroUsize, nodes: usize) -> Self {
+        let worthwhile = NonZeroUsize::new(Self::worthwhile(nodes));
+        Self::new(worthwhile.map_or(count, |worthwhile| worthwhile.min(count)))
     }
 
     /// How many there are.
@@ -278,7 +285,7 @@ mod tests {
     use super::*;
 
     fn threads(count: usize) -> Threads {
-        Threads::new(NonZeroUsize::new(count).unwrap()).unwrap()
+        Threads::new(NonZeroUsize::new(count).unwrap())
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! One surface, pressed by one load after the other.
 
+use std::num::NonZeroUsize;
+
 use toml::Table as Keys;
 
 use super::{DirectError, keys};
@@ -39,6 +41,8 @@ pub struct Pressing {
     keeps_fields: bool,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
     pressures: Vec<Vec<f64>>,
+    /// Cores to work on.
+    cores: NonZeroUsize,
 }
 
 impl Pressing {
@@ -48,14 +52,15 @@ impl Pressing {
     /// When a key makes no sense, a map that is not periodic would be pressed as one that is, or the
     /// material does not bear the heaviest load.
     pub fn new(map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
-        Self::new_on(Threads::one(), map, keys)
+        Self::new_on(NonZeroUsize::MIN, map, keys)
     }
 
-    /// The same for several threads to work on: results are the same, to the bit.
+    /// The same for several cores to work on: results are the same, to the bit. Threads work during a
+    /// call and end with it.
     ///
     /// # Errors
     /// As [`Pressing::new`].
-    pub fn new_on(threads: Threads, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
+    pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let params = keys::block(keys)?;
         if params.boundary == Boundary::Periodic && !map.is_periodic {
             return Err(DirectError::Open);
@@ -64,8 +69,12 @@ impl Pressing {
         let rms_slope = map.rms_slope.unwrap_or_else(|| rms_slope(&map));
         let mut row = grids::coordinates(grid.nodes(), grid.cell().size());
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
+        let threads = Threads::for_mesh(cores, grid.count());
+        let mut block = Block::new(&params, map.surface, rms_slope, None, threads)?;
+        block.work_on(Threads::one());
         Ok(Pressing {
-            block: Block::new(&params, map.surface, rms_slope, None, threads)?,
+            block,
+            cores,
             row: Table::row(&row),
             keeps_fields: true,
             pressures: Vec::new(),
@@ -86,7 +95,7 @@ impl Pressing {
     /// # Errors
     /// When it was interrupted; the load may be asked for again.
     pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
-        let outcome = self.block.press(&interrupted)?;
+        let outcome = self.on_threads(|block| block.press(&interrupted))?;
         if outcome.is_some() && self.keeps_fields {
             let pressure = self.block.solver().pressure().iter().copied();
             self.pressures.push(pressure.filter(|p| *p > 0.0).collect());
@@ -130,7 +139,7 @@ impl Pressing {
     /// where the boundary is periodic. `None` as of [`Pressing::pressure`].
     pub fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
-        let displacement = self.block.solver().displacement_under(&pressure);
+        let displacement = self.on_threads(|block| block.solver().displacement_under(&pressure));
         Some(self.in_length(displacement))
     }
 
@@ -139,8 +148,17 @@ impl Pressing {
     /// [`Pressing::pressure`].
     pub fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
-        let gap = self.block.solver().gap_under(&pressure);
+        let gap = self.on_threads(|block| block.solver().gap_under(&pressure));
         Some(self.in_length(gap))
+    }
+
+    /// Works on all its cores. A process that is forked between two calls has no threads to miss.
+    fn on_threads<T>(&mut self, work: impl FnOnce(&mut Block) -> T) -> T {
+        let nodes = self.grid().count();
+        self.block.work_on(Threads::for_mesh(self.cores, nodes));
+        let done = work(&mut self.block);
+        self.block.work_on(Threads::one());
+        done
     }
 
     /// In units of E* × rms slope.

@@ -52,9 +52,6 @@ pub enum SessionError {
     /// A task takes more memory than there is.
     #[error(transparent)]
     Memory(#[from] TooLarge),
-    /// The system gives no threads.
-    #[error(transparent)]
-    Threads(#[from] rayon::ThreadPoolBuildError),
     /// No task has this name, or several have.
     #[error(transparent)]
     Task(#[from] TaskNameError),
@@ -145,7 +142,6 @@ impl SessionError {
             | SessionError::Results(_)
             | SessionError::Table(_)
             | SessionError::Stage(_)
-            | SessionError::Threads(_)
             | SessionError::Slurm(_)
             | SessionError::Report(_)
             | SessionError::NotComputed { .. } => false,

@@ -235,7 +235,7 @@ impl<'a> PreparedRun<'a> {
         );
         self.session.tell(Event::Ended);
         self.store.flush()?;
-        Ok(outcome?)
+        Ok(outcome)
     }
 
     /// One surface to a core, as far as memory goes, and several cores to a surface where there are

@@ -25,6 +25,7 @@ mod limits;
 mod memory;
 mod nayak;
 mod owners;
+mod processes;
 mod pruning;
 mod readers;
 mod reading;

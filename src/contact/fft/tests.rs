@@ -254,7 +254,7 @@ const EITHER_WAY: [[usize; 2]; 8] = [
 const SHARED: [[usize; 2]; 4] = [[640, 640], [700, 601], [832, 480], [1, 500_000]];
 
 fn threads(count: usize) -> Threads {
-    Threads::new(NonZeroUsize::new(count).unwrap()).unwrap()
+    Threads::new(NonZeroUsize::new(count).unwrap())
 }
 
 /// The bits of a spectrum, of the map that comes back, and of convolutions of a corner with their

@@ -236,7 +236,7 @@ mod tests {
         // Enough nodes for several threads, and an end within a word.
         let nodes = [601, 1001];
         let pressures: Vec<f64> = (0..601 * 1001).map(|node| f64::from(node).sin()).collect();
-        let three = Threads::new(3.try_into().unwrap()).unwrap();
+        let three = Threads::new(3.try_into().unwrap());
         let shared = ContactMap::of_pressures_on(&three, nodes, &pressures);
         assert_eq!(shared, ContactMap::of_pressures(nodes, &pressures));
         let pressed = pressures.iter().filter(|pressure| **pressure > 0.0);

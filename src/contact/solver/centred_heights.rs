@@ -108,7 +108,7 @@ mod tests {
         let (rows, row_nodes) = (600, 1000);
         let bump = |node: usize| 3.0 + (node as f64).sin();
         let given: Vec<f64> = (0..rows * row_nodes).map(bump).collect();
-        let three = Threads::new(NonZeroUsize::new(3).unwrap()).unwrap();
+        let three = Threads::new(NonZeroUsize::new(3).unwrap());
         let [alone, shared] = [Threads::one(), three.clone()]
             .map(|threads| CentredHeights::of(&threads, &given, row_nodes));
         assert_eq!(alone.heights, shared.heights);

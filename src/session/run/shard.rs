@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
+use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
 use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
@@ -88,7 +88,7 @@ impl<'a> Ledger<'a> {
     fn kept_in<T>(&self, receipt: &mut Receipt, folder: &Path, work: impl FnOnce() -> T) -> T {
         let (at_work, has_ended) = mpsc::channel::<()>();
         thread::scope(|scope| {
-            scope.spawn(move || {
+            let enter = move || {
                 let [mut wait, later] = EVERY;
                 while has_ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
                     wait = later;
@@ -96,7 +96,9 @@ impl<'a> Ledger<'a> {
                     // What cannot be written now is written in the end, or an error then.
                     let _ = receipt.write(folder);
                 }
-            });
+            };
+            // Without a thread for it, the receipt is written in the end alone.
+            let _ = Builder::new().spawn_scoped(scope, enter);
             let done = work();
             drop(at_work);
             done

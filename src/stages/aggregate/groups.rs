@@ -15,6 +15,7 @@ use super::group_names::GroupNames;
 use super::names::{
     COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, SURFACES, UNCONVERGED, UNFITTED, mean_of, named,
 };
+use super::sql::engine;
 use super::{Groups, Statistic, confidence, meanings, regression, theory};
 use crate::ensemble;
 use crate::stages::solve::GIVEN_UP;
@@ -66,7 +67,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         let ends = ends.flat_map(|name| confidence::ends(name, level));
         reduced = reduced.with_columns(ends.collect::<Vec<_>>());
     }
-    let reduced = reduced.collect().map_err(polars_error)?;
+    let reduced = engine::apart(|| reduced.collect().map_err(polars_error))?;
     names.check_stand_ins(&reduced)?;
     let chosen = output(table, &names, groups);
     let reduced = reduced.select(chosen).map_err(polars_error)?;

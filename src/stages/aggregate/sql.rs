@@ -15,13 +15,13 @@ use crate::store::source::TableSource;
 use crate::store::table::Table;
 
 mod budget;
-mod engine;
+pub mod engine;
 mod grouping;
 mod refusal;
 mod scan;
 mod statement;
 
-pub use engine::THREAD;
+pub use engine::silence_panics;
 pub use refusal::QueryError;
 use scan::Damage;
 use statement::Statement;

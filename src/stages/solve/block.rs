@@ -79,6 +79,11 @@ impl Block {
         })
     }
 
+    /// Lets these threads share the work from now on.
+    pub fn work_on(&mut self, threads: Threads) {
+        self.solver.work_on(threads);
+    }
+
     /// All its loads, in units of E* × rms slope.
     pub fn loads(&self) -> &[f64] {
         &self.loads

@@ -12,13 +12,16 @@ use parquet::errors::ParquetError as ReaderError;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{ChunkReader, Length};
 use parquet::file::statistics::Statistics;
-use rayon::prelude::*;
 
 use super::decode::{self, collected, columns_of, digested, read_metadata, unless_it_panics};
 use super::digest::{ChunkDigests, Digested, MARK, footer_start};
 use super::schema::Known;
 use super::{Metadata, ParquetError, footer};
+use crate::parallel;
 use crate::store::table::Table;
+
+/// Bytes of values from which on threads share the columns of a table.
+const WORTH_THREADS: i64 = 1 << 20;
 
 /// Bytes at the end of a file that are read first; more if its footer takes more.
 const END: usize = 1 << 16;
@@ -176,17 +179,37 @@ impl TableFile {
         groups: &[usize],
         rows: usize,
     ) -> Result<Table, ParquetError> {
-        let tables = columns.par_iter().map(|&column| {
+        let read = |&column: &usize| {
             let part = self.part(column, groups)?;
             unless_it_panics(|| self.column(part, column, groups, rows))
-        });
-        let tables = tables.collect::<Result<Vec<Table>, ParquetError>>()?;
+        };
+        let tables = match self.size(columns, groups) < WORTH_THREADS {
+            true => columns.iter().map(read).collect(),
+            false => parallel::map(columns, read),
+        };
+        let tables = tables
+            .into_iter()
+            .collect::<Result<Vec<Table>, ParquetError>>()?;
         let fields = columns
             .iter()
             .map(|&column| self.schema().fields()[column].clone());
         let schema = Schema::new(fields.collect::<Vec<_>>());
         let arrays = tables.iter().map(|table| table.batch().column(0).clone());
         Ok(Table::of(rows, schema, arrays.collect()))
+    }
+
+    /// Returns the bytes of the values of some columns in some row groups, as the file states them.
+    fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
+        let leaves: Vec<usize> = columns
+            .iter()
+            .filter_map(|&column| self.leaf(column))
+            .collect();
+        let groups = groups.iter().map(|&group| self.footer().row_group(group));
+        let sizes = groups.flat_map(|group| {
+            let leaves = leaves.iter();
+            leaves.map(|&leaf| group.column(leaf).uncompressed_size())
+        });
+        sizes.fold(0, i64::saturating_add)
     }
 
     /// The verified bytes of a column in some row groups.

@@ -208,7 +208,7 @@ fn a_restored_solver_goes_on_with_the_same_bits_on_any_threads() {
     solver.save(&mut bytes).unwrap();
     let mut restored = super::solver(NODES, &heights);
     restored.restore(&mut bytes.as_slice()).unwrap();
-    let three = Threads::new(NonZeroUsize::new(3).unwrap()).unwrap();
+    let three = Threads::new(NonZeroUsize::new(3).unwrap());
     restored.work_on(three);
     for load in [0.055, 0.2, 0.21] {
         let outcomes =

@@ -30,7 +30,7 @@ fn solved_on(threads: &Threads, mut solver: Solver, tolerance: f64) -> Vec<(Stri
 fn same_on_any_threads(tolerance: f64, solver: impl Fn() -> Solver) {
     let alone = solved_on(&Threads::one(), solver(), tolerance);
     for count in [2, 3, 8] {
-        let threads = Threads::new(NonZeroUsize::new(count).unwrap()).unwrap();
+        let threads = Threads::new(NonZeroUsize::new(count).unwrap());
         let shared = solved_on(&threads, solver(), tolerance);
         for ((one, bits), (other, shared)) in alone.iter().zip(shared) {
             assert!(*one == other && *bits == shared, "{count}: {one}, {other}");

@@ -5,8 +5,8 @@
 //! threads, so that the last digits of a mean would differ from run to run. Here it keeps every
 //! order, and works on one thread.
 
-use std::sync::Arc;
-use std::thread;
+use std::sync::{Arc, Mutex, OnceLock};
+use std::{env, panic, thread};
 
 use bytesize::ByteSize;
 use polars::polars_utils::arena::{Arena, Node};
@@ -15,10 +15,16 @@ use polars_async::executor::ALLOW_RAYON_THREADS;
 use polars_plan::plans::IR;
 
 use super::{QueryError, budget};
+use crate::contact::threads::available_cores;
 use crate::diagnostics::words_of_panic;
 
+/// What is said where polars cannot start.
+const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers queries, cannot start its \
+                               threads: allow more processes (`ulimit -u`), or set the environment \
+                               variable `POLARS_MAX_THREADS` to 1";
+
 /// The name of the thread.
-pub const THREAD: &str = "query";
+const THREAD: &str = "query";
 
 /// Bytes of stack: for the deepest query that is let in, three times over.
 const STACK: usize = 256 << 20;
@@ -35,6 +41,9 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
         work()
     };
     let refused = |reason: String| E::from(QueryError::Refused(reason));
+    if !polars_can_start() {
+        return Err(refused(TOO_FEW_THREADS.to_owned()));
+    }
     thread::scope(|scope| {
         let builder = thread::Builder::new().name(THREAD.to_owned());
         let started = builder.stack_size(STACK).spawn_scoped(scope, alone);
@@ -44,11 +53,64 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
                 "no thread starts with {room} MiB of stack: {error}"
             ))
         })?;
-        thread.join().unwrap_or_else(|panic| {
-            let words = words_of_panic(panic.as_ref());
-            Err(refused(format!("polars gives up: {words}")))
-        })
+        let answered = thread.join();
+        answered.unwrap_or_else(|panic| Err(refused(told(&words_of_panic(panic.as_ref())))))
     })
+}
+
+/// Returns whether the system allows the thread of a query and those that polars starts when it is
+/// first used: two pools.
+///
+/// Polars panics or waits without end where it is refused some of them. The first answer that is yes
+/// counts for the process, since the pools stay.
+fn polars_can_start() -> bool {
+    static CAN_START: OnceLock<()> = OnceLock::new();
+    if CAN_START.get().is_some() {
+        return true;
+    }
+    let said = env::var("POLARS_MAX_THREADS").ok();
+    let said = said.and_then(|count| count.parse::<usize>().ok());
+    let count = 1 + 2 * said.unwrap_or_else(|| available_cores().get());
+    let gate = Mutex::new(());
+    let all_start = thread::scope(|scope| {
+        // All are there at once, until the gate opens.
+        let _closed = gate.lock();
+        (0..count).all(|_| {
+            let pass = || drop(gate.lock());
+            thread::Builder::new().spawn_scoped(scope, pass).is_ok()
+        })
+    });
+    if all_start {
+        CAN_START.get_or_init(|| ());
+    }
+    all_start
+}
+
+/// Says in plain words that polars panicked.
+fn told(words: &str) -> String {
+    // Another thread of the run may have started in between.
+    if words.starts_with("could not spawn threads") {
+        return TOO_FEW_THREADS.to_owned();
+    }
+    // Words about a `Result` are of the code of polars, not of the query.
+    let cause = match words.split_once("` value: ") {
+        Some((_, cause)) => cause,
+        None => words,
+    };
+    format!(
+        "polars cannot answer this query, and ended with an internal error ({cause}); ask in another \
+         form, or for parts of it by `with`"
+    )
+}
+
+/// Lets panics of queries print nothing: an error says what happened, and a trace would say no more.
+pub fn silence_panics() {
+    let print = panic::take_hook();
+    panic::set_hook(Box::new(move |panic| {
+        if thread::current().name() != Some(THREAD) {
+            print(panic);
+        }
+    }));
 }
 
 /// What a query answers, rows in an order that follows from the tables.

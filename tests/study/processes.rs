@@ -1,0 +1,97 @@
+//! Systems that allow few threads: each counts as a process of its user.
+
+use std::fs::{self, Permissions};
+use std::io::{Write, stderr};
+use std::os::unix::fs::PermissionsExt;
+use std::process::{Command, Output};
+use std::thread::available_parallelism;
+
+use crate::bench::{Bench, STUDY, assert_same_files, text};
+
+/// A user who has no process, so that the limit is that of the command alone.
+const USER: &str = "54321";
+
+/// A bench that everybody may write to, with its manifest.
+fn open_bench() -> Bench {
+    let bench = Bench::new();
+    fs::set_permissions(bench.path(""), Permissions::from_mode(0o777)).unwrap();
+    bench.write(STUDY);
+    bench
+}
+
+/// Runs a command on the bench's manifest as a user who may have so many threads; nothing, with a line
+/// that says so, where this process may not change its user.
+fn limited(bench: &Bench, threads: u32, arguments: &[&str]) -> Option<Output> {
+    let mut command = Command::new("setpriv");
+    command
+        .args(["--reuid", USER, "--regid", USER, "--clear-groups"])
+        .args(["prlimit", &format!("--nproc={threads}")])
+        .arg(env!("CARGO_BIN_EXE_asperity"))
+        .args(&arguments[..1])
+        .arg(bench.path("study.toml"))
+        .args(&arguments[1..])
+        .env("ASPERITY_DATA", bench.data());
+    let output = command.output();
+    let is_changed = output.as_ref().is_ok_and(|output| {
+        let told = text(&output.stderr);
+        !told.contains("setpriv: ") && !told.contains("prlimit: ")
+    });
+    if is_changed {
+        return output.ok();
+    }
+    // Not by `println`, which tests that pass keep to themselves.
+    let line = b"NOT TESTED, because this process may not change its user\n";
+    stderr().write_all(line).expect("somebody hears");
+    None
+}
+
+#[test]
+fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
+    let bench = open_bench();
+    let Some(alone) = limited(&bench, 1, &["run"]) else {
+        return;
+    };
+    let refused = |output: &Output| {
+        let told = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{told}");
+        assert!(
+            told.contains("allow more processes (`ulimit -u`)"),
+            "{told}"
+        );
+        assert!(!told.contains("panicked"), "{told}");
+    };
+    refused(&alone);
+    // Means are taken by polars, which starts threads of its own: two to a core.
+    refused(&limited(&bench, 3, &["run"]).unwrap());
+    let query = ["table", "--sql", "select count(*) as n from area"];
+    refused(&limited(&bench, 2, &query).unwrap());
+    for reader in [&["verify"][..], &["table", "area", "--csv"]] {
+        let output = limited(&bench, 1, reader).unwrap();
+        assert!(
+            output.status.success(),
+            "{reader:?}: {}",
+            text(&output.stderr)
+        );
+    }
+    let cores = u32::try_from(available_parallelism().unwrap().get()).unwrap();
+    // Besides, helpers, workers, the thread of a query and the one that hears signals.
+    let enough = 4 * cores + 2;
+    for command in [&["run"][..], &["report"], &query] {
+        let output = limited(&bench, enough, command).unwrap();
+        assert!(
+            output.status.success(),
+            "{command:?}: {}",
+            text(&output.stderr)
+        );
+    }
+    let free = Bench::new();
+    free.run(STUDY);
+    let tables = |bench: &Bench| {
+        let mut files = bench.files();
+        let is_table = |ending: &std::ffi::OsStr| ending == "parquet";
+        files.retain(|path, _| path.extension().is_some_and(is_table));
+        files.retain(|path, _| !path.ends_with("failures.parquet"));
+        files
+    };
+    assert_same_files(&tables(&bench), &tables(&free));
+}
