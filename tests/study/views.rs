@@ -52,13 +52,13 @@ fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictu
         (Some(0), String::new()),
         "the same"
     );
-    let (code, told) = view("0.001", &["-o", map]);
+    let (code, told) = view("0.025", &["-o", map]);
     assert!(
         code == Some(2) && told.contains("is there already"),
         "{told}"
     );
     assert_eq!(fs::read(map).unwrap(), first);
-    assert_eq!(view("0.001", &["-o", map, "--replace"]).0, Some(0));
+    assert_eq!(view("0.025", &["-o", map, "--replace"]).0, Some(0));
     assert_ne!(fs::read(map).unwrap(), first);
 
     fs::write(map, STUDY).unwrap();
