@@ -24,7 +24,8 @@ def main() -> None:
     theory: NDArray[np.float64] = asperity.persson.area(loads)
     law = asperity.EvolutionLaw(kappa=2.5, beta=1.0, mu=0.6)
     print(mean, theory, law.area(loads))
-    for state in asperity.press_each(np.zeros((8, 8)), loads=0.1):
+    flat = np.zeros((8, 8))
+    for state in asperity.press_each(flat, size=1.0, boundary="periodic", loads=0.1):
         gap: NDArray[np.float64] = state.gap()
         print(state.load, gap.max())
     try:
