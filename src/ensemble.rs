@@ -173,12 +173,11 @@ pub fn load_column(table: &Table) -> &'static str {
 /// # Errors
 /// When the table has no loads.
 pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
+    let given = load_column(table);
+    let reduced = (given != LOAD.name).then(|| table.reals(LOAD.name));
     let loads = Loads {
-        given: table.reals(load_column(table))?,
-        reduced: match load_column(table) {
-            name if name == LOAD.name => None,
-            _ => Some(table.reals(LOAD.name)?),
-        },
+        given: table.reals(given)?,
+        reduced: reduced.transpose()?,
     };
     let members = Members::of(table)?;
     let parameters = table.in_role(Role::Parameter);

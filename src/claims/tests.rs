@@ -3,7 +3,6 @@
 use super::evidence::KindTable;
 use super::intervals::Weights;
 use super::*;
-use crate::contact::grid::Cell;
 use crate::contact::theory::persson;
 use crate::contact::topography::spectrum;
 use crate::fitting::examples::normal;
@@ -236,8 +235,7 @@ fn of_exponents(exponents: &[f64], area: fn(alpha: f64, hurst: f64) -> f64) -> V
             k_upper: 32,
             anisotropy: None,
         };
-        let moments = spectrum.moments(Cell::square(1.0).unwrap());
-        let nayak = moments.nayak().unwrap();
+        let nayak = spectrum.nayak_on_a_square().unwrap();
         for (surface, scatter) in scatter.iter().enumerate() {
             let factor = (0.02 * scatter).exp() * area(nayak, hurst);
             let of_load = |load: f64| (hurst, surface as i64, load, 2.2 * load * factor);

@@ -13,7 +13,6 @@ use serde::Serialize;
 use serde_json::json;
 
 use self::choice::{Coordinate, TaskChoice};
-use self::loads::ShownLoad;
 use self::picture::Picture;
 use super::terminal::stdout;
 use super::{Failure, Misused, picture_file};
@@ -142,7 +141,7 @@ fn finite(word: &str) -> Result<f64, String> {
 }
 
 fn file_name(key: TaskKey, picture: &Picture) -> String {
-    let load = picture.load.map(|load| format!("-{}", told(load)));
+    let load = picture.load.map(|load| format!("-{load}"));
     format!(
         "{}-{}{}.png",
         &key.to_string()[..KEY_DIGITS],
@@ -151,18 +150,10 @@ fn file_name(key: TaskKey, picture: &Picture) -> String {
     )
 }
 
-/// A load as captions and names of files have it.
-fn told(load: ShownLoad) -> String {
-    match load.column {
-        "load" => format!("{:.4}", load.value),
-        _ => loads::written(load.value),
-    }
-}
-
 fn caption(picture: &Picture) -> String {
     let load = match (picture.map, picture.load) {
         (Map::Heights, _) => String::new(),
-        (_, Some(load)) => format!(" at {} {}", load.column, told(load)),
+        (_, Some(load)) => format!(" at {} {load}", load.column),
         (_, None) => " at all loads".to_owned(),
     };
     let range = picture.range.as_ref().map(|range| {

@@ -58,6 +58,17 @@ pub struct Resample {
     pub fewest: usize,
 }
 
+impl Resample {
+    /// Counts the surfaces of ensembles, each of which is a list of ascending numbers.
+    pub fn of<'a>(ensembles: impl Iterator<Item = &'a [usize]> + Clone) -> Resample {
+        let last = ensembles.clone().filter_map(|units| units.last());
+        Resample {
+            units: last.max().map_or(0, |last| last + 1),
+            fewest: ensembles.map(<[usize]>::len).min().unwrap_or(0),
+        }
+    }
+}
+
 /// A parameter, as the whole sample has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Estimate {

@@ -78,16 +78,7 @@ impl CommonKappa {
         let bounded: Vec<(&EvolutionProblem, &[usize], f64)> = curves
             .filter_map(|((problem, units), own)| Some((problem, &units[..], *own.as_ref().ok()?)))
             .collect();
-        let of_bounded = bounded.iter().map(|(_, units, _)| *units);
-        let resample = Resample {
-            units: of_bounded
-                .clone()
-                .flatten()
-                .map(|unit| unit + 1)
-                .max()
-                .unwrap_or(0),
-            fewest: of_bounded.map(<[usize]>::len).min().unwrap_or(0),
-        };
+        let resample = Resample::of(bounded.iter().map(|(_, units, _)| *units));
         let estimates = [Estimate::Positive(self.kappa)];
         bootstrap.of_units(resample, &estimates, |_, times| {
             let mut largest = 0.0f64;

@@ -2,7 +2,6 @@
 
 use arrow::array::Array;
 
-use crate::contact::grid::Cell;
 use crate::contact::topography::spectrum;
 use crate::stages::columns::*;
 use crate::stages::grids::Meshes;
@@ -44,7 +43,7 @@ impl Spectrum {
             k_upper: whole(self.k_upper)?,
             anisotropy: None,
         };
-        spectrum.moments(Cell::square(1.0).ok()?).nayak()
+        spectrum.nayak_on_a_square()
     }
 }
 

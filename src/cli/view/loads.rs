@@ -1,7 +1,10 @@
 //! Loads on the command line: in the unit in which the study gives them.
 
+use std::fmt;
+
 use crate::cli::{Failure, Misused, show};
 use crate::ensemble::load_column;
+use crate::stages::columns::LOAD;
 use crate::store::table::Table;
 
 /// Real numbers are given with as many digits as tables show.
@@ -28,8 +31,18 @@ impl ShownLoad {
     }
 }
 
+/// The value as captions and names of files state it: `0.1000`, or `1e8` in pascals.
+impl fmt::Display for ShownLoad {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.column {
+            name if name == LOAD.name => write!(formatter, "{:.4}", self.value),
+            _ => formatter.write_str(&written(self.value)),
+        }
+    }
+}
+
 /// A load as a user would write it: `0.1`, `1e8`.
-pub fn written(load: f64) -> String {
+fn written(load: f64) -> String {
     match (1e-4..1e6).contains(&load) {
         true => show::short(load),
         false => format!("{load:e}"),

@@ -159,6 +159,12 @@ impl Spectrum {
         sum.finish(1.0)
     }
 
+    /// Nayak's parameter over the modes of a square cell; `None` for a spectrum without modes.
+    pub fn nayak_on_a_square(&self) -> Option<f64> {
+        let cell = Cell::square(1.0).expect("1 is the side of a cell");
+        self.moments(cell).nayak()
+    }
+
     /// The same density, but for its grain, over continuous wavenumbers, where moments have closed forms.
     pub fn continuum(&self) -> Continuum {
         let rolloff = f64::from(self.k_rolloff);

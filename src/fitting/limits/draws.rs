@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::{LimitFit, LimitPoint, LimitProblem, Observed, TermForm};
+use super::{LimitFit, LimitProblem, Observed, TermForm};
 use crate::fitting::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
 
 /// What resampling says of several choices of forms.
@@ -35,9 +35,16 @@ pub fn resample(
     rivals: &[(&[TermForm], &LimitFit)],
     bootstrap: &Bootstrap,
 ) -> Resampled {
+    let units = problem
+        .points
+        .iter()
+        .filter_map(|point| match &point.observed {
+            Observed::Surfaces { units, .. } => Some(&units[..]),
+            Observed::Estimate { .. } => None,
+        });
     let resample = Resample {
-        units: units(problem),
         fewest: problem.surfaces(),
+        ..Resample::of(units)
     };
     // Akaike's criterion of each choice in each resampling.
     let mut criteria: Vec<Vec<f64>> = Vec::new();
@@ -81,15 +88,6 @@ fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<C
         best_share: (replicates > 0).then(|| wins[rival] as f64 / replicates as f64),
     };
     (0..rivals.len()).map(compare).collect()
-}
-
-/// One more than the largest number of a surface.
-fn units(problem: &LimitProblem) -> usize {
-    let largest = |point: &LimitPoint| match &point.observed {
-        Observed::Surfaces { units, .. } => units.last().map_or(0, |unit| unit + 1),
-        Observed::Estimate { .. } => 0,
-    };
-    problem.points.iter().map(largest).max().unwrap_or(0)
 }
 
 fn estimates(forms: &[TermForm], fit: &LimitFit) -> Vec<Estimate> {

@@ -2,7 +2,6 @@
 //! plateaus differ, against Nayak's parameter, and what the mesh makes of it: a finding of this program,
 //! beside section 5.2.2 of the paper.
 
-use crate::contact::grid::Cell;
 use crate::contact::topography::spectrum;
 use crate::figures::axis::Axis;
 use crate::figures::chart::{Chart, DataPoint, Series};
@@ -85,7 +84,7 @@ impl Abscissa {
     fn value(self, spectrum: &spectrum::Spectrum) -> Option<f64> {
         match self {
             Abscissa::Bandwidth => Some(f64::from(spectrum.k_upper) / f64::from(spectrum.k_lower)),
-            Abscissa::Nayak => spectrum.moments(Cell::square(1.0).ok()?).nayak(),
+            Abscissa::Nayak => spectrum.nayak_on_a_square(),
         }
     }
 }

@@ -6,7 +6,7 @@ use super::Params;
 use super::row::Row;
 use super::rows;
 use crate::contact::morphology::correction::{CountedArea, YASTREBOV_2017};
-use crate::ensemble::{Ensemble, Point, ensembles};
+use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::fitting::bootstrap::Interval;
 use crate::fitting::percolation::{Channels, Interface, PercolationProblem};
 use crate::stages::columns::*;
@@ -39,12 +39,12 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 }
 
 /// Whether surfaces are drawn from a spectrum that is the same in all directions.
-fn is_isotropic(point: &Point) -> bool {
-    let is_drawn = match point.get(METHOD.name) {
-        Some(Value::Text(method)) => ["filter", "random-phase", "spectrum"].contains(&&**method),
-        _ => false,
-    };
-    let ratio = point.get(ANISOTROPY_RATIO.name);
+fn is_isotropic(ensemble: &Ensemble) -> bool {
+    let is_drawn = ensemble
+        .members
+        .iter()
+        .all(|&member| member != Member::Sole);
+    let ratio = ensemble.point.get(ANISOTROPY_RATIO.name);
     is_drawn && ratio.is_none_or(|ratio| *ratio == Value::Real(1.0))
 }
 
@@ -93,7 +93,7 @@ impl<'a> Measured<'a> {
             (Err(_), Err(_)) => both.as_ref().err(),
         };
         let failure = failure.map(ToString::to_string);
-        let is_isotropic = is_isotropic(&ensemble.point);
+        let is_isotropic = is_isotropic(ensemble);
         let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
         if thresholds.iter().all(Option::is_none) {
             return Row {

@@ -56,8 +56,7 @@ fn every_model_is_a_column_of_its_own_area_under_the_rows_load() {
         k_upper: 32,
         anisotropy: None,
     };
-    let moments = spectrum.moments(Cell::square(1.0).unwrap());
-    let nayak = moments.nayak().unwrap();
+    let nayak = spectrum.nayak_on_a_square().unwrap();
     for model in models {
         let found = column(&reduced, model.columns()[0].name)[0].unwrap();
         let exact = match model.asperities() {
