@@ -108,8 +108,8 @@ def light():
 {t.areas()}
 {figure(CAMPAIGN, "area-light", "Contact area as counted, and its secant; fig. 5")}
 {figure(CAMPAIGN, "contact-maps", "Contact of one surface of two spectra; figs. 7 and 8")}
-The cutoffs of earlier studies (table 1, fig. 1), eight surfaces each on 512 × 512 nodes, `literature.toml`; κ = area over
-load, in units of √(2π), at the load 0.06. Persson's theory has 0.64, asperity models without interaction 1:
+The cutoffs of earlier studies (table 1, fig. 1), eight surfaces each on 512 × 512 nodes, `literature.toml`: the secant, area
+over load, in units of √(2π), at the load 0.06. Persson's theory has 0.64, asperity models without interaction 1:
 
 {t.literature()}"""
 

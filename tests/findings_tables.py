@@ -198,7 +198,7 @@ def literature():
         kappa = [with_error(*(of[k_lower, k_upper, word][f"area_corrected_{end}"] / 0.06 / BGT for end in ("mean", "sem")))
                  for word in ("none", "2017")]
         lines.append([str(k_lower), digits(512 / k_upper, 2), *kappa])
-    return rows(["k_l", "nodes to the shortest wavelength", "κ/√(2π), counted", "corrected as in 2017"], lines)
+    return rows(["k_l", "nodes to the shortest wavelength", "secant/√(2π), counted", "corrected as in 2017"], lines)
 
 
 def limits(name):
@@ -330,4 +330,4 @@ def hurst():
         own = {row["load"]: row for row in found.filter(pl.col("hurst") == exponent).to_dicts()}
         kappa = [with_error(*(own[load][f"area_corrected_{end}"] / load / BGT for end in ("mean", "sem"))) for load in loads]
         lines.append([digits(exponent, 1), digits(alpha[exponent], 3), *kappa])
-    return rows(["H", "α", *(f"κ/√(2π), load {digits(load, 2)}" for load in loads)], lines)
+    return rows(["H", "α", *(f"secant/√(2π), load {digits(load, 2)}" for load in loads)], lines)

@@ -1,6 +1,6 @@
-//! Claims of ours on the limits of κ = A/(A₀ y): of a great cell, a wide spectrum and a fine mesh.
+//! Claims of ours on the limits of the secant A/(A₀ y): a great cell, a wide spectrum and a fine mesh.
 //!
-//! κ = Q₀ + c x^e + s ln ε + m h^g, x = 1/k_lower, ε = k_lower/k_upper, h = k_upper/nodes, with the
+//! Here κ stands for the secant at a finite load: κ = Q₀ + c x^e + s ln ε + m h^g, x = 1/k_lower, ε = k_lower/k_upper, h = k_upper/nodes, with the
 //! exponents of x and h that the manifest gives; of several, those with the least of Akaike's criterion.
 //! Whether the bandwidth's term is a logarithm is told by the parabola s ln ε + r (ln ε)²: its κ″/κ′ in
 //! the middle of ln ε is the exponent of the power that bends as much, and zero of a logarithm. A fit with
@@ -16,13 +16,13 @@ use crate::fitting::limits::{LimitFit, LimitProblem, TermForm};
 const LOGARITHMIC: Statement = Statement {
     name: "kappa-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    says: "In the limits of great cells and fine meshes κ = A/(A₀ y) falls with the logarithm of \
-           k_upper/k_lower, and has no fractal limit.",
+    says: "In the limits of great cells and fine meshes the secant A/(A₀ y) falls with the \
+           logarithm of k_upper/k_lower, and has no fractal limit.",
     place: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
             area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) 433, \
-            take κ to a limit by powers",
-    quantity: "exponent of the power of k_lower/k_upper that bends as κ does in the middle of the \
-               spectra, each load of the fit",
+            take the secant to a limit by powers",
+    quantity: "exponent of the power of k_lower/k_upper that bends as the secant does in the middle of \
+               the spectra, each load of the fit",
     expected: Expectation::Within(-0.2, 0.2),
     because: "0 is a logarithm; a power with the exponent 0.2 has gone more than half of its way to the \
               limit from a bandwidth of 2 to one of 128, and one below −0.2 falls faster than any \
@@ -33,13 +33,13 @@ const LOGARITHMIC: Statement = Statement {
 const BETWEEN_THEORIES: Statement = Statement {
     name: "kappa-lies-between-theories-on-fine-meshes",
     origin: Origin::Ours,
-    says: "In the limits of great cells and fine meshes κ lies between Persson's √(8/π) and √(2π) of Bush, \
-           Gibson & Thomas, for the narrowest spectrum of the study and for the widest.",
+    says: "In the limits of great cells and fine meshes the secant lies between Persson's √(8/π) and \
+           √(2π) of Bush, Gibson & Thomas, for the narrowest spectrum of the study and for the widest.",
     place: "beside section 8 of the paper, which finds it of the area corrected by π/8",
-    quantity: "(κ − √(8/π))/(√(2π) − √(8/π)) under the lightest load of the fit, up to 0.02",
+    quantity: "(secant − √(8/π))/(√(2π) − √(8/π)) under the lightest load of the fit, up to 0.02",
     expected: Expectation::Within(0.0, 1.0),
     because: "0 in Persson's theory, 1 in that of asperities, as the load goes to zero; under the load \
-              0.02 Persson's κ is less than that by 3 in 10 000. Beyond the bandwidths of the study nothing \
+              0.02 Persson's secant is less than that by 3 in 10 000. Beyond the bandwidths of the study nothing \
               is said: a logarithm leaves every interval",
     figure: None,
 };
@@ -47,10 +47,12 @@ const BETWEEN_THEORIES: Statement = Statement {
 const CELL_IS_GREAT_ENOUGH: Statement = Statement {
     name: "sixteen-wavelengths-to-the-cell-are-enough",
     origin: Origin::Ours,
-    says: "Of a cell with sixteen of the longest wavelengths to its side κ is that of an infinite one.",
+    says: "Of a cell with sixteen of the longest wavelengths to its side the secant is that of an \
+           infinite one.",
     place: "section 9.2 of the paper finds no convergence in k_lower up to 16, at a given k_upper: there \
             the bandwidth falls as k_lower grows",
-    quantity: "what 1/k_lower = 1/16 adds to κ, over κ in the middle of the bandwidths, each load of the fit",
+    quantity: "what 1/k_lower = 1/16 adds to the secant, over the secant in the middle of the bandwidths, \
+               each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
     because: "two per cent of the area, as spectra are called distinct elsewhere",
     figure: None,
@@ -59,11 +61,11 @@ const CELL_IS_GREAT_ENOUGH: Statement = Statement {
 const MESH_IS_FINE_ENOUGH: Statement = Statement {
     name: "eight-nodes-to-the-wavelength-are-enough-once-corrected",
     origin: Origin::Ours,
-    says: "Corrected as in 2017, κ on a mesh of eight nodes to the shortest wavelength is that on an \
-           infinitely fine one.",
+    says: "Corrected as in 2017, the secant on a mesh of eight nodes to the shortest wavelength is that \
+           on an infinitely fine one.",
     place: "beside section 8 of the paper, whose coarsest meshes are of eight",
-    quantity: "what k_upper/nodes = 1/8 adds to κ, over κ in the middle of the bandwidths, each load of the \
-               fit",
+    quantity: "what k_upper/nodes = 1/8 adds to the secant, over the secant in the middle of the \
+               bandwidths, each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
     because: "two per cent of the area; counted areas are too large by some ten",
     figure: None,
