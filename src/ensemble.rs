@@ -55,13 +55,14 @@ impl Member {
     }
 }
 
-/// A load under which surfaces of an ensemble are pressed.
+/// One load of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
-    /// The load as the manifest gives it, reduced or in pascals: it is the same on all surfaces.
+    /// The load in the unit of the manifest, reduced or in pascals. It is the same for all
+    /// surfaces.
     pub given: f64,
-    /// Reduced pressure p₀/(E* h′), mean over the surfaces that have the load: surfaces of unequal
-    /// rms slope differ in it under one pressure.
+    /// Reduced pressure p₀/(E* h′), averaged over the surfaces that have the load: under one
+    /// pressure in pascals it differs between surfaces of unequal rms slope.
     pub reduced: f64,
 }
 
@@ -159,8 +160,8 @@ impl fmt::Display for Point {
     }
 }
 
-/// The column that holds loads as the manifest gives them: `load`, or `pressure` where loads are in
-/// pascals. Of a stack of tables of both kinds it is `load`.
+/// Returns the name of the column that holds loads as the manifest gives them: `load`, or
+/// `pressure` where loads are in pascals. It is `load` for stacked tables of both kinds.
 pub fn load_column(table: &Table) -> &'static str {
     match table.in_role(Role::Load).names()[..] {
         [only] if only == PRESSURE.name => PRESSURE.name,
@@ -190,12 +191,12 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
 /// The loads of the rows of a table.
 struct Loads<'a> {
     given: &'a Float64Array,
-    /// None where loads are given reduced.
+    /// `None` where the manifest gives reduced loads.
     reduced: Option<&'a Float64Array>,
 }
 
 impl Loads<'_> {
-    /// The load that these rows have in common.
+    /// Returns the load that these rows have in common.
     fn common(&self, given: f64, rows: impl Iterator<Item = usize> + Clone) -> Load {
         let Some(of_rows) = self.reduced else {
             let reduced = given;

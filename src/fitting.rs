@@ -149,7 +149,7 @@ pub enum FitError {
         without: usize,
         /// All of them.
         surfaces: usize,
-        /// Along which directions they were looked for.
+        /// Directions of the channels.
         channels: percolation::Channels,
         /// Where it was looked for.
         window: Window,

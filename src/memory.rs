@@ -23,7 +23,8 @@ pub const PROGRAM: ByteSize = ByteSize::mib(64);
 /// How often a table is in memory while it is finished: values, columns, pages and the file.
 const COPIES: f64 = 4.0;
 
-/// How often tables that are read are in memory: one by one, stacked, and as columns to be reduced.
+/// Copies of input tables in memory at once: as they are read, stacked, and as columns to be
+/// reduced.
 pub const COPIES_OF_INPUTS: f64 = 3.0;
 
 /// Whether the system gives so much memory to this process, here and now.

@@ -1,8 +1,8 @@
-//! Work on several things at once, by threads that end with the call.
+//! Parallel work on threads that end with the call.
 //!
-//! Rayon's global pool would outlive the call. A process that Python forks then has the pool and none
-//! of its threads, and waits for them without end. It also panics where the system refuses a thread;
-//! here there are fewer threads then.
+//! Threads of rayon's global pool stay alive after a call. In a process that is forked afterwards,
+//! as Python does, the pool still counts on threads that no longer exist, and waits forever. The
+//! pool also panics if the system refuses a thread; this module uses fewer threads instead.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,8 +10,8 @@ use std::thread::{self, Builder};
 
 use crate::contact::threads::available_cores;
 
-/// Applies a function to all items, on as many threads as there are cores or as the system allows, and
-/// returns the results in the order of the items.
+/// Applies a function to all items and returns the results in the order of the items. It uses as
+/// many threads as there are cores, or as the system allows.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let take = || {
@@ -33,8 +33,8 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Does the same work on so many threads, or on as many as the system allows; the calling thread is one
-/// of them. Returns what each made of it.
+/// Runs `work` on `count` threads, including the calling one, or on fewer if the system refuses
+/// some. Returns the result of each thread.
 ///
 /// # Panics
 /// When the work does, once all threads have ended.

@@ -195,7 +195,7 @@ pub fn write(
         }
     }
     make_folder(folder)?;
-    // The page has the digests of the figures: whoever verifies them waits for both.
+    // The page holds the digests of the figures, so that `verify` must see both or neither.
     let _alone = lock_to_write(folder);
     let pictures = folder.join(FIGURES);
     write_figures(&there, &pictures)?;

@@ -80,7 +80,8 @@ pub struct Resources {
     pub checkpoint_every: Duration,
 }
 
-/// Computes the missing tasks, on fewer threads than cores where the system refuses to start as many.
+/// Computes the missing tasks, on fewer threads than cores where the system refuses to start as
+/// many.
 pub fn run(
     plan: &Plan,
     missing: &[usize],

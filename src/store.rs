@@ -113,7 +113,7 @@ impl StoreError {
         is_full || self.is_denied()
     }
 
-    /// Whether a file or folder cannot be written for want of permission.
+    /// Returns whether a file or folder cannot be written for want of permission.
     pub(crate) fn is_denied(&self) -> bool {
         use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
         matches!(

@@ -41,8 +41,8 @@ pub fn condition(
     })
 }
 
-/// The largest standard error of a mean over surfaces, over its limit; it is infinite where a mean is
-/// that of a single surface. Means without scatter, or without values, have none.
+/// Returns the largest ratio of the standard error of a mean to its limit. The ratio is infinite
+/// where a mean is that of a single surface. Means without scatter or without values are left out.
 fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> {
     let groups = Groups {
         group_by: None,

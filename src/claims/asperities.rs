@@ -230,7 +230,7 @@ fn of_area(
     quantities
 }
 
-/// ln of the mean area with interaction over that without, of each spectrum under each load.
+/// Collects ln(area with interaction / area without) for each spectrum and load.
 fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantities {
     let mut quantities = Quantities::default();
     for without in none {
@@ -248,7 +248,7 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
     quantities
 }
 
-/// Whether two models are of the same surfaces under the same loads.
+/// Returns whether two models are of the same surfaces under the same loads.
 fn is_paired(one: &PerLoad, other: &PerLoad) -> bool {
     one.spectrum == other.spectrum && one.loads == other.loads && one.surfaces() == other.surfaces()
 }

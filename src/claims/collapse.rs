@@ -3,8 +3,8 @@
 //! The counted area groups by k_lower and the area corrected by π/8 by k_upper (the paper's sections
 //! 5.2 and 8). Corrected as in 2017 it does neither: ln A = c + s ln ζ + t ln k_lower has t = 0, where
 //! ζ = k_upper/k_lower, so that the area falls logarithmically with the bandwidth alone. Yastrebov,
-//! Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find a logarithm in Nayak's parameter α.
-//! Over the modes of a cell α is no function of ζ: with k_lower = 1 it is half as great again.
+//! Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find a logarithm in Nayak's parameter
+//! α. Over the modes of a cell α is no function of ζ: with k_lower = 1 it is half as great again.
 
 use super::evidence::{AreaCurves, Evidence, Spectrum};
 use super::intervals::Weights;
@@ -81,8 +81,8 @@ const ALPHA_ALONE_OF_BOTH: Statement = Statement {
     ..ALPHA_ALONE
 };
 
-/// What the collapse on α may leave of ln A, and what ln A must have about its mean for that to say
-/// something.
+/// Largest root mean square of ln A about a line on which areas are said to collapse. The areas
+/// must scatter by more than this about their mean, or any line would do.
 const MOST_LEFT: f64 = 0.01;
 
 /// The claims.
@@ -146,7 +146,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Two measures of a spectrum.
+/// Returns two measures of a spectrum.
 type Axes = fn(&Spectrum) -> Option<[f64; 2]>;
 
 fn ln_bandwidth(spectrum: &Spectrum) -> f64 {
@@ -157,7 +157,8 @@ fn along(points: &[[f64; 3]], axis: usize) -> Vec<f64> {
     points.iter().map(|point| point[axis]).collect()
 }
 
-/// Whether ln A lies farther from its mean than a collapse on a line may leave it from the line.
+/// Returns whether the areas scatter by more about their mean than a collapse may leave about a
+/// line.
 fn areas_differ(points: &[[f64; 3]]) -> bool {
     let areas = along(points, 2);
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
@@ -169,8 +170,8 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
-/// Root mean square of what a straight line leaves of ln A; of two spectra it leaves nothing, whatever they
-/// are.
+/// Returns the root mean square of the residuals of a straight line, or `None` for two spectra,
+/// which every line fits.
 fn left_by_a_line(x: &[f64], y: &[f64]) -> Option<f64> {
     if x.len() < 3 {
         return None;
@@ -180,8 +181,8 @@ fn left_by_a_line(x: &[f64], y: &[f64]) -> Option<f64> {
     Some(root_mean_square(rest))
 }
 
-/// A quantity of points (two measures of the spectrum, ln A) of all spectra, at each load at which it is
-/// asked of them.
+/// Collects a quantity at each load from the points (two measures of the spectrum, ln A) of all
+/// spectra. Loads whose points do not satisfy `is_asked` are left out.
 fn over_loads(
     ensembles: &[&AreaCurves],
     axes: Axes,

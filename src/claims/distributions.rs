@@ -165,7 +165,7 @@ fn ratio(
     });
 }
 
-/// How the share of the lightest pressures falls with the mesh step.
+/// Collects the exponents with which the share of the lightest pressures falls with the mesh step.
 fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
     let mut quantities = Quantities::default();
     for one in under_loads(all, &MODERATE[..2]) {

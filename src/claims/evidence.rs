@@ -36,7 +36,7 @@ pub struct AreaCurves {
     pub correction: String,
     /// Loads that all surfaces have, or have left behind in full contact; ascending.
     pub loads: Vec<f64>,
-    /// The same loads as the manifest gives them, reduced or in pascals.
+    /// The same loads in the unit of the manifest: reduced, or in pascals.
     pub given: Vec<f64>,
     /// Areas, `[load][surface]`; one beyond full contact.
     pub areas: Vec<Vec<f64>>,

@@ -39,8 +39,8 @@ const NOT_COMPARED: [&str; 4] = [
     INTERACTION.name,
 ];
 
-/// Columns of which a row that claims on areas are about has no value, or a ratio of 1: surfaces with a
-/// grain and contacts of asperity models are left out.
+/// Columns of properties that surfaces must not have for claims on areas: a grain, and contacts of
+/// an asperity model. Null, or a ratio of 1, stands for a surface without the property.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// What all rows have in common that claims rest on, and what is left out.
@@ -122,7 +122,7 @@ impl Setting {
     }
 }
 
-/// Whether a row is without the property of a column: it has no value there, or a ratio of 1.
+/// Returns whether a value of a column stands for a surface without the property.
 fn is_without(name: &str, value: Option<&Value>) -> bool {
     value.is_none_or(|value| name == ANISOTROPY_RATIO.name && *value == Value::Real(1.0))
 }

@@ -281,7 +281,8 @@ fn areas_of_alpha_alone_collapse_whatever_the_exponent() {
 
 #[test]
 fn areas_that_hardly_differ_tell_no_collapse_on_alpha() {
-    // ln A has a root mean square of 0.006 about its mean: a line in anything leaves less than 0.01.
+    // ln A has a root mean square of 0.006 about its mean: a line in anything leaves less than
+    // 0.01.
     let alike = of_exponents(&[0.2, 0.4, 0.6, 0.8], |alpha, _| alpha.powf(-0.04));
     let name = "corrected-area-collapses-on-alpha";
     let claim = alike.iter().find(|claim| claim.statement.name == name);

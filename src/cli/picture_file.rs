@@ -1,4 +1,5 @@
-//! The PNG file that a command draws: it replaces nothing but another picture, and that if asked.
+//! Writes the PNG files of commands. Another picture is replaced only on request, other files
+//! never.
 
 use std::fs::{self, File};
 use std::io::{self, Read};

@@ -120,7 +120,7 @@ fn bar(total: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}")
         .expect("the template is valid");
     let bar = ProgressBar::new(total as u64).with_style(style);
-    // The bar would panic where the system refuses it a thread.
+    // The bar panics if the system refuses it a thread.
     if Builder::new().spawn(|| ()).is_ok() {
         bar.enable_steady_tick(Duration::from_millis(250));
     }

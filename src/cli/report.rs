@@ -21,9 +21,9 @@ pub struct Arguments {
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
-    /// Replace a page that shows more, as of a study that is half done or has lost its maps, a
-    /// report of another study, a report or figure that was changed since, or the page of another
-    /// manifest whose study has the same name. A page that no report wrote is not replaced.
+    /// Replace a page that shows more than the new one, a page of another study or manifest, and
+    /// reports or figures that were changed since they were written. A page that no report wrote is
+    /// not replaced.
     #[arg(long)]
     replace: bool,
 

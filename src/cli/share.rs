@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(long)]
     store: bool,
 
-    /// Replace an archive that is there; a file of another kind is not replaced.
+    /// Replace an existing archive. Files of another kind are never replaced.
     #[arg(long)]
     replace: bool,
 

@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
-    /// Overwrite another picture; a file that is not a PNG file stays in any case.
+    /// Overwrite another picture. Files other than PNG are never overwritten.
     #[arg(long, requires = "output")]
     replace: bool,
 

@@ -1,4 +1,4 @@
-//! What commands print: text that cannot steer a terminal.
+//! Output of commands, in which no text can steer the terminal.
 //!
 //! Names, units and titles come from manifests and from instruments' files. A control character in
 //! one of them could clear the screen, set the window's title or hide what follows. Everything that
@@ -27,7 +27,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
 /// Standard output, with control characters escaped.
 pub struct Output(StdoutLock<'static>);
 
-/// Returns the standard output, which other threads wait for until it is dropped.
+/// Locks and returns the standard output.
 pub fn stdout() -> Output {
     Output(io::stdout().lock())
 }
@@ -52,7 +52,7 @@ impl Output {
 }
 
 impl Write for Output {
-    /// Takes whole characters, as `write!` hands them over.
+    /// Expects whole characters, as `write!` passes them.
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
         let plain = String::from_utf8_lossy(text);
         self.0.write_all(escaped(&plain).as_bytes())?;

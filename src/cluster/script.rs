@@ -41,7 +41,7 @@ pub struct Scripts {
     pub finish: String,
 }
 
-/// A text for a script has a control character: the rest of it would be another line.
+/// A text has a control character and cannot be written into a script.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{what} is {text:?}, which has a control character: in a batch script, the text after a line \

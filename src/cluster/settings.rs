@@ -24,7 +24,7 @@ pub const FILE: &str = "asperity.toml";
 
 /// Bytes of the file: far more than anybody writes.
 const LONGEST: u64 = 1 << 20;
-/// The most hours that an element may take: eleven years, where no cluster lets a job run for one.
+/// Largest `time_limit` and `per_element` in hours: eleven years.
 pub const MOST_HOURS: f64 = 1e5;
 /// The largest `cores`.
 const MOST_CORES: u32 = 1024;

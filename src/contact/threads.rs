@@ -78,8 +78,8 @@ impl Threads {
         Self::default()
     }
 
-    /// Starts so many threads, the one that has the work among them, or fewer where the system refuses
-    /// to start as many. They end with the last copy of what is returned.
+    /// Starts `count` threads, including the calling one, or fewer if the system refuses some of
+    /// them. They end when the last clone is dropped.
     pub fn new(count: NonZeroUsize) -> Self {
         let mut helpers = count.get() - 1;
         while helpers > 0 {
@@ -102,7 +102,7 @@ impl Threads {
         Self::one()
     }
 
-    /// Starts as many of so many threads as a mesh of so many nodes is worth.
+    /// Starts at most `count` threads, but no more than a mesh of this many nodes can use.
     pub(crate) fn for_mesh(count: NonZeroUsize, nodes: usize) -> Self {
         let worthwhile = NonZeroUsize::new(Self::worthwhile(nodes));
         Self::new(worthwhile.map_or(count, |worthwhile| worthwhile.min(count)))

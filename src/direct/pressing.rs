@@ -41,7 +41,7 @@ pub struct Pressing {
     keeps_fields: bool,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
     pressures: Vec<Vec<f64>>,
-    /// Cores to work on.
+    /// Number of cores to use.
     cores: NonZeroUsize,
 }
 
@@ -55,8 +55,8 @@ impl Pressing {
         Self::new_on(NonZeroUsize::MIN, map, keys)
     }
 
-    /// The same for several cores to work on: results are the same, to the bit. Threads work during a
-    /// call and end with it.
+    /// Like [`Pressing::new`], on several cores: results are the same, to the bit. Threads are
+    /// started for a call and end with it.
     ///
     /// # Errors
     /// As [`Pressing::new`].
@@ -152,7 +152,8 @@ impl Pressing {
         Some(self.in_length(gap))
     }
 
-    /// Works on all its cores. A process that is forked between two calls has no threads to miss.
+    /// Runs work on all cores. No thread is left between two calls, so that a process may be forked
+    /// there.
     fn on_threads<T>(&mut self, work: impl FnOnce(&mut Block) -> T) -> T {
         let nodes = self.grid().count();
         self.block.work_on(Threads::for_mesh(self.cores, nodes));

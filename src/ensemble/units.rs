@@ -1,4 +1,4 @@
-//! Which rows are not independent: those of one sampling unit.
+//! Sampling units: the rows of one unit are not independent of each other.
 //!
 //! Points of a sweep share random numbers. The surface of one seed and realization has the same
 //! phases at every parameter point, so that its rows there are correlated: together they are one
@@ -15,7 +15,7 @@ use crate::stages::columns::{
 };
 use crate::store::table::{Table, TableError};
 
-/// What makes one region of a measured surface, however it is filtered or scaled afterwards.
+/// Columns that tell regions of measured surfaces apart, however these are filtered or scaled.
 const REGION: [&str; 6] = [
     CONTENT.name,
     CHANNEL.name,
@@ -25,10 +25,10 @@ const REGION: [&str; 6] = [
     CROP_SIZE_Y.name,
 ];
 
-/// The number of the sampling unit of each row, from 0 on in the order of appearance.
+/// Returns the number of the sampling unit of each row, from 0 in the order of appearance.
 ///
-/// A drawn surface is the unit of its seed and realization, and a region of a file is one unit. Other
-/// surfaces are units of their own, and so are rows that are not about single surfaces.
+/// A pair of seed and realization is one unit, and so is a region of a file. Every other surface is
+/// a unit of its own, and so is every row that is not about a single surface.
 ///
 /// # Errors
 /// When seeds, realizations or names of surfaces have another type.
@@ -57,7 +57,7 @@ pub fn sampling_units(table: &Table) -> Result<Vec<i64>, TableError> {
     Ok((0..table.rows()).map(unit).collect())
 }
 
-/// What a row is a sample of.
+/// Identity of a sampling unit.
 #[derive(PartialEq, Eq, Hash)]
 enum Unit<'a> {
     Drawn(Member),
@@ -66,7 +66,7 @@ enum Unit<'a> {
     Row(usize),
 }
 
-/// The number of the group of equal rows to which each row belongs.
+/// Numbers groups of equal rows and returns the number for each row.
 fn numbered(table: &Table) -> Vec<usize> {
     let mut numbers = vec![0; table.rows()];
     for (number, rows) in grouped(table).into_iter().enumerate() {

@@ -11,7 +11,8 @@ pub struct Axis {
     pub label: String,
     /// How numbers become lengths.
     pub spacing: Spacing,
-    /// The numbers at its ends; from the data where they are not given.
+    /// Returns the ends of the axis: those given, or those of the data with some room. They are
+    /// clamped to a range in which the drawing crate finds tick marks.
     pub range: Option<[f64; 2]>,
 }
 
@@ -63,14 +64,16 @@ impl Axis {
         value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
     }
 
-    /// The numbers at its ends: those given, or those of the data and some room; ends between which the
-    /// drawing crate finds numbers to show.
+    /// The numbers at its ends: those given, or those of the data and some room; ends between which
+    /// the drawing crate finds numbers to show.
     pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
-        /// Farther numbers are no quantity of a study, and the crate's sums of them overflow.
+        /// Largest end: sums of larger numbers overflow in the drawing crate.
         const FARTHEST: f64 = 1e60;
-        /// Ratio of the ends of an axis of logarithms; the crate lists every power of ten between them.
+        /// Largest ratio of the ends of a logarithmic axis: the crate lists every power of ten
+        /// between them.
         const RATIO: f64 = 1e60;
-        /// Distance of the ends of other axes, over the ends: the crate needs numbers between them.
+        /// Smallest distance of the ends of a linear axis, relative to the ends: the crate needs
+        /// numbers between them.
         const DISTANCE: f64 = 1e-12;
         let [from, to] = self.unbounded_ends(values).map(|end| match end.is_nan() {
             true => 0.0,

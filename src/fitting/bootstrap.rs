@@ -46,15 +46,16 @@ pub struct Bootstrap {
     pub level: f64,
 }
 
-/// What is resampled: surfaces that may belong to several ensembles.
+/// Surfaces to resample, which may belong to several ensembles.
 ///
 /// Points of a sweep share random numbers, so that the surface of one seed and realization counts
 /// once, however many points it is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resample {
-    /// Surfaces that are drawn from.
+    /// Number of surfaces in all ensembles together.
     pub units: usize,
-    /// The fewest surfaces of an ensemble: Student's t is that of their number.
+    /// Number of surfaces of the smallest ensemble, which sets the degrees of freedom of Student's
+    /// t.
     pub fewest: usize,
 }
 
@@ -90,7 +91,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Of a parameter that has no estimate.
+    /// Interval of a parameter without an estimate.
     pub const UNKNOWN: Interval = Interval {
         lower: f64::NAN,
         upper: f64::NAN,
@@ -129,8 +130,9 @@ impl Bootstrap {
         self.of_units(resample, estimates, |_, times| refit(times))
     }
 
-    /// The same with several ensembles that share surfaces: `refit` is told which replicate it is, and
-    /// how many times each surface is taken, in whichever ensembles it is.
+    /// Like [`Bootstrap::intervals`], for several ensembles that share surfaces. `refit` receives
+    /// the number of the replicate and the multiplicity of each surface, which is the same in all
+    /// ensembles.
     pub fn of_units(
         &self,
         resample: Resample,

@@ -65,9 +65,8 @@ impl CommonKappa {
 
     /// Interval of the common κ, over the curves that have one.
     ///
-    /// `units` numbers the surfaces of each curve from 0 on: a surface has one number in all curves and
-    /// is drawn as often for each of them, as it should be where curves are of the same realizations
-    /// with other cutoffs.
+    /// `units` holds the numbers of the surfaces of each curve. A surface has the same number in
+    /// all curves and is drawn equally often for each of them, because curves share realizations.
     pub fn bootstrap(
         &self,
         problems: &[EvolutionProblem],

@@ -91,8 +91,7 @@ impl<M: Residuals<P>, const P: usize> LeastSquaresProblem<f64, Dyn, Const<P>>
 pub struct Quality {
     /// Root mean square of the unweighted residuals, in the units of the data.
     pub rms_residual: f64,
-    /// Weighted share of the scatter of the data about their mean which the model explains; `None` where all
-    /// data are equal to rounding, so that there is no scatter to be explained.
+    /// Weighted coefficient of determination; `None` where all data are equal to rounding.
     pub r_squared: Option<f64>,
     /// Weighted sum of squared residuals.
     pub chi_square: f64,

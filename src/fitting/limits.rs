@@ -54,12 +54,11 @@ pub struct LimitPoint {
 /// How an observable is known.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observed {
-    /// For each surface.
+    /// One value for each surface.
     Surfaces {
-        /// The numbers of the surfaces, ascending: a surface has one number at all points, and its
-        /// values there are correlated.
+        /// Numbers of the surfaces, ascending. A surface has the same number at all points.
         units: Vec<usize>,
-        /// The values, one a surface.
+        /// Value of each surface.
         values: Vec<f64>,
     },
     /// By an estimate from so many surfaces, independent of those of other points.
@@ -74,7 +73,7 @@ pub enum Observed {
 }
 
 impl Observed {
-    /// Values of the surfaces 0, 1, 2 and so on.
+    /// Values of the surfaces 0, 1, 2 …
     pub fn of_realizations(values: Vec<f64>) -> Observed {
         Observed::Surfaces {
             units: (0..values.len()).collect(),

@@ -1,13 +1,13 @@
 //! Where the gap stops percolating: the load, and the area of contact, from which on no channel leads
 //! through the interface.
 //!
-//! Along one direction a surface passes from open to sealed once, between two of its loads, for contact
-//! only grows; its threshold is the middle of both. A surface has one threshold along each of its two
-//! directions. Isotropic roughness is equally likely to seal first along x or along y, so that a surface
-//! has the mean of both as a third threshold. Roughness with a grain seals much earlier across the grain
-//! than along it, and a mean of both directions is the threshold of neither. Wang & Müser (2020) find
-//! 0.415 of the area on isotropic surfaces whose longest waves are short beside the cell; smaller cells
-//! scatter about it.
+//! Along one direction a surface passes from open to sealed once, between two of its loads, for
+//! contact only grows; its threshold is the middle of both. A surface has one threshold along each
+//! of its two directions. Isotropic roughness is equally likely to seal first along x or along y,
+//! so that a surface has the mean of both as a third threshold. Roughness with a grain seals much
+//! earlier across the grain than along it, and a mean of both directions is the threshold of
+//! neither. Wang & Müser (2020) find 0.415 of the area on isotropic surfaces whose longest waves
+//! are short beside the cell; smaller cells scatter about it.
 //!
 //! What lies between two loads is not seen, and resampling surfaces does not know it: where all
 //! surfaces are sealed between the same two loads, their middles do not scatter at all. Thresholds that
@@ -74,7 +74,7 @@ struct Passage {
 /// Thresholds of surfaces.
 #[derive(Debug, Clone)]
 pub struct PercolationProblem {
-    /// Of each surface, along each direction that counts.
+    /// Passages of each surface, one for each direction.
     passages: Vec<Vec<Passage>>,
     thresholds: Vec<Threshold>,
 }
@@ -110,7 +110,7 @@ impl PercolationProblem {
         })
     }
 
-    /// Those of the surfaces, each the mean of the directions that count.
+    /// Thresholds of the surfaces, each averaged over the directions.
     pub fn thresholds(&self) -> &[Threshold] {
         &self.thresholds
     }
@@ -214,7 +214,7 @@ impl Threshold {
 }
 
 impl Passage {
-    /// Those along the directions that count; `None` where one is not seen.
+    /// Returns the passages along the directions, or `None` if one is not seen.
     fn of_surface(
         interfaces: &[Interface],
         window: Window,

@@ -45,8 +45,8 @@ impl ScaledErfProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// With fewer than two loads at which a part, but not all, of the surface is out of contact, if all
-    /// areas are equal, or if the search does not converge.
+    /// With fewer than two loads at which a part, but not all, of the surface is out of contact, if
+    /// all areas are equal, or if the search does not converge.
     pub fn fit(&self) -> Result<ScaledErf, FitError> {
         let approach = self.approach(&self.data.mean())?;
         let local = approach.local();

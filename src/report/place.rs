@@ -1,4 +1,4 @@
-//! Whether a folder that the user names has room for a report: files of others stay.
+//! Checks a folder that the user names as the place of a report: files of others stay.
 
 use std::fs;
 use std::io;

@@ -13,21 +13,21 @@ use crate::store::stacking::Stacking;
 use crate::store::table::{Table, TableError};
 use crate::surface_files::SurfaceFiles;
 
-/// The tables of a stage's finished tasks, in the plan's order: as many of them in memory as fit there, the
-/// others to be read again.
+/// Tables of a stage's finished tasks in the order of the plan. As many of them are held in memory
+/// as fit there; the others are read again.
 #[derive(Debug)]
 pub struct Pieces {
     parts: Vec<Part>,
     stacking: Stacking,
     damaged: Vec<(usize, StoreError)>,
-    /// Bytes of tables that may be held.
+    /// Bytes of tables that may still be held.
     room: usize,
 }
 
-/// Tasks whose rows lie under each other in one table.
+/// Tasks whose rows are stored in one table.
 #[derive(Debug)]
 pub struct Part {
-    /// The tasks, and how many rows each has.
+    /// Each task with its number of rows.
     pub tasks: Vec<(usize, usize)>,
     layout: usize,
     table: Option<Table>,
@@ -40,7 +40,7 @@ impl Part {
 }
 
 impl Pieces {
-    /// No tables, and room for so many bytes of them.
+    /// Creates an empty collection with room for this many bytes.
     pub fn within(room: usize) -> Pieces {
         Pieces {
             parts: Vec::new(),
@@ -82,7 +82,7 @@ impl Pieces {
         self.parts.is_empty() && self.damaged.is_empty()
     }
 
-    /// The tasks, if no table of theirs is damaged.
+    /// Returns the tasks.
     ///
     /// # Errors
     /// When tables are damaged.
@@ -95,7 +95,7 @@ impl Pieces {
         Ok(tasks.map(|(task, _)| *task).collect())
     }
 
-    /// Which columns the tables of some tasks have not got.
+    /// Returns the columns that the tables of some tasks lack.
     pub fn lacking(&self) -> Lacking {
         let parts = self.parts.iter().map(|part| (part.layout, part.rows()));
         Lacking::of(&self.stacking, &parts.collect::<Vec<_>>())
@@ -106,7 +106,7 @@ impl Pieces {
         self.parts.iter().map(Part::rows).sum()
     }
 
-    /// All rows at once, which are in memory.
+    /// Stacks all rows, which must be held in memory.
     ///
     /// # Errors
     /// When tables are damaged, or contradict each other.
@@ -128,8 +128,8 @@ impl Pieces {
         Ok((tasks, table))
     }
 
-    /// The rows of as many tasks after each other as a row group has, each with the task that it came from;
-    /// at least one table, that may be empty. `read` reads what is not held.
+    /// Stacks rows into row groups, each row with the key of its task. Yields at least one table,
+    /// which may be empty. `read` reads the tables that are not held.
     pub fn groups<'a>(
         self,
         frame: Frame<'a>,
@@ -178,7 +178,7 @@ impl Pieces {
     }
 }
 
-/// Some rows of a stage, and the keys of their tasks.
+/// Rows of a stage with the keys of their tasks.
 struct Rows {
     layout: usize,
     table: Table,
@@ -195,7 +195,7 @@ impl Rows {
     }
 }
 
-/// What the rows of tasks are told beside what these have computed.
+/// Context in which rows are completed by the keys of their tasks and the paths of surface files.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     /// All tasks.

@@ -20,7 +20,7 @@ pub const KIND: &str = "kind";
 /// See [`Lacking`].
 pub const LACKING: &str = "lacking";
 
-/// Rows of a table that is read at once: those of larger ones are read as they are asked for.
+/// Most rows of a table that is read whole; larger tables are read as their rows are asked for.
 const READ_AT_ONCE: usize = 1 << 18;
 
 /// The rows of a stage's tasks, one task after the other.
@@ -29,9 +29,9 @@ pub struct Published {
     /// The kind of the stage.
     pub kind: String,
     source: TableSource,
-    /// The columns without those that publishing adds.
+    /// Columns without those that publishing adds.
     own: Vec<usize>,
-    /// The row group that was read last, of a table that is not read at once, and its first row.
+    /// The row group that was read last from a larger table, with the number of its first row.
     last: Mutex<Option<(usize, Table)>>,
     rows: HashMap<TaskKey, Range<usize>>,
     /// Nothing in a table that does not tell.
@@ -44,7 +44,8 @@ pub struct Published {
 pub struct Lacking(Vec<(String, Vec<Range<usize>>)>);
 
 impl Lacking {
-    /// What tables lack of the columns of all; each is told by its layout and how many rows it has.
+    /// Finds the columns that tables lack; each table is given by its layout and its number of
+    /// rows.
     pub fn of(stacking: &Stacking, tables: &[(usize, usize)]) -> Lacking {
         let lacking = stacking.names().enumerate().filter_map(|(column, name)| {
             let mut ranges: Vec<Range<usize>> = Vec::new();
@@ -150,8 +151,8 @@ impl Published {
     }
 
     /// The same of as many of these tasks, from the first one on, as lie under each other in the
-    /// table and have the same columns, and as are read at once: how many rows each of them has, and all
-    /// their rows.
+    /// table and have the same columns, and as are read at once: how many rows each of them has,
+    /// and all their rows.
     pub fn table_of_first(
         &self,
         keys: impl Iterator<Item = TaskKey>,
@@ -183,7 +184,7 @@ impl Published {
         })
     }
 
-    /// Some rows, without the columns that publishing adds; nothing if they are damaged.
+    /// Returns some rows without the columns that publishing adds, or `None` if they are damaged.
     fn own(&self, rows: Range<usize>) -> Option<Table> {
         let mut last = self.last.lock().expect("no panic happens while it is held");
         let mut parts = Vec::new();
@@ -214,8 +215,8 @@ fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
     ranges.get(next).is_some_and(|range| range.contains(&row))
 }
 
-/// The rows of each task, by the column of their keys: they follow one another, or else nobody has published
-/// the table.
+/// Returns the rows of each task by the column of keys, or `None` if the rows of a task do not
+/// follow each other: then the table was not published by this program.
 fn rows(
     source: &TableSource,
     column: usize,

@@ -37,7 +37,7 @@ pub struct PublishedTable {
 }
 
 impl PublishedTable {
-    /// Its rows, not yet read.
+    /// Opens the table without reading its rows.
     ///
     /// # Errors
     /// When the file is missing, or its footer damaged.
@@ -55,8 +55,8 @@ impl PublishedTable {
 }
 
 /// Writes the table of every stage that has a finished task, unless it is there already, for the
-/// manifest in a file. Rows of tasks that the store has lost stay. Of large tables no more is in memory at
-/// once than half of `room`.
+/// manifest in a file. Rows of tasks that the store has lost stay. Of large tables no more is in
+/// memory at once than half of `room`.
 ///
 /// # Errors
 /// When tables cannot be read, or the folder not be written.
@@ -100,7 +100,7 @@ struct Desk<'a> {
     archive: Archive,
     manifest: &'a Path,
     folder: PathBuf,
-    /// Bytes of tables that may be in memory.
+    /// Bytes of tables that may be held in memory.
     room: usize,
 }
 
@@ -149,8 +149,8 @@ impl Desk<'_> {
         Ok(published)
     }
 
-    /// Writes the table of a stage, one row group after the other; where a file is now that was in its
-    /// place and not as any run had written it.
+    /// Writes the table of a stage row group by row group. Returns the path of a quarantined file
+    /// if the file in its place was not written by any run.
     fn write(
         &self,
         stage: &PlannedStage,
@@ -173,9 +173,10 @@ impl Desk<'_> {
         let columns = first.descriptions();
         let metadata = metadata(plan, stage, &columns, &lacking, finished, digest);
         self.own()?;
-        // Other runs of this machine must not replace tables meanwhile.
+        // Keep other runs of this machine from replacing tables meanwhile.
         let _alone = lock_to_write(&self.folder);
-        // Somebody may have edited it; but it may also be another run's since it was looked at.
+        // A user may have edited the table, but another run may also have replaced it since it was
+        // checked.
         let quarantined = match written_for(path).is_none() && path.is_file() {
             true => quarantine(path)?,
             false => None,
@@ -198,7 +199,7 @@ impl Desk<'_> {
         Ok(quarantined)
     }
 
-    /// The rows of tasks that there was no room for when they were first read.
+    /// Reads the rows of tasks for which there was no room when they were first read.
     fn read_again(
         &self,
         stage: &PlannedStage,

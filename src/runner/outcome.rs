@@ -94,18 +94,18 @@ pub enum TaskError {
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The tables that the work reads take too much memory.
+    /// The input tables of a task take too much memory.
     #[error(
         "takes about {takes} of memory for the tables that it reads, more than the {room} that there is for \
          it: allow more by `--memory`, or have fewer bins, loads or surfaces"
     )]
     Inputs {
-        /// How much that is.
+        /// Memory that they take.
         takes: String,
-        /// How much there is.
+        /// Memory that is available.
         room: String,
     },
-    /// The work found a number that no table may hold.
+    /// A task computed a number that is not finite.
     #[error("{found}, and tables hold finite numbers or null; {}", match is_query {
         true => "a division by `nullif(x, 0)` gives null where x is zero",
         false => "an input may be too large or too small; if none is, please report this",

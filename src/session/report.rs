@@ -18,7 +18,8 @@ pub use crate::report::bars::Bars;
 pub struct ReportOptions {
     /// The folder to write into; that of the study's tables when left out.
     pub output: Option<PathBuf>,
-    /// Whether to replace a page that shows more, or files of another manifest or of others.
+    /// Whether to replace a page that shows more, or files of another manifest or of other
+    /// programs.
     pub replace: bool,
     /// What error bars are.
     pub bars: Bars,

@@ -96,7 +96,8 @@ impl Contents {
         Ok(contents)
     }
 
-    /// Checks that the archive replaces neither a file that goes into it nor a file of another kind.
+    /// Checks that the archive replaces neither a file that goes into it nor a file of another
+    /// kind.
     ///
     /// # Errors
     /// When it would.

@@ -12,13 +12,13 @@ pub enum ShareError {
     /// The archive is there already.
     #[error("`{}` is there already; `--replace` puts another in its place", path.display())]
     Exists {
-        /// Where.
+        /// The file.
         path: PathBuf,
     },
     /// The archive would replace a file that goes into it.
     #[error("`{}` is a file of the study and is not replaced; name another with `--output`", path.display())]
     Input {
-        /// Where.
+        /// The file.
         path: PathBuf,
     },
     /// The archive would replace a file that is not an archive of a study.
@@ -28,7 +28,7 @@ pub enum ShareError {
         path.display()
     )]
     OtherKind {
-        /// Where.
+        /// The file.
         path: PathBuf,
     },
     /// An input file has no place in an archive.

@@ -80,7 +80,7 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Whether standard errors are asked for, be it by themselves or in intervals.
+    /// Returns whether the statistics include standard errors or intervals.
     fn asks_for_errors(&self) -> bool {
         self.statistics.contains(&Statistic::Sem) || !self.levels().is_empty()
     }
@@ -123,7 +123,7 @@ impl Stage for Params {
         Reach::All
     }
 
-    /// Theories read columns of their own, and queries say which they name.
+    /// Theories read further columns, and a query names its own.
     fn needed(&self, table: Table) -> Table {
         let Params::Groups(groups) = self else {
             return table;

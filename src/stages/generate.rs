@@ -138,8 +138,8 @@ impl Params {
         }
     }
 
-    /// The surface's name, the same whatever becomes of its heights and whether a manifest writes an
-    /// anisotropy ratio of 1 or none.
+    /// Key that names the surface. It does not depend on whether heights are stored, nor on whether
+    /// a manifest writes an anisotropy ratio of 1 or none.
     fn surface_key(&self) -> TaskKey {
         let mut params = self.with(Heights::Redraw);
         if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {

@@ -106,7 +106,7 @@ pub struct Params {
     /// should know where pressures pass it; it decides none, and is no part of the recipe.
     #[serde(skip)]
     pub softest_body: Option<f64>,
-    /// Number of entries of `bodies`, for a warning; no part of the recipe.
+    /// Number of entries of `bodies`, for a warning. It is not part of the recipe.
     #[serde(skip)]
     pub bodies: usize,
 }
@@ -166,14 +166,15 @@ pub enum PressureUnit {
 }
 
 impl PressureUnit {
-    /// `load` and `pressure`: the coordinate is the one that the manifest gives, to the last digit,
-    /// and the other one is derived from it on each surface.
+    /// Returns the columns `load` and `pressure`. The one that the manifest gives is a coordinate,
+    /// and the other is derived from it on each surface.
     pub fn load_columns(self) -> [Column; 2] {
         let [reduced, absolute] = self.roles(Role::Load);
         [LOAD.with_role(reduced), PRESSURE.with_role(absolute)]
     }
 
-    /// `hardness` and `hardness_reduced`: the parameter is the one that the manifest gives.
+    /// Returns the columns `hardness` and `hardness_reduced`. The one that the manifest gives is a
+    /// parameter, and the other is derived from it.
     pub fn hardness_columns(self) -> [Column; 2] {
         let [reduced, absolute] = self.roles(Role::Parameter);
         [
@@ -182,8 +183,8 @@ impl PressureUnit {
         ]
     }
 
-    /// The roles of a reduced value and of the same value in pascals: `given` is that of the one that
-    /// the manifest gives.
+    /// Returns the roles of a reduced value and of the same value in pascals; `given` is the role
+    /// of the one that the manifest gives.
     fn roles(self, given: Role) -> [Role; 2] {
         match self {
             PressureUnit::Relative => [given, Role::Derived],

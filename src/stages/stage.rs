@@ -74,7 +74,7 @@ pub trait Stage {
         Columns::Light
     }
 
-    /// What it needs of an input's table, where that is known and less than all.
+    /// Reduces an input table to the columns that the stage needs, where these are known.
     fn needed(&self, table: Table) -> Table {
         table
     }
@@ -160,7 +160,7 @@ pub struct Input<'a> {
 pub struct Context<'a> {
     /// Where the files of measured surfaces lie, by the hash of their content.
     pub sources: &'a SurfaceFiles,
-    /// Memory that it may take, where that is not known before.
+    /// Memory that the task may take where its need is not known beforehand.
     pub memory: ByteSize,
     /// The threads that it may share its work among.
     pub threads: &'a Threads,

@@ -4,8 +4,8 @@ use super::StageError;
 use crate::store::source::TableSource;
 use crate::store::table::Table;
 
-/// Calls `with` on one column, part after part of a table that need not fit into memory; whether there is
-/// such a column.
+/// Passes one column to `with` part by part, for tables that do not fit into memory. Returns
+/// whether there is such a column.
 fn each_part(
     source: &TableSource,
     name: &str,

@@ -36,7 +36,7 @@ pub enum Role {
     Surface,
     /// It tells states of one surface apart.
     Load,
-    /// A coordinate of the same row in another unit: it goes on with the row and tells no rows apart.
+    /// The value of a coordinate in another unit. It goes on with the row and tells no rows apart.
     Derived,
     /// It was computed.
     Result,
@@ -202,10 +202,11 @@ impl Role {
         )
     }
 
-    /// Whether a column has this role in a stack of tables in which it has either.
+    /// Returns whether a column has this role, and not the `other` one, in stacked tables that
+    /// disagree.
     ///
-    /// What tells surfaces apart in one table does so in the stack, and a coordinate of one table
-    /// stays a coordinate beside tables that derive it.
+    /// A column that tells surfaces apart in one table tells them apart in the stack, and a
+    /// coordinate of one table stays a coordinate beside tables in which it is derived.
     pub(crate) fn prevails_over(self, other: Role) -> bool {
         match other {
             Role::Parameter => self == Role::Surface,

@@ -103,8 +103,8 @@ pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
         })
 }
 
-/// Some network and user-space file systems answer `EINVAL` or `ENOSYS` when a folder is flushed: they keep
-/// names in their own way, and there is nothing to be done.
+/// Accepts `EINVAL` and `ENOSYS`, by which some network and user-space file systems say that they
+/// cannot flush folders.
 fn unless_unsupported(error: io::Error) -> io::Result<()> {
     match error.kind() {
         io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported => Ok(()),
@@ -112,14 +112,14 @@ fn unless_unsupported(error: io::Error) -> io::Result<()> {
     }
 }
 
-/// Locks a folder until the file is dropped, so that nobody who asks for the lock reads files of it that belong
-/// together while they are written; nothing where folders cannot be locked.
+/// Locks a folder until the returned file is dropped, so that readers who take the lock too see
+/// only complete sets of files. Returns `None` where folders cannot be locked.
 pub fn lock_to_write(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     folder.lock().is_ok().then_some(folder)
 }
 
-/// The same for readers, of whom many may hold the lock.
+/// Locks a folder for reading, which many readers may do at once.
 pub fn lock_to_read(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     folder.lock_shared().is_ok().then_some(folder)

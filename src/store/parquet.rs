@@ -28,7 +28,7 @@ pub(crate) use foreign::NumberColumns;
 pub use kind::Kind;
 pub use parts::TableFile;
 
-/// What a file says of itself, whose bytes are as they were written and whose columns are ours.
+/// Verifies all bytes of a file and returns its metadata.
 ///
 /// # Errors
 /// When the file is no Parquet, is damaged, or holds types that are not ours.

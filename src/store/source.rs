@@ -92,7 +92,7 @@ impl TableSource {
         (0..self.count()).map(move |part| self.part(columns, part))
     }
 
-    /// How many parts there are.
+    /// Number of parts.
     pub(crate) fn count(&self) -> usize {
         match &self.0 {
             Place::Memory(_) => 1,
@@ -108,7 +108,7 @@ impl TableSource {
         }
     }
 
-    /// Some columns of a part.
+    /// Reads some columns of a part.
     ///
     /// # Errors
     /// When they are damaged.

@@ -1,4 +1,4 @@
-//! Tables one under the other.
+//! Stacking of tables: their rows one under the other.
 
 use std::sync::Arc;
 
@@ -9,8 +9,8 @@ use arrow::datatypes::{Field, Schema, SchemaRef};
 use super::column::Role;
 use super::table::{Table, TableError};
 
-/// The columns of tables that are put one under the other. Of thousands of tables, few differ in columns:
-/// those that do not have one layout.
+/// Columns of stacked tables. Thousands of tables have few different schemas, so that tables of one
+/// schema share a layout.
 #[derive(Debug, Default)]
 pub(crate) struct Stacking {
     /// All columns, in the order in which they appear.
@@ -18,16 +18,17 @@ pub(crate) struct Stacking {
     layouts: Vec<Layout>,
 }
 
-/// The columns of some tables.
+/// Positions of the columns in tables of one schema.
 #[derive(Debug)]
 struct Layout {
     schema: SchemaRef,
-    /// Where they are in these tables, as far as these have them; columns that came later are not counted.
+    /// Position of each stacked column in these tables. Columns that were added later are missing
+    /// at the end.
     places: Vec<Option<usize>>,
 }
 
 impl Stacking {
-    /// Adds the columns of a table; the number of its layout.
+    /// Adds the columns of a table and returns the number of its layout.
     pub fn add(&mut self, table: &Table) -> usize {
         let batch = table.batch();
         let schema = batch.schema_ref();
@@ -64,18 +65,18 @@ impl Stacking {
         }
     }
 
-    /// The names of all columns, in order.
+    /// Returns the names of all columns, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.fields.iter().map(|field| field.name().as_str())
     }
 
-    /// Where the tables of a layout have a column, by its place among all.
+    /// Returns the position of a stacked column in the tables of a layout.
     pub fn place(&self, layout: usize, column: usize) -> Option<usize> {
         self.layouts[layout].places.get(column).copied().flatten()
     }
 
-    /// The rows of tables, each beside its layout, under all columns. A column that a table lacks is null
-    /// in its rows.
+    /// Stacks tables, each of which comes with the number of its layout. A column that a table
+    /// lacks is null in its rows.
     ///
     /// # Errors
     /// When two tables have a column of one name and different types.

@@ -36,12 +36,12 @@ pub enum TableError {
         /// The type that its reader needs.
         expected: &'static str,
     },
-    /// A number is infinite or none at all.
+    /// A number is infinite or NaN.
     #[error("column `{name}` would hold {value} in row {row}")]
     NotFinite {
         /// The column.
         name: String,
-        /// The row, from one.
+        /// The row, counted from 1.
         row: usize,
         /// The number.
         value: f64,
@@ -109,7 +109,7 @@ impl Table {
         fields.map(|field| field.as_ref().into()).collect()
     }
 
-    /// Bytes of its rows, however they share memory with others.
+    /// Returns the size of the rows in bytes, also where they share memory with other tables.
     pub(crate) fn bytes_held(&self) -> usize {
         let columns = self.0.columns().iter();
         let sizes = columns.map(|array| array.to_data().get_slice_memory_size().unwrap_or(0));
@@ -248,7 +248,7 @@ impl Table {
         self.keep(|name, _| !names.contains(&name))
     }
 
-    /// The columns that are wanted, by their names and roles.
+    /// Returns the table with the columns whose name and role are wanted.
     pub(crate) fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
         let schema = self.0.schema_ref();
         let chosen: Vec<usize> = (0..schema.fields().len())

@@ -110,8 +110,9 @@ impl ShortestWave {
 
 impl Study {
     /// What should be known of the study before it is run: meshes that count far too much area,
-    /// lists that could be read in two ways, loads that were probably meant in another unit, two bodies
-    /// beside surfaces that are each pressed alone, what was decided about files of measured surfaces.
+    /// lists that could be read in two ways, loads that were probably meant in another unit, two
+    /// bodies beside surfaces that are each pressed alone, what was decided about files of measured
+    /// surfaces.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(place, stage)| {
@@ -175,7 +176,7 @@ impl Study {
         ))
     }
 
-    /// That two bodies beside several stages of surfaces are not pressed against each other.
+    /// Warns that two bodies beside several stages of surfaces are not pressed against each other.
     fn pressed_alone(&self, stage: &Stage) -> Option<String> {
         let is_of_two = |recipe: &Recipe| match recipe {
             Recipe::Solve(params) => params.bodies == 2,

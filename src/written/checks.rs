@@ -13,7 +13,8 @@ use crate::diagnostics::{Problem, Problems, Span};
 /// Bounds of numbers.
 pub type Bounds = (Bound<f64>, Bound<f64>);
 
-/// The largest number of a manifest: fourth powers and products of several of them are finite.
+/// Largest number in a manifest: its fourth power, and products of several such numbers, are
+/// finite.
 const LARGEST: f64 = 1e30;
 /// Greater than zero.
 pub const POSITIVE: Bounds = (Bound::Excluded(0.0), Bound::Included(LARGEST));

@@ -41,7 +41,7 @@ impl FromStr for Coordinate {
 pub struct TaskChoice<'a> {
     pub stage: &'a str,
     pub coordinates: &'a [Coordinate],
-    /// The task has this load, in the unit of the study.
+    /// The load of the task, in the unit of the study.
     pub load: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Loads on the command line: in the unit in which the study gives them.
+//! Loads on the command line, in the unit of the study.
 
 use std::fmt;
 
@@ -7,20 +7,21 @@ use crate::ensemble::load_column;
 use crate::stages::columns::LOAD;
 use crate::store::table::Table;
 
-/// Real numbers are given with as many digits as tables show.
+/// Relative difference between a typed number and a column, since tables show rounded numbers.
 pub const ROUNDING: f64 = 1e-3;
 
 /// A load, in the unit of its study.
 #[derive(Debug, Clone, Copy)]
 pub struct ShownLoad {
-    /// The column that holds it: `load` where loads are reduced, `pressure` where they are in pascals.
+    /// The column that holds it: `load` where loads are reduced, `pressure` where they are in
+    /// pascals.
     pub column: &'static str,
     /// Its value.
     pub value: f64,
 }
 
 impl ShownLoad {
-    /// The load of a row.
+    /// Returns the load of a row.
     ///
     /// # Errors
     /// When the table has no loads.
@@ -49,7 +50,7 @@ fn written(load: f64) -> String {
     }
 }
 
-/// Those of the rows that have this load.
+/// Returns those of the rows that have this load.
 ///
 /// # Errors
 /// When there is none; the message names the nearest load.

@@ -27,7 +27,7 @@ pub struct Picture {
     pub map: Map,
     /// Along x and y.
     pub nodes: [usize; 2],
-    /// The load; none for heights, and for contacts at all loads.
+    /// The load; `None` for heights and for contacts at all loads.
     pub load: Option<ShownLoad>,
     /// What the ends of the colours mean; none where there are but two colours.
     pub range: Option<Range>,
@@ -163,7 +163,7 @@ impl FinishedTask {
         Ok(Grids::of(&self.table)?.grid(0)?)
     }
 
-    /// The one of these rows that has a load.
+    /// Returns the first of these rows that has this load.
     fn row_under(&self, load: f64, rows: &[usize]) -> Result<usize, Failure> {
         let found = rows_under(&self.table, rows, load)?;
         Ok(*found.first().ok_or("the task has no load")?)

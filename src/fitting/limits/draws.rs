@@ -1,5 +1,5 @@
-//! Intervals of limits, and how often which forms win, by resampling whole surfaces: each surface as
-//! often at all points at which it is.
+//! Intervals of limits, and how often each choice of forms wins, by resampling whole surfaces. A
+//! surface is drawn equally often at all its points.
 
 use std::f64::consts::PI;
 
@@ -111,7 +111,8 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     linear.chain(free).collect()
 }
 
-/// The means of a resampling, and whether any surface of a point was drawn: others are not used.
+/// Returns the mean of each point in a resampling, and whether any of its surfaces was drawn.
+/// Points without a drawn surface are not fitted.
 fn drawn(
     problem: &LimitProblem,
     times: &[u32],

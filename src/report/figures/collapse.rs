@@ -1,6 +1,5 @@
-//! Corrected areas of all spectra on one curve against the bandwidth, or, where Hurst exponents or
-//! plateaus differ, against Nayak's parameter, and what the mesh makes of it: a finding of this program,
-//! beside section 5.2.2 of the paper.
+//! Corrected areas of all spectra against the bandwidth, or against Nayak's parameter where Hurst
+//! exponents or plateaus differ. A finding of this program, beside section 5.2.2 of the paper.
 
 use crate::contact::topography::spectrum;
 use crate::figures::axis::Axis;
@@ -26,7 +25,7 @@ pub const FIGURE: Definition = Definition {
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
 /// How far from these a study's loads may lie.
 const NEAR: f64 = 0.1;
-/// Spectra that tell a curve.
+/// Fewest spectra of a curve.
 const FEWEST_SPECTRA: usize = 3;
 /// The corrections, and the words above their charts.
 const CORRECTIONS: [(&str, &str); 3] = [
@@ -42,7 +41,7 @@ struct Spectrum<'a> {
     means: Vec<Mean>,
 }
 
-/// What secants are drawn against.
+/// Quantity on the horizontal axis.
 #[derive(Clone, Copy)]
 enum Abscissa {
     /// ζ = k_upper/k_lower, where spectra differ in cutoffs alone.
@@ -198,7 +197,7 @@ fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
     chart
 }
 
-/// The spectrum of a point, if its surfaces are drawn from one.
+/// Returns the spectrum of a point if its surfaces are drawn from one.
 fn spectrum(point: &Point) -> Option<spectrum::Spectrum> {
     let whole = |name: &str| point.get(name)?.parse::<u32>().ok();
     let k_lower = whole(K_LOWER.name)?;

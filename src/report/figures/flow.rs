@@ -79,7 +79,7 @@ fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, Table
     Ok(flowing.collect())
 }
 
-/// The fitted loads from which on the gap of each point does not percolate.
+/// Returns the fitted loads above which the gap of each point does not percolate.
 fn thresholds(data: &FigureData, column: &str) -> Result<Vec<(f64, Style)>, TableError> {
     let mut thresholds = Vec::new();
     for stage in data.finished.with(&[column]) {

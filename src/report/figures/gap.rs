@@ -122,7 +122,7 @@ fn relations(data: &FigureData, table: &Table, gaps: &Gaps) -> Result<Vec<Series
         let length = gaps.factor(data, &point) * lengths.value(row);
         let gap = |load: f64| length * (closing.value(row) / load).ln();
         let colour = data.styles.colour(&point);
-        // A window may begin at zero, and the relation has no end there; or end far from all loads.
+        // A window may begin at zero, where the relation has no end, or end far beyond all loads.
         let to = to.value(row).min(heaviest);
         let range = [from.value(row).max(1e-3 * to), to];
         let style = Style::line(colour, Dash::Solid, 1.5);

@@ -97,7 +97,7 @@ impl<'a> Ledger<'a> {
                     let _ = receipt.write(folder);
                 }
             };
-            // Without a thread for it, the receipt is written in the end alone.
+            // Without this thread, the receipt is written only at the end.
             let _ = Builder::new().spawn_scoped(scope, enter);
             let done = work();
             drop(at_work);

@@ -2,9 +2,10 @@
 //!
 //! A surface counts once, however many of its rows are in a group: areas of one surface under
 //! neighbouring loads say nearly the same, and so do those of one seed and realization at several
-//! points of a sweep, which share random numbers (see [`sampling_units`]). Of n surfaces with sums Sᵢ
-//! over nᵢ rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of the
-//! ratio of two means; with one row each it is the square of s/√n. A single surface has no error.
+//! points of a sweep, which share random numbers (see [`sampling_units`]). Of n surfaces with sums
+//! Sᵢ over nᵢ rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of
+//! the ratio of two means; with one row each it is the square of s/√n. A single surface has no
+//! error.
 //!
 //! [`sampling_units`]: crate::ensemble::sampling_units
 //!
@@ -63,11 +64,10 @@ pub fn meaning(level: f64, suffix: &str) -> Option<String> {
     ))
 }
 
-/// The column with the sampling unit of each row; no user's column has a space.
+/// Column with the sampling unit of each row; no user's column has a space in its name.
 pub const SAMPLING_UNIT: &str = "sampling unit";
 
-/// Adds to each row what all rows of its group and sampling unit hold together: their sum and how
-/// many they are.
+/// Adds to each row the sum and the number of the values that its sampling unit has in its group.
 pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<LazyFrame, StageError> {
     let unit: Vec<Expr> = keys.iter().cloned().chain([col(SAMPLING_UNIT)]).collect();
     let within = |values: Expr| values.over(unit.clone()).map_err(polars_error);
@@ -80,8 +80,8 @@ pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<Lazy
     Ok(rows.with_columns(sums))
 }
 
-/// What intervals of a group's mean are computed from: its standard error, and how many surfaces it
-/// rests on.
+/// Returns the standard error of a group's mean and the number of its surfaces, from which
+/// intervals are computed.
 pub fn of_group(name: &str) -> [Expr; 2] {
     [
         standard_error(name).alias(error_of(name)),
@@ -89,13 +89,13 @@ pub fn of_group(name: &str) -> [Expr; 2] {
     ]
 }
 
-/// How many surfaces have a value in the group.
+/// Number of surfaces that have a value in the group.
 fn surfaces(name: &str) -> Expr {
     let known = col(SAMPLING_UNIT).filter(value(name).is_not_null());
     known.n_unique().cast(DataType::Float64)
 }
 
-/// The standard error of a group's mean; null for a single surface.
+/// Standard error of a group's mean; null for a single surface.
 pub fn standard_error(name: &str) -> Expr {
     let known = || value(name).is_not_null();
     let deviation = col(sum_of(name)) - col(rows_of(name)) * value(name).mean();

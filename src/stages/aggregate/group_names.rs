@@ -1,4 +1,4 @@
-//! Which columns name groups, and which of them tell groups apart.
+//! Columns that name groups, and columns that tell groups apart.
 //!
 //! A derived column (see [`Role::Derived`]) is a coordinate in another unit: under pressures in
 //! pascals the reduced load differs from surface to surface, so that it must not split groups. The
@@ -16,7 +16,7 @@ use crate::ensemble;
 use crate::store::column::Role;
 use crate::store::table::Table;
 
-/// A coordinate in two units, of which a study gives one.
+/// Coordinates that exist in two units, of which a manifest gives one.
 const IN_TWO_UNITS: [[&str; 2]; 2] = [
     [LOAD.name, PRESSURE.name],
     [HARDNESS.name, HARDNESS_REDUCED.name],
@@ -24,28 +24,28 @@ const IN_TWO_UNITS: [[&str; 2]; 2] = [
 
 /// The columns that name the groups of a reduction.
 pub struct GroupNames {
-    /// Those that stand in the reduced table, in order.
+    /// Columns of the reduced table that name a group, in order.
     pub shown: Vec<String>,
-    /// Those whose values tell groups apart.
+    /// Columns whose values tell groups apart.
     pub keys: Vec<String>,
-    /// Derived columns among the shown ones. Their values within a group may differ.
+    /// Shown columns that are derived from a shown key. Their values within a group may differ.
     derived: Vec<String>,
-    /// Derived columns among the shown ones whose coordinate is not shown, and the coordinate that is
-    /// a key in their place. Their values within a group must not differ.
+    /// Shown columns that are derived from a key that is not shown, with that key. Their values
+    /// within a group must not differ.
     stand_ins: Vec<(String, String)>,
     /// The key that is a load, if there is one.
     pub load: Option<String>,
 }
 
 impl GroupNames {
-    /// The columns that `group_by` names, or every coordinate but those that tell surfaces apart.
+    /// Resolves `group_by`, which defaults to every coordinate that does not tell surfaces apart.
     pub fn of(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
         let shown: Vec<String> = groups.group_by.clone().unwrap_or_else(default);
         let load = ensemble::load_column(table);
         let derived = table.in_role(Role::Derived);
-        // A stack of tables of both kinds has both columns as loads.
+        // Stacked tables of both kinds have both columns in the role of a load.
         let is_derived = |name: &str| derived.has(name) || (is_of_a_load(name) && name != load);
         let (mut keys, mut stand_ins) = (Vec::new(), Vec::new());
         for name in &shown {
@@ -74,13 +74,13 @@ impl GroupNames {
         }
     }
 
-    /// The keys that tell curves apart, and not the points of one.
+    /// Returns the keys that tell curves apart: all but the load.
     pub fn keys_of_a_curve(&self) -> Vec<Expr> {
         let keys = self.keys.iter().filter(|name| !is_of_a_load(name));
         keys.map(|name| col(name.as_str())).collect()
     }
 
-    /// The shown columns that tell curves apart.
+    /// Returns the shown columns that tell curves apart.
     pub fn curve(&self) -> Vec<String> {
         let stands_in = |name: &String| self.stand_ins.iter().any(|(own, _)| own == name);
         let shown = self.shown.iter().filter(|name| !is_of_a_load(name));
@@ -90,7 +90,7 @@ impl GroupNames {
             .collect()
     }
 
-    /// Values of derived columns in each group: the one that all rows have, or their mean.
+    /// Returns the values of derived columns in each group: the common value, or else the mean.
     pub fn within_groups(&self) -> Vec<Expr> {
         let mut expressions: Vec<Expr> = self.derived.iter().map(|name| common(name)).collect();
         let differs = self.stand_ins.iter();
@@ -101,7 +101,7 @@ impl GroupNames {
         expressions
     }
 
-    /// Refuses a derived column that was to name groups and differs within them.
+    /// Refuses a derived column that names groups and differs within one of them.
     pub fn check_stand_ins(&self, reduced: &DataFrame) -> Result<(), StageError> {
         for (name, coordinate) in &self.stand_ins {
             let flags = reduced.column(&mixed(name)).map_err(polars_error)?;
@@ -117,7 +117,7 @@ impl GroupNames {
     }
 }
 
-/// The column of a table that a derived column is computed from.
+/// Returns the column from which a derived column is computed.
 fn coordinate_of(table: &Table, derived: &str) -> Option<&'static str> {
     let pair = IN_TWO_UNITS.iter().find(|pair| pair.contains(&derived))?;
     pair.iter()
@@ -129,7 +129,7 @@ fn is_of_a_load(name: &str) -> bool {
     IN_TWO_UNITS[0].contains(&name)
 }
 
-/// The value that all rows of a group have but for rounding, or else their mean.
+/// The value that all rows of a group share, or else their mean. Rounding counts for nothing.
 fn common(name: &str) -> Expr {
     when(is_mixed(name))
         .then(col(name).mean())
@@ -143,7 +143,8 @@ fn is_mixed(name: &str) -> Expr {
     spread.gt(most * lit(decimal::RESOLUTION))
 }
 
-/// The name of the flag that says that a column differs within a group; no user's column has a space.
+/// Name of the flag for a column that differs within a group; no user's column has a space in its
+/// name.
 fn mixed(name: &str) -> String {
     format!("{name} differs")
 }

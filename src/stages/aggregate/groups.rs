@@ -130,7 +130,7 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
     expressions
 }
 
-/// Whether its rows tell surfaces apart.
+/// Returns whether the rows of a table tell surfaces apart.
 fn is_of_surfaces(table: &Table) -> bool {
     !table.in_role(Role::Surface).names().is_empty()
 }

@@ -24,10 +24,10 @@ pub struct AggregateTable {
     /// Columns to reduce.
     pub over: Key<Vec<Written<String>>>,
     /// What to compute of each: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`, quantiles
-    /// such as `"q05"`, confidence intervals of the mean such as `"ci95"` (Student's t). `"sem"` and
-    /// intervals count surfaces: rows of one seed and realization are one sample. Against `load` the
-    /// `"slope"` of the mean, the `"secant"`, and the `"approach"` of an area a to full contact,
-    /// −ln[(1 − a) y √(2π)]; and in groups that span several loads `"regr_slope"` and
+    /// such as `"q05"`, confidence intervals of the mean such as `"ci95"` (Student's t). `"sem"`
+    /// and intervals count surfaces: rows of one seed and realization are one sample. Against
+    /// `load` the `"slope"` of the mean, the `"secant"`, and the `"approach"` of an area a to full
+    /// contact, −ln[(1 − a) y √(2π)]; and in groups that span several loads `"regr_slope"` and
     /// `"regr_intercept"` of the least-squares line against `load`.
     #[schemars(extend("default" = ["mean", "sd", "sem"]))]
     pub statistics: Key<Vec<Written<String>>>,

@@ -30,7 +30,7 @@ pub const LOAD_MIDPOINT: Column = Column::result(
     "load half way from the one before, where slopes belong",
 );
 
-/// The name under which the reduced load of a group waits for slopes, secants and theories.
+/// Column with the reduced load of a group, from which slopes, secants and theories are computed.
 pub const LOAD_OF_GROUP: &str = "load of group";
 
 /// The name under which the mean waits for slopes and secants; no user's column has it.

@@ -204,7 +204,7 @@ fn approach(
     Ok((named(name, Statistic::Approach), optional_reals(values)))
 }
 
-/// Which curve each row belongs to, by the columns that tell curves apart.
+/// Numbers the curves by the columns that tell them apart, and returns the number for each row.
 fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
     let columns: Vec<_> = names
         .iter()

@@ -70,10 +70,11 @@ pub const COLUMNS: [Column; 6] = [
 /// Areas and edges of one surface under one load, by nodes along x and y.
 type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 
-/// A surface and a load as it is given: positive numbers sort as their bits do.
+/// A surface and the bits of a load in the unit of the manifest; positive numbers sort as their
+/// bits do.
 type State = (Member, u64);
 
-/// What is measured at one parameter point, before it is compared over meshes.
+/// Measured contacts of one parameter point, before they are compared between meshes.
 struct Observed {
     row: usize,
     states: BTreeMap<State, Meshes>,
@@ -85,7 +86,7 @@ pub struct Point {
     /// A row of the table that stands for the point's coordinates.
     pub row: usize,
     refinements: BTreeMap<State, Result<Refinement, FitError>>,
-    /// The reduced load of each load as it is given.
+    /// Reduced load for the bits of each load in the unit of the manifest.
     reduced: BTreeMap<u64, f64>,
 }
 

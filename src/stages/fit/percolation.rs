@@ -38,7 +38,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
 }
 
-/// Whether surfaces are drawn from a spectrum that is the same in all directions.
+/// Returns whether the surfaces are drawn from a spectrum that is the same in all directions.
 fn is_isotropic(ensemble: &Ensemble) -> bool {
     let is_drawn = ensemble
         .members
@@ -51,7 +51,7 @@ fn is_isotropic(ensemble: &Ensemble) -> bool {
 /// What is read of measured contacts.
 pub struct Measured<'a> {
     meshes: Meshes<'a>,
-    /// Reduced.
+    /// Reduced loads.
     loads: &'a Float64Array,
     contact_nodes: &'a Int64Array,
     switches: &'a Int64Array,
@@ -78,9 +78,9 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// The thresholds of the mean of both directions, along x and along y, each the area, the corrected
-    /// area and the load. A direction along which some surface has no threshold leaves none, and the
-    /// row says why.
+    /// Fits the thresholds of the mean of both directions, along x, and along y, each as area,
+    /// corrected area and load. A direction in which some surface has no threshold is left out, and
+    /// the row says why.
     fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
         let surfaces: Vec<Vec<Interface>> = (0..ensemble.members.len())
             .map(|member| self.interfaces(ensemble, member))

@@ -18,7 +18,7 @@ pub struct Point {
     pub row: usize,
     /// The estimator of the area, if any was applied.
     pub correction: Option<String>,
-    /// The surfaces that it pools, in the order of the curves.
+    /// Surfaces in the order of the curves.
     pub members: Vec<Member>,
     /// Rows whose load did not converge.
     pub unconverged: usize,
@@ -83,8 +83,7 @@ pub fn corrections(points: &[Point]) -> Vec<Option<String>> {
     found
 }
 
-/// The surfaces of several points by numbers from 0 on: one and the same surface has one number at all
-/// of them.
+/// Numbers the surfaces of several points from 0. A surface has the same number at all points.
 pub fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<usize>> {
     let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
     let all: Vec<Member> = all.into_iter().collect();

@@ -68,8 +68,7 @@ impl Row {
         }
     }
 
-    /// The same row, or a failure if so many data are left out that the rest speaks for itself
-    /// alone.
+    /// Turns a row with an infinite parameter into a failure: the data do not bound the parameter.
     pub fn unless_masked(self) -> Row {
         let masked = self.masked.unwrap_or(0);
         let all = self.data + masked;
@@ -88,7 +87,8 @@ impl Row {
         }
     }
 
-    /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound it.
+    /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound
+    /// it.
     pub fn unless_unbounded(self) -> Row {
         if self.values.iter().all(|value| value.is_finite()) {
             return self;

@@ -28,8 +28,8 @@ pub enum Origin {
         /// Spectrum, draw and scale.
         #[serde(flatten)]
         surface: RandomSurface,
-        /// Whether the manifest gives the surface the anisotropy ratio 1, which its row then states.
-        /// Recipes leave it out where it is false, so that their keys stay valid.
+        /// Whether the manifest gives the surface the anisotropy ratio 1, which its row then
+        /// states. Recipes leave it out where it is false, so that their keys stay valid.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         has_unit_ratio: bool,
     },

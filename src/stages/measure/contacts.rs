@@ -146,9 +146,9 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     Ok(solved.coordinates().with(columns).beside(&carried))
 }
 
-/// The stiffness at each load of a block, in units of E* over the longer side. The approach of the
-/// bodies is the mean displacement of the elastic surface, which only a free boundary has, and the mean
-/// yielded depth, less the mean gap.
+/// Computes the stiffness at each load of a block, in units of E* over the longer side. The
+/// approach of the bodies is the mean displacement of the elastic surface (free boundary only) plus
+/// the mean yielded depth, less the mean gap.
 fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageError> {
     let pressures = solved.reals(PRESSURE.name)?;
     let gaps = solved.reals(MEAN_GAP.name)?;

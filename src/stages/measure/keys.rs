@@ -27,8 +27,8 @@ const MOST_BINS_A_DECADE: u32 = 1000;
 const BINS_A_DECADE: u32 = 5;
 /// `range` when left out.
 const DEFAULT_RANGE: f64 = 5.0;
-/// The ends of `range`: no surface is higher than the root of its nodes in rms heights, and bins
-/// narrower than rounding count nothing.
+/// Bounds of `range`. No surface of n nodes is higher than √n rms heights, and bins narrower than
+/// the rounding of heights count nothing.
 const RANGES: [f64; 2] = [1e-6, 1e6];
 
 /// Counts contacts, or measures surfaces.
@@ -55,9 +55,9 @@ pub struct MeasureTable {
     /// deviation between them, instead of having one each; for surfaces only.
     #[schemars(extend("default" = false))]
     pub pool: Key<bool>,
-    /// Whether the incremental stiffness of the interface is measured beside its contacts: how fast the
-    /// pressure rises as the bodies approach, as a finite difference between neighbouring loads of a
-    /// block that differ by at most a tenth.
+    /// Whether the incremental stiffness of the interface is measured beside its contacts: how fast
+    /// the pressure rises as the bodies approach, as a finite difference between neighbouring loads
+    /// of a block that differ by at most a tenth.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
 }

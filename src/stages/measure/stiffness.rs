@@ -1,22 +1,22 @@
 //! The incremental stiffness of an interface as a finite difference between neighbouring loads.
 //!
-//! The stiffness is K = dp₀/dδ, with δ the approach of the bodies. The approach is a parabola in ln p₀
-//! through a load and its two neighbours, so that K = p₀/(dδ/d ln p₀) is exact where p₀ ∝ exp(δ/u₀)
-//! (Persson, *Phys. Rev. Lett.* 99, 2007, 125502). The error grows with the square of the distance of
-//! the loads. A load has no stiffness where a neighbour is missing, was given up, or differs by more
-//! than a tenth of the load.
+//! The stiffness is K = dp₀/dδ, with δ the approach of the bodies. The approach is a parabola in ln
+//! p₀ through a load and its two neighbours, so that K = p₀/(dδ/d ln p₀) is exact where p₀ ∝
+//! exp(δ/u₀) (Persson, *Phys. Rev. Lett.* 99, 2007, 125502). The error grows with the square of the
+//! distance of the loads. A load has no stiffness where a neighbour is missing, was given up, or
+//! differs by more than a tenth of the load.
 
 /// One load of a block.
 #[derive(Debug, Clone, Copy)]
 pub struct Approach {
     pub pressure: f64,
-    /// How far the bodies have approached, from any reference.
+    /// Approach of the bodies from any fixed reference.
     pub approach: f64,
     /// Whether it was solved for.
     pub is_solved: bool,
 }
 
-/// The largest distance of a neighbouring load, over the load. The slack is the rounding of loads.
+/// Largest relative distance of a neighbouring load, with some slack for the rounding of loads.
 const LARGEST_STEP: f64 = 0.1 + 1e-9;
 
 /// The stiffness at each load of an ascending block, in units of pressure over length.
@@ -41,7 +41,7 @@ fn at_middle(three: [Approach; 3]) -> Option<f64> {
     let slope = |to: Approach, from: Approach| (to.approach - from.approach) / run(to, from);
     let (left, right) = (run(here, before), run(after, here));
     let slope = (right * slope(here, before) + left * slope(after, here)) / (left + right);
-    // In full contact of a periodic body the approach grows no more.
+    // In full contact of a periodic body the approach stops growing.
     (slope > 0.0).then(|| here.pressure / slope)
 }
 

@@ -79,7 +79,7 @@ impl Block {
         })
     }
 
-    /// Lets these threads share the work from now on.
+    /// Shares the work among these threads from now on.
     pub fn work_on(&mut self, threads: Threads) {
         self.solver.work_on(threads);
     }

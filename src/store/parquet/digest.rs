@@ -66,7 +66,7 @@ pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> Opt
     Some(bytes)
 }
 
-/// The same of a file on the disk, of which one chunk is in memory after the other.
+/// Seals a file on disk, with one column chunk in memory at a time.
 ///
 /// # Errors
 /// When the file cannot be read or written.

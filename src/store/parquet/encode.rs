@@ -42,8 +42,8 @@ pub(crate) fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     sealed.expect("a finished file has a footer, and column chunks before it")
 }
 
-/// Writes a table of results of so many rows, as [`encode`] would, of which one part is in memory after the
-/// other: each has as many rows as a row group, but for the last one.
+/// Writes a table of `rows` rows from its parts, one of which is in memory at a time. Each part but
+/// the last has the rows of one row group. The bytes are those of [`encode`].
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -60,7 +60,7 @@ pub(crate) fn write_parts(
         return file.write_all(&encode(&first, metadata));
     }
     let schema = first.batch().schema();
-    // Even truth values of as many rows as a group has take more than a block.
+    // Even a row group of truth values is larger than a block.
     let properties = properties(&schema, metadata, &vec![false; schema.fields().len()]);
     let mut writer = writer(&mut *file, schema, properties, metadata);
     for part in std::iter::once(first).chain(parts) {

@@ -20,7 +20,7 @@ use super::{Metadata, ParquetError, footer};
 use crate::parallel;
 use crate::store::table::Table;
 
-/// Bytes of values from which on threads share the columns of a table.
+/// Smallest size of the values, in bytes, at which columns are read on several threads.
 const WORTH_THREADS: i64 = 1 << 20;
 
 /// Bytes at the end of a file that are read first; more if its footer takes more.
@@ -76,8 +76,7 @@ impl TableFile {
         })
     }
 
-    /// What the file says of itself, all of whose bytes are as they were written; one chunk is in memory
-    /// after the other.
+    /// Verifies all bytes, with one column chunk in memory at a time, and returns the metadata.
     ///
     /// # Errors
     /// When it is damaged.
@@ -198,7 +197,8 @@ impl TableFile {
         Ok(Table::of(rows, schema, arrays.collect()))
     }
 
-    /// Returns the bytes of the values of some columns in some row groups, as the file states them.
+    /// Returns the uncompressed size of some columns in some row groups, in bytes, as the file
+    /// states it.
     fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
         let leaves: Vec<usize> = columns
             .iter()

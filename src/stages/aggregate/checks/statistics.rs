@@ -6,8 +6,7 @@ use crate::store::table::Table;
 use crate::written::checks::Checks;
 use crate::written::{Key, Written};
 
-/// Whether groups are told apart by their load, reduced or in pascals, as they are unless other
-/// columns are named.
+/// Returns whether a load, reduced or in pascals, tells groups apart, as it does by default.
 fn has_load(group_by: Option<&[String]>) -> bool {
     let is_load = |name: &String| ["load", "pressure"].contains(&name.as_str());
     group_by.is_none_or(|names| names.iter().any(is_load))

@@ -1,8 +1,8 @@
-//! How much memory a query takes, as far as its plan tells before anything is read.
+//! Memory that a query takes, as far as its plan tells before anything is read.
 //!
-//! Rows of tables are known, and a cross join has as many as the product of its tables. Where other joins might
-//! be too large, equal columns of tables are counted; joins of anything else are taken to have as many rows as
-//! the longer side.
+//! The numbers of rows of tables are known, and a cross join has their product. Where another join
+//! might be too large, the equal values of its columns are counted if these are columns of tables.
+//! All other joins are assumed to have as many rows as the longer side.
 
 use bytesize::ByteSize;
 use polars::polars_utils::arena::{Arena, Node};
@@ -14,14 +14,14 @@ use polars_plan::plans::{AExpr, IR};
 use super::scan;
 use crate::diagnostics::counted;
 
-/// A query as the engine is going to carry it out.
+/// A query plan as polars executes it.
 struct Plan<'a> {
     parts: &'a Arena<IR>,
     expressions: &'a Arena<AExpr>,
     room: ByteSize,
 }
 
-/// Refuses a plan of which a part takes more memory than there is.
+/// Refuses a plan in which one node takes more memory than `room`.
 ///
 /// # Errors
 /// When one does.
@@ -58,7 +58,7 @@ pub fn check(
     ))
 }
 
-/// The part of a plan that takes the most memory.
+/// The node of a plan that takes the most memory.
 #[derive(Default)]
 struct Extent {
     rows: f64,
@@ -66,11 +66,11 @@ struct Extent {
     bytes: f64,
 }
 
-/// What is known of a part of a plan.
+/// Size of the result of a node.
 struct Known<'a> {
-    /// Its rows, at most, or about.
+    /// Upper bound or estimate of the number of rows.
     rows: f64,
-    /// The table whose rows they are, all of them.
+    /// The table, if the rows are all rows of one table.
     table: Option<&'a dyn AnonymousScan>,
 }
 
@@ -141,7 +141,8 @@ impl Plan<'_> {
         }
     }
 
-    /// Pairs of rows whose columns are equal; nothing where these are no columns of tables.
+    /// Counts the pairs of rows that a join matches, or returns `None` if it joins anything but
+    /// columns of tables.
     fn pairs(&self, inputs: &[Known], on: [&[ExprIR]; 2]) -> Option<f64> {
         let counts = |side: usize| {
             let names = on[side].iter().map(|column| {
@@ -165,7 +166,7 @@ impl Plan<'_> {
 }
 
 impl Extent {
-    /// The larger one of this and so many rows of these columns.
+    /// Replaces the extent if this many rows of these columns take more memory.
     fn extend(&mut self, rows: f64, schema: &Schema) {
         let bytes = rows * width(schema);
         if bytes > self.bytes {
@@ -178,7 +179,7 @@ impl Extent {
     }
 }
 
-/// Bytes of a row.
+/// Returns the number of bytes of a row.
 fn width(schema: &Schema) -> f64 {
     let types = schema.iter_values();
     let bytes = types.map(|kind| match kind {

@@ -18,7 +18,7 @@ use super::{QueryError, budget};
 use crate::contact::threads::available_cores;
 use crate::diagnostics::words_of_panic;
 
-/// What is said where polars cannot start.
+/// Message for systems that refuse polars its threads.
 const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers queries, cannot start its \
                                threads: allow more processes (`ulimit -u`), or set the environment \
                                variable `POLARS_MAX_THREADS` to 1";
@@ -58,11 +58,11 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
     })
 }
 
-/// Returns whether the system allows the thread of a query and those that polars starts when it is
-/// first used: two pools.
+/// Returns whether the system allows the thread of a query and the two thread pools that polars
+/// starts at its first use.
 ///
-/// Polars panics or waits without end where it is refused some of them. The first answer that is yes
-/// counts for the process, since the pools stay.
+/// Polars panics or waits forever if it is refused some of them. The first positive answer holds
+/// for the whole process, because the pools stay.
 fn polars_can_start() -> bool {
     static CAN_START: OnceLock<()> = OnceLock::new();
     if CAN_START.get().is_some() {
@@ -73,7 +73,7 @@ fn polars_can_start() -> bool {
     let count = 1 + 2 * said.unwrap_or_else(|| available_cores().get());
     let gate = Mutex::new(());
     let all_start = thread::scope(|scope| {
-        // All are there at once, until the gate opens.
+        // All threads exist at the same time, until the gate opens.
         let _closed = gate.lock();
         (0..count).all(|_| {
             let pass = || drop(gate.lock());
@@ -86,13 +86,13 @@ fn polars_can_start() -> bool {
     all_start
 }
 
-/// Says in plain words that polars panicked.
+/// Returns an error message for a panic of polars.
 fn told(words: &str) -> String {
-    // Another thread of the run may have started in between.
+    // Another thread may have started since `polars_can_start` answered.
     if words.starts_with("could not spawn threads") {
         return TOO_FEW_THREADS.to_owned();
     }
-    // Words about a `Result` are of the code of polars, not of the query.
+    // Drop the part of the message that is about the code of polars.
     let cause = match words.split_once("` value: ") {
         Some((_, cause)) => cause,
         None => words,
@@ -103,7 +103,7 @@ fn told(words: &str) -> String {
     )
 }
 
-/// Lets panics of queries print nothing: an error says what happened, and a trace would say no more.
+/// Suppresses the printed trace of panics on query threads: the error says what happened.
 pub fn silence_panics() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |panic| {
@@ -116,8 +116,8 @@ pub fn silence_panics() {
 /// What a query answers, rows in an order that follows from the tables.
 ///
 /// # Errors
-/// When the query names what is not there, asks for what polars cannot do, or takes more memory than
-/// there is.
+/// When the query names what is not there, asks for what polars cannot do, or takes more memory
+/// than there is.
 pub fn collected(frame: LazyFrame, room: ByteSize) -> PolarsResult<DataFrame> {
     frame._collect_post_opt(|root, plan, expressions, _| {
         budget::check(root, plan, expressions, room)?;

@@ -58,14 +58,14 @@ impl Damage {
     }
 }
 
-/// The number of rows of a table that a query reads.
+/// Returns the number of rows of a table that a query reads.
 pub fn rows_of(table: &dyn AnonymousScan) -> usize {
     let known = table.as_any().downcast_ref::<Scan>();
     known.map_or(0, |scan| scan.table.rows())
 }
 
-/// How many rows of a table that a query reads hold the same values in some columns; those with a null are
-/// left out, since no join pairs them. Nothing where a column is not there or cannot be read.
+/// Counts the rows of each combination of values in some columns, or returns `None` if a column is
+/// missing or cannot be read. Rows with a null are left out, because no join matches them.
 pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<Vec<Value>, usize>> {
     let table = &table.as_any().downcast_ref::<Scan>()?.table;
     let columns = places(table, Some(names));

@@ -21,7 +21,7 @@ pub enum Known {
     Surfaces {
         /// The surfaces.
         members: Vec<Member>,
-        /// Loads, and the values of the surfaces.
+        /// Each load with the values of the surfaces.
         states: Vec<(Option<f64>, Vec<f64>)>,
     },
     /// Under each load, an estimate.
