@@ -12,18 +12,19 @@ mod claims;
 mod condition;
 mod error;
 mod means;
+mod rule;
 mod tables;
 
 use std::fmt;
 use std::sync::Arc;
 
-use crate::claims::decisions::{Decisions, Undecided};
 use crate::plan::Plan;
 use crate::store::{StoreError, TaskTables};
 use crate::study::{Growth, Study, Until, Work};
 
 pub use condition::{Condition, Finding};
 pub use error::SamplingError;
+pub use rule::{ClaimRule, Decisions, Undecided};
 
 /// A study with as many surfaces as the tables of its tasks ask for.
 #[derive(Debug)]
@@ -55,10 +56,14 @@ impl SampledStudy {
     ///
     /// # Errors
     /// When a table cannot be read, or does not have the column of a condition.
-    pub fn of(mut study: Study, tables: &impl TaskTables) -> Result<SampledStudy, SamplingError> {
+    pub fn of(
+        mut study: Study,
+        tables: &impl TaskTables,
+        rule: &dyn ClaimRule,
+    ) -> Result<SampledStudy, SamplingError> {
         loop {
             let plan = Plan::of(&study);
-            let stages = adaptive_stages(&study, &plan, tables)?;
+            let stages = adaptive_stages(&study, &plan, tables, rule)?;
             let more: Vec<_> = stages.iter().filter_map(AdaptiveStage::more).collect();
             if more.is_empty() {
                 return Ok(SampledStudy {
@@ -231,6 +236,7 @@ fn adaptive_stages(
     study: &Study,
     plan: &Plan,
     tables: &impl TaskTables,
+    rule: &dyn ClaimRule,
 ) -> Result<Vec<AdaptiveStage>, SamplingError> {
     let mut stages = Vec::new();
     for (position, stage) in study.stages.iter().enumerate() {
@@ -263,7 +269,7 @@ fn adaptive_stages(
     for stage in stages.iter_mut().filter(|stage| is_of_claims(stage)) {
         if let Until::Claims(names) = &stage.growth.until {
             let sampled = (stage.surfaces, stage.growth.as_ref());
-            stage.condition = claims::condition((study, plan), sampled, names, tables)?;
+            stage.condition = claims::condition((study, plan), sampled, (rule, names), tables)?;
         }
     }
     Ok(stages)

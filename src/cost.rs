@@ -93,7 +93,7 @@ mod tests {
             {stages}
             "
         );
-        let study = Study::parse(&manifest, "study.toml", Path::new("")).unwrap();
+        let study = Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap();
         let plan = Plan::of(&study);
         let Effort { pairs, seconds } = {
             let task = plan.tasks.last().unwrap();

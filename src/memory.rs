@@ -97,7 +97,7 @@ pub(crate) mod tests {
             {more}
             "
         );
-        Plan::of(&Study::parse(&manifest, "study.toml", Path::new("")).unwrap())
+        Plan::of(&Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap())
     }
 
     pub fn all(plan: &Plan) -> Vec<usize> {

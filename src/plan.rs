@@ -38,7 +38,7 @@ pub use crate::stages::Kind;
 ///     k_upper = {upper}
 /// "#);
 /// let plan = |upper: &str| {
-///     Study::parse(&manifest(upper), "small.toml", Path::new("")).map(|study| Plan::of(&study))
+///     Study::parse(&manifest(upper), "small.toml", Path::new(""), crate::study::no_claims).map(|study| Plan::of(&study))
 /// };
 /// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
 /// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);

@@ -71,6 +71,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use crate::claims::decisions::PaperClaims;
 use crate::prune;
 use crate::reasons::record::Record;
 use crate::results::reading;
@@ -79,6 +80,7 @@ use crate::store::table::Table;
 use crate::store::writer::Moment;
 use crate::study::Study;
 
+pub use crate::claims::decisions::names as claim_names;
 pub use crate::cluster::shard::{NoShard, Shard};
 pub use crate::data_folder::DataFolder;
 pub use crate::results::reading::{Reading, StageRows};
@@ -154,7 +156,7 @@ impl Session<'_> {
     /// # Errors
     /// Everything that is wrong with the manifest.
     pub fn study(&self) -> Result<Study, SessionError> {
-        Ok(Study::read(&self.manifest)?)
+        Ok(Study::read(&self.manifest, claim_names)?)
     }
 
     /// The study and its plan, with as many surfaces as the tables in the store ask for.
@@ -162,7 +164,8 @@ impl Session<'_> {
     /// # Errors
     /// When the manifest makes no sense, or a table cannot be read that decides on surfaces.
     pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
-        Ok(SampledStudy::of(self.study()?, &self.data.look()?)?)
+        let store = self.data.look()?;
+        Ok(SampledStudy::of(self.study()?, &store, &PaperClaims)?)
     }
 
     /// What the study has, what it would compute, why, and at what cost. Nothing is written.
@@ -201,11 +204,11 @@ impl Session<'_> {
     /// As [`Session::sampled`].
     pub fn reading(&self) -> Result<Reading, SessionError> {
         let (store, results) = (self.data.look()?, self.data.results());
-        let study = reading::study(&self.manifest, &store, &results)?;
+        let study = reading::study(&self.manifest, claim_names, &store, &results)?;
         for file in study.sources.recalled() {
             self.tell(Event::Notice(Notice::Recalled(file)));
         }
-        Ok(Reading::of(study, store, &results)?)
+        Ok(Reading::of(study, store, &results, &PaperClaims)?)
     }
 
     /// The study's tables, to be read one by one or asked in SQL.

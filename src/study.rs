@@ -23,6 +23,16 @@ pub(crate) use crate::stages::Work;
 pub(crate) use crate::stages::generate::growth::{Growth, KnownMean, Limit, Until};
 pub use warnings::Warning;
 
+/// Returns the names of all claims that a study may wait for with `until = "claims …"`.
+///
+/// Only whoever judges claims knows them; [`no_claims`] serves manifests without such a condition.
+pub type ClaimNames = fn() -> Vec<&'static str>;
+
+/// Knows no claim, so that a manifest that waits for one is refused.
+pub fn no_claims() -> Vec<&'static str> {
+    Vec::new()
+}
+
 /// Bytes of a manifest: far more than anybody writes.
 const LONGEST_MANIFEST: u64 = 4 << 20;
 
@@ -53,8 +63,9 @@ impl Study {
     ///
     /// # Errors
     /// Everything that is wrong with the manifest, or that it cannot be read.
-    pub fn read(path: &Path) -> Result<Study, ManifestErrors> {
-        Study::parse(&text_of(path)?, &path.display().to_string(), folder(path))
+    pub fn read(path: &Path, claims: ClaimNames) -> Result<Study, ManifestErrors> {
+        let file = path.display().to_string();
+        Study::parse(&text_of(path)?, &file, folder(path), claims)
     }
 
     /// Reads a manifest to look at what has been computed of it: surface files that cannot be read
@@ -64,20 +75,18 @@ impl Study {
     /// As [`Study::read`], if nothing is known of a file either.
     pub(crate) fn read_recalling(
         path: &Path,
+        claims: ClaimNames,
         recall: impl FnOnce(&str) -> Recollection,
     ) -> Result<Study, ManifestErrors> {
         let (text, file) = (text_of(path)?, path.display().to_string());
-        Study::parse(&text, &file, folder(path)).or_else(|errors| {
+        Study::parse(&text, &file, folder(path), claims).or_else(|errors| {
             let manifest = Manifest::parse(&text, &mut Problems::default());
             let name = manifest.as_ref().and_then(Manifest::study_name);
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
-            Study::validated(
-                &text,
-                &file,
-                SurfaceFiles::recalling(folder(path), recall(name)),
-            )
+            let sources = SurfaceFiles::recalling(folder(path), recall(name));
+            Study::validated(&text, &file, sources, claims)
         })
     }
 
@@ -99,19 +108,29 @@ impl Study {
         })
     }
 
-    /// Reads a manifest's text; `file` is what messages call it, and paths of surface files are
-    /// relative to `folder`.
+    /// Reads a manifest's text. Messages call it `file`, paths of surface files are relative to
+    /// `folder`, and `claims` are those that the study may wait for.
     ///
     /// # Errors
     /// Everything that is wrong with the manifest, as far as it can be told at once.
-    pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Study, ManifestErrors> {
-        Study::validated(text, file, SurfaceFiles::new(folder))
+    pub fn parse(
+        text: &str,
+        file: &str,
+        folder: &Path,
+        claims: ClaimNames,
+    ) -> Result<Study, ManifestErrors> {
+        Study::validated(text, file, SurfaceFiles::new(folder), claims)
     }
 
-    fn validated(text: &str, file: &str, sources: SurfaceFiles) -> Result<Study, ManifestErrors> {
+    fn validated(
+        text: &str,
+        file: &str,
+        sources: SurfaceFiles,
+        claims: ClaimNames,
+    ) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
         let study = Manifest::parse(text, &mut problems)
-            .and_then(|manifest| validate::validate(&manifest, sources, &mut problems));
+            .and_then(|manifest| validate::validate(&manifest, sources, claims, &mut problems));
         match study {
             Some(study) if problems.is_empty() => Ok(study),
             _ => Err(problems.into_errors(file, text)),

@@ -5,6 +5,7 @@ use std::path::{Component, Path};
 
 use asperity::plan::Plan;
 use asperity::session::DataFolder;
+use asperity::session::claim_names;
 use asperity::study::Study;
 use libfuzzer_sys::fuzz_target;
 
@@ -14,7 +15,7 @@ const MOST_SURFACES: u64 = 20;
 fuzz_target!(|text: &str| {
     // Where surface files are looked for.
     let folder = Path::new("maps");
-    match Study::parse(text, "fuzz.toml", folder) {
+    match Study::parse(text, "fuzz.toml", folder, claim_names) {
         Err(errors) => assert!(!errors.render(false).is_empty()),
         Ok(study) => {
             if study.surfaces() <= MOST_SURFACES {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use asperity::session::claim_names;
 use asperity::study::Study;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -20,7 +21,7 @@ pub fn toml(py: Python<'_>, tables: &Bound<'_, PyDict>) -> PyResult<String> {
 /// relative to a folder.
 #[pyfunction]
 pub fn study_name(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<String> {
-    let study = Study::parse(text, "manifest", &folder);
+    let study = Study::parse(text, "manifest", &folder, claim_names);
     study
         .map(|study| study.name)
         .map_err(|errors| manifest_error(py, &errors))

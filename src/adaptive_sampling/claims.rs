@@ -3,22 +3,21 @@
 //! Claims compare spectra, so that a condition on them looks at every table of the study that is about
 //! single surfaces, and at no other: fits and means of numbers of surfaces on the way are never computed.
 //! Each step adds half as many surfaces or more, at most as many again: so many looks at most there can be
-//! on the way, and each has its share of the 5 % (`claims::decisions`). At the most surfaces there is
+//! on the way, and each has its share of the 5 % ([`ClaimRule`]). At the most surfaces there is
 //! nothing left to decide, and claims are judged as `asperity claims` judges them.
 
 use std::num::NonZeroU32;
 
 use super::condition::{Condition, Finding};
 use super::error::SamplingError;
+use super::rule::{ClaimRule, Decisions};
 use super::tables::read;
-use crate::claims::decisions::{Decisions, decisions};
 use crate::plan::Plan;
 use crate::stages::measure::{self, Distribution};
 use crate::stages::{Recipe, solve};
 use crate::store::TaskTables;
 use crate::store::table::Table;
 use crate::study::{Growth, Study};
-use crate::study_evidence;
 
 /// Whether claims are decided, those of some names or all.
 ///
@@ -27,19 +26,18 @@ use crate::study_evidence;
 pub fn condition(
     (study, plan): (&Study, &Plan),
     (surfaces, growth): (u32, &Growth),
-    names: &[String],
+    (rule, names): (&dyn ClaimRule, &[String]),
     there: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
     let tables = match all_tables(plan, there)? {
         Ok(tables) => tables,
         Err(open) => return Ok(open),
     };
-    let evidence = study_evidence::of(study, plan, &tables)?;
     let looks = match surfaces >= growth.at_most {
         true => NonZeroU32::MIN,
         false => looks(growth),
     };
-    let decisions = decisions(&evidence, names, looks);
+    let decisions = rule.decide(study, plan, &tables, names, looks)?;
     Ok(match decisions.wanted(surfaces) {
         None => Condition::Holds(Finding::Claims(decisions)),
         Some(_) => Condition::Fails(Finding::Claims(decisions)),
@@ -122,7 +120,7 @@ fn looks(growth: &Growth) -> NonZeroU32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::claims::decisions::Undecided;
+    use super::super::rule::Undecided;
     use crate::claims::intervals::jackknife;
     use crate::claims::{Expectation, Verdict};
     use crate::fitting::examples::normal;

@@ -1,6 +1,6 @@
 //! What is known of a condition on the number of surfaces.
 
-use crate::claims::decisions::Decisions;
+use super::rule::Decisions;
 use crate::store::StoreError;
 
 /// What is known of a condition.

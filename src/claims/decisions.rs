@@ -10,26 +10,28 @@ use std::num::NonZeroU32;
 
 use super::evidence::Evidence;
 use super::{Claim, ClaimOutcome, OF_A_STUDY, Origin};
+use crate::adaptive_sampling::{ClaimRule, Decisions, Undecided};
+use crate::plan::Plan;
+use crate::store::table::{Table, TableError};
+use crate::study::Study;
+use crate::study_evidence;
 
-/// What is decided of some claims.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Decisions {
-    /// Claims that are decided.
-    pub decided: Vec<&'static str>,
-    /// Claims that are not.
-    pub undecided: Vec<Undecided>,
-    /// Claims without a quantity, and what they need.
-    pub not_judged: Vec<(&'static str, String)>,
-}
+/// The claims of the paper and of the field, as the rule of a study that waits for them.
+#[derive(Debug, Clone, Copy)]
+pub struct PaperClaims;
 
-/// A claim that is not decided.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Undecided {
-    /// Its name.
-    pub name: &'static str,
-    /// How many surfaces of each spectrum there are, and how many would decide it at the present spread;
-    /// `None` if no number would.
-    pub surfaces: Option<[usize; 2]>,
+impl ClaimRule for PaperClaims {
+    fn decide(
+        &self,
+        study: &Study,
+        plan: &Plan,
+        tables: &[Option<Table>],
+        names: &[String],
+        looks: NonZeroU32,
+    ) -> Result<Decisions, TableError> {
+        let evidence = study_evidence::of(study, plan, tables)?;
+        Ok(decisions(&evidence, names, looks))
+    }
 }
 
 /// The names of all claims that surfaces decide.
@@ -40,7 +42,7 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// What is decided of the claims of some names, or of all, at one of so many looks.
-pub fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisions {
+fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisions {
     let is_meant =
         |claim: &Claim| names.is_empty() || names.iter().any(|name| name == claim.statement.name);
     let nothing = Evidence::of(&[]).expect("nothing lacks no column");
@@ -51,38 +53,26 @@ pub fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> De
             continue;
         }
         for claim in claims(evidence).into_iter().filter(is_meant) {
-            decisions.add(claim, looks);
+            add(&mut decisions, claim, looks);
         }
     }
     decisions
 }
 
-impl Decisions {
-    fn add(&mut self, claim: Claim, looks: NonZeroU32) {
-        let (name, expected) = (claim.statement.name, claim.statement.expected);
-        debug_assert_ne!(claim.statement.origin, Origin::Misprint);
-        match claim.outcome {
-            ClaimOutcome::Judged(judgement) if judgement.is_decided(expected, looks) => {
-                self.decided.push(name);
-            }
-            ClaimOutcome::Judged(judgement) => self.undecided.push(Undecided {
-                name,
-                surfaces: judgement.decided_with(expected, looks),
-            }),
-            ClaimOutcome::NotComputed(needs) => self.not_judged.push((name, needs)),
-            ClaimOutcome::Noted => {}
+/// Sorts a claim in by its outcome.
+fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
+    let (name, expected) = (claim.statement.name, claim.statement.expected);
+    debug_assert_ne!(claim.statement.origin, Origin::Misprint);
+    match claim.outcome {
+        ClaimOutcome::Judged(judgement) if judgement.is_decided(expected, looks) => {
+            decisions.decided.push(name);
         }
-    }
-
-    /// How many surfaces in place of so many would decide all claims that some number decides; `None`
-    /// without any.
-    pub fn wanted(&self, surfaces: u32) -> Option<u64> {
-        let wanted = self.undecided.iter().filter_map(|claim| {
-            let [now, needed] = claim.surfaces?;
-            // A spectrum with fewer surfaces than this stage draws has its own share of more.
-            Some((u64::from(surfaces) * needed as u64).div_ceil(now as u64))
-        });
-        wanted.max()
+        ClaimOutcome::Judged(judgement) => decisions.undecided.push(Undecided {
+            name,
+            surfaces: judgement.decided_with(expected, looks),
+        }),
+        ClaimOutcome::NotComputed(needs) => decisions.not_judged.push((name, needs)),
+        ClaimOutcome::Noted => {}
     }
 }
 

@@ -168,7 +168,7 @@ mod tests {
             statistics = [\"mean\"]
             "
         );
-        Plan::of(&Study::parse(&manifest, "study.toml", Path::new("")).unwrap())
+        Plan::of(&Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap())
     }
 
     #[test]

@@ -214,7 +214,7 @@ mod tests {
             "
         );
         let folder = std::path::Path::new("");
-        crate::study::Study::parse(&manifest, "study.toml", folder).unwrap()
+        crate::study::Study::parse(&manifest, "study.toml", folder, crate::study::no_claims).unwrap()
     }
 
     #[test]

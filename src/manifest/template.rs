@@ -21,7 +21,7 @@ mod tests {
     #[test]
     fn the_template_makes_sense_as_it_is() {
         let text = template("first");
-        let study = Study::parse(&text, "first.toml", Path::new(".")).unwrap();
+        let study = Study::parse(&text, "first.toml", Path::new("."), crate::study::no_claims).unwrap();
         assert_eq!(study.name, "first");
         assert!(study.warnings().is_empty());
         assert_eq!(Plan::of(&study).stages.len(), 5);

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use super::archive::Archive;
 use super::pieces::Pieces;
 use super::{ResultsError, digest, path};
-use crate::adaptive_sampling::{SampledStudy, SamplingError};
+use crate::adaptive_sampling::{ClaimRule, SampledStudy, SamplingError};
 use crate::diagnostics::ManifestErrors;
 use crate::plan::{Plan, PlannedStage};
 use crate::store::parquet::Metadata;
 use crate::store::source::TableSource;
 use crate::store::table::Table;
 use crate::store::{Store, StoreError, TaskTables};
-use crate::study::Study;
+use crate::study::{ClaimNames, Study};
 
 /// A study beside all that is there of it.
 #[derive(Debug)]
@@ -49,8 +49,13 @@ pub struct StageRows<T = Table> {
 ///
 /// # Errors
 /// Everything that is wrong with it.
-pub fn study(manifest: &Path, store: &Store, folder: &Path) -> Result<Study, ManifestErrors> {
-    Study::read_recalling(manifest, |name| {
+pub fn study(
+    manifest: &Path,
+    claims: ClaimNames,
+    store: &Store,
+    folder: &Path,
+) -> Result<Study, ManifestErrors> {
+    Study::read_recalling(manifest, claims, |name| {
         Archive::of(store.clone(), &folder.join(name)).recollection()
     })
 }
@@ -60,9 +65,14 @@ impl Reading {
     ///
     /// # Errors
     /// When a table cannot be read that tells how many surfaces it has.
-    pub fn of(study: Study, store: Store, folder: &Path) -> Result<Reading, SamplingError> {
+    pub fn of(
+        study: Study,
+        store: Store,
+        folder: &Path,
+        rule: &dyn ClaimRule,
+    ) -> Result<Reading, SamplingError> {
         let archive = Archive::of(store, &folder.join(&study.name));
-        let SampledStudy { study, plan, .. } = SampledStudy::of(study, &archive)?;
+        let SampledStudy { study, plan, .. } = SampledStudy::of(study, &archive, rule)?;
         Ok(Reading {
             study,
             plan,

@@ -34,7 +34,7 @@ impl TaskObserver for Silence {
 #[test]
 fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     let folder = tempfile::tempdir().unwrap();
-    let study = Study::parse(STUDY, "small.toml", Path::new("")).unwrap();
+    let study = Study::parse(STUDY, "small.toml", Path::new(""), crate::study::no_claims).unwrap();
     let mut plan = Plan::of(&study);
     // Petabytes.
     plan.tasks[0].nodes = [1 << 24; 2];

@@ -12,7 +12,7 @@ use crate::results::FIGURES;
 use crate::stages::{Kind, Recipe, Stage as _};
 use crate::study_evidence;
 
-pub use crate::claims::decisions::{Decisions, Undecided};
+pub use crate::adaptive_sampling::{Decisions, Undecided};
 pub use crate::claims::intervals::Bound;
 pub use crate::claims::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement, Verdict};
 

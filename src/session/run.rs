@@ -11,6 +11,7 @@ use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
 use super::options::{CHECKPOINT_EVERY, RunOptions, Selection};
 use super::{Session, failures};
+use crate::claims::decisions::PaperClaims;
 use crate::exceeded_hardness;
 use crate::memory::{self, Allowance};
 use crate::plan::Plan;
@@ -72,7 +73,7 @@ impl<'a> PreparedRun<'a> {
             session.tell(Event::Notice(Notice::Study(warning)));
         }
         let store = session.open()?;
-        let sampled = SampledStudy::of(study, &store)?;
+        let sampled = SampledStudy::of(study, &store, &PaperClaims)?;
         if !options.replace {
             let folder = session.data().results_of(&sampled.plan.study);
             let archive = Archive::of(store.clone(), &folder);
@@ -195,7 +196,7 @@ impl<'a> PreparedRun<'a> {
             outcome.append(round);
             // What has failed is tried again, and told of, with all the rest.
             outcome.failed.clear();
-            let sampled = SampledStudy::of(self.sampled.study.clone(), &self.store)?;
+            let sampled = SampledStudy::of(self.sampled.study.clone(), &self.store, &PaperClaims)?;
             outcome = outcome.moved(self.plan(), &sampled.plan);
             self.sampled = sampled;
             self.look();

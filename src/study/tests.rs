@@ -34,7 +34,7 @@ fn every_mistake_is_explained() {
     for path in paths {
         let name = path.file_stem().unwrap().to_str().unwrap();
         let text = fs::read_to_string(&path).unwrap();
-        let errors = Study::parse(&text, &format!("{name}.toml"), &folder());
+        let errors = Study::parse(&text, &format!("{name}.toml"), &folder(), crate::study::no_claims);
         let page = errors.expect_err(name).render(false);
         settings.bind(|| insta::assert_snapshot!(name, page));
     }
@@ -121,7 +121,7 @@ sql = "select count(*) as n from area"
 "#;
 
 fn parse(text: &str) -> Result<Study, ManifestErrors> {
-    Study::parse(text, "test.toml", &folder())
+    Study::parse(text, "test.toml", &folder(), crate::study::no_claims)
 }
 
 #[track_caller]
@@ -349,7 +349,7 @@ fn manifests_that_ship_make_sense() {
     let entries = fs::read_dir(root.join("manifests")).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
     for path in paths.filter(|path| path.extension().is_some_and(|end| end == "toml")) {
-        if let Err(errors) = Study::read(&path) {
+        if let Err(errors) = Study::read(&path, crate::study::no_claims) {
             panic!("{}", errors.render(false));
         }
     }
@@ -357,7 +357,7 @@ fn manifests_that_ship_make_sense() {
 
 #[test]
 fn a_manifest_that_cannot_be_read_says_why() {
-    let missing = Study::read(Path::new("no/such.toml")).unwrap_err();
+    let missing = Study::read(Path::new("no/such.toml"), crate::study::no_claims).unwrap_err();
     assert!(
         missing
             .render(false)
@@ -366,6 +366,6 @@ fn a_manifest_that_cannot_be_read_says_why() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("latin.toml");
     fs::write(&file, b"[study]\nname = \"\xe9\"\n").unwrap();
-    let latin = Study::read(&file).unwrap_err().render(false);
+    let latin = Study::read(&file, crate::study::no_claims).unwrap_err().render(false);
     assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
 }

@@ -2,8 +2,8 @@
 
 use arrow::datatypes::DataType;
 
+use super::ClaimNames;
 use super::graph::Graph;
-use crate::claims::decisions;
 use crate::claims::intervals::FEWEST_SURFACES;
 use crate::diagnostics::{Problem, Problems, did_you_mean, listed};
 use crate::manifest::StageTable;
@@ -60,17 +60,18 @@ pub fn looked_at(stages: &[StageTable]) -> Vec<usize> {
 }
 
 /// Checks that conditions on means look at tables with rows for each surface, and those on claims at
-/// claims that surfaces decide; `empty` gives the tables of stages without rows, as far as they are known.
+/// claims that surfaces decide; `empty` gives the tables of stages without rows, as far as they are
+/// known, and `claims` the names of all claims.
 pub fn check<'t>(
     stages: &[StageTable],
     graph: &Graph,
-    empty: impl Fn(usize) -> Option<&'t Table>,
+    (empty, claims): (impl Fn(usize) -> Option<&'t Table>, ClaimNames),
     problems: &mut Problems,
 ) {
     for condition in conditions(stages) {
         let problem = match &condition.until {
             Until::Mean(mean) => of_mean(&condition, mean, stages, graph, &empty),
-            Until::Claims(names) => of_claims(&condition, names),
+            Until::Claims(names) => of_claims(&condition, names, &claims()),
         };
         problem
             .into_iter()
@@ -117,11 +118,10 @@ fn of_mean<'t>(
     Some(condition.problem(message, &label).help(help))
 }
 
-fn of_claims(condition: &Conditional, names: &[String]) -> Option<Problem> {
-    let known = decisions::names();
+fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Option<Problem> {
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         let message = format!("there is no claim `{unknown}` that surfaces decide");
-        let label = meant(unknown, known.into_iter(), "unknown claim");
+        let label = meant(unknown, known.iter().copied(), "unknown claim");
         let help = "`asperity claims` lists them; closed forms decide some, whatever the surfaces";
         return Some(condition.problem(message, &label).help(help));
     }

@@ -2,7 +2,7 @@
 
 use super::flow;
 use super::graph::{self, Graph};
-use super::{Stage, Study, Work, until};
+use super::{ClaimNames, Stage, Study, Work, until};
 use crate::diagnostics::{Problem, Problems, Span};
 use crate::manifest::{Manifest, StageTable, StudyTable};
 use crate::stages::Given;
@@ -22,6 +22,7 @@ const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
 pub fn validate(
     manifest: &Manifest,
     sources: SurfaceFiles,
+    claims: ClaimNames,
     problems: &mut Problems,
 ) -> Option<Study> {
     let (name, seed) = validate_study(&manifest.study, problems);
@@ -49,7 +50,7 @@ pub fn validate(
             validator.stage(stage, graph.inputs[stage].as_deref(), problems);
     }
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
-    until::check(&manifest.stages, &graph, empty, problems);
+    until::check(&manifest.stages, &graph, (empty, claims), problems);
     let mut place = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
     sorted.for_each(|(position, &stage)| place[stage] = position);

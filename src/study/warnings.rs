@@ -274,7 +274,7 @@ correction = ["none", "2017"]
 "#;
 
     fn told(manifest: &str) -> Vec<String> {
-        let study = Study::parse(manifest, "coarse.toml", Path::new("")).unwrap();
+        let study = Study::parse(manifest, "coarse.toml", Path::new(""), crate::study::no_claims).unwrap();
         study.warnings().iter().map(ToString::to_string).collect()
     }
 

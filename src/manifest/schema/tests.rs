@@ -16,7 +16,7 @@ fn root() -> &'static Path {
 }
 
 fn study(text: &str) -> Result<Study, ManifestErrors> {
-    Study::parse(text, "test.toml", &root().join("tests/manifests"))
+    Study::parse(text, "test.toml", &root().join("tests/manifests"), crate::study::no_claims)
 }
 
 /// Whether a value satisfies a schema; knows what [`schema`] uses of JSON Schema, and no more.

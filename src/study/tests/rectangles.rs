@@ -29,7 +29,7 @@ fn warnings(rest: &str) -> Vec<String> {
 }
 
 fn message(kind: &str, rest: &str) -> String {
-    let errors = Study::parse(&text(kind, rest), "s.toml", &folder());
+    let errors = Study::parse(&text(kind, rest), "s.toml", &folder(), crate::study::no_claims);
     errors.expect_err(rest).render(false)
 }
 

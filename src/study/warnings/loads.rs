@@ -57,7 +57,7 @@ mod tests {
             "[study]\nname = \"units\"\n[stage.rough]\nkind = \"generate\"\nnodes = 64\nhurst = 0.8\n\
              k_lower = 2\nk_upper = 8\n[stage.pressed]\nkind = \"solve\"\nfrom = \"rough\"\n{keys}"
         );
-        let study = Study::parse(&text, "units.toml", Path::new("")).unwrap();
+        let study = Study::parse(&text, "units.toml", Path::new(""), crate::study::no_claims).unwrap();
         let warnings = study.warnings().into_iter();
         let pressed = warnings.filter(|warning| warning.stage == "pressed");
         pressed.map(|warning| warning.message).collect()
