@@ -46,13 +46,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::contact::instructions::Instructions;
-use crate::data_folder::DataFolder;
-use crate::diagnostics::{chain, counted};
 use crate::session::{Event, Session, SessionError, UnknownName};
-use crate::study::Warning;
+use asperity_contact::instructions::Instructions;
+use asperity_manifest::diagnostics::{chain, counted};
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::study::Warning;
 
-pub use crate::stages::aggregate::sql::silence_panics;
+pub use asperity_stages::aggregate::sql::silence_panics;
 
 /// Statistical studies of rough contact.
 ///

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | a manifest and its data: check, plan, run, read, ask in SQL, report | [`session::Session`] |
 //! | a manifest's text and its tasks, before anything is computed | [`study::Study`], [`plan::Plan`] |
-//! | tables, their columns and files | [`store::table::Table`], [`store::parquet`] |
+//! | tables, their columns and files | [`tables::table::Table`], [`tables::parquet`] |
 //! | where nodes lie | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
 //! | heights: drawn, of a simple shape, from a file, any | [`RandomSurface`](contact::topography::random::RandomSurface), [`Shape`](contact::topography::shapes::Shape), [`read_npy`](contact::topography::measured::read_npy), [`Surface`](contact::topography::surface::Surface) |
 //! | maps of heights in the files of instruments | [`read`](topography_files::read), [`TopographyFile`](topography_files::TopographyFile) |
@@ -17,17 +17,17 @@
 //! | surfaces and contacts by the keys of a manifest, without one | [`direct::draw`], [`direct::Pressing`] |
 //! | what contact looks like | [`ContactMap`](contact::morphology::map::ContactMap), [`ContactArea`](contact::morphology::area::ContactArea), [`Clusters`](contact::morphology::clusters::Clusters) |
 //! | what it should be | [`persson`](contact::theory::persson), [`Asperities`](contact::theory::models::asperities::Asperities), [`ContactEvolution`](contact::theory::law::ContactEvolution) |
-//! | laws fitted to curves of many surfaces | [`fitting`] |
+//! | laws fitted to curves of many surfaces | [`statistics`] |
 //!
 //! A surface under a few loads, in units of E* × its rms slope, which is one here:
 //!
 //! ```
-//! use asperity::contact::elasticity::PeriodicHalfSpace;
-//! use asperity::contact::grid::Grid;
-//! use asperity::contact::morphology::{area::ContactArea, map::ContactMap};
-//! use asperity::contact::solver::{Settings, Solver, Stop};
-//! use asperity::contact::topography::random::{Amplitude, RandomSurface};
-//! use asperity::contact::topography::spectrum::Spectrum;
+//! use asperity_contact::elasticity::PeriodicHalfSpace;
+//! use asperity_contact::grid::Grid;
+//! use asperity_contact::morphology::{area::ContactArea, map::ContactMap};
+//! use asperity_contact::solver::{Settings, Solver, Stop};
+//! use asperity_contact::topography::random::{Amplitude, RandomSurface};
+//! use asperity_contact::topography::spectrum::Spectrum;
 //!
 //! let grid = Grid::square(64, 1.0)?;
 //! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
@@ -44,7 +44,7 @@
 //!     assert!(contact.fraction() > lighter);
 //!     lighter = contact.fraction();
 //! }
-//! # Ok::<(), asperity::contact::grid::GridError>(())
+//! # Ok::<(), asperity_contact::grid::GridError>(())
 //! ```
 //!
 //! Modules that are not here are the crate's own: `docs/architecture.md` has all of them, and which
@@ -58,54 +58,20 @@
 // What something public returns has a public name, too.
 #![warn(unnameable_types)]
 
-#[allow(
-    unnameable_types,
-    reason = "sealed: the numbers that transforms are for"
-)]
-pub mod contact;
-pub mod direct;
-pub mod fitting;
-pub mod plan;
 pub mod session;
-pub mod store;
-pub mod study;
-mod study_evidence;
-pub mod topography_files;
 
 /// The command: what it prints is for people, and no function of it for programs.
 #[doc(hidden)]
 pub mod cli;
+
+mod share;
+mod verify;
+
+pub use asperity_contact as contact;
+pub use asperity_pipeline::{direct, plan, study};
 /// What fuzzing needs of it.
 #[doc(hidden)]
-pub mod spectrum_files;
-
-mod adaptive_sampling;
-mod caveats;
-mod checkpoints;
-mod claims;
-mod cluster;
-mod cost;
-mod data_folder;
-mod decimal;
-mod diagnostics;
-mod ensemble;
-mod exceeded_hardness;
-mod expression;
-mod failures;
-mod figures;
-mod manifest;
-mod memory;
-mod names;
-mod parallel;
-mod processor;
-mod prune;
-mod reasons;
-mod report;
-mod results;
-mod runner;
-mod share;
-mod stages;
-mod surface_files;
-mod verify;
-mod worklist;
-mod written;
+pub use asperity_stages::spectrum_files;
+pub use asperity_statistics as statistics;
+pub use asperity_tables as tables;
+pub use asperity_topography_files as topography_files;

@@ -71,20 +71,20 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use crate::claims::decisions::PaperClaims;
-use crate::prune;
-use crate::reasons::record::Record;
-use crate::results::reading;
-use crate::store::Store;
-use crate::store::table::Table;
-use crate::store::writer::Moment;
-use crate::study::Study;
+use asperity_claims::decisions::PaperClaims;
+use asperity_pipeline::prune;
+use asperity_pipeline::reasons::record::Record;
+use asperity_pipeline::results::reading;
+use asperity_pipeline::study::Study;
+use asperity_tables::store::Store;
+use asperity_tables::store::writer::Moment;
+use asperity_tables::table::Table;
 
-pub use crate::claims::decisions::names as claim_names;
-pub use crate::cluster::shard::{NoShard, Shard};
-pub use crate::data_folder::DataFolder;
-pub use crate::results::reading::{Reading, StageRows};
 pub use advice::StudyAdvice;
+pub use asperity_claims::decisions::names as claim_names;
+pub use asperity_pipeline::cluster::shard::{NoShard, Shard};
+pub use asperity_pipeline::data_folder::DataFolder;
+pub use asperity_pipeline::results::reading::{Reading, StageRows};
 pub use claims::StudyClaims;
 pub use columns::DescribedColumns;
 pub use error::{SessionError, UnknownName};
@@ -232,7 +232,7 @@ impl Session<'_> {
     /// # Errors
     /// When the table is damaged.
     pub fn failures(&self) -> Result<Table, SessionError> {
-        self.table(crate::names::FAILURES)
+        self.table(asperity_manifest::names::FAILURES)
     }
 
     /// The answer to a query in the SQL of polars, in which every stage is a table.

@@ -6,15 +6,16 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::names;
-use crate::parallel;
-use crate::plan::Plan;
-use crate::report::seal;
-use crate::results;
-use crate::store::files::{quarantine, verify_whole};
-use crate::store::listing::{self, Found, What};
-use crate::store::parquet::ParquetError;
-use crate::store::{Store, StoreError};
+use asperity_manifest::names;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results;
+use asperity_report::seal;
+use asperity_tables::parallel;
+use asperity_tables::parquet::ParquetError;
+use asperity_tables::store::files::{quarantine, verify_whole};
+use asperity_tables::store::listing;
+use asperity_tables::store::listing::{Found, What};
+use asperity_tables::store::{Store, StoreError};
 
 /// A file that is damaged, or cannot be read.
 #[derive(Debug)]

@@ -5,7 +5,7 @@
 #![no_main]
 
 use asperity::contact::topography::spectral_density::SpectralDensity;
-use asperity::spectrum_files::read;
+use asperity::stages::spectrum_files::read;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(init: {

@@ -4,9 +4,9 @@
 //! what is fuzzed is what a forger with the right digest could do.
 #![no_main]
 
-use asperity::store::parquet::digest::seal;
-use asperity::store::parquet::{Columns, decode_bytes};
-use asperity::store::provenance::Provenance;
+use asperity::tables::parquet::digest::seal;
+use asperity::tables::parquet::{Columns, decode_bytes};
+use asperity::tables::store::provenance::Provenance;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(init: {

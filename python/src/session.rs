@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use asperity::cli::terminal::escaped;
-use asperity::session::{self, ReportOptions, RunOptions, RunReport, SessionError, Status};
+use asperity::session;
+use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Status};
 use bytesize::ByteSize;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

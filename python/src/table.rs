@@ -6,7 +6,7 @@ use arrow::ffi::FFI_ArrowSchema;
 use arrow::ffi_stream::FFI_ArrowArrayStream;
 use arrow::record_batch::RecordBatchIterator;
 use arrow::util::display::array_value_to_string;
-use asperity::store::table;
+use asperity::tables::table;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyList};

@@ -8,8 +8,8 @@ use asperity::contact::theory::law::ContactEvolution;
 use asperity::contact::theory::models::AsperityModel;
 use asperity::contact::theory::models::asperities::{Asperities, Contact};
 use asperity::contact::theory::persson as theory;
-use asperity::fitting::evolution::{EvolutionProblem, Kappa, Quantity};
-use asperity::fitting::{Curves, Window};
+use asperity::statistics::evolution::{EvolutionProblem, Kappa, Quantity};
+use asperity::statistics::{Curves, Window};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 

@@ -10,8 +10,8 @@ use super::Failure;
 use super::counted;
 use super::forecast::core_hours;
 use super::terminal::stdout;
-use crate::data_folder::DataFolder;
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
+use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use super::Failure;
 use super::terminal::stdout;
-use crate::data_folder::DataFolder;
-use crate::diagnostics::listed;
+use asperity_manifest::diagnostics::listed;
+use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

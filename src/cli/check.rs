@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use super::terminal::stdout;
 use super::{Failure, counted};
-use crate::data_folder::DataFolder;
-use crate::plan::Plan;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::plan::Plan;
 
 #[derive(clap::Args)]
 pub struct Arguments {

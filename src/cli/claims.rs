@@ -11,9 +11,9 @@ use std::slice;
 
 use super::Failure;
 use super::terminal::stdout;
-use crate::claims::{Claim, ClaimOutcome};
-use crate::data_folder::DataFolder;
 use crate::session::StudyClaims;
+use asperity_claims::{Claim, ClaimOutcome};
+use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -8,9 +8,9 @@ use comfy_table::{ContentArrangement, Table as Grid, presets};
 
 use super::Failure;
 use super::terminal::stdout;
-use crate::data_folder::DataFolder;
 use crate::session::DescribedColumns;
-use crate::store::column::Description;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_tables::column::Description;
 
 #[derive(clap::Args)]
 pub struct Arguments {

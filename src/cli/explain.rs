@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use super::forecast::{self, core_hours};
 use super::terminal::stdout;
 use super::{Failure, counted, json};
-use crate::data_folder::DataFolder;
-use crate::reasons::Group;
 use crate::session::status::StageStatus;
 use crate::session::{SessionError, Status, UnknownName};
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::reasons::Group;
 
 /// More reasons in one stage are not read by anybody; `--json` has them all.
 const MOST_REASONS: usize = 20;

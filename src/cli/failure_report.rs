@@ -4,9 +4,9 @@ use arrow::array::Array;
 use arrow::util::display::array_value_to_string;
 
 use super::{counted, warn};
-use crate::failures::{COMMAND, FAILED, NOT_STARTED, OUTCOME, REASON, STAGE};
-use crate::stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
-use crate::store::table::{Table, TableError};
+use asperity_pipeline::failures::{COMMAND, FAILED, NOT_STARTED, OUTCOME, REASON, STAGE};
+use asperity_stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
+use asperity_tables::table::{Table, TableError};
 
 /// Failures that are told one by one; the table has them all.
 const TOLD: usize = 10;

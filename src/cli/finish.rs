@@ -12,9 +12,9 @@ use super::run::told;
 use super::signals::{Patience, StopSignal};
 use super::terminal::stdout;
 use super::{Failure, warn};
-use crate::cluster::sizing::ranges;
-use crate::data_folder::DataFolder;
 use crate::session::{FinishOptions, FinishOutcome, RunOptions, Session};
+use asperity_pipeline::cluster::sizing::ranges;
+use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -8,10 +8,10 @@ use arrow::datatypes::DataType;
 use comfy_table::{CellAlignment, Table as Grid, presets};
 
 use super::{Failure, counted};
-use crate::diagnostics::wrapped;
-use crate::store::StoreError;
-use crate::store::cells::cells;
-use crate::store::source::TableSource;
+use asperity_manifest::diagnostics::wrapped;
+use asperity_tables::cells::cells;
+use asperity_tables::source::TableSource;
+use asperity_tables::store::StoreError;
 
 /// Columns of text where the output is no terminal.
 const WIDTH: usize = 120;
@@ -159,8 +159,8 @@ fn grid(columns: &[Printed], rows: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::column::{Column, ColumnKind, integers, reals, texts};
-    use crate::store::table::Table;
+    use asperity_tables::column::{Column, ColumnKind, integers, reals, texts};
+    use asperity_tables::table::Table;
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
     const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");

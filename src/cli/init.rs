@@ -7,9 +7,9 @@ use std::process::ExitCode;
 
 use super::terminal::stdout;
 use super::{Failure, Misused};
-use crate::manifest::{SCHEMA, schema, template};
-use crate::names;
-use crate::store::StoreError;
+use asperity_manifest::names;
+use asperity_pipeline::manifest::{SCHEMA, schema, template};
+use asperity_tables::store::StoreError;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::adaptive_sampling::AdaptiveStage;
 use crate::session::Status;
 use crate::session::status::StageCount;
+use asperity_pipeline::adaptive_sampling::AdaptiveStage;
 
 /// What is told of stages, and of the study.
 pub fn status(status: &Status, stages: impl Iterator<Item = Value>) -> Value {

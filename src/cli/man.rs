@@ -8,8 +8,8 @@ use clap::CommandFactory;
 
 use super::Failure;
 use super::terminal::stdout;
-use crate::store::StoreError;
-use crate::store::files::make_folder;
+use asperity_tables::store::StoreError;
+use asperity_tables::store::files::make_folder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -6,8 +6,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::{Failure, Misused};
-use crate::store::StoreError;
-use crate::store::files::{Existing, write_file};
+use asperity_tables::store::StoreError;
+use asperity_tables::store::files::{Existing, write_file};
 
 /// The first bytes of every PNG file.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";

@@ -9,10 +9,10 @@ use serde_json::json;
 use super::table::write_json;
 use super::terminal::stdout;
 use super::{Failure, counted, forecast, json};
-use crate::data_folder::DataFolder;
-use crate::reasons::Group;
 use crate::session::Status;
 use crate::session::status::StageStatus;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::reasons::Group;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -11,14 +11,14 @@ use serde_json::json;
 
 use super::terminal::stdout;
 use super::{Failure, counted};
-use crate::adaptive_sampling;
-use crate::data_folder::DataFolder;
-use crate::prune;
-use crate::store::listing::{Found, What};
-use crate::store::lock::Lock;
-use crate::store::parquet;
-use crate::store::provenance::Provenance;
-use crate::store::writer::Moment;
+use asperity_pipeline::adaptive_sampling;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::prune;
+use asperity_tables::parquet;
+use asperity_tables::store::listing::{Found, What};
+use asperity_tables::store::lock::Lock;
+use asperity_tables::store::provenance::Provenance;
+use asperity_tables::store::writer::Moment;
 
 #[derive(clap::Args)]
 pub struct Arguments {

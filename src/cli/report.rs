@@ -6,10 +6,10 @@ use std::process::ExitCode;
 
 use super::terminal::stdout;
 use super::{Failure, counted};
-use crate::data_folder::DataFolder;
-use crate::report::Report;
-use crate::report::bars::Bars;
 use crate::session::ReportOptions;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_report::Report;
+use asperity_report::bars::Bars;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -13,10 +13,10 @@ use super::progress::Console;
 use super::signals::{Patience, StopSignal};
 use super::terminal::stdout;
 use super::{Failure, chain, counted, json, summary};
-use crate::data_folder::DataFolder;
-use crate::runner::{RunOutcome, TaskError};
 use crate::session::status::StageCount;
 use crate::session::{RunOptions, RunReport, Selection, Session, Shard};
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::runner::{RunOutcome, TaskError};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -199,7 +199,7 @@ mod tests {
     use std::io;
 
     use super::*;
-    use crate::store::StoreError;
+    use asperity_tables::store::StoreError;
 
     #[test]
     fn what_to_do_depends_on_why_nothing_can_be_stored() {

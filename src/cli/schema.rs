@@ -10,7 +10,7 @@ use super::terminal::stdout;
 pub struct Arguments {}
 
 pub fn run(_: &Arguments) -> Result<ExitCode, Failure> {
-    let schema = serde_json::to_string_pretty(&crate::manifest::schema())?;
+    let schema = serde_json::to_string_pretty(&asperity_pipeline::manifest::schema())?;
     writeln!(stdout(), "{schema}")?;
     Ok(ExitCode::SUCCESS)
 }

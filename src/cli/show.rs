@@ -11,11 +11,11 @@ use comfy_table::{ContentArrangement, Table as Grid, presets};
 
 use super::terminal::stdout;
 use super::{Failure, counted};
-use crate::data_folder::DataFolder;
 use crate::session::task_names;
-use crate::store::files::read_whole;
-use crate::store::parquet::{Columns, Metadata};
-use crate::store::table::Table;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_tables::parquet::{Columns, Metadata};
+use asperity_tables::store::files::read_whole;
+use asperity_tables::table::Table;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -10,9 +10,9 @@ use super::forecast::core_hours;
 use super::submit::in_hours;
 use super::terminal::stdout;
 use super::{Failure, counted};
-use crate::data_folder::DataFolder;
 use crate::session::Progress;
 use crate::session::progress::Queue;
+use asperity_pipeline::data_folder::DataFolder;
 
 /// Time between looks.
 const EVERY: Duration = Duration::from_secs(10);

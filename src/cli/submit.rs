@@ -10,11 +10,12 @@ use bytesize::ByteSize;
 use super::forecast::core_hours;
 use super::terminal::stdout;
 use super::{Failure, Misused, counted};
-use crate::cluster::settings::{self, MOST_HOURS, Settings};
-use crate::cluster::submission::Submission;
-use crate::data_folder::DataFolder;
-use crate::diagnostics::listed;
 use crate::session::{PlannedSubmission, SubmitOptions};
+use asperity_manifest::diagnostics::listed;
+use asperity_pipeline::cluster::settings;
+use asperity_pipeline::cluster::settings::{MOST_HOURS, Settings};
+use asperity_pipeline::cluster::submission::Submission;
+use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

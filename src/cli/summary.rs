@@ -1,9 +1,9 @@
 //! What a study has found, a line per stage.
 
 use super::{Failure, counted};
-use crate::plan::{Plan, PlannedStage};
-use crate::results::PublishedTable;
-use crate::store::source::TableSource;
+use asperity_pipeline::plan::{Plan, PlannedStage};
+use asperity_pipeline::results::PublishedTable;
+use asperity_tables::source::TableSource;
 
 /// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
 /// named: all others have tasks that nobody asked for.

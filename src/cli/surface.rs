@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use self::words::write_summary;
 use super::terminal::stdout;
 use super::{Failure, Misused, picture_file, unknown};
-use crate::figures::raster::Raster;
-use crate::surface_files::{LARGEST, SurfaceFileError, read_regular};
-use crate::topography_files::{
+use asperity_report::charts::raster::Raster;
+use asperity_stages::surface_files::{LARGEST, SurfaceFileError, read_regular};
+use asperity_topography_files::{
     Channel, ChannelError, HeightMap, Size, Statistics, TopographyFile, TopographyFileError, read,
 };
 

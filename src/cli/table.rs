@@ -12,9 +12,9 @@ use arrow::record_batch::RecordBatch;
 use super::grid::{self, ColumnLayout};
 use super::terminal::{Output, stdout};
 use super::{Failure, unknown};
-use crate::data_folder::DataFolder;
-use crate::parallel;
-use crate::store::source::TableSource;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_tables::parallel;
+use asperity_tables::source::TableSource;
 
 /// Rows that are turned into text at once.
 const CHUNK: usize = 1024;

@@ -9,8 +9,8 @@ use serde_json::json;
 
 use super::terminal::stdout;
 use super::{Failure, chain, counted};
-use crate::data_folder::DataFolder;
 use crate::verify::{self, Finding};
+use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

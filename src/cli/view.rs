@@ -16,12 +16,12 @@ use self::choice::{Coordinate, TaskChoice};
 use self::picture::Picture;
 use super::terminal::stdout;
 use super::{Failure, Misused, picture_file};
-use crate::data_folder::DataFolder;
-use crate::diagnostics::listed;
 use crate::session::task_names;
-use crate::stages::generate::PerAxis;
-use crate::store::key::TaskKey;
-use crate::surface_files::SurfaceFiles;
+use asperity_manifest::diagnostics::listed;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_stages::generate::PerAxis;
+use asperity_stages::surface_files::SurfaceFiles;
+use asperity_tables::store::key::TaskKey;
 
 /// Digits of a key in the name of a file.
 const KEY_DIGITS: usize = 8;

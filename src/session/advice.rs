@@ -5,18 +5,19 @@ use std::collections::BTreeMap;
 
 use super::Session;
 use super::error::SessionError;
-use crate::cost::CostModel;
-use crate::ensemble::Point;
-use crate::plan::{Plan, PlannedStage};
-use crate::results::reading::Reading;
-use crate::stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
-use crate::stages::fit::laws::Law;
-use crate::stages::fit::limits::octaves::{self, Advised, Octave};
-use crate::stages::fit::limits::{Group, LimitChoices, groups};
-use crate::stages::fit::{self};
-use crate::stages::{Kind, Recipe};
-use crate::store::column::Role;
-use crate::store::table::Table;
+use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::plan::{Plan, PlannedStage};
+use asperity_pipeline::results::reading::Reading;
+use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
+use asperity_stages::ensemble::Point;
+use asperity_stages::fit;
+use asperity_stages::fit::laws::Law;
+use asperity_stages::fit::limits::octaves;
+use asperity_stages::fit::limits::octaves::{Advised, Octave};
+use asperity_stages::fit::limits::{Group, LimitChoices, groups};
+use asperity_stages::{Kind, Recipe};
+use asperity_tables::column::Role;
+use asperity_tables::table::Table;
 
 /// What is advised of all fits of limits of a study.
 #[derive(Debug)]

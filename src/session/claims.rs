@@ -4,17 +4,19 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::{SessionError, UnknownName};
-use crate::claims::{self, Evidence};
-use crate::cost::CostModel;
-use crate::ensemble::Point;
-use crate::plan::Plan;
-use crate::results::FIGURES;
-use crate::stages::{Kind, Recipe, Stage as _};
-use crate::study_evidence;
+use asperity_claims::Evidence;
+use asperity_claims::study_evidence;
+use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::FIGURES;
+use asperity_stages::ensemble::Point;
+use asperity_stages::{Kind, Recipe, Stage as _};
 
-pub use crate::adaptive_sampling::{Decisions, Undecided};
-pub use crate::claims::intervals::Bound;
-pub use crate::claims::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement, Verdict};
+pub use asperity_claims::{
+    Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement, Verdict,
+};
+pub use asperity_pipeline::adaptive_sampling::{Decisions, Undecided};
+pub use asperity_statistics::intervals::Bound;
 
 /// All claims, judged by what a study has found.
 #[derive(Debug)]
@@ -43,7 +45,7 @@ impl StudyClaims {
         }
         let evidence = study_evidence::of(&reading.study, plan, &tables)?;
         Ok(StudyClaims {
-            claims: claims::all(&evidence),
+            claims: asperity_claims::all(&evidence),
             evidence,
             missing,
             figures: session.data().results_of(&plan.study).join(FIGURES),

@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::error::{SessionError, UnknownName};
-use crate::results;
-use crate::stages::{Kind, columns_of};
-use crate::store::column::Description;
-use crate::store::table::Table;
-use crate::study::Study;
+use asperity_pipeline::results;
+use asperity_pipeline::study::Study;
+use asperity_stages::{Kind, columns_of};
+use asperity_tables::column::Description;
+use asperity_tables::table::Table;
 
 /// The columns of a stage's table, or those that a kind of stage may have.
 #[derive(Debug, Clone, Serialize)]

@@ -3,24 +3,24 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
-use crate::store::StoreError;
-use crate::store::key::{NoKey, TaskKey};
-use crate::store::table::TableError;
+use asperity_manifest::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
+use asperity_tables::store::StoreError;
+use asperity_tables::store::key::{NoKey, TaskKey};
+use asperity_tables::table::TableError;
 
-pub use crate::adaptive_sampling::SamplingError;
-pub use crate::cluster::script::ControlCharacter;
-pub use crate::cluster::slurm::SlurmError;
-pub use crate::figures::pixels::PixelsError;
-pub use crate::memory::TooLarge;
-pub use crate::report::ReportError;
-pub use crate::results::ResultsError;
-pub use crate::results::owner::Taken;
 pub use crate::share::error::ShareError;
-pub use crate::stages::StageError;
-pub use crate::stages::aggregate::sql::QueryError;
-pub use crate::stages::generate::map_file::MapFileError;
-pub use crate::surface_files::{ContentHash, SurfaceFileError};
+pub use asperity_pipeline::adaptive_sampling::SamplingError;
+pub use asperity_pipeline::cluster::script::ControlCharacter;
+pub use asperity_pipeline::cluster::slurm::SlurmError;
+pub use asperity_pipeline::memory::TooLarge;
+pub use asperity_pipeline::results::ResultsError;
+pub use asperity_pipeline::results::owner::Taken;
+pub use asperity_report::ReportError;
+pub use asperity_report::charts::pixels::PixelsError;
+pub use asperity_stages::StageError;
+pub use asperity_stages::aggregate::sql::QueryError;
+pub use asperity_stages::generate::map_file::MapFileError;
+pub use asperity_stages::surface_files::{ContentHash, SurfaceFileError};
 
 /// A session cannot do what it was asked.
 #[derive(Debug, thiserror::Error)]

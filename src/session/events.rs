@@ -5,14 +5,14 @@ use std::path::Path;
 
 use bytesize::ByteSize;
 
-use crate::diagnostics::{chain, counted};
-use crate::plan::Plan;
-use crate::store::StoreError;
-use crate::store::table::Table;
-use crate::study::Warning;
+use asperity_manifest::diagnostics::{chain, counted};
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::study::Warning;
+use asperity_tables::store::StoreError;
+use asperity_tables::table::Table;
 
-pub use crate::memory::Allowance;
-pub use crate::runner::Damage;
+pub use asperity_pipeline::memory::Allowance;
+pub use asperity_pipeline::runner::Damage;
 
 /// Hears what happens while a session works, some of it from the threads that compute. Every
 /// `Fn(Event)` that threads may share is one.

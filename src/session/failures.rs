@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use super::Session;
 use super::error::SessionError;
-use crate::failures::{self, Failures, stacked};
-use crate::plan::Plan;
-use crate::results::PublishedTable;
-use crate::runner::RunOutcome;
-use crate::store::Store;
-use crate::store::key::TaskKey;
-use crate::store::table::{Table, TableError};
+use asperity_pipeline::failures;
+use asperity_pipeline::failures::{Failures, stacked};
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::PublishedTable;
+use asperity_pipeline::runner::RunOutcome;
+use asperity_tables::store::Store;
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::table::{Table, TableError};
 
 /// The tasks that a run could not compute, a row each.
 pub fn of_run(session: &Session, plan: &Plan, outcome: &RunOutcome) -> Result<Table, TableError> {

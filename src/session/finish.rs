@@ -9,12 +9,13 @@ use super::{
     Report, ReportOptions, RunOptions, RunReport, SampledStudy, Selection, Session, SessionError,
     report,
 };
-use crate::cluster::receipts::{self, Receipt};
-use crate::cluster::shard::Shard;
-use crate::cluster::sizing;
-use crate::cluster::submission::{Round, Submission, name_of};
-use crate::plan::Plan;
-use crate::runner;
+use asperity_pipeline::cluster::receipts;
+use asperity_pipeline::cluster::receipts::Receipt;
+use asperity_pipeline::cluster::shard::Shard;
+use asperity_pipeline::cluster::sizing;
+use asperity_pipeline::cluster::submission::{Round, Submission, name_of};
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::runner;
 
 /// The last job computes by itself what takes its cores no longer than so many hours.
 const LITTLE: f64 = 1.0 / 12.0;

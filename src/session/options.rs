@@ -7,11 +7,11 @@ use bytesize::ByteSize;
 
 use super::error::TaskNameError;
 use super::task_names::planned;
-use crate::cluster::shard::Shard;
-use crate::contact::threads::available_cores;
-use crate::plan::Plan;
-use crate::runner;
-use crate::store::Store;
+use asperity_contact::threads::available_cores;
+use asperity_pipeline::cluster::shard::Shard;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::runner;
+use asperity_tables::store::Store;
 
 /// What a run shall do, and with what. The default computes all that is missing.
 #[derive(Debug, Clone, Default)]

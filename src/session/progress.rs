@@ -7,13 +7,14 @@ use serde::Serialize;
 use super::status::StageCount;
 use super::submission::{measured, queued};
 use super::{SampledStudy, Session, SessionError};
-use crate::cluster::receipts::{self, Receipt};
-use crate::cluster::slurm::{Queued, SlurmError};
-use crate::cluster::submission::name_of;
-use crate::runner;
-use crate::stages::Kind;
+use asperity_pipeline::cluster::receipts;
+use asperity_pipeline::cluster::receipts::Receipt;
+use asperity_pipeline::cluster::slurm::{Queued, SlurmError};
+use asperity_pipeline::cluster::submission::name_of;
+use asperity_pipeline::runner;
+use asperity_stages::Kind;
 
-pub use crate::cluster::receipts::FailedTask;
+pub use asperity_pipeline::cluster::receipts::FailedTask;
 
 /// How far a study has come.
 #[derive(Debug, Clone, Serialize)]

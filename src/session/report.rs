@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::SessionError;
-use crate::exceeded_hardness;
-use crate::report::{self, Subject, place};
-use crate::results::owner;
-use crate::store::files::Existing;
+use asperity_pipeline::exceeded_hardness;
+use asperity_pipeline::results::owner;
+use asperity_report::{Subject, place};
+use asperity_tables::store::files::Existing;
 
-pub use crate::report::Report;
-pub use crate::report::bars::Bars;
+pub use asperity_report::Report;
+pub use asperity_report::bars::Bars;
 
 /// What page shall be written, and where.
 #[derive(Debug, Clone, Default)]
@@ -57,5 +57,10 @@ pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, Sessi
     };
     let beside = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(beside);
-    Ok(report::write(&subject, options.bars, &folder, existing)?)
+    Ok(asperity_report::write(
+        &subject,
+        options.bars,
+        &folder,
+        existing,
+    )?)
 }

@@ -11,20 +11,23 @@ use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
 use super::options::{CHECKPOINT_EVERY, RunOptions, Selection};
 use super::{Session, failures};
-use crate::claims::decisions::PaperClaims;
-use crate::exceeded_hardness;
-use crate::memory::{self, Allowance};
-use crate::plan::Plan;
-use crate::reasons::record::Record;
-use crate::results::archive::Archive;
-use crate::results::{self, ResultsError, owner};
-use crate::runner::{self, Damage, Resources};
-use crate::store::Store;
-use crate::study::Warning;
+use asperity_claims::decisions::PaperClaims;
+use asperity_pipeline::exceeded_hardness;
+use asperity_pipeline::memory;
+use asperity_pipeline::memory::Allowance;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::reasons::record::Record;
+use asperity_pipeline::results;
+use asperity_pipeline::results::archive::Archive;
+use asperity_pipeline::results::{ResultsError, owner};
+use asperity_pipeline::runner;
+use asperity_pipeline::runner::{Damage, Resources};
+use asperity_pipeline::study::Warning;
+use asperity_tables::store::Store;
 
-pub use crate::adaptive_sampling::SampledStudy;
-pub use crate::results::PublishedTable;
-pub use crate::runner::{RunOutcome, TaskError};
+pub use asperity_pipeline::adaptive_sampling::SampledStudy;
+pub use asperity_pipeline::results::PublishedTable;
+pub use asperity_pipeline::runner::{RunOutcome, TaskError};
 
 /// A run that may begin: what it would compute fits into memory and takes nobody's tables away.
 #[derive(Debug)]

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 
 use super::events::Batch;
-use crate::cost::CostModel;
-use crate::stages::Kind;
+use asperity_pipeline::cost::CostModel;
+use asperity_stages::Kind;
 
 /// Tasks that are computed together, as an [`Observer`](super::Observer) hears of them: what they are
 /// expected to take, and how much of it is done.

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use super::Session;
 use super::error::SessionError;
 use super::events::{Event, Notice};
-use crate::results::reading::Reading;
 use crate::share::contents::{Contents, Selection};
+use asperity_claims::decisions::PaperClaims;
+use asperity_pipeline::results::reading::Reading;
 
 pub use crate::share::day::{Day, NoDay};
 pub use crate::share::error::ShareError;
@@ -47,7 +48,12 @@ pub struct SharedStudy {
 pub fn write(session: &Session, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
     // The files of surfaces must be there: they go along.
     let data = session.data();
-    let reading = Reading::of(session.study()?, data.look()?, &data.results())?;
+    let reading = Reading::of(
+        session.study()?,
+        data.look()?,
+        &data.results(),
+        &PaperClaims,
+    )?;
     let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
     let path = options.output.clone().unwrap_or_else(named);
     if !options.replace && path.symlink_metadata().is_ok() {

@@ -2,20 +2,20 @@
 
 use bytesize::ByteSize;
 
-use crate::adaptive_sampling::SampledStudy;
-use crate::contact::threads::Threads;
-use crate::cost::CostModel;
-use crate::plan::{Kind, Plan, PlannedStage};
-use crate::reasons::Reasons;
-use crate::reasons::record::Record;
-use crate::store::Store;
-use crate::store::table::{Table, TableError};
-use crate::study::Warning;
-use crate::{memory, runner, worklist};
+use asperity_contact::threads::Threads;
+use asperity_pipeline::adaptive_sampling::SampledStudy;
+use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::plan::{Kind, Plan, PlannedStage};
+use asperity_pipeline::reasons::Reasons;
+use asperity_pipeline::reasons::record::Record;
+use asperity_pipeline::study::Warning;
+use asperity_pipeline::{memory, runner, worklist};
+use asperity_tables::store::Store;
+use asperity_tables::table::{Table, TableError};
 
-pub use crate::adaptive_sampling::{AdaptiveStage, Condition, Finding};
-pub use crate::reasons::Group;
-pub use crate::reasons::cause::{Cause, Change, Field, Shown, Why};
+pub use asperity_pipeline::adaptive_sampling::{AdaptiveStage, Condition, Finding};
+pub use asperity_pipeline::reasons::Group;
+pub use asperity_pipeline::reasons::cause::{Cause, Change, Field, Shown, Why};
 
 /// A plan beside the store and the last run.
 #[derive(Debug)]

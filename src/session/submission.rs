@@ -4,23 +4,25 @@ use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::{SampledStudy, Session, SessionError};
-use crate::cluster;
-use crate::cluster::receipts::{self, Receipt};
-use crate::cluster::script::{Extras, Places};
-use crate::cluster::sizing;
-use crate::cluster::slurm::{self, Queued};
-use crate::cost::CostModel;
-use crate::memory::Allowance;
-use crate::results::archive::Archive;
-use crate::results::owner;
-use crate::runner;
-use crate::store::files::{Existing, make_folder, write_whole};
+use asperity_pipeline::cluster;
+use asperity_pipeline::cluster::receipts;
+use asperity_pipeline::cluster::receipts::Receipt;
+use asperity_pipeline::cluster::script::{Extras, Places};
+use asperity_pipeline::cluster::sizing;
+use asperity_pipeline::cluster::slurm;
+use asperity_pipeline::cluster::slurm::Queued;
+use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::memory::Allowance;
+use asperity_pipeline::results::archive::Archive;
+use asperity_pipeline::results::owner;
+use asperity_pipeline::runner;
+use asperity_tables::store::files::{Existing, make_folder, write_whole};
 
-pub use crate::cluster::script::Scripts;
-pub use crate::cluster::settings::Settings;
-pub use crate::cluster::sizing::Sizing;
-pub use crate::cluster::slurm::Job;
-pub use crate::cluster::submission::{Round, Submission};
+pub use asperity_pipeline::cluster::script::Scripts;
+pub use asperity_pipeline::cluster::settings::Settings;
+pub use asperity_pipeline::cluster::sizing::Sizing;
+pub use asperity_pipeline::cluster::slurm::Job;
+pub use asperity_pipeline::cluster::submission::{Round, Submission};
 
 /// How often what is missing is submitted again, unless somebody says otherwise.
 const ROUNDS: u32 = 3;

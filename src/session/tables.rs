@@ -5,16 +5,17 @@ use std::collections::BTreeMap;
 use super::Session;
 use super::error::{SessionError, UnknownName};
 use super::events::{Event, Notice};
-use crate::diagnostics::chain;
-use crate::failures;
-use crate::memory::Allowance;
-use crate::names;
-use crate::plan::PlannedStage;
-use crate::results::reading::Reading;
-use crate::stages::StageError;
-use crate::stages::aggregate::sql::{self, QueryError};
-use crate::store::source::TableSource;
-use crate::store::table::Table;
+use asperity_manifest::diagnostics::chain;
+use asperity_manifest::names;
+use asperity_pipeline::failures;
+use asperity_pipeline::memory::Allowance;
+use asperity_pipeline::plan::PlannedStage;
+use asperity_pipeline::results::reading::Reading;
+use asperity_stages::StageError;
+use asperity_stages::aggregate::sql;
+use asperity_stages::aggregate::sql::QueryError;
+use asperity_tables::source::TableSource;
+use asperity_tables::table::Table;
 
 /// What there is of a study's tables, as it was when it was looked at.
 #[derive(Debug)]

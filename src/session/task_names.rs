@@ -1,9 +1,9 @@
 //! Tasks as people name them: by their key, or by as many of its digits as tell it from others.
 
 use super::error::{SessionError, TaskNameError};
-use crate::data_folder::DataFolder;
-use crate::plan::Plan;
-use crate::store::key::TaskKey;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::plan::Plan;
+use asperity_tables::store::key::TaskKey;
 
 /// Fewer digits are no name, even where they happen to tell one task from all others.
 const FEWEST_DIGITS: usize = 4;

@@ -13,15 +13,17 @@ use super::error::ShareError;
 use super::places::Places;
 use super::research_object::{self, Described, Role, Whole};
 use super::words::{self, Facts, VERSIONS};
-use crate::data_folder::DataFolder;
-use crate::names;
-use crate::reasons::record::Record;
-use crate::results;
-use crate::results::owner::{self, Owner};
-use crate::results::reading::Reading;
-use crate::stages::Kind;
-use crate::store::files::{Existing, verify_whole, write_with};
-use crate::store::{self, StoreError};
+use asperity_manifest::names;
+use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::reasons::record::Record;
+use asperity_pipeline::results;
+use asperity_pipeline::results::owner;
+use asperity_pipeline::results::owner::Owner;
+use asperity_pipeline::results::reading::Reading;
+use asperity_stages::Kind;
+use asperity_tables::store;
+use asperity_tables::store::StoreError;
+use asperity_tables::store::files::{Existing, verify_whole, write_with};
 
 /// What people are to read first.
 const README: &str = "README.txt";

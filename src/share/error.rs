@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::places::Unplaceable;
-use crate::results::ResultsError;
-use crate::store::StoreError;
+use asperity_pipeline::results::ResultsError;
+use asperity_tables::store::StoreError;
 
 /// A study cannot be put into an archive.
 #[derive(Debug, thiserror::Error)]

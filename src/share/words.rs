@@ -2,9 +2,9 @@
 
 use super::archive::CHECKSUMS;
 use super::research_object;
-use crate::diagnostics::counted;
-use crate::results::reading::Reading;
-use crate::stages::Kind;
+use asperity_manifest::diagnostics::counted;
+use asperity_pipeline::results::reading::Reading;
+use asperity_stages::Kind;
 
 /// What computed the tables.
 pub const VERSIONS: &str = "versions.json";

@@ -1,7 +1,7 @@
 //! Asperities beside the solution, from end to end.
 
 use arrow::array::Array;
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::Bench;
 use crate::report::report;

@@ -5,9 +5,10 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use asperity::store::parquet::{self, Columns};
-use asperity::store::table::Table;
-use asperity::store::writer::Writer;
+use asperity::tables::parquet;
+use asperity::tables::parquet::Columns;
+use asperity::tables::store::writer::Writer;
+use asperity::tables::table::Table;
 use serde_json::Value;
 use tempfile::TempDir;
 

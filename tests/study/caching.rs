@@ -1,6 +1,6 @@
 //! What is computed once is kept: extensions compute what is new, cosmetic edits nothing.
 
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 

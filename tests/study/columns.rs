@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asperity::plan::Kind;
 use asperity::session::{DescribedColumns, Session};
-use asperity::store::parquet;
+use asperity::tables::parquet;
 use serde_json::{Value, json};
 
 use crate::bench::{Bench, STUDY, text};

@@ -1,7 +1,7 @@
 //! How pressures, gaps and clusters are distributed, and where gaps stop percolating.
 
 use arrow::array::Array;
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::{Bench, is_idle};
 use crate::columns::assert_kept;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Output;
 
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, counts, text};

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, is_idle, text};

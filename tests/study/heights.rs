@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use arrow::array::Array;
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::{Bench, assert_same_files, is_idle};
 

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use asperity::session::Session;
-use asperity::store::parquet::TableFile;
+use asperity::tables::parquet::TableFile;
 use bytesize::ByteSize;
 
 use crate::bench::{Bench, STUDY, text};

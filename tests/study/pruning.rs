@@ -116,7 +116,7 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
     let manifest = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
     let arguments = ["prune", "--yes", manifest.to_str().unwrap()];
     let before = bench.files();
-    let somebody = asperity::store::Store::look(&bench.data().join("store")).unwrap();
+    let somebody = asperity::tables::store::Store::look(&bench.data().join("store")).unwrap();
     let output = bench.output(&arguments);
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));

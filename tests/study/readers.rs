@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-use asperity::store::parquet::{self, Columns};
+use asperity::tables::parquet;
+use asperity::tables::parquet::Columns;
 
 use crate::bench::{Bench, STUDY};
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, assert_same_files, is_idle, text};

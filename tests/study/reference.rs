@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::AsArray;
 use arrow::datatypes::Float64Type;
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::Bench;
 

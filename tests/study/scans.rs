@@ -163,7 +163,8 @@ fn kept(bench: &Bench) -> Vec<f64> {
     let mut found = tables.filter_map(|(path, _)| {
         let file = fs::File::open(bench.data().join(path)).unwrap();
         let (table, _) =
-            asperity::store::parquet::decode(file, asperity::store::parquet::Columns::All).ok()?;
+            asperity::tables::parquet::decode(file, asperity::tables::parquet::Columns::All)
+                .ok()?;
         let list = table.lists("heights").ok()?.value(0);
         Some(list.as_primitive::<Float64Type>().values().to_vec())
     });

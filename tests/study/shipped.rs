@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::Bench;
 use crate::columns;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use asperity::store::table::Table;
+use asperity::tables::table::Table;
 
 use crate::bench::{Bench, is_idle, text};
 use crate::columns::assert_kept;

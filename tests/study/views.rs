@@ -5,7 +5,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use asperity::contact::morphology::map::ContactMap;
-use asperity::store::parquet::{self, Columns};
+use asperity::tables::parquet;
+use asperity::tables::parquet::Columns;
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};

@@ -3,7 +3,7 @@
 use super::super::counted;
 use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
-use crate::claims::{Claim, ClaimOutcome, Judgement, Origin, Setting, Verdict};
+use asperity_claims::{Claim, ClaimOutcome, Judgement, Origin, Setting, Verdict};
 
 /// Letters before what is said of a claim.
 const INDENT: usize = 14;

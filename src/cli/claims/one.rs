@@ -3,8 +3,8 @@
 use super::super::counted;
 use super::super::forecast::core_hours;
 use super::{Told, short, verdict, wrapped};
-use crate::claims::intervals::LEVEL;
-use crate::claims::{Claim, ClaimOutcome, Judgement, Origin, Verdict};
+use asperity_claims::{Claim, ClaimOutcome, Judgement, Origin, Verdict};
+use asperity_statistics::intervals::LEVEL;
 
 pub fn text(told: &Told, claim: &Claim) -> String {
     let statement = &claim.statement;

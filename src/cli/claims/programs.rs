@@ -3,10 +3,10 @@
 use serde_json::{Value, json};
 
 use super::{Told, verdict};
-use crate::claims::intervals::{Bound, LEVEL};
-use crate::claims::{Claim, ClaimOutcome};
-use crate::ensemble::Point;
-use crate::store::column::Value as Cell;
+use asperity_claims::{Claim, ClaimOutcome};
+use asperity_stages::ensemble::Point;
+use asperity_statistics::intervals::{Bound, LEVEL};
+use asperity_tables::column::Value as Cell;
 
 pub fn json(told: &Told, claims: &[Claim]) -> Value {
     let setting = &told.study.evidence.setting;

@@ -1,7 +1,7 @@
 //! The page of all columns that tables may have.
 
 use crate::session::DescribedColumns;
-use crate::store::column::Description;
+use asperity_tables::column::Description;
 
 const HEAD: &str = "\
 # Columns

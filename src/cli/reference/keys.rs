@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use crate::manifest::schema;
+use asperity_pipeline::manifest::schema;
 
 const HEAD: &str = "\
 # Manifest keys

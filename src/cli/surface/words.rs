@@ -7,8 +7,8 @@ use comfy_table::{CellAlignment, Table as Grid, presets};
 
 use super::Described;
 use crate::cli::show::short;
-use crate::diagnostics::wrapped;
-use crate::topography_files::{Quantity, Size, TopographyFile};
+use asperity_manifest::diagnostics::wrapped;
+use asperity_topography_files::{Quantity, Size, TopographyFile};
 
 /// Columns of words; those of numbers are in line on the right.
 const WORDS: usize = 4;

@@ -9,9 +9,9 @@ use arrow::util::display::array_value_to_string;
 
 use super::loads::{ROUNDING, rows_under};
 use crate::cli::{Failure, Misused, counted, unknown};
-use crate::stages::columns::{LOAD, PRESSURE};
-use crate::store::key::TaskKey;
-use crate::store::table::Table;
+use asperity_stages::columns::{LOAD, PRESSURE};
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::table::Table;
 
 /// A column and the value that it must have.
 #[derive(Debug, Clone)]

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use crate::cli::{Failure, Misused, show};
-use crate::ensemble::load_column;
-use crate::stages::columns::LOAD;
-use crate::store::table::Table;
+use asperity_stages::columns::LOAD;
+use asperity_stages::ensemble::load_column;
+use asperity_tables::table::Table;
 
 /// Relative difference between a typed number and a column, since tables show rounded numbers.
 pub const ROUNDING: f64 = 1e-3;

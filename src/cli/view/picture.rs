@@ -6,20 +6,20 @@ use arrow::datatypes::Float64Type;
 use super::Map;
 use super::loads::{ShownLoad, rows_under};
 use crate::cli::{Failure, Misused, counted};
-use crate::contact::grid::Grid;
-use crate::contact::morphology::map::ContactMap;
-use crate::contact::threads::Threads;
-use crate::contact::topography::surface::Surface;
-use crate::figures::raster::{Raster, Scale};
-use crate::stages::columns::{CONTACT, PRESSURES, UNIT};
-use crate::stages::grids::Grids;
-use crate::stages::{Kind, StageError, generate};
-use crate::store::Store;
-use crate::store::key::TaskKey;
-use crate::store::parquet::Columns;
-use crate::store::provenance::Provenance;
-use crate::store::table::Table;
-use crate::surface_files::SurfaceFiles;
+use asperity_contact::grid::Grid;
+use asperity_contact::morphology::map::ContactMap;
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::Surface;
+use asperity_report::charts::raster::{Raster, Scale};
+use asperity_stages::columns::{CONTACT, PRESSURES, UNIT};
+use asperity_stages::grids::Grids;
+use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::{Kind, StageError, generate};
+use asperity_tables::parquet::Columns;
+use asperity_tables::store::Store;
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::provenance::Provenance;
+use asperity_tables::table::Table;
 
 /// A map as a picture.
 pub struct Picture {

@@ -9,16 +9,16 @@ use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
 use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
-use crate::cluster::pace::{Pace, Paces};
-use crate::cluster::receipts::{EVERY, FailedTask, Receipt};
-use crate::cluster::shard::Shard;
-use crate::cost;
-use crate::diagnostics::chain;
-use crate::plan::Plan;
-use crate::runner::TaskObserver;
 use crate::session::error::SessionError;
 use crate::session::events::{Event, Notice};
 use crate::session::failures;
+use asperity_manifest::diagnostics::chain;
+use asperity_pipeline::cluster::pace::{Pace, Paces};
+use asperity_pipeline::cluster::receipts::{EVERY, FailedTask, Receipt};
+use asperity_pipeline::cluster::shard::Shard;
+use asperity_pipeline::cost;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::runner::TaskObserver;
 
 impl PreparedRun<'_> {
     /// Computes what the store lacks of a shard. Results, the record of the plan and the table of

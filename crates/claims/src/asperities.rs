@@ -1,0 +1,361 @@
+//! Claims on asperity models beside the solution: whether interaction brings them to it, how far.
+//!
+//! Areas are the ellipses of Hertz' contacts over the solved area, corrected as in 2017, of the very same
+//! surfaces.
+
+use super::evidence::{AreaCurves, Evidence, PerLoad};
+use super::quantities::{Quantities, needs};
+use super::{Claim, Expectation, Origin, Statement};
+use asperity_stages::columns::{ASPERITY_AREA_FRACTION, MEAN_GAP, OVERLAPPING_SHARE};
+use asperity_stages::correct::OF_2017;
+use asperity_statistics::intervals::Weights;
+
+const LESS_AREA: Statement = Statement {
+    name: "non-interacting-asperities-have-less-area",
+    origin: Origin::Paper,
+    says: "“Without interaction, for a given separation, the force appears to be overestimated compared to \
+           the case of interacting asperities. The trend is inverse for the contact area, that is smaller \
+           for non-interacting asperities.”",
+    place: "section 5.2.3",
+    quantity: "ln of the mean solved area, in which all interact, over the mean area of the model without \
+               interaction, under the same load, loads 0.001, 0.004, 0.016, 0.064",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do; where ellipses overlap the model counts their common \
+              area twice, so that its area is smaller still",
+    figure: None,
+};
+
+const INTERACTION_ADDS: Statement = Statement {
+    name: "interaction-adds-area-to-asperities",
+    origin: Origin::Ours,
+    says: "The same within asperity models: under a given load the area is smaller without interaction.",
+    place: "as non-interacting-asperities-have-less-area",
+    quantity: "ln of the mean area of the model with `interaction = \"explicit\"` over that without, loads \
+               0.001, 0.004, 0.016, 0.064",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do; both count area in ellipses that overlap twice",
+    figure: None,
+};
+
+const TOO_MUCH_AREA: Statement = Statement {
+    name: "asperities-without-interaction-have-too-much-area",
+    origin: Origin::Ours,
+    says: "Asperities that do not act on each other have more contact area than the solution under the same \
+           load.",
+    place: "expected of Bush, Gibson & Thomas' √(2π) y, which lies above solved areas",
+    quantity: "ln of the mean area of the model over the mean solved area, loads 0.001, 0.004, 0.016, 0.064",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do, and the opposite of what the paper says of interaction; \
+              the model is of the summits of the very surfaces, not of a random field's",
+    figure: None,
+};
+
+const AGREES: Statement = Statement {
+    name: "interaction-brings-asperities-to-the-solution",
+    origin: Origin::Ours,
+    says: "Asperities that displace each other elastically have the area of the solution under light loads.",
+    place: "Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54 (2006) 2569, correct asperity models by \
+            the mean displacement; here each force displaces each summit",
+    quantity: "mean area of the model with `interaction = \"explicit\"` over the mean solved area, loads \
+               0.001, 0.004, 0.016",
+    expected: Expectation::Within(0.95, 1.05),
+    because: "five per cent; the mesh's correction is known to 15 % of itself, one or two per cent of these \
+              areas",
+    figure: None,
+};
+
+const UP_TO: Statement = Statement {
+    name: "interacting-asperities-agree-up-to-0.01",
+    origin: Origin::Ours,
+    says: "Asperities that displace each other agree with the solution to ten per cent up to the load 0.01.",
+    place: "as interaction-brings-asperities-to-the-solution",
+    quantity: "load up to which the mean area of the model with `interaction = \"explicit\"` is within ten \
+               per cent of the mean solved area, between the lightest load of the study and its heaviest",
+    expected: Expectation::Within(0.01, f64::INFINITY),
+    because: "where some two per cent of the area touch; the quantity is the answer to how far",
+    figure: None,
+};
+
+const GAP_MORE_THAN_AREA: Statement = Statement {
+    name: "interaction-of-asperities-is-in-the-gap",
+    origin: Origin::Ours,
+    says: "Interaction changes the mean gap of asperity models more than it changes their area.",
+    place: "under a given load a uniform displacement moves the reference plane and no contact",
+    quantity: "relative change of the mean gap from `interaction = \"explicit\"` to none, less that of the \
+               mean area, both without signs, loads 0.032, 0.064, 0.128",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do",
+    figure: None,
+};
+
+const STAY_APART: Statement = Statement {
+    name: "asperities-stay-apart-under-light-loads",
+    origin: Origin::Ours,
+    says: "Up to the load 0.004 less than five per cent of the area of interacting asperities is in contacts \
+           that overlap.",
+    place: "asperity models are of contacts that stay apart",
+    quantity: "mean share of the ellipses' area in ellipses that overlap another, `interaction = \
+               \"explicit\"`, loads 0.001, 0.002, 0.004",
+    expected: Expectation::Within(f64::NEG_INFINITY, 0.05),
+    because: "five per cent: beyond it the model is of something else than the surface",
+    figure: None,
+};
+
+const DATA: &str = "asperity models beside the area corrected by 2017";
+const MODELS: &str = "asperity models";
+const NONE: &str = "none";
+const EXPLICIT: &str = "explicit";
+
+/// The claims.
+pub fn claims(evidence: &Evidence) -> Vec<Claim> {
+    let [none, explicit] = [NONE, EXPLICIT].map(|interaction| {
+        evidence.asperities_along_loads(interaction, ASPERITY_AREA_FRACTION.name)
+    });
+    let lacks_models = |interaction: &'static str| {
+        move || {
+            format!(
+                "a `solve` stage with `method = \"asperities\"`, `interaction = \"{interaction}\"`"
+            )
+        }
+    };
+    let lacks = |models: &[PerLoad], interaction: &'static str, loads: &'static [f64]| {
+        let is_there = !models.is_empty();
+        move || match is_there {
+            true => needs_beside(evidence, loads),
+            false => lacks_models(interaction)(),
+        }
+    };
+    let solved = evidence.under(OF_2017);
+    vec![
+        of_area(evidence, &none, &solved, &TOO_MUCH, |ratio| -ratio.ln()).judge(
+            LESS_AREA,
+            DATA,
+            lacks(&none, NONE, &TOO_MUCH),
+        ),
+        added(evidence, &none, &explicit).judge(INTERACTION_ADDS, MODELS, || {
+            "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \"explicit\"]`, and \
+             loads at 0.001 or 0.004 or 0.016 or 0.064"
+                .to_owned()
+        }),
+        of_area(evidence, &none, &solved, &TOO_MUCH, f64::ln).judge(
+            TOO_MUCH_AREA,
+            DATA,
+            lacks(&none, NONE, &TOO_MUCH),
+        ),
+        of_area(evidence, &explicit, &solved, &LIGHT, |ratio| ratio).judge(
+            AGREES,
+            DATA,
+            lacks(&explicit, EXPLICIT, &LIGHT),
+        ),
+        up_to(evidence, &explicit, &solved).judge(UP_TO, DATA, lacks(&explicit, EXPLICIT, &[])),
+        in_the_gap(evidence, &none, &explicit).judge(GAP_MORE_THAN_AREA, MODELS, || {
+            "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \"explicit\"]`, and \
+             loads at 0.032 or 0.064 or 0.128"
+                .to_owned()
+        }),
+        stay_apart(evidence).judge(STAY_APART, MODELS, || match explicit.is_empty() {
+            true => lacks_models(EXPLICIT)(),
+            false => "a load at 0.001 or 0.002 or 0.004".to_owned(),
+        }),
+    ]
+}
+
+/// Loads from first touch to where interaction matters.
+const TOO_MUCH: [f64; 4] = [0.001, 0.004, 0.016, 0.064];
+/// Loads under which contacts are few.
+const LIGHT: [f64; 3] = [0.001, 0.004, 0.016];
+
+fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
+    match evidence.under(OF_2017).is_empty() {
+        true => needs(evidence, OF_2017, &[], ""),
+        false => {
+            let loads: Vec<String> = loads.iter().map(f64::to_string).collect();
+            let at = match loads.as_slice() {
+                [] => String::new(),
+                loads => format!(", at {}", loads.join(" or ")),
+            };
+            format!("the same surfaces solved and as asperities, under the same loads{at}")
+        }
+    }
+}
+
+/// Models, each beside the solution of the same surfaces.
+fn beside<'a>(
+    models: &'a [PerLoad],
+    solved: &[&'a AreaCurves],
+) -> Vec<(&'a PerLoad, &'a AreaCurves)> {
+    let own = |model: &'a PerLoad| {
+        let is_own = |solved: &&&AreaCurves| {
+            solved.spectrum == model.spectrum && solved.surfaces() == model.surfaces()
+        };
+        Some((model, *solved.iter().find(is_own)?))
+    };
+    models.iter().filter_map(own).collect()
+}
+
+/// Mean area of a model over the mean solved area, under the load at a place of the model's.
+fn ratio(model: &PerLoad, solved: &AreaCurves, place: usize, weights: &Weights) -> Option<f64> {
+    let load = model.loads[place];
+    let other = solved
+        .at(load)
+        .filter(|&other| is_near(solved.loads[other], load))?;
+    Some(weights.mean(&model.values[place]) / weights.mean(&solved.areas[other]))
+}
+
+/// Loads of two stages that are meant to be one: to three digits, as spaced loads are written.
+fn is_near(one: f64, other: f64) -> bool {
+    (one / other - 1.0).abs() < 1e-3
+}
+
+/// A function of the ratio of mean areas, of each spectrum under each of some loads.
+fn of_area(
+    evidence: &Evidence,
+    models: &[PerLoad],
+    solved: &[&AreaCurves],
+    loads: &[f64],
+    quantity: fn(f64) -> f64,
+) -> Quantities {
+    let mut quantities = Quantities::default();
+    for (model, solved) in beside(models, solved) {
+        for place in loads.iter().filter_map(|&load| model.at(load)) {
+            if ratio(model, solved, place, &Weights::ALL).is_none() {
+                continue;
+            }
+            let label = label(evidence, model, place);
+            quantities.add(label, &[model.surfaces()], |weights| {
+                ratio(model, solved, place, weights).map(quantity)
+            });
+        }
+    }
+    quantities
+}
+
+/// Collects ln(area with interaction / area without) for each spectrum and load.
+fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantities {
+    let mut quantities = Quantities::default();
+    for without in none {
+        let Some(with) = explicit.iter().find(|with| is_paired(with, without)) else {
+            continue;
+        };
+        for place in TOO_MUCH.iter().filter_map(|&load| without.at(load)) {
+            let label = label(evidence, without, place);
+            quantities.add(label, &[without.surfaces()], |weights| {
+                let [with, without] = [with, without].map(|one| weights.mean(&one.values[place]));
+                Some((with / without).ln())
+            });
+        }
+    }
+    quantities
+}
+
+/// Returns whether two models are of the same surfaces under the same loads.
+fn is_paired(one: &PerLoad, other: &PerLoad) -> bool {
+    one.spectrum == other.spectrum && one.loads == other.loads && one.surfaces() == other.surfaces()
+}
+
+/// `k_lower 2, k_upper 16, load 0.0040`.
+fn label(evidence: &Evidence, model: &PerLoad, place: usize) -> String {
+    let name = evidence.name(&model.spectrum);
+    // These loads are light: three decimals would make some of them one.
+    format!("{name}, load {:.4}", model.loads[place])
+}
+
+fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Quantities {
+    let mut quantities = Quantities::default();
+    for (model, solved) in beside(models, solved) {
+        let places = 0..model.loads.len();
+        let common: Vec<usize> = places
+            .filter(|&place| ratio(model, solved, place, &Weights::ALL).is_some())
+            .collect();
+        if common.len() < 2 {
+            continue;
+        }
+        let label = evidence.name(&model.spectrum);
+        quantities.add(label, &[model.surfaces()], |weights| {
+            let points = common.iter().map(|&place| {
+                let deviation = ratio(model, solved, place, weights)?.ln().abs();
+                Some((model.loads[place], deviation))
+            });
+            Some(first_beyond(
+                &points.collect::<Option<Vec<_>>>()?,
+                1.1_f64.ln(),
+            ))
+        });
+    }
+    quantities
+}
+
+/// The load at which a deviation passes a limit, between two points in the logarithm of the load; the
+/// first or the last load where it does so before or after all of them.
+fn first_beyond(points: &[(f64, f64)], limit: f64) -> f64 {
+    match points.iter().position(|(_, deviation)| *deviation > limit) {
+        Some(0) => points[0].0,
+        None => points[points.len() - 1].0,
+        Some(place) => {
+            let [(load, within), (next, beyond)] = [points[place - 1], points[place]];
+            let share = (limit - within) / (beyond - within);
+            load * (next / load).powf(share)
+        }
+    }
+}
+
+fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantities {
+    let gaps = |interaction| evidence.asperities_along_loads(interaction, MEAN_GAP.name);
+    let (gaps_none, gaps_explicit) = (gaps(NONE), gaps(EXPLICIT));
+    let mut quantities = Quantities::default();
+    for area in none {
+        let own = |all: &'_ [PerLoad]| all.iter().position(|one| is_paired(one, area));
+        let (Some(other), Some(gap), Some(other_gap)) =
+            (own(explicit), own(&gaps_none), own(&gaps_explicit))
+        else {
+            continue;
+        };
+        let pairs = [
+            (&gaps_explicit[other_gap], &gaps_none[gap]),
+            (&explicit[other], area),
+        ];
+        for place in [0.032, 0.064, 0.128]
+            .into_iter()
+            .filter_map(|load| area.at(load))
+        {
+            let label = label(evidence, area, place);
+            quantities.add(label, &[area.surfaces()], |weights| {
+                let [gap, area] = pairs.map(|(with, without)| {
+                    let mean = |one: &PerLoad| weights.mean(&one.values[place]);
+                    (mean(without) / mean(with) - 1.0).abs()
+                });
+                Some(gap - area)
+            });
+        }
+    }
+    quantities
+}
+
+fn stay_apart(evidence: &Evidence) -> Quantities {
+    let mut quantities = Quantities::default();
+    for shares in evidence.asperities_along_loads(EXPLICIT, OVERLAPPING_SHARE.name) {
+        for place in [0.001, 0.002, 0.004]
+            .into_iter()
+            .filter_map(|load| shares.at(load))
+        {
+            let label = label(evidence, &shares, place);
+            quantities.add(label, &[shares.surfaces()], |weights| {
+                Some(weights.mean(&shares.values[place]))
+            });
+        }
+    }
+    quantities
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deviation_passes_its_limit_between_two_loads() {
+        let points = [(0.001, 0.0), (0.01, 0.1), (0.1, 0.2)];
+        assert!((first_beyond(&points, 0.15) - 0.1_f64.powf(1.5)).abs() < 1e-15);
+        assert_eq!(first_beyond(&points, -0.1), 0.001);
+        assert_eq!(first_beyond(&points, 0.3), 0.1);
+    }
+}

@@ -1,0 +1,194 @@
+//! Claims that closed forms decide, whatever the study: their quantities are exact.
+
+use super::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement};
+use asperity_contact::grid::Grid;
+use asperity_contact::theory::law::KAPPA_BGT;
+use asperity_contact::theory::models::AsperityModel;
+use asperity_contact::theory::models::asperities::{Asperities, Contact};
+use asperity_contact::theory::persson;
+use asperity_contact::topography::nayak::Continuum;
+use asperity_contact::topography::random::{Amplitude, RandomSurface};
+use asperity_contact::topography::spectrum::Spectrum;
+use asperity_statistics::intervals::{Bound, jackknife};
+
+const SUMMITS: Statement = Statement {
+    name: "tabulated-density-of-summits",
+    origin: Origin::Paper,
+    says: "the density of asperities D = (√3/18π) m₄/m₂, tabulated, from which “we can easily compute the \
+           average distance between closest asperities”, ⟨d⟩ = 1/√D",
+    place: "appendix A.2, eq. (Danal), table 3",
+    quantity: "summits counted on a cell of side 1 over D in integer wavenumbers, as the table has it; \
+               k_lower 2, k_upper 8, twenty surfaces of 128² nodes",
+    expected: Expectation::Within(0.9, 1.1),
+    because: "a mesh of 16 nodes to the shortest wavelength misses 3 % of the summits; with angular \
+              wavenumbers D is (2π)² = 39.5 times as large, and right",
+    figure: None,
+};
+
+const ASYMPTOTE_OF_ALPHA: Statement = Statement {
+    name: "asymptote-of-alpha",
+    origin: Origin::Paper,
+    says: "“For a high enough ratio ζ, a simple asymptotic may be used: α ∼ ζ^(2H).”",
+    place: "section 3, appendix A.1, eq. (a:alpha_as)",
+    quantity: "d ln α/d ln ζ at ζ = 10⁸ over 2H, H = 0.3 and 0.8",
+    expected: Expectation::Within(0.99, 1.01),
+    because: "“∼” is the exponent; the prefactor is 3(1 − H)²/(2H(2 − H)): 1.44 for H = 0.3, 0.0625 for \
+              0.8",
+    figure: Some("nayak"),
+};
+
+const PERSSON_IS_CONCAVE: Statement = Statement {
+    name: "persson-slope-is-concave",
+    origin: Origin::Paper,
+    says: "“in Persson's model the slope decreases as a concave function”",
+    place: "section 5.2.2 at light load, section 9.6; inset of fig. 9",
+    quantity: "d³A/dy³ of A = erf(√2 y), loads up to 0.06",
+    expected: Expectation::Within(f64::NEG_INFINITY, 0.0),
+    because: "a sign; it changes at y = 1/2, where 68 % touch",
+    figure: Some("slope"),
+};
+
+const ALPHA_IN_BGT: Statement = Statement {
+    name: "alpha-in-asperity-models",
+    origin: Origin::Paper,
+    says: "“the contact area for α = 10 is ≈ 30 % lower than for α = 2” (Bush, Gibson & Thomas)",
+    place: "section 5.2, fig. 5",
+    quantity: "1 − A(α = 10)/A(α = 2) in the model, loads 0.01, 0.02, 0.04, 0.06",
+    expected: Expectation::Within(0.25, 0.35),
+    because: "“≈” is taken as five points; in the model α = 2 is higher than α = 10 by 26 to 29 %; the paper \
+              names the simplified elliptic model beside it",
+    figure: Some("area-light"),
+};
+
+const GREENWOOD: Statement = Statement {
+    name: "greenwood-2006-far-from-its-asymptote",
+    origin: Origin::Paper,
+    says: "for “α = 10 and area fraction A/A₀ ≈ 10⁻⁵, the coefficient κ … underestimates the asymptotic \
+           value by 12 %; if … A/A₀ ≈ 10⁻¹⁰ … by 4 %”",
+    place: "section 5.1",
+    quantity: "1 − κ/√(2π) of the secant in the simplified elliptic model, less what is printed, in \
+               points of a hundred",
+    expected: Expectation::Within(-2.0, 2.0),
+    because: "the areas are given as “≈”: two points",
+    figure: None,
+};
+
+/// The claims, in the order of the paper.
+pub fn claims() -> Vec<Claim> {
+    let persson = [0.005, 0.02, 0.04, 0.06];
+    let persson =
+        persson.map(|load| Bound::exact(format!("load {load}"), persson::slope_curvature(load)));
+    vec![
+        exact(ASYMPTOTE_OF_ALPHA, asymptote_of_alpha()),
+        exact(GREENWOOD, simplified_elliptic()),
+        exact(ALPHA_IN_BGT, alpha_in_bgt()),
+        exact(PERSSON_IS_CONCAVE, persson.into()),
+        summits(),
+    ]
+}
+
+fn exact(statement: Statement, bounds: Vec<Bound>) -> Claim {
+    judged(statement, "closed form", bounds)
+}
+
+fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim {
+    let judgement = Judgement::of(statement.expected, bounds);
+    Claim {
+        statement,
+        data,
+        outcome: ClaimOutcome::Judged(judgement.expect("closed forms have values")),
+    }
+}
+
+/// Twenty small surfaces of one narrow spectrum: some 90 summits each, well resolved.
+fn summits() -> Claim {
+    let (nodes, surfaces) = (128, 20);
+    let grid = Grid::square(nodes, 1.0).expect("a mesh of nodes on a cell of unit side");
+    let density_over_counted = |realization: u32| {
+        let surface = RandomSurface {
+            spectrum: Spectrum {
+                hurst: 0.8,
+                k_lower: 2,
+                k_rolloff: 2,
+                k_upper: 8,
+                anisotropy: None,
+            },
+            amplitude: Amplitude::Gaussian,
+            rms_slope: 1.0,
+            seed: 2015,
+            realization,
+        };
+        let tabulated = surface
+            .moments(grid.cell())
+            .summit_density_integer(grid.cell());
+        count_summits(nodes, surface.draw(grid).heights()) as f64 / tabulated
+    };
+    let ratios: Vec<f64> = (0..surfaces).map(density_over_counted).collect();
+    let label = "H 0.8, k_lower 2, k_upper 8".to_owned();
+    let bound = jackknife(label, &[ratios.len()], |weights| {
+        Some(weights.mean(&ratios))
+    });
+    judged(
+        SUMMITS,
+        "twenty surfaces drawn for it",
+        bound.into_iter().collect(),
+    )
+}
+
+/// Nodes higher than their eight neighbours, around the cell.
+fn count_summits(nodes: usize, heights: &[f64]) -> usize {
+    let at = |i: usize, j: usize| heights[(i % nodes) * nodes + j % nodes];
+    let is_summit = |i: usize, j: usize| {
+        let around = (0..3).flat_map(|a| (0..3).map(move |b| (a, b)));
+        let mut neighbours = around.filter(|&offset| offset != (1, 1));
+        neighbours.all(|(a, b)| at(i + nodes + a - 1, j + nodes + b - 1) < at(i, j))
+    };
+    let all = (0..nodes).flat_map(|i| (0..nodes).map(move |j| (i, j)));
+    all.filter(|&(i, j)| is_summit(i, j)).count()
+}
+
+fn asymptote_of_alpha() -> Vec<Bound> {
+    let bound = |hurst: f64| {
+        let ln_alpha = |ln_magnification: f64| {
+            let continuum = Continuum {
+                hurst,
+                plateau: 1.0,
+                magnification: ln_magnification.exp(),
+            };
+            continuum.nayak().ln()
+        };
+        let (place, step) = (1e8_f64.ln(), 1e-3);
+        let exponent = (ln_alpha(place + step) - ln_alpha(place - step)) / (2.0 * step);
+        Bound::exact(format!("H {hurst}"), exponent / (2.0 * hurst))
+    };
+    [0.3, 0.8].map(bound).into()
+}
+
+fn asperities(
+    model: AsperityModel,
+    nayak: f64,
+    contact: &dyn Fn(&Asperities) -> Option<Contact>,
+) -> f64 {
+    let model = Asperities::new(model, nayak).expect("α is above 3/2");
+    let contact = contact(&model).expect("the loads and areas are within reach");
+    contact.secant()
+}
+
+fn alpha_in_bgt() -> Vec<Bound> {
+    let bounds = [0.01, 0.02, 0.04, 0.06].map(|load| {
+        let secant =
+            |nayak| asperities(AsperityModel::BushGibsonThomas, nayak, &|m| m.at_load(load));
+        Bound::exact(format!("load {load}"), 1.0 - secant(10.0) / secant(2.0))
+    });
+    bounds.into()
+}
+
+fn simplified_elliptic() -> Vec<Bound> {
+    let bounds = [(1e-5, 12.0), (1e-10, 4.0)].map(|(area, printed)| {
+        let model = AsperityModel::SimplifiedElliptic;
+        let secant = asperities(model, 10.0, &|m| m.at_area(area));
+        let deficit = 100.0 * (1.0 - secant / KAPPA_BGT);
+        Bound::exact(format!("area {area:e}"), deficit - printed)
+    });
+    bounds.into()
+}

@@ -1,0 +1,383 @@
+//! The tables of a study as the claims need them: curves of surfaces, by spectrum and correction.
+
+use std::collections::BTreeMap;
+
+use arrow::array::{Array, Float64Array};
+
+use super::setting::{Setting, of_asperities};
+use asperity_stages::Kind;
+use asperity_stages::columns::*;
+use asperity_stages::correct::AS_COUNTED;
+use asperity_stages::ensemble;
+use asperity_stages::ensemble::{Load, Member, Members, ensembles, load_column};
+use asperity_stages::fit::meshes::refinements;
+use asperity_statistics::intervals::Weights;
+use asperity_statistics::{Curves, Window};
+use asperity_tables::column::Role;
+use asperity_tables::table::{Table, TableError};
+
+mod kappa_limits;
+mod per_load;
+mod spectra;
+
+pub use kappa_limits::{KappaPoints, LimitsFit};
+pub use per_load::{PerLoad, Pressures, SealingAreas};
+pub use spectra::Spectrum;
+use spectra::{Varied, key, spectrum};
+
+/// Nodes to the shortest wavelength of the paper's coarsest meshes.
+const COARSEST: i64 = 8;
+
+/// The area curves of the surfaces of one spectrum, under one correction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AreaCurves {
+    /// The spectrum.
+    pub spectrum: Spectrum,
+    /// The estimator of the area.
+    pub correction: String,
+    /// Loads that all surfaces have, or have left behind in full contact; ascending.
+    pub loads: Vec<f64>,
+    /// The same loads in the unit of the manifest: reduced, or in pascals.
+    pub given: Vec<f64>,
+    /// Areas, `[load][surface]`; one beyond full contact.
+    pub areas: Vec<Vec<f64>>,
+}
+
+/// One number per surface of a spectrum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PerSurface {
+    /// The spectrum.
+    pub spectrum: Spectrum,
+    /// The numbers, by seed and realization.
+    pub values: Vec<f64>,
+}
+
+/// One number per surface of a spectrum, under a load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtLoad {
+    /// The spectrum.
+    pub spectrum: Spectrum,
+    /// The load.
+    pub load: f64,
+    /// The numbers, by seed and realization.
+    pub values: Vec<f64>,
+}
+
+/// What several meshes say of the error of the area, for one spectrum: per surface, covariance of
+/// area and edge and variance of the edge, summed over loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OverMeshes {
+    /// The spectrum, in words.
+    pub name: String,
+    /// Covariances and variances, by surface.
+    pub moments: [Vec<f64>; 2],
+}
+
+/// What a stage has finished.
+#[derive(Debug, Clone)]
+pub struct KindTable {
+    /// What the stage does.
+    pub kind: Kind,
+    /// Its table.
+    pub table: Table,
+}
+
+/// Everything that a study has computed, as far as claims ask for it.
+#[derive(Debug, Clone)]
+pub struct Evidence {
+    /// Area curves.
+    pub ensembles: Vec<AreaCurves>,
+    /// All surfaces.
+    surfaces: Table,
+    /// All measured contacts.
+    contacts: Table,
+    /// All asperity models on the surfaces.
+    asperities: Table,
+    /// All distributions of contact pressures.
+    pressures: Table,
+    /// The points of fits that take κ to its limits.
+    pub kappa: Vec<KappaPoints>,
+    /// What tells spectra from each other, and belongs into their names.
+    varied: Varied,
+    /// What all of them have in common, and what is left out.
+    pub setting: Setting,
+}
+
+impl Evidence {
+    /// Sorts the tables of a study's stages.
+    ///
+    /// # Errors
+    /// When a table lacks a column that its kind of stage writes.
+    pub fn of(stages: &[KindTable]) -> Result<Evidence, TableError> {
+        let of_kind = |kind: Kind| {
+            let own = stages.iter().filter(move |stage| stage.kind == kind);
+            own.map(|stage| &stage.table)
+        };
+        let is_contacts = |table: &&Table| table.has(CONTACT_NODES.name);
+        let contacts: Vec<&Table> = of_kind(Kind::Measure).filter(is_contacts).collect();
+        let corrected: Vec<&Table> = of_kind(Kind::Correct).collect();
+        let setting = match (contacts.is_empty(), corrected.is_empty()) {
+            (false, _) => Setting::of(contacts.iter().copied()),
+            (true, false) => Setting::of(corrected.iter().copied()),
+            (true, true) => Setting::of(of_kind(Kind::Generate)),
+        };
+        let within = |table: &Table| setting.rows(table);
+        let stacked = |tables: Vec<&Table>| {
+            let tables: Vec<Table> = tables.into_iter().map(within).collect();
+            Table::stack(&tables)
+        };
+        // Several stages may measure the same surfaces under other loads.
+        let contacts = stacked(contacts)?;
+        let mut ensembles = curves(&contacts)?;
+        for ensemble in curves(&stacked(corrected)?)? {
+            let is_counted = ensembles.iter().any(|known| known.is_of(&ensemble));
+            if !is_counted {
+                ensembles.push(ensemble);
+            }
+        }
+        let surfaces = stacked(of_kind(Kind::Generate).collect())?;
+        let is_pressures = |table: &&Table| table.has(PRESSURE_DENSITY.name);
+        let pressures = stacked(of_kind(Kind::Measure).filter(is_pressures).collect())?;
+        let asperities = of_kind(Kind::Solve).map(|table| of_asperities(table, &setting));
+        let asperities = Table::stack(&asperities.collect::<Vec<_>>())?;
+        Ok(Evidence {
+            varied: varied(&ensembles, &pressures)?,
+            ensembles,
+            surfaces,
+            contacts,
+            asperities,
+            pressures,
+            kappa: Vec::new(),
+            setting,
+        })
+    }
+
+    /// The same with what is taken to limits.
+    ///
+    /// # Errors
+    /// When a table lacks a column that a fit reads.
+    pub fn with_limits(mut self, fits: &[LimitsFit]) -> Result<Evidence, TableError> {
+        self.kappa = kappa_limits::all(fits, &self.setting)?;
+        Ok(self)
+    }
+
+    /// The ensembles that the paper's words are about, under one correction, by spectrum: on meshes
+    /// no coarser than its own.
+    pub fn of_the_paper(&self, correction: &str) -> Vec<&AreaCurves> {
+        let mut found = self.under(correction);
+        found.retain(|AreaCurves { spectrum, .. }| {
+            spectrum.is_of_the_paper() && spectrum.nodes >= COARSEST * spectrum.k_upper
+        });
+        found
+    }
+
+    /// A spectrum among others: `k_lower 4, k_upper 32`, and what else varies.
+    pub fn name(&self, spectrum: &Spectrum) -> String {
+        self.varied.name(spectrum)
+    }
+
+    /// The ensembles under one correction, by spectrum.
+    pub fn under(&self, correction: &str) -> Vec<&AreaCurves> {
+        let mut found: Vec<&AreaCurves> = self
+            .ensembles
+            .iter()
+            .filter(|ensemble| ensemble.correction == correction)
+            .collect();
+        found.sort_by_key(|ensemble| (ensemble.spectrum.k_lower, ensemble.spectrum.k_upper));
+        found
+    }
+
+    /// A column of the surfaces' tables, by spectrum; none that no surface has.
+    pub fn of_surfaces(&self, name: &str) -> Vec<PerSurface> {
+        per_surface(&self.surfaces, |_, row| number(&self.surfaces, name, row))
+    }
+
+    /// What numbers of measured contacts amount to, under the load nearest to one within a tenth of
+    /// it, of spectra that the paper's words are about.
+    pub fn of_contacts(
+        &self,
+        load: f64,
+        columns: &[&'static str],
+        value: impl Fn(&BTreeMap<&'static str, f64>) -> f64,
+    ) -> Vec<AtLoad> {
+        let loads = self
+            .of_the_paper(AS_COUNTED)
+            .into_iter()
+            .filter_map(|ensemble| {
+                let place = ensemble.at(load)?;
+                let load = (ensemble.given[place], ensemble.loads[place]);
+                Some((key(&ensemble.spectrum), load))
+            });
+        let loads: BTreeMap<_, (f64, f64)> = loads.collect();
+        let of = |name: &str, row: usize| number(&self.contacts, name, row);
+        let given = load_column(&self.contacts);
+        let found = per_surface(&self.contacts, |spectrum, row| {
+            let asked = loads.get(&key(spectrum))?;
+            let numbers = columns.iter().map(|&name| Some((name, of(name, row)?)));
+            let is_asked = of(given, row)? == asked.0;
+            Some(value(&numbers.collect::<Option<_>>().filter(|_| is_asked)?))
+        });
+        let found = found
+            .into_iter()
+            .map(|PerSurface { spectrum, values }| AtLoad {
+                load: loads[&key(&spectrum)].1,
+                spectrum,
+                values,
+            });
+        found.collect()
+    }
+
+    /// The spectra whose surfaces were pressed on several meshes.
+    pub fn of_several_meshes(&self) -> Vec<OverMeshes> {
+        let points = refinements(&self.contacts, Window::ALL).unwrap_or_default();
+        let found = points.into_iter().filter_map(|point| {
+            let spectrum = spectrum(&self.contacts, point.row).ok()??;
+            let moments = point.moments()?;
+            let name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
+            spectrum
+                .is_of_the_paper()
+                .then_some(OverMeshes { name, moments })
+        });
+        found.collect()
+    }
+}
+
+/// What tells the spectra of areas from each other; of pressures, where a study has no areas.
+fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
+    let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
+    if spectra.is_empty() {
+        let parameters = pressures.in_role(Role::Parameter);
+        for rows in ensemble::grouped(&parameters) {
+            spectra.extend(spectrum(pressures, rows[0])?);
+        }
+    }
+    Ok(Varied::among(spectra.iter()))
+}
+
+impl AreaCurves {
+    /// Whether it tells the same areas as another: what is corrected by nothing was counted before.
+    fn is_of(&self, other: &AreaCurves) -> bool {
+        (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
+    }
+
+    /// Number of surfaces.
+    pub fn surfaces(&self) -> usize {
+        self.areas.first().map_or(0, Vec::len)
+    }
+
+    /// The place of the load nearest to one, if it is within a tenth of it.
+    pub fn at(&self, load: f64) -> Option<usize> {
+        per_load::nearest(&self.loads, load)
+    }
+
+    /// The curves of the surfaces that count, up to the first load at which all of them are in full
+    /// contact.
+    pub fn curves(&self, weights: &Weights) -> Option<Curves> {
+        let open = (0..self.loads.len()).take_while(|&place| self.mean(place) < 1.0);
+        let by_load: Vec<Vec<f64>> = open
+            .map(|place| weights.values(&self.areas[place]).collect())
+            .collect();
+        let loads = self.loads[..by_load.len()].to_vec();
+        let surfaces = 0..by_load.first()?.len();
+        let areas = surfaces.map(|surface| by_load.iter().map(|areas| areas[surface]).collect());
+        Curves::new(loads, areas.collect()).ok()
+    }
+
+    /// Area averaged over all surfaces alike.
+    pub fn mean(&self, load: usize) -> f64 {
+        self.areas[load].iter().sum::<f64>() / self.surfaces() as f64
+    }
+}
+
+fn curves(table: &Table) -> Result<Vec<AreaCurves>, TableError> {
+    if table.rows() == 0 {
+        return Ok(Vec::new());
+    }
+    let is_corrected = table.has(CORRECTION.name);
+    let area = if is_corrected {
+        AREA_CORRECTED
+    } else {
+        AREA_FRACTION
+    };
+    let areas = table.reals(area.name)?;
+    let mut curves = Vec::new();
+    for rows in ensembles(table)? {
+        let Some(spectrum) = spectrum(table, rows.first)? else {
+            continue;
+        };
+        let correction = match is_corrected {
+            true => table.texts(CORRECTION.name)?.value(rows.first).to_owned(),
+            false => AS_COUNTED.to_owned(),
+        };
+        curves.push(ensemble(spectrum, correction, &rows, areas));
+    }
+    curves.sort_by_key(|ensemble| (key(&ensemble.spectrum), ensemble.correction.clone()));
+    Ok(curves)
+}
+
+fn ensemble(
+    spectrum: Spectrum,
+    correction: String,
+    rows: &ensemble::Ensemble,
+    areas: &Float64Array,
+) -> AreaCurves {
+    let members = 0..rows.members.len();
+    let last =
+        |member: usize| (0..rows.loads.len()).rfind(|&load| rows.row(member, load).is_some());
+    let lasts: Vec<Option<usize>> = members.clone().map(last).collect();
+    let area = |member: usize, load: usize| {
+        let left_behind = || {
+            let last = lasts[member].filter(|&last| load > last)?;
+            rows.row(member, last)
+                .filter(|&row| areas.value(row) == 1.0)
+        };
+        let row = rows.row(member, load).or_else(left_behind)?;
+        Some(areas.value(row))
+    };
+    let common = rows.loads.iter().enumerate().filter_map(|(place, &load)| {
+        let areas: Option<Vec<f64>> = members.clone().map(|member| area(member, place)).collect();
+        Some((load, areas?))
+    });
+    let (loads, areas): (Vec<Load>, _) = common.unzip();
+    AreaCurves {
+        spectrum,
+        correction,
+        given: loads.iter().map(|load| load.given).collect(),
+        loads: loads.iter().map(|load| load.reduced).collect(),
+        areas,
+    }
+}
+
+/// A value of a row, by surface and spectrum; rows without one are left out.
+fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -> Vec<PerSurface> {
+    let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
+    let Ok(members) = Members::of(table) else {
+        return Vec::new();
+    };
+    for row in 0..table.rows() {
+        let Ok(Some(spectrum)) = spectrum(table, row) else {
+            continue;
+        };
+        let Some(value) = value(&spectrum, row) else {
+            continue;
+        };
+        let (_, values) = known
+            .entry(key(&spectrum))
+            .or_insert((spectrum, BTreeMap::new()));
+        values.entry(members.of_row(row)).or_insert(value);
+    }
+    let found = known.into_values().map(|(spectrum, values)| PerSurface {
+        spectrum,
+        values: values.into_values().collect(),
+    });
+    found.collect()
+}
+
+/// A number of a row, whatever its column's type; none where it is null, or there is no such column.
+fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
+    if let Ok(reals) = table.reals(name) {
+        return reals.is_valid(row).then(|| reals.value(row));
+    }
+    let integers = table.integers(name).ok()?;
+    integers.is_valid(row).then(|| integers.value(row) as f64)
+}

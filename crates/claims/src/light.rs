@@ -1,0 +1,270 @@
+//! Claims on the area at light load: what cutoffs do to it, and the theories beside (section 5.2).
+
+use super::evidence::{AreaCurves, Evidence};
+use super::quantities::{Quantities, data, needs, under};
+use super::steps::{Cutoff, Step};
+use super::{Claim, Expectation, Origin, Statement};
+use asperity_contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
+use asperity_contact::theory::persson;
+use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
+use asperity_statistics::intervals::Weights;
+
+/// Loads that stand for light contact.
+pub const LIGHT: [f64; 3] = [0.012, 0.024, 0.06];
+/// Loads from light contact to where four fifths of the surface touch.
+pub const UP_TO_FOUR_FIFTHS: [f64; 6] = [0.012, 0.024, 0.06, 0.14, 0.32, 0.52];
+
+const GROWS_WITH_K_LOWER: Statement = Statement {
+    name: "area-grows-with-k-lower",
+    origin: Origin::Paper,
+    says: "“surfaces with greater value of k_l … develop a bigger contact area fraction under a given \
+           contact pressure … up to about A/A₀ ≈ 80 %”",
+    place: "section 9.2, figs. 5, 9",
+    quantity: "ln of the ratio of mean areas of neighbouring k_lower, at equal k_upper and load, \
+               loads 0.012 … 0.52 with less than 80 % of the area",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do",
+    figure: Some("area-light"),
+};
+
+const GROWS_CORRECTED: Statement = Statement {
+    name: "corrected-area-grows-with-k-lower",
+    origin: Origin::Ours,
+    says: "The same of the area corrected as in 2017: what the mesh adds is not what makes it grow.",
+    place: "section 9.2 of the paper offers the error of the mesh as the first of two explanations, the \
+            density and clustering of asperities as the second",
+    ..GROWS_WITH_K_LOWER
+};
+
+const FALLS_WITH_ALPHA: Statement = Statement {
+    name: "area-falls-with-alpha",
+    origin: Origin::Paper,
+    says: "“Within each group, curves with greater Nayak's parameter α predict smaller contact areas.”",
+    place: "section 5.2, fig. 5; section 9.3 (i)",
+    quantity: "−ln of the ratio of mean areas of neighbouring k_upper, at equal k_lower, loads 0.012, \
+               0.024, 0.06",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do",
+    figure: Some("area-light"),
+};
+
+const FALLS_CORRECTED: Statement = Statement {
+    name: "corrected-area-falls-with-alpha",
+    origin: Origin::Ours,
+    says: "The same of the area corrected as in 2017, which takes more off where k_upper is greater.",
+    place: "section 5.2 of the paper: “may be slightly altered by numerical errors”",
+    ..FALLS_WITH_ALPHA
+};
+
+const ABOVE_PERSSON: Statement = Statement {
+    name: "area-above-persson",
+    origin: Origin::Paper,
+    says: "“All obtained results are significantly higher than the prediction of Persson's model.”",
+    place: "section 5.2, eq. (area_persson), fig. 5",
+    quantity: "ln of the mean area over erf(√2 y), loads 0.012, 0.024, 0.06",
+    expected: Expectation::Within(0.1, f64::INFINITY),
+    because: "“significantly” is taken as ten per cent",
+    figure: Some("area-light"),
+};
+
+const CORRECTED_ABOVE_PERSSON: Statement = Statement {
+    name: "corrected-area-above-persson",
+    origin: Origin::Ours,
+    says: "The area corrected as in 2017 is greater than in Persson's theory, too.",
+    place: "as area-above-persson",
+    ..ABOVE_PERSSON
+};
+
+const CLOSE_TO_BGT: Statement = Statement {
+    name: "widest-k-lower-is-close-to-bgt-asymptote",
+    origin: Origin::Paper,
+    says: "“The results for k_l = 16 are close to the asymptotic prediction of asperity based models \
+           referenced as “asymptotics BGT”.”",
+    place: "section 5.2, fig. 5",
+    quantity: "mean area over √(2π) y for k_lower = 16 on 1024 nodes a side, or as many nodes to the \
+               longest wavelength, loads 0.012, 0.024, 0.06",
+    expected: Expectation::Within(0.9, 1.1),
+    because: "“close” is taken as ten per cent",
+    figure: Some("area-light"),
+};
+
+const AREA_AT_THE_END: Statement = Statement {
+    name: "area-at-0.06",
+    origin: Origin::Paper,
+    says: "“p₀ ∈ [0; 0.06 E*], which corresponds to the contact area fraction A/A₀ ∈ [0; ≈14 %]”; \
+           elsewhere “10–14 %”",
+    place: "sections 4 and 5.2.2",
+    quantity: "mean area at the load 0.06 E* × rms slope",
+    expected: Expectation::Within(0.095, 0.145),
+    because: "10 and 14 % as they round; the paper leaves out the rms slope, see p0-over-rms-slope",
+    figure: Some("area-light"),
+};
+
+const BETWEEN_THE_ASYMPTOTES: Statement = Statement {
+    name: "corrected-area-between-asymptotes",
+    origin: Origin::Paper,
+    says: "The corrected area “lies between the asymptotic predictions of Persson's and asperity based \
+           models”.",
+    place: "section 8, fig. 13",
+    quantity: "(A/y − √(8/π))/(√(2π) − √(8/π)) of the area corrected by π/8, loads 0.012, 0.024, 0.06",
+    expected: Expectation::Within(0.0, 1.0),
+    because: "0 at Persson's asymptote, 1 at that of asperity models",
+    figure: Some("area-corrected"),
+};
+
+const SECANT_GROWS: Statement = Statement {
+    name: "corrected-secant-grows",
+    origin: Origin::Paper,
+    says: "“for the curves with k_l = 16 it [the secant] is an increasing function … connected with a \
+           too rough estimation of the relative error”",
+    place: "section 8, inset of fig. 13",
+    quantity: "ln of the secant A/y at 0.06 over that at 0.012, of the area corrected by π/8, for \
+               k_lower = 16 on 1024 nodes a side, or as many nodes to the longest wavelength",
+    expected: Expectation::Positive,
+    because: "an order; by the correction of 2017 the secant falls",
+    figure: Some("area-corrected"),
+};
+
+/// The claims, in the order of the paper.
+pub fn claims(evidence: &Evidence) -> Vec<Claim> {
+    vec![
+        grows_with_k_lower(evidence, AS_COUNTED, GROWS_WITH_K_LOWER),
+        grows_with_k_lower(evidence, OF_2017, GROWS_CORRECTED),
+        close_to_bgt(evidence),
+        above_persson(evidence, AS_COUNTED, ABOVE_PERSSON),
+        above_persson(evidence, OF_2017, CORRECTED_ABOVE_PERSSON),
+        falls_with_alpha(evidence, AS_COUNTED, FALLS_WITH_ALPHA),
+        falls_with_alpha(evidence, OF_2017, FALLS_CORRECTED),
+        area_at_the_end(evidence),
+        between_the_asymptotes(evidence),
+        secant_grows(evidence),
+    ]
+}
+
+fn grows_with_k_lower(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
+    let ensembles = evidence.of_the_paper(correction);
+    let mut quantities = Quantities::default();
+    for step in Step::all(&ensembles, Cutoff::Lower) {
+        for load in UP_TO_FOUR_FIFTHS {
+            if let Some(places) = step.at(load) {
+                let label = step.label(evidence, places[0]);
+                quantities.add(label, &step.surfaces(), |weights| {
+                    Some(step.ln_ratio(places, weights))
+                });
+            }
+        }
+    }
+    let spectra = "spectra that differ in `k_lower` alone";
+    quantities.judge(statement, data(correction), || {
+        needs(evidence, correction, &UP_TO_FOUR_FIFTHS, spectra)
+    })
+}
+
+fn falls_with_alpha(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
+    let ensembles = evidence.of_the_paper(correction);
+    let mut quantities = Quantities::default();
+    for step in Step::all(&ensembles, Cutoff::Upper) {
+        for load in LIGHT {
+            if let Some(places) = step.at(load) {
+                let label = step.label(evidence, places[0]);
+                quantities.add(label, &step.surfaces(), |weights| {
+                    Some(-step.ln_ratio(places, weights))
+                });
+            }
+        }
+    }
+    let spectra = "spectra that differ in `k_upper` alone";
+    quantities.judge(statement, data(correction), || {
+        needs(evidence, correction, &LIGHT, spectra)
+    })
+}
+
+fn above_persson(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
+    let ensembles = evidence.of_the_paper(correction);
+    let quantities = at_light_loads(evidence, &ensembles, |area, load| {
+        (area / persson::area(load)).ln()
+    });
+    quantities.judge(statement, data(correction), || {
+        needs(evidence, correction, &LIGHT, "random surfaces")
+    })
+}
+
+fn close_to_bgt(evidence: &Evidence) -> Claim {
+    let ensembles = of_widest_k_lower(evidence.of_the_paper(AS_COUNTED));
+    let quantities = at_light_loads(evidence, &ensembles, |area, load| area / (KAPPA_BGT * load));
+    quantities.judge(CLOSE_TO_BGT, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &LIGHT, WIDEST)
+    })
+}
+
+fn between_the_asymptotes(evidence: &Evidence) -> Claim {
+    let ensembles = evidence.of_the_paper(OF_2015);
+    let quantities = at_light_loads(evidence, &ensembles, |area, load| {
+        (area / load - KAPPA_PERSSON) / (KAPPA_BGT - KAPPA_PERSSON)
+    });
+    quantities.judge(BETWEEN_THE_ASYMPTOTES, data(OF_2015), || {
+        needs(evidence, OF_2015, &LIGHT, "random surfaces")
+    })
+}
+
+/// A function of mean area and load, of each ensemble under each light load.
+fn at_light_loads(
+    evidence: &Evidence,
+    ensembles: &[&AreaCurves],
+    quantity: fn(f64, f64) -> f64,
+) -> Quantities {
+    let mut quantities = Quantities::default();
+    for ensemble in ensembles {
+        for place in LIGHT.into_iter().filter_map(|load| ensemble.at(load)) {
+            let load = ensemble.loads[place];
+            let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(load));
+            quantities.add(label, &[ensemble.surfaces()], |weights| {
+                Some(quantity(weights.mean(&ensemble.areas[place]), load))
+            });
+        }
+    }
+    quantities
+}
+
+/// What is asked of spectra with as many nodes to the longest wavelength as k_lower = 16 has.
+const WIDEST: &str = "spectra with `k_lower` of a 64th of `nodes`, as 16 of 1024";
+
+/// The ensembles with the paper's greatest k_lower.
+pub fn of_widest_k_lower(mut ensembles: Vec<&AreaCurves>) -> Vec<&AreaCurves> {
+    ensembles.retain(|ensemble| ensemble.spectrum.nodes == 64 * ensemble.spectrum.k_lower);
+    ensembles
+}
+
+fn secant_grows(evidence: &Evidence) -> Claim {
+    let mut quantities = Quantities::default();
+    for ensemble in of_widest_k_lower(evidence.of_the_paper(OF_2015)) {
+        let places = ensemble.at(0.012).zip(ensemble.at(0.06));
+        if let Some((first, last)) = places {
+            let label = evidence.name(&ensemble.spectrum);
+            let secant = |at: usize, weights: &Weights| {
+                weights.mean(&ensemble.areas[at]) / ensemble.loads[at]
+            };
+            quantities.add(label, &[ensemble.surfaces()], |weights| {
+                Some((secant(last, weights) / secant(first, weights)).ln())
+            });
+        }
+    }
+    quantities.judge(SECANT_GROWS, data(OF_2015), || {
+        needs(evidence, OF_2015, &[0.012], WIDEST)
+    })
+}
+
+fn area_at_the_end(evidence: &Evidence) -> Claim {
+    let mut quantities = Quantities::default();
+    for ensemble in evidence.of_the_paper(AS_COUNTED) {
+        if let Some(place) = ensemble.at(0.06) {
+            let label = evidence.name(&ensemble.spectrum);
+            quantities.add(label, &[ensemble.surfaces()], |weights| {
+                Some(weights.mean(&ensemble.areas[place]))
+            });
+        }
+    }
+    quantities.judge(AREA_AT_THE_END, data(AS_COUNTED), || {
+        needs(evidence, AS_COUNTED, &[0.06], "random surfaces")
+    })
+}

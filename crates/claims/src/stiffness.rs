@@ -1,0 +1,175 @@
+//! Claims on the incremental stiffness K = −dp₀/dū of an interface, ū the mean gap.
+//!
+//! Persson's p₀ ∝ exp(−ū/u₀) has K = p₀/u₀. Between two loads K = (y₂ − y₁)/(ū₁ − ū₂), which is that of
+//! an exponential at the logarithmic mean of both, (y₂ − y₁)/ln(y₂/y₁): no spacing of loads bends it. Its
+//! exponent is taken between 0.01 and 0.05, at each of which it is that of the neighbouring loads.
+
+use std::collections::BTreeMap;
+
+use super::evidence::{Evidence, PerLoad};
+use super::quantities::Quantities;
+use super::{Claim, Expectation, Origin, Statement};
+use asperity_stages::columns::MEAN_GAP;
+use asperity_statistics::intervals::Weights;
+
+const PROPORTIONAL: Statement = Statement {
+    name: "stiffness-is-proportional-to-load",
+    origin: Origin::Ours,
+    says: "The stiffness of an interface grows in proportion to the load, where the cell holds many of the \
+           longest waves.",
+    place: "Persson's p₀ ∝ exp(−ū/u₀); arXiv 1210.4635: over a wide range of loads",
+    quantity: "d ln K/d ln y between the loads 0.01 and 0.05, K = −dy/dū, mean over the spectra of a k_lower \
+               of 8 or more",
+    expected: Expectation::Within(0.9, 1.1),
+    because: "1 is proportional; ten per cent of the exponent",
+    figure: None,
+};
+
+const FINITE_SIZE: Statement = Statement {
+    name: "sublinear-stiffness-is-of-the-finite-cell",
+    origin: Origin::Ours,
+    says: "What the stiffness lacks of being proportional to the load under light loads goes away as the \
+           cell grows.",
+    place: "arXiv 1210.4635: sublinear at low load is a finite size",
+    quantity: "d ln K/d ln y as for stiffness-is-proportional-to-load, of the next greater k_lower less that \
+               of the lesser one, at equal k_upper/k_lower and nodes/k_lower, mean over the spectra",
+    expected: Expectation::Positive,
+    because: "an order, so any difference will do, as long as the cell is small: where the exponent has \
+              arrived at one it no longer grows",
+    figure: None,
+};
+
+/// Loads between which the exponent is taken.
+const ENDS: [f64; 2] = [0.01, 0.05];
+/// Longest waves to the side of a cell that is great beside them.
+const GREAT_CELL: i64 = 8;
+/// Cells beyond which the exponent is not asked to grow.
+const SMALL_CELL: i64 = 4;
+const DATA: &str = "mean gap of measured contacts";
+const LOADS: &str = "a `measure` stage with loads at 0.01 and 0.05, each between two others";
+
+/// The claims.
+pub fn claims(evidence: &Evidence) -> Vec<Claim> {
+    let mut gaps = evidence.along_loads(MEAN_GAP.name);
+    gaps.retain(|one| one.spectrum.is_plain() && exponent(one, &Weights::ALL).is_some());
+    let mut great: BTreeMap<i64, Vec<&PerLoad>> = BTreeMap::new();
+    for one in gaps.iter().filter(|one| one.spectrum.k_lower >= GREAT_CELL) {
+        great.entry(one.spectrum.k_lower).or_default().push(one);
+    }
+    let mut exponents = Quantities::default();
+    for (k_lower, own) in &great {
+        let label = format!("k_lower {k_lower}, {}", spectra(own.len()));
+        let surfaces: Vec<usize> = own.iter().map(|one| one.surfaces()).collect();
+        exponents.add(label, &surfaces, |weights| {
+            mean(own.iter().map(|one| exponent(one, weights)))
+        });
+    }
+    let mut growth = Quantities::default();
+    for ([k_lower, next], own) in steps(&gaps) {
+        let label = format!("k_lower {next} over {k_lower}, {}", spectra(own.len()));
+        let surfaces: Vec<usize> = own.iter().flatten().map(|one| one.surfaces()).collect();
+        growth.add(label, &surfaces, |weights| {
+            mean(own.iter().map(|[lesser, greater]| {
+                Some(exponent(greater, weights)? - exponent(lesser, weights)?)
+            }))
+        });
+    }
+    let lacks = |spectra: &'static str| {
+        let is_there = !gaps.is_empty();
+        move || if is_there { spectra } else { LOADS }.to_owned()
+    };
+    vec![
+        exponents.judge(
+            PROPORTIONAL,
+            DATA,
+            lacks("spectra without a plateau and with `k_lower` of 8 or more"),
+        ),
+        growth.judge(
+            FINITE_SIZE,
+            DATA,
+            lacks("spectra with `k_lower` up to 4 that differ by the cell alone: all wavenumbers and `nodes` \
+                   twice as great"),
+        ),
+    ]
+}
+
+fn spectra(count: usize) -> String {
+    match count {
+        1 => "1 spectrum".to_owned(),
+        _ => format!("mean of {count} spectra"),
+    }
+}
+
+fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
+    let count = values.len() as f64;
+    let sum: f64 = values.sum::<Option<f64>>()?;
+    Some(sum / count)
+}
+
+/// Pairs of spectra that differ by the cell alone, by both their k_lower, up to where the cell is small.
+fn steps(gaps: &[PerLoad]) -> BTreeMap<[i64; 2], Vec<[&PerLoad; 2]>> {
+    let mut steps: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    for one in gaps.iter().filter(|one| one.spectrum.k_lower <= SMALL_CELL) {
+        let a = &one.spectrum;
+        let differs_by_the_cell = |other: &&PerLoad| {
+            let b = &other.spectrum;
+            a.hurst == b.hurst
+                && b.k_lower > a.k_lower
+                && a.k_upper * b.k_lower == b.k_upper * a.k_lower
+                && a.nodes * b.k_lower == b.nodes * a.k_lower
+        };
+        let next = gaps.iter().filter(differs_by_the_cell);
+        if let Some(other) = next.min_by_key(|other| other.spectrum.k_lower) {
+            let key = [a.k_lower, other.spectrum.k_lower];
+            steps.entry(key).or_default().push([one, other]);
+        }
+    }
+    steps
+}
+
+/// d ln K/d ln y between both ends.
+fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
+    let [light, heavy] = ENDS.map(|load| stiffness(gaps, load, weights));
+    let ((load, stiffness), (other_load, other)) = (light?, heavy?);
+    let is_rising = stiffness > 0.0 && other > 0.0 && other_load > load;
+    is_rising.then(|| (other / stiffness).ln() / (other_load / load).ln())
+}
+
+/// The logarithmic mean of the loads on both sides of one, and the stiffness there.
+fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)> {
+    let place = gaps.at(load)?;
+    let (before, after) = (place.checked_sub(1)?, place + 1);
+    let (one, other) = (*gaps.loads.get(before)?, *gaps.loads.get(after)?);
+    let [gap, next] = [before, after].map(|place| weights.mean(&gaps.values[place]));
+    let logarithmic_mean = (other - one) / (other / one).ln();
+    Some((logarithmic_mean, (other - one) / (gap - next)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::evidence::Spectrum;
+    use super::*;
+
+    #[test]
+    fn of_an_exponential_the_stiffness_is_proportional_however_loads_are_spaced() {
+        for loads in [
+            vec![0.009, 0.01, 0.011, 0.045, 0.05, 0.055],
+            vec![0.003, 0.01, 0.02, 0.05, 0.4],
+        ] {
+            let gap = |load: &f64| vec![-0.4 * load.ln()];
+            let gaps = PerLoad {
+                spectrum: Spectrum {
+                    hurst: 0.8,
+                    k_lower: 8,
+                    k_rolloff: 8,
+                    k_upper: 32,
+                    nodes: 256,
+                },
+                values: loads.iter().map(gap).collect(),
+                loads,
+            };
+            let found = exponent(&gaps, &Weights::ALL).unwrap();
+            assert!((found - 1.0).abs() < 1e-12, "{found}");
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! The forces of asperities under a load.
+//!
+//! At given displacements u the plane z_ref at which the forces add up to the load is the root of a convex
+//! and falling function, which Newton's method meets from above the load without overshooting. Forces
+//! displace the body in turn: u = G F(u), a fixed point that is searched by Anderson's mixing (type II;
+//! Walker & Ni, SIAM J. Numer. Anal. 49, 1715 (2011)), for the iteration itself diverges as soon as
+//! contacts stiffen the body as much as it stiffens itself.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::summits::Summit;
+use super::{Asperities, nominal_area, steps};
+use crate::solver::{Settings, Stop};
+
+/// Iterates that are mixed.
+const DEPTH: usize = 6;
+/// Iterations within which the residual must fall by a tenth; else iterates are forgotten, and from there
+/// on the mixing goes half as far. Contacts that open and close by turns would keep it busy for ever.
+const PATIENCE: u32 = 25;
+/// Newton's steps for the reference plane; a dozen do.
+const MOST_STEPS: usize = 100;
+/// Of the load, what the forces may miss.
+const BALANCE: f64 = 1e-14;
+
+/// Forces in balance with a load.
+pub struct Equilibrium {
+    /// z_ref.
+    pub reference: f64,
+    /// The overlap of every summit, not positive where it does not touch.
+    pub overlaps: Vec<f64>,
+    /// Elastic energy, Σ (2/5) F d + ½ Σ F u.
+    pub energy: f64,
+    /// Largest change of a displacement that another iteration would make, in units of rms slope × mesh
+    /// step.
+    pub residual: f64,
+    /// Pairs of transforms.
+    pub pairs: u32,
+    /// How it ended.
+    pub stop: Stop,
+}
+
+/// Forces at given displacements.
+struct Balance {
+    reference: f64,
+    overlaps: Vec<f64>,
+    forces: Vec<f64>,
+}
+
+impl Asperities {
+    /// The forces under a load.
+    pub(super) fn equilibrium(&mut self, load: f64, settings: &Settings) -> Equilibrium {
+        let total = load * nominal_area(self.grid);
+        let Some(body) = &mut self.body else {
+            let still = vec![0.0; self.summits.len()];
+            let balance = balance(&self.summits, &still, total);
+            return settled(balance, &still, 0.0, 0, Stop::Converged);
+        };
+        let [step_x, step_y] = steps(self.grid);
+        let step = step_x.min(step_y);
+        let mut displacements = expected(&self.known, load, self.summits.len());
+        let mut mixing = Mixing::default();
+        let mut pairs = 0;
+        loop {
+            let balance = balance(&self.summits, &displacements, total);
+            let nodes = self.summits.iter().map(|summit| summit.node);
+            let answer = body.displace(nodes, &balance.forces);
+            pairs += 1;
+            let changes: Vec<f64> = answer
+                .iter()
+                .zip(&displacements)
+                .map(|(a, u)| a - u)
+                .collect();
+            // A summit far below the plane may be displaced as it likes.
+            let counting = changes.iter().zip(&balance.overlaps);
+            let counting = counting.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
+            let largest = counting.map(|(change, _)| change.abs()).fold(0.0, f64::max);
+            let residual = largest / step;
+            let stop = if residual <= settings.tolerance {
+                Some(Stop::Converged)
+            } else {
+                (pairs >= settings.pair_limit).then_some(Stop::PairLimit)
+            };
+            if let Some(stop) = stop {
+                self.known.insert(0, (load, displacements.clone()));
+                self.known.truncate(2);
+                return settled(balance, &displacements, residual, pairs, stop);
+            }
+            mixing.watch(residual);
+            displacements = mixing.next(displacements, changes);
+        }
+    }
+}
+
+fn settled(
+    balance: Balance,
+    displacements: &[f64],
+    residual: f64,
+    pairs: u32,
+    stop: Stop,
+) -> Equilibrium {
+    let forces = balance
+        .forces
+        .iter()
+        .zip(&balance.overlaps)
+        .zip(displacements);
+    let energies = forces.map(|((force, overlap), u)| force * (0.4 * overlap.max(0.0) + 0.5 * u));
+    Equilibrium {
+        reference: balance.reference,
+        energy: energies.sum(),
+        overlaps: balance.overlaps,
+        residual,
+        pairs,
+        stop,
+    }
+}
+
+/// Displacements to start from: on the line through those under the last two loads.
+fn expected(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
+    match known {
+        [] => vec![0.0; count],
+        [(before, last)] => last.iter().map(|u| u * load / before).collect(),
+        [(one, last), (two, earlier), ..] => {
+            let share = (load - one) / (one - two);
+            let pairs = last.iter().zip(earlier);
+            pairs
+                .map(|(last, earlier)| last + share * (last - earlier))
+                .collect()
+        }
+    }
+}
+
+/// The plane at which forces add up to a total, above zero.
+fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
+    let levels = summits
+        .iter()
+        .zip(displacements)
+        .map(|(summit, u)| summit.height - u);
+    let levels: Vec<f64> = levels.collect();
+    // At the highest plane where one summit alone bears it all, the forces are at least as large.
+    let alone = summits.iter().zip(&levels);
+    let alone = alone.map(|(summit, level)| {
+        let overlap = libm::cbrt(total / summit.stiffness);
+        level - overlap * overlap
+    });
+    let mut reference = alone.fold(f64::NEG_INFINITY, f64::max);
+    for _ in 0..MOST_STEPS {
+        let (mut sum, mut slope) = (0.0, 0.0);
+        for (summit, level) in summits.iter().zip(&levels) {
+            let overlap = level - reference;
+            if overlap > 0.0 {
+                let root = overlap.sqrt();
+                sum += summit.stiffness * overlap * root;
+                slope += 1.5 * summit.stiffness * root;
+            }
+        }
+        let step = (sum - total) / slope;
+        // Rounding alone is left once a step does not rise.
+        if step.is_nan() || step <= 0.0 || sum - total <= BALANCE * total {
+            break;
+        }
+        reference += step;
+    }
+    let overlaps: Vec<f64> = levels.iter().map(|level| level - reference).collect();
+    let forces = summits.iter().zip(&overlaps).map(|(summit, &overlap)| {
+        let overlap = overlap.max(0.0);
+        summit.stiffness * overlap * overlap.sqrt()
+    });
+    Balance {
+        reference,
+        forces: forces.collect(),
+        overlaps,
+    }
+}
+
+/// Anderson's mixing of the last iterates.
+struct Mixing {
+    /// How far the mixing goes along the changes.
+    damping: f64,
+    /// The least residual, and how long ago it was reached.
+    least: (f64, u32),
+    last: Option<(Vec<f64>, Vec<f64>)>,
+    /// Differences of iterates and of their changes, the last one first.
+    differences: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Default for Mixing {
+    fn default() -> Mixing {
+        Mixing {
+            damping: 1.0,
+            least: (f64::INFINITY, 0),
+            last: None,
+            differences: Vec::new(),
+        }
+    }
+}
+
+impl Mixing {
+    /// Hears of the residual of the last iterate.
+    fn watch(&mut self, residual: f64) {
+        let (least, age) = self.least;
+        if residual < 0.9 * least {
+            self.least = (residual, 0);
+        } else if age < PATIENCE {
+            self.least = (least, age + 1);
+        } else {
+            self.least = (residual, 0);
+            self.damping *= 0.5;
+            self.last = None;
+            self.differences.clear();
+        }
+    }
+
+    /// The next iterate after one and the change that the iteration would make of it.
+    fn next(&mut self, iterate: Vec<f64>, change: Vec<f64>) -> Vec<f64> {
+        if let Some((iterate_before, change_before)) = &self.last {
+            let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
+                now.iter()
+                    .zip(before)
+                    .map(|(now, before)| now - before)
+                    .collect()
+            };
+            let both = (
+                difference(&iterate, iterate_before),
+                difference(&change, change_before),
+            );
+            self.differences.insert(0, both);
+            self.differences.truncate(DEPTH);
+        }
+        let damping = self.damping;
+        let next = iterate.iter().zip(&change);
+        let mut next: Vec<f64> = next.map(|(u, r)| u + damping * r).collect();
+        let weights = self.weights(&change);
+        for ((moved, answered), weight) in self.differences.iter().zip(&weights) {
+            for (next, (moved, answered)) in next.iter_mut().zip(moved.iter().zip(answered)) {
+                *next -= weight * (moved + damping * answered);
+            }
+        }
+        self.last = Some((iterate, change));
+        next
+    }
+
+    /// The combination of earlier changes that comes closest to the last one.
+    fn weights(&self, change: &[f64]) -> Vec<f64> {
+        let count = self.differences.len();
+        let dot = |one: &[f64], other: &[f64]| -> f64 {
+            one.iter().zip(other).map(|(one, other)| one * other).sum()
+        };
+        let answered = |index: usize| &self.differences[index].1;
+        let mut gram = DMatrix::from_fn(count, count, |i, j| dot(answered(i), answered(j)));
+        let right = DVector::from_fn(count, |i, _| dot(answered(i), change));
+        for i in 0..count {
+            // Differences that say the same twice.
+            gram[(i, i)] *= 1.0 + 1e-12;
+        }
+        match gram.cholesky() {
+            Some(factors) => factors.solve(&right).iter().copied().collect(),
+            None => vec![0.0; count],
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Asperities against closed forms, against each other, and against the solver.
+
+use std::f64::consts::PI;
+
+use super::*;
+use crate::grid::samples::square;
+use crate::solver::{HalfSpace, Stop};
+use crate::topography::random::{Amplitude, RandomSurface};
+use crate::topography::spectrum::Spectrum;
+
+const SETTINGS: Settings = Settings {
+    tolerance: 1e-12,
+    pair_limit: 500,
+};
+
+/// Spheres of curvature `bend` at some nodes, each as wide as it is the highest.
+fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
+    let around = |by: f64| by - by.round();
+    let height = |node: usize| {
+        let [i, j] = grid.place(node);
+        let [nodes_x, nodes_y] = grid.nodes();
+        let place = [i as f64 / nodes_x as f64, j as f64 / nodes_y as f64];
+        let below = tops.iter().map(|top| {
+            let by = [0, 1].map(|axis| around(place[axis] - top[axis]));
+            -0.5 * bend * (by[0] * by[0] + by[1] * by[1])
+        });
+        below.fold(f64::NEG_INFINITY, f64::max)
+    };
+    (0..grid.count()).map(height).collect()
+}
+
+fn press(grid: Grid, heights: &[f64], interaction: Interaction, load: f64) -> AsperityOutcome {
+    let mut asperities = Asperities::new(grid, heights, interaction).unwrap();
+    let outcome = asperities.press(load, &SETTINGS);
+    assert_eq!(outcome.outcome.stop, Stop::Converged);
+    outcome
+}
+
+/// Height of the plane over that of the tops, which are at zero.
+fn plane(outcome: &AsperityOutcome, heights: &[f64]) -> f64 {
+    outcome.outcome.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64
+}
+
+#[test]
+fn one_asperity_is_hertz() {
+    let grid = square(32, 1.0);
+    let (bend, load) = (3.0_f64, 1e-4);
+    let heights = spheres(grid, bend, &[[0.5, 0.5]]);
+    let found = press(grid, &heights, Interaction::None, load);
+    // F = (4/3) √R d^(3/2), area πRd, p = 3F/(2πRd), energy (2/5) F d.
+    let depth = (0.75 * load * bend.sqrt()).powf(2.0 / 3.0);
+    let area = PI * depth / bend;
+    for (found, known) in [
+        (-plane(&found, &heights), depth),
+        (found.area_fraction, area),
+        (found.outcome.peak_pressure, 1.5 * load / area),
+        (found.outcome.energy, 0.4 * load * depth),
+    ] {
+        assert!((found / known - 1.0).abs() < 1e-10, "{found} {known}");
+    }
+    assert_eq!((found.contacts, found.overlapping), (1, 0));
+}
+
+#[test]
+fn two_asperities_displace_each_other_as_two_forces_do() {
+    let grid = square(256, 1.0);
+    let (bend, load) = (40.0_f64, 1e-6);
+    let apart = 16.0 / 256.0;
+    let tops = [[0.5, 0.5], [0.5 + apart, 0.5]];
+    let heights = spheres(grid, bend, &tops);
+    let found = press(grid, &heights, Interaction::Explicit, load);
+    assert_eq!(found.contacts, 2);
+    let depth = (0.375 * load * bend.sqrt()).powf(2.0 / 3.0);
+    // Each is displaced by the other's F/(π r), and by the images of both, a distance of a cell away.
+    let images = 2.0 * 3.900_264_920_001_956 / PI;
+    let displaced = 0.5 * load * (1.0 / (PI * apart) - images);
+    // What images add to that is even in r.
+    let tolerance = 0.5 * load * 3.0 * apart * apart;
+    assert!((plane(&found, &heights) + depth + displaced).abs() < tolerance);
+    let alone = press(grid, &heights, Interaction::None, load);
+    assert!((plane(&alone, &heights) + depth).abs() < 1e-10 * depth);
+}
+
+#[test]
+fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
+    let grid = square(512, 1.0);
+    let (bend, load) = (4.0_f64, 2e-4);
+    let heights = spheres(grid, bend, &[[0.5, 0.5]]);
+    let model = press(grid, &heights, Interaction::Explicit, load);
+    let mut solver = HalfSpace::default().solver(grid, &heights);
+    let solved = solver.press(load, &Settings::default(), &|| false);
+    let solved_plane = solved.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64;
+    let plane = plane(&model, &heights);
+    // The contact is 21 nodes wide. The mesh displaces by a share of a step's slope: second order.
+    assert!(
+        (plane / solved_plane - 1.0).abs() < 4e-3,
+        "{plane} {solved_plane}"
+    );
+    // Without its images the sphere would be this much deeper: ten times as far off.
+    let images = 3.900_264_920_001_956 / PI * load;
+    assert!(images > 0.02 * plane.abs(), "{images} {plane}");
+    // Nodes are counted: first order in the mesh, a tenth of the edge's nodes.
+    let area = solved.contact_nodes as f64 / grid.count() as f64;
+    assert!(
+        (model.area_fraction / area - 1.0).abs() < 0.05,
+        "{} {area}",
+        model.area_fraction
+    );
+    let traced = model.outcome.contact_nodes as f64 / grid.count() as f64;
+    assert!((traced / model.area_fraction - 1.0).abs() < 0.05);
+}
+
+fn rough(nodes: usize, k_lower: u32, k_upper: u32) -> (Grid, Vec<f64>) {
+    let grid = square(nodes, 1.0);
+    let surface = RandomSurface {
+        spectrum: Spectrum {
+            hurst: 0.8,
+            k_lower,
+            k_rolloff: k_lower,
+            k_upper,
+            anisotropy: None,
+        },
+        amplitude: Amplitude::Gaussian,
+        rms_slope: 1.0,
+        seed: 3,
+        realization: 0,
+    };
+    (grid, surface.draw(grid).into_heights())
+}
+
+#[test]
+fn many_weak_contacts_feel_the_mean_field_alone() {
+    let (grid, heights) = rough(256, 32, 64);
+    let mean_field = press(grid, &heights, Interaction::MeanField, 1e-3);
+    let explicit = press(grid, &heights, Interaction::Explicit, 1e-3);
+    assert!(explicit.contacts > 100);
+    let ratio = explicit.area_fraction / mean_field.area_fraction;
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    let gap = explicit.outcome.mean_gap / mean_field.outcome.mean_gap;
+    assert!((gap - 1.0).abs() < 0.01, "{gap}");
+    assert_eq!(
+        mean_field.nominal_displacement,
+        explicit.nominal_displacement
+    );
+}
+
+#[test]
+fn a_uniform_displacement_moves_the_plane_and_nothing_else() {
+    let (grid, heights) = rough(64, 4, 16);
+    let none = press(grid, &heights, Interaction::None, 0.02);
+    let mean_field = press(grid, &heights, Interaction::MeanField, 0.02);
+    assert_eq!(none.nominal_displacement, 0.0);
+    assert_eq!(none.outcome, mean_field.outcome);
+    let known = 4.0 / PI * ((1.0 + 2.0_f64.sqrt()).ln() - (2.0_f64.sqrt() - 1.0) / 3.0);
+    assert!((mean_field.nominal_displacement / 0.02 - known).abs() < 1e-9);
+}
+
+#[test]
+fn loads_before_are_a_guess_and_change_nothing() {
+    let (grid, heights) = rough(128, 4, 16);
+    let explicit = press(grid, &heights, Interaction::Explicit, 0.02);
+    let mut swept = Asperities::new(grid, &heights, Interaction::Explicit).unwrap();
+    for load in [0.005, 0.01, 0.015] {
+        swept.press(load, &SETTINGS);
+    }
+    let last = swept.press(0.02, &SETTINGS);
+    assert!((last.area_fraction / explicit.area_fraction - 1.0).abs() < 1e-9);
+    assert_eq!(last.contacts, explicit.contacts);
+}
+
+#[test]
+fn a_flat_surface_has_nothing_to_press() {
+    let grid = square(16, 1.0);
+    let none = Asperities::new(grid, &vec![1.0; grid.count()], Interaction::None);
+    assert_eq!(none.err(), Some(NoSummits));
+}

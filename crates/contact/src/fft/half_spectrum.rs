@@ -1,0 +1,411 @@
+//! Transforms of any mesh: rows by realfft, columns by rustfft.
+
+use std::sync::Arc;
+
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::{Fft, FftPlanner, num_complex::Complex};
+
+use super::aligned::Aligned;
+use super::{Band, Held, ROWS_TOGETHER, Real, Row, Rows, Sink, Source, cut, cut_pairs};
+use crate::threads::{Crew, Threads};
+
+/// Columns transformed together: one cache line of single precision or two of double, so that no
+/// line is fetched in vain, and a tile that stays in the second-level cache.
+const TILE_COLUMNS: usize = 8;
+
+/// Plans of one mesh.
+pub struct HalfSpectrum<T> {
+    nodes: [usize; 2],
+    /// Rows of the maps that are convolved: beyond these there are zeros, which no row transform is
+    /// spent on.
+    filled_rows: usize,
+    row_forward: Arc<dyn RealToComplex<T>>,
+    row_inverse: Arc<dyn ComplexToReal<T>>,
+    column_forward: Arc<dyn Fft<T>>,
+    column_inverse: Arc<dyn Fft<T>>,
+}
+
+pub struct Scratch<T> {
+    /// A whole half spectrum, grown by the first convolution.
+    spectrum: Vec<Complex<T>>,
+    /// One for each thread.
+    buffers: Vec<Buffers<T>>,
+}
+
+impl<T> Scratch<T> {
+    /// Lets go of the spectrum until the next convolution begins; what it holds is lost.
+    pub fn release(&mut self) {
+        self.spectrum = Vec::new();
+    }
+}
+
+/// What a thread writes on the way.
+struct Buffers<T> {
+    row: Vec<T>,
+    tile: Vec<Complex<T>>,
+    butterflies: Vec<Complex<T>>,
+}
+
+/// What a thread has of all rows of a half spectrum: some consecutive columns.
+struct ColumnShare<'a, T> {
+    first: usize,
+    rows: Vec<&'a mut [Complex<T>]>,
+    /// What was found in each column.
+    found: Vec<f64>,
+}
+
+/// The factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
+/// `|k_y| * (N_x/2 + 1) + |k_x|`.
+pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -> Aligned<T> {
+    let [waves_x, waves_y] = nodes.map(|nodes| nodes / 2 + 1);
+    let mut column = vec![0.0; waves_x];
+    let mut kernel = Aligned::zeros(waves_x * waves_y);
+    for (k_y, kernel) in kernel.chunks_exact_mut(waves_x).enumerate() {
+        factors(k_y, &mut column);
+        for (value, factor) in kernel.iter_mut().zip(&column) {
+            *value = T::nearest(*factor);
+        }
+    }
+    kernel
+}
+
+impl<T: Real> HalfSpectrum<T> {
+    /// For maps of so many rows, on a mesh of no fewer.
+    pub fn new(filled_rows: usize, nodes: [usize; 2]) -> Self {
+        let [column_length, row_length] = nodes;
+        let mut real = RealFftPlanner::new();
+        let mut complex = FftPlanner::new();
+        Self {
+            nodes,
+            filled_rows,
+            row_forward: real.plan_fft_forward(row_length),
+            row_inverse: real.plan_fft_inverse(row_length),
+            column_forward: complex.plan_fft_forward(column_length),
+            column_inverse: complex.plan_fft_inverse(column_length),
+        }
+    }
+
+    /// Wavenumbers kept along a row.
+    pub fn columns(&self) -> usize {
+        self.nodes[1] / 2 + 1
+    }
+
+    /// Entries of a half spectrum.
+    pub fn len(&self) -> usize {
+        self.nodes[0] * self.columns()
+    }
+
+    /// A half spectrum's filled rows, and the others.
+    fn split<'a>(&self, spectrum: &'a mut [Complex<T>]) -> [&'a mut [Complex<T>]; 2] {
+        spectrum
+            .split_at_mut(self.filled_rows * self.columns())
+            .into()
+    }
+
+    fn row(&self, index: usize) -> Row {
+        Row::new(index, self.nodes[1])
+    }
+
+    pub fn scratch(&self) -> Scratch<T> {
+        Scratch {
+            spectrum: Vec::new(),
+            buffers: Vec::new(),
+        }
+    }
+
+    fn buffers(&self) -> Buffers<T> {
+        let butterflies = [
+            self.row_forward.get_scratch_len(),
+            self.row_inverse.get_scratch_len(),
+            self.column_forward.get_inplace_scratch_len(),
+            self.column_inverse.get_inplace_scratch_len(),
+        ];
+        let longest = butterflies.into_iter().max().unwrap_or(0);
+        Buffers {
+            row: vec![T::zero(); self.nodes[1]],
+            tile: vec![Complex::default(); (TILE_COLUMNS * self.nodes[0]).max(self.columns())],
+            butterflies: vec![Complex::default(); longest],
+        }
+    }
+
+    pub fn forward(
+        &self,
+        field: &[T],
+        spectrum: &mut [Complex<T>],
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let buffers = &mut scratch.buffers;
+        let rows = &mut Source(field);
+        self.pass_over(
+            Held::Nothing,
+            Held::Spectra,
+            rows,
+            spectrum,
+            threads,
+            buffers,
+        );
+        self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
+            self.column_forward.process_with_scratch(tile, butterflies);
+        });
+    }
+
+    pub fn inverse(
+        &self,
+        spectrum: &mut [Complex<T>],
+        field: &mut [T],
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let buffers = &mut scratch.buffers;
+        self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
+            self.column_inverse.process_with_scratch(tile, butterflies);
+        });
+        let rows = &mut Sink(Band::of(field));
+        self.pass_over(
+            Held::Spectra,
+            Held::Nothing,
+            rows,
+            spectrum,
+            threads,
+            buffers,
+        );
+    }
+
+    /// Goes over all rows that are not zero for certain, which may come from the half spectrum and may
+    /// go there.
+    pub fn pass(
+        &self,
+        from: Held,
+        to: Held,
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let Scratch { spectrum, buffers } = scratch;
+        spectrum.resize(self.len(), Complex::default());
+        let [filled, zeros] = self.split(spectrum);
+        self.pass_over(from, to, rows, filled, threads, buffers);
+        if to == Held::Spectra {
+            zeros.fill(Complex::default());
+        }
+    }
+
+    /// Forward, multiply, inverse, one tile of columns at a time.
+    pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
+        let [nodes_x, nodes_y] = self.nodes;
+        let Scratch { spectrum, buffers } = scratch;
+        let multiply = |tile: &mut [Complex<T>],
+                        first: usize,
+                        butterflies: &mut [Complex<T>],
+                        found: &mut Vec<f64>| {
+            self.column_forward.process_with_scratch(tile, butterflies);
+            let columns = (first..).zip(kernel.chunks_exact(nodes_x / 2 + 1).skip(first));
+            for (column, (k_y, symbol)) in tile.chunks_exact_mut(nodes_x).zip(columns) {
+                // All but the lowest and the Nyquist column stand for their opposites too.
+                let alone = k_y == 0 || 2 * k_y == nodes_y;
+                found.push(multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 });
+            }
+            self.column_inverse.process_with_scratch(tile, butterflies);
+        };
+        let found = self.transform_columns(spectrum, threads, buffers, multiply);
+        found.into_iter().fold(0.0, |sum, found| sum + found)
+    }
+
+    fn pass_over(
+        &self,
+        from: Held,
+        to: Held,
+        rows: &mut impl Rows<T>,
+        spectrum: &mut [Complex<T>],
+        threads: &Threads,
+        buffers: &mut Vec<Buffers<T>>,
+    ) {
+        let count = spectrum.len() / self.columns();
+        let crew = threads.crew(count * self.nodes[1]);
+        let firsts = crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter();
+        let firsts: Vec<usize> = firsts.map(|block| ROWS_TOGETHER * block).collect();
+        let parts = cut(rows, &firsts, self.nodes[1]);
+        let mut rest = spectrum;
+        let mut blocks = Vec::with_capacity(firsts.len());
+        let ends = firsts[1..].iter().copied().chain([count]);
+        for ((&first, end), rows) in firsts.iter().zip(ends).zip(parts) {
+            let own;
+            (own, rest) = rest.split_at_mut((end - first) * self.columns());
+            blocks.push((first, own, rows));
+        }
+        crew.each(
+            buffers,
+            || self.buffers(),
+            &mut blocks,
+            |buffers, (first, halves, rows)| {
+                let Buffers {
+                    row: values,
+                    butterflies,
+                    ..
+                } = buffers;
+                for (row, half) in (*first..).zip(halves.chunks_exact_mut(self.columns())) {
+                    match from {
+                        Held::Nothing => (),
+                        Held::Rows => unpack(half, values),
+                        Held::Spectra => self.inverse_row(half, values, butterflies),
+                    }
+                    rows.row(self.row(row), values);
+                    match to {
+                        Held::Nothing => (),
+                        Held::Rows => pack(values, half),
+                        Held::Spectra => self.forward_row(values, half, butterflies),
+                    }
+                }
+            },
+        );
+        for (_, _, part) in blocks {
+            rows.append(part);
+        }
+    }
+
+    pub fn peek(
+        &self,
+        from: Held,
+        pairs: &[usize],
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let Scratch { spectrum, buffers } = scratch;
+        let crew = threads.crew(2 * pairs.len() * self.nodes[1]);
+        let (parts, pairs) = cut_pairs(rows, pairs, &crew, self.nodes[1]);
+        let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();
+        let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
+            for row in pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]) {
+                let Some(half) = spectrum.chunks_exact(self.columns()).nth(row) else {
+                    return;
+                };
+                if from == Held::Rows {
+                    unpack(half, &mut buffers.row);
+                } else {
+                    let copy = &mut buffers.tile[..half.len()];
+                    copy.copy_from_slice(half);
+                    self.inverse_row(copy, &mut buffers.row, &mut buffers.butterflies);
+                }
+                Rows::row(rows, self.row(row), &mut buffers.row);
+            }
+        };
+        crew.each(buffers, || self.buffers(), &mut blocks, look);
+        for (part, _) in blocks {
+            rows.append(part);
+        }
+    }
+
+    fn forward_row(&self, row: &mut [T], half: &mut [Complex<T>], butterflies: &mut [Complex<T>]) {
+        self.row_forward
+            .process_with_scratch(row, half, butterflies)
+            .expect("buffers are sized by the plan");
+    }
+
+    fn inverse_row(&self, half: &mut [Complex<T>], row: &mut [T], butterflies: &mut [Complex<T>]) {
+        // Zero for a real map, but for rounding; the complex-to-real plan insists.
+        half[0].im = T::zero();
+        if row.len().is_multiple_of(2) {
+            half[row.len() / 2].im = T::zero();
+        }
+        self.row_inverse
+            .process_with_scratch(half, row, butterflies)
+            .expect("buffers are sized by the plan");
+    }
+
+    /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies, found)`
+    /// change them, and scatters them back. Columns are contiguous in the tile. Returns what was found,
+    /// in the order of the columns.
+    fn transform_columns(
+        &self,
+        spectrum: &mut [Complex<T>],
+        threads: &Threads,
+        buffers: &mut Vec<Buffers<T>>,
+        action: impl Fn(&mut [Complex<T>], usize, &mut [Complex<T>], &mut Vec<f64>) + Sync,
+    ) -> Vec<f64> {
+        let nodes = self.nodes[0];
+        let crew = threads.crew(spectrum.len());
+        let mut shares = self.cut_columns(spectrum, &crew);
+        let transform = |buffers: &mut Buffers<T>, share: &mut ColumnShare<T>| {
+            let columns = share.rows[0].len();
+            for start in (0..columns).step_by(TILE_COLUMNS) {
+                let width = TILE_COLUMNS.min(columns - start);
+                let tile = &mut buffers.tile[..width * nodes];
+                for (i, row) in share.rows.iter().enumerate() {
+                    for (j, value) in row[start..][..width].iter().enumerate() {
+                        tile[j * nodes + i] = *value;
+                    }
+                }
+                let first = share.first + start;
+                action(tile, first, &mut buffers.butterflies, &mut share.found);
+                for (i, row) in share.rows.iter_mut().enumerate() {
+                    for (j, value) in row[start..][..width].iter_mut().enumerate() {
+                        *value = tile[j * nodes + i];
+                    }
+                }
+            }
+        };
+        crew.each(buffers, || self.buffers(), &mut shares, transform);
+        shares.into_iter().flat_map(|share| share.found).collect()
+    }
+
+    /// Cuts all rows between tiles of columns.
+    fn cut_columns<'a>(
+        &self,
+        spectrum: &'a mut [Complex<T>],
+        crew: &Crew,
+    ) -> Vec<ColumnShare<'a, T>> {
+        let columns = self.columns();
+        let cuts = crew.cuts(columns.div_ceil(TILE_COLUMNS)).into_iter();
+        let firsts: Vec<usize> = cuts.map(|tile| tile * TILE_COLUMNS).collect();
+        let ends: Vec<usize> = firsts[1..].iter().copied().chain([columns]).collect();
+        let mut shares: Vec<ColumnShare<T>> = firsts
+            .iter()
+            .map(|&first| ColumnShare {
+                first,
+                rows: Vec::with_capacity(self.nodes[0]),
+                found: Vec::new(),
+            })
+            .collect();
+        for mut row in spectrum.chunks_exact_mut(columns) {
+            for (share, end) in shares.iter_mut().zip(&ends) {
+                let own;
+                (own, row) = row.split_at_mut(end - share.first);
+                share.rows.push(own);
+            }
+        }
+        shares
+    }
+}
+
+/// Keeps a row where its half spectrum was.
+fn pack<T: Real>(row: &[T], half: &mut [Complex<T>]) {
+    for (values, kept) in row.chunks(2).zip(half) {
+        *kept = Complex::new(values[0], values.get(1).copied().unwrap_or_default());
+    }
+}
+
+fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
+    for (values, kept) in row.chunks_mut(2).zip(half) {
+        values[0] = kept.re;
+        if let [_, second] = values {
+            *second = kept.im;
+        }
+    }
+}
+
+/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude. Returns the sum of what they
+/// were times what they are.
+fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
+    let (positive, negative) = column.split_at_mut(symbol.len());
+    let positive = positive.iter_mut().zip(symbol);
+    let waves = positive.chain(negative.iter_mut().rev().zip(&symbol[1..]));
+    let mut sum = 0.0;
+    for (value, factor) in waves {
+        let product = value.norm_sqr() * *factor;
+        sum += product.into();
+        *value = *value * *factor;
+    }
+    sum
+}

@@ -1,0 +1,328 @@
+//! Convolutions of two rows at a time, as many numbers at a time as a register holds.
+//!
+//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N_x/2 × N_y.
+//! Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong to the even and the
+//! odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N_x/2, with
+//! w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then multiplying by
+//! them is
+//!
+//! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2,
+//!
+//! so that nothing real is ever transformed, and no Nyquist column is left over.
+//!
+//! The work is laid out so that every instruction works on full registers of L numbers:
+//!
+//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N_y/L blocks, each a
+//!    register, which stand for k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all rows is a tile.
+//! 2. *Columns* (`columns`). A tile is small enough for the second-level cache and has contiguous
+//!    columns, one a lane. Stages cut them in blocks of L × L numbers, which are then transformed
+//!    along both sides, transposed in between. The blocks of k and −k meet, are multiplied, and go
+//!    the same way back.
+//! 3. *Rows* again, backwards.
+//!
+//! A map on a corner of the mesh fills its first rows only. The others are neither transformed nor
+//! kept: a tile holds what it has of the first ones, and is completed by zeros where its columns are
+//! transformed.
+//!
+//! Threads share rows by blocks of batches, of which each has its part of every tile, and columns by
+//! pairs of tiles.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "several registers are indexed alike, as in the formulas"
+)]
+
+use std::ops::Deref;
+
+use pulp::bytemuck;
+
+use super::aligned::Aligned;
+use super::{Held, ROWS_TOGETHER, Real, Row, Rows, cut, cut_pairs};
+use crate::instructions::Instructions;
+use crate::threads::{Crew, Threads};
+
+mod butterflies;
+mod columns;
+mod rows;
+mod stages;
+
+use columns::Columns;
+use rows::{Fetch, Store};
+use stages::Stages;
+
+/// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
+/// leave a tile before a cache line's neighbours are written, and more the first-level cache.
+const BATCH: usize = ROWS_TOGETHER / 2;
+
+/// Cache lines between tiles, so that a row's registers in all of them do not compete for a few
+/// places in the cache.
+const PADDING: usize = 2;
+
+/// Plans of one mesh.
+pub struct Packed<T> {
+    nodes: [usize; 2],
+    /// Rows, whole batches of them, beyond which there are zeros.
+    filled_rows: usize,
+    instructions: Instructions,
+    rows: Stages<T, true>,
+    columns: Columns<T>,
+}
+
+pub struct Scratch<T> {
+    /// Tile after tile: real parts, imaginary parts, padding. Counted in doubles, whatever `T` is, so
+    /// that transforms of both precisions may have it in turn.
+    tiles: Aligned<f64>,
+    /// One for each thread.
+    buffers: Vec<Buffers<T>>,
+}
+
+impl<T: Real> Scratch<T> {
+    /// Takes over the tiles of another one; what they hold is lost.
+    pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
+        if other.tiles.len() > self.tiles.len() {
+            self.tiles = std::mem::replace(&mut other.tiles, Aligned::zeros(0));
+        } else {
+            other.tiles = Aligned::zeros(0);
+        }
+    }
+}
+
+/// What a thread writes on the way.
+struct Buffers<T> {
+    /// A batch of rows.
+    rows: Aligned<T>,
+    /// A tile, or two.
+    spare: Aligned<T>,
+}
+
+/// What a thread has of all tiles: some consecutive rows, real parts and imaginary ones.
+type Shares<'a, T> = Vec<[&'a mut [T]; 2]>;
+
+impl<T: Real> Packed<T> {
+    /// For maps of so many rows, on a mesh of no fewer. None if either side is no multiple of the
+    /// lanes, that across the rows of twice the lanes, by factors of 2, 3 and 5.
+    pub fn new(rows: usize, nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
+        let lanes = T::LANES;
+        let [nodes_x, nodes_y] = nodes;
+        if !nodes_x.is_multiple_of(2 * lanes) || !nodes_y.is_multiple_of(lanes) {
+            return None;
+        }
+        Some(Self {
+            nodes,
+            filled_rows: rows.next_multiple_of(ROWS_TOGETHER),
+            instructions,
+            rows: Stages::new(nodes_y, lanes)?,
+            columns: Columns::new(nodes, lanes)?,
+        })
+    }
+
+    /// The kernel whose factors of one |k_y| and |k_x| = 0, 1, …, N_x/2 are set, as [`Packed::multiply`]
+    /// reads it.
+    pub fn kernel(
+        &self,
+        threads: &Threads,
+        factors: impl Fn(usize, &mut [f64]) + Sync,
+    ) -> Aligned<T> {
+        self.columns.kernel(threads, factors)
+    }
+
+    /// Nothing yet: the first convolution makes room.
+    pub fn scratch(&self) -> Scratch<T> {
+        Scratch {
+            tiles: Aligned::zeros(0),
+            buffers: Vec::new(),
+        }
+    }
+
+    /// Numbers in all tiles.
+    fn tiles_len(&self) -> usize {
+        self.nodes[1] / T::LANES * self.tile_len()
+    }
+
+    fn buffers(&self) -> Buffers<T> {
+        let [column, row] = self.nodes;
+        // Of a tile that is its own opposite, or of two that are to be completed.
+        let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
+        Buffers {
+            rows: Aligned::zeros(ROWS_TOGETHER * row),
+            spare: Aligned::zeros(whole_tiles * column * T::LANES),
+        }
+    }
+
+    fn tile_len(&self) -> usize {
+        (self.filled_rows + PADDING) * T::LANES
+    }
+
+    fn crew<'a>(&self, threads: &'a Threads) -> Crew<'a> {
+        threads.crew(self.filled_rows * self.nodes[1])
+    }
+
+    fn make_room(&self, scratch: &mut Scratch<T>) {
+        let doubles = self.tiles_len() * size_of::<T>() / size_of::<f64>();
+        if scratch.tiles.len() < doubles {
+            // What is too small goes before the other comes.
+            scratch.tiles = Aligned::zeros(0);
+            scratch.tiles = Aligned::zeros(doubles);
+        }
+    }
+
+    pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
+        let Scratch { tiles, buffers } = scratch;
+        let crew = self.crew(threads);
+        let tiles = self.numbers_mut(tiles).chunks_exact_mut(self.tile_len());
+        let tiles = tiles.map(|tile| &mut tile[..self.filled_rows * T::LANES]);
+        let mut pairs = self.columns.pairs(tiles, self.rows.places(), kernel);
+        crew.each(
+            buffers,
+            || self.buffers(),
+            &mut pairs,
+            |buffers, pair| {
+                let work = columns::Convolve {
+                    columns: &self.columns,
+                    pair,
+                    spare: &mut buffers.spare,
+                };
+                T::vectorize(self.instructions, work);
+            },
+        );
+        pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
+    }
+
+    /// Goes over all rows that are not zero for certain, which may come from the tiles and may go
+    /// there.
+    pub fn pass(
+        &self,
+        from: Held,
+        to: Held,
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        if from == Held::Nothing {
+            self.make_room(scratch);
+        }
+        let nodes_y = self.nodes[1];
+        let Scratch { tiles, buffers } = scratch;
+        let crew = self.crew(threads);
+        let firsts = crew.cuts(self.filled_rows / ROWS_TOGETHER);
+        let firsts = firsts.into_iter().map(|batch| ROWS_TOGETHER * batch);
+        let firsts: Vec<usize> = firsts.collect();
+        let shares = self.cut_tiles(self.numbers_mut(tiles), &firsts);
+        let parts = cut(rows, &firsts, nodes_y);
+        let blocks = firsts.into_iter().zip(shares).zip(parts);
+        let mut blocks: Vec<_> = blocks.collect();
+        crew.each(
+            buffers,
+            || self.buffers(),
+            &mut blocks,
+            |buffers, ((first, tiles), rows)| {
+                let batch = &mut buffers.rows;
+                let filled = 2 * tiles[0][0].len() / T::LANES;
+                for own in (0..filled).step_by(ROWS_TOGETHER) {
+                    self.fetch::<BATCH, _>(from, own / 2, batch, tiles);
+                    for (row, values) in (*first + own..).zip(batch.chunks_exact_mut(nodes_y)) {
+                        rows.row(Row::new(row, nodes_y), values);
+                    }
+                    self.store(to, own / 2, batch, tiles);
+                }
+            },
+        );
+        for (_, part) in blocks {
+            rows.append(part);
+        }
+    }
+
+    /// The numbers in all tiles.
+    fn numbers_mut<'a>(&self, tiles: &'a mut [f64]) -> &'a mut [T] {
+        &mut bytemuck::cast_slice_mut(tiles)[..self.tiles_len()]
+    }
+
+    /// Cuts all tiles at these rows.
+    fn cut_tiles<'a>(&self, tiles: &'a mut [T], firsts: &[usize]) -> Vec<Shares<'a, T>> {
+        let ends = firsts[1..].iter().chain([&self.filled_rows]);
+        let lengths: Vec<usize> = firsts
+            .iter()
+            .zip(ends)
+            .map(|(first, end)| (end - first) / 2 * T::LANES)
+            .collect();
+        let count = self.nodes[1] / T::LANES;
+        let mut shares: Vec<_> = firsts.iter().map(|_| Vec::with_capacity(count)).collect();
+        for tile in tiles.chunks_exact_mut(self.tile_len()) {
+            let (mut re, mut im) = tile.split_at_mut(self.filled_rows / 2 * T::LANES);
+            for (share, length) in shares.iter_mut().zip(&lengths) {
+                let (own_re, own_im);
+                (own_re, re) = re.split_at_mut(*length);
+                (own_im, im) = im.split_at_mut(*length);
+                share.push([own_re, own_im]);
+            }
+        }
+        shares
+    }
+
+    pub fn peek(
+        &self,
+        from: Held,
+        pairs: &[usize],
+        rows: &mut impl Rows<T>,
+        threads: &Threads,
+        scratch: &mut Scratch<T>,
+    ) {
+        let nodes_y = self.nodes[1];
+        let Scratch { tiles, buffers } = scratch;
+        let tiles: &[T] = bytemuck::cast_slice(tiles);
+        let tiles = tiles[..self.tiles_len()].chunks_exact(self.tile_len());
+        let tiles: Vec<[&[T]; 2]> = tiles
+            .map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into())
+            .collect();
+        let crew = threads.crew(2 * pairs.len() * nodes_y);
+        let (parts, pairs) = cut_pairs(rows, pairs, &crew, nodes_y);
+        let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();
+        let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
+            let batch = &mut buffers.rows[..2 * nodes_y];
+            for &pair in *pairs {
+                self.fetch::<1, _>(from, pair, batch, &tiles);
+                for (row, values) in (2 * pair..).zip(batch.chunks_exact_mut(nodes_y)) {
+                    Rows::row(rows, Row::new(row, nodes_y), values);
+                }
+            }
+        };
+        crew.each(buffers, || self.buffers(), &mut blocks, look);
+        for (part, _) in blocks {
+            rows.append(part);
+        }
+    }
+
+    fn store(&self, to: Held, first: usize, batch: &mut [T], tiles: &mut Shares<T>) {
+        if to == Held::Nothing {
+            return;
+        }
+        let work = Store {
+            stages: (to == Held::Spectra).then_some(&self.rows),
+            row_nodes: self.nodes[1],
+            first,
+            batch,
+            tiles,
+        };
+        T::vectorize(self.instructions, work);
+    }
+
+    fn fetch<const ROWS: usize, B: Deref<Target = [T]>>(
+        &self,
+        from: Held,
+        first: usize,
+        batch: &mut [T],
+        tiles: &[[B; 2]],
+    ) {
+        if from == Held::Nothing {
+            return;
+        }
+        let work = Fetch::<ROWS, T, B> {
+            stages: (from == Held::Spectra).then_some(&self.rows),
+            row_nodes: self.nodes[1],
+            first,
+            batch,
+            tiles,
+        };
+        T::vectorize(self.instructions, work);
+    }
+}

@@ -1,0 +1,427 @@
+//! Columns forward, times the kernel, and back, for a tile and its opposite at a time.
+//!
+//! Frequencies are counted as (k, p) for k + pM, where M is the number of blocks: k says which block,
+//! p where in it. The opposite frequency is in block M − k, at L − 1 − p, but for k = 0, whose
+//! opposite is itself with p and L − p exchanged. It has the same factors, so that these are kept for half of
+//! the blocks alone: block k of a tile meets block M − k of its opposite, and block k of the opposite block
+//! M − k of the tile.
+
+use std::f64::consts::TAU;
+
+use pulp::bytemuck;
+
+use super::super::Real;
+use super::super::aligned::Aligned;
+use super::super::registers::{MOST_LANES, PartOf, Registers, Work, transpose};
+use super::butterflies::{Complex, fourier};
+use super::stages::Stages;
+use crate::grid::magnitude;
+use crate::threads::Threads;
+
+pub struct Columns<T> {
+    nodes: [usize; 2],
+    lanes: usize,
+    stages: Stages<T, false>,
+    /// cos 2πk_x/N_x, then sin, of the L frequencies of each block whose factors are kept.
+    turns: Aligned<T>,
+}
+
+impl<T: Real> Columns<T> {
+    /// Plans columns of half of the nodes along x.
+    pub fn new(nodes: [usize; 2], lanes: usize) -> Option<Self> {
+        let length = nodes[0];
+        let blocks = length / 2 / lanes;
+        let angles = |block: usize| {
+            (0..lanes).map(move |p| TAU * (block + p * blocks) as f64 / length as f64)
+        };
+        let turns = (0..=blocks / 2).flat_map(|block| {
+            let (cos, sin) = (angles(block).map(libm::cos), angles(block).map(libm::sin));
+            cos.chain(sin)
+        });
+        Some(Self {
+            nodes,
+            lanes,
+            stages: Stages::new(length / 2, lanes)?,
+            turns: turns.map(T::nearest).collect(),
+        })
+    }
+
+    /// S and D of a kernel, one register each, for each frequency p along a row of each block, and
+    /// of each tile, up to its own opposite. Doubled, for half as many numbers are transformed as
+    /// there are nodes.
+    pub fn kernel(
+        &self,
+        threads: &Threads,
+        factors: impl Fn(usize, &mut [f64]) + Sync,
+    ) -> Aligned<T> {
+        let ([nodes_x, nodes_y], l) = (self.nodes, self.lanes);
+        let (tiles, blocks) = (nodes_y / l, nodes_x / 2 / l);
+        let of_tile = self.kernel_of_tile();
+        let mut kernel = Aligned::zeros((tiles / 2 + 1) * of_tile);
+        let mut shares: Vec<_> = kernel.chunks_exact_mut(of_tile).enumerate().collect();
+        let fill = |column: &mut Vec<f64>, (tile, kernel): &mut (usize, &mut [T])| {
+            for p in 0..l {
+                factors(magnitude(*tile + p * tiles, nodes_y), column);
+                let registers = kernel.chunks_exact_mut(2 * l).skip(p).step_by(l);
+                for (block, registers) in registers.enumerate() {
+                    let (sums, differences) = registers.split_at_mut(l);
+                    for (p, (sum, difference)) in sums.iter_mut().zip(differences).enumerate() {
+                        let k_x = block + p * blocks;
+                        let (near, far) = (column[k_x], column[nodes_x / 2 - k_x]);
+                        *sum = T::nearest(near + far);
+                        *difference = T::nearest(near - far);
+                    }
+                }
+            }
+        };
+        let crew = threads.crew(nodes_x * nodes_y);
+        let column = || vec![0.0; nodes_x / 2 + 1];
+        crew.each(&mut Vec::new(), column, &mut shares, fill);
+        drop(shares);
+        kernel
+    }
+
+    /// Numbers in the kernel of a tile.
+    fn kernel_of_tile(&self) -> usize {
+        let blocks = self.nodes[0] / 2 / self.lanes;
+        (blocks / 2 + 1) * 2 * self.lanes * self.lanes
+    }
+
+    /// Each tile with its opposite; `places` says where that of each k is.
+    pub fn pairs<'a>(
+        &self,
+        tiles: impl Iterator<Item = &'a mut [T]>,
+        places: &[usize],
+        kernel: &'a [T],
+    ) -> Vec<Pair<'a, T>> {
+        let mut tiles: Vec<Option<&mut [T]>> = tiles.map(Some).collect();
+        let count = places.len();
+        let kernels = kernel.chunks_exact(self.kernel_of_tile());
+        let pairs = (0..=count / 2).zip(kernels).map(|(k, kernel)| Pair {
+            near: tiles[places[k]].take().expect("each is in one pair"),
+            far: tiles[places[(count - k) % count]].take(),
+            kernel,
+            lowest: k == 0,
+            sum: 0.0,
+        });
+        pairs.collect()
+    }
+}
+
+/// A tile and its opposite, which is the same one or another.
+pub struct Pair<'a, T> {
+    near: &'a mut [T],
+    far: Option<&'a mut [T]>,
+    /// S and D of the first.
+    kernel: &'a [T],
+    /// Whether it is that of the lowest frequencies.
+    lowest: bool,
+    /// Set to their share in Σ of map × convolved map.
+    pub sum: f64,
+}
+
+/// The work on a pair.
+pub struct Convolve<'a, 'b, T> {
+    pub columns: &'a Columns<T>,
+    pub pair: &'a mut Pair<'b, T>,
+    /// Room for a whole tile, or two where rows are missing.
+    pub spare: &'a mut [T],
+}
+
+impl<T: Real> Work<T> for Convolve<'_, '_, T> {
+    #[inline(always)]
+    fn run<R: Registers<Number = T>>(self, r: R) {
+        let stages = &self.columns.stages;
+        let nodes = self.columns.nodes[0];
+        let Pair {
+            near,
+            far,
+            kernel,
+            lowest,
+            sum,
+        } = self.pair;
+        let near: &mut [R::Lanes] = bytemuck::cast_slice_mut(near);
+        let mut far: Option<&mut [R::Lanes]> = far
+            .as_deref_mut()
+            .map(bytemuck::cast_slice_mut::<T, R::Lanes>);
+        let spare: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.spare);
+        let is_whole = near.len() == nodes;
+        let alone = far.is_none();
+        let mut pair = if !is_whole {
+            let (first, second) = spare.split_at_mut(nodes);
+            complete(r, near, first);
+            complete(r, far.as_deref().unwrap_or(near), second);
+            [first, second]
+        } else if let Some(far) = &mut far {
+            [&mut *near, &mut **far]
+        } else {
+            spare.copy_from_slice(near);
+            [&mut *near, &mut *spare]
+        };
+        for tile in &mut pair {
+            let (re, im) = tile.split_at_mut(nodes / 2);
+            stages.forward(r, re, im);
+        }
+        let [here, there] = &mut pair;
+        let kernel = bytemuck::cast_slice(kernel);
+        let [own, opposite] = multiply(r, self.columns, kernel, here, there, *lowest);
+        *sum = total::<R>(own) + if alone { 0.0 } else { total::<R>(opposite) };
+        for tile in &mut pair {
+            let (re, im) = tile.split_at_mut(nodes / 2);
+            stages.inverse(r, re, im);
+        }
+        if !is_whole {
+            let (first, second) = spare.split_at(nodes);
+            shorten(first, near);
+            if let Some(far) = far {
+                shorten(second, far);
+            }
+        }
+    }
+}
+
+/// Copies what there is of a tile, with zeros for the rows that it lacks.
+#[inline(always)]
+fn complete<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
+    let half = tile.len() / 2;
+    let whole_half = whole.len() / 2;
+    let parts = whole.chunks_exact_mut(whole_half);
+    for (tile, whole) in tile.chunks_exact(half).zip(parts) {
+        whole[..half].copy_from_slice(tile);
+        whole[half..].fill(r.splat(R::Number::default()));
+    }
+}
+
+/// Copies the rows back that a tile has.
+#[inline(always)]
+fn shorten<V: Copy>(whole: &[V], tile: &mut [V]) {
+    let half = tile.len() / 2;
+    let parts = whole.chunks_exact(whole.len() / 2);
+    for (tile, whole) in tile.chunks_exact_mut(half).zip(parts) {
+        tile.copy_from_slice(&whole[..half]);
+    }
+}
+
+#[inline(always)]
+fn total<R: Registers<Number: Real>>(lanes: R::Lanes) -> f64 {
+    let numbers: &[R::Number] = bytemuck::cast_slice(std::slice::from_ref(&lanes));
+    numbers.iter().map(|number| (*number).into()).sum()
+}
+
+/// Finishes the transforms of a tile and of its opposite, multiplies, and begins the way back.
+/// Returns the sums, over either tile, of what it was times what it is: by Parseval's theorem, over
+/// both, those of map × convolved map.
+#[inline(always)]
+fn multiply<R: Registers<Number: Real>>(
+    r: R,
+    columns: &Columns<R::Number>,
+    kernel: &[R::Lanes],
+    here: &mut [R::Lanes],
+    there: &mut [R::Lanes],
+    lowest_tile: bool,
+) -> [R::Lanes; 2] {
+    let mut sums = [r.splat(R::Number::default()); 2];
+    let places = columns.stages.places();
+    let blocks = places.len();
+    let turns: &[R::Lanes] = bytemuck::cast_slice(&columns.turns);
+    let factors = kernel.chunks_exact(2 * R::LANES);
+    for ((k, kernel), turns) in (0..blocks).zip(factors).zip(turns.chunks_exact(2)) {
+        let turn = [turns[0], turns[1]];
+        let opposite = (blocks - k) % blocks;
+        let order = Order::opposite(k == 0);
+        let tile_order = Order::opposite(lowest_tile);
+        let mut x = enter(r, here, places[k], Order::Ascending);
+        let mut y = enter(r, there, places[opposite], order);
+        let [own, other] = &mut sums;
+        for p in 0..R::LANES {
+            let q = tile_order.place(p, R::LANES);
+            let factors = [kernel[2 * p], kernel[2 * p + 1]];
+            meet(r, factors, turn, [&mut x[p], &mut y[q]], [own, other]);
+        }
+        leave(r, here, places[k], Order::Ascending, &mut x);
+        leave(r, there, places[opposite], order, &mut y);
+        if opposite == k {
+            continue;
+        }
+        let mut x = enter(r, there, places[k], Order::Ascending);
+        let mut y = enter(r, here, places[opposite], order);
+        for p in 0..R::LANES {
+            let q = tile_order.place(p, R::LANES);
+            let factors = [kernel[2 * p], kernel[2 * p + 1]];
+            meet(r, factors, turn, [&mut x[q], &mut y[p]], [other, own]);
+        }
+        leave(r, there, places[k], Order::Ascending, &mut x);
+        leave(r, here, places[opposite], order, &mut y);
+    }
+    sums
+}
+
+/// Multiplies a frequency and its opposite with S and D, given cos θ and sin θ, and adds what they were times
+/// what they are.
+#[inline(always)]
+fn meet<R: Registers>(
+    r: R,
+    [sum, difference]: [R::Lanes; 2],
+    [cos, sin]: [R::Lanes; 2],
+    [here, there]: [&mut Complex<R::Lanes>; 2],
+    [own, other]: [&mut R::Lanes; 2],
+) {
+    let direct = r.sub_product(sum, difference, sin);
+    // At −k the sine is the same and both D and the cosine change sign.
+    let direct_opposite = r.add_product(sum, difference, sin);
+    let crossed = r.mul(difference, cos);
+    let (a, b) = (*here, *there);
+    *here = Complex {
+        re: r.add_product(r.mul(direct, a.re), crossed, b.im),
+        im: r.add_product(r.mul(direct, a.im), crossed, b.re),
+    };
+    *there = Complex {
+        re: r.add_product(r.mul(direct_opposite, b.re), crossed, a.im),
+        im: r.add_product(r.mul(direct_opposite, b.im), crossed, a.re),
+    };
+    for (sum, (before, after)) in [(own, (a, *here)), (other, (b, *there))] {
+        *sum = r.add_product(*sum, before.re, after.re);
+        *sum = r.add_product(*sum, before.im, after.im);
+    }
+}
+
+/// Where the frequencies of a block go.
+#[derive(Clone, Copy)]
+enum Order {
+    Ascending,
+    /// Each to where its opposite is in [`Order::Ascending`].
+    Descending,
+    /// The same in block 0.
+    DescendingFromZero,
+}
+
+impl Order {
+    #[inline(always)]
+    fn opposite(lowest: bool) -> Self {
+        if lowest {
+            Self::DescendingFromZero
+        } else {
+            Self::Descending
+        }
+    }
+
+    #[inline(always)]
+    fn place(self, p: usize, lanes: usize) -> usize {
+        match self {
+            Self::Ascending => p,
+            Self::Descending => lanes - 1 - p,
+            Self::DescendingFromZero => (lanes - p) % lanes,
+        }
+    }
+}
+
+/// The same as [`fourier`], with one of the processor's registers that make one of ours after the
+/// other: these have not got room for more.
+#[inline(always)]
+fn fourier_in_parts<R: Registers<Number: Real>>(r: R, x: &mut [Complex<R::Lanes>]) {
+    if R::PARTS == 1 {
+        return fourier(r, x);
+    }
+    let part = r.part();
+    let zero = part.splat(R::Number::default());
+    for lane in 0..R::PARTS {
+        let mut y = [Complex { re: zero, im: zero }; MOST_LANES];
+        for (y, x) in y.iter_mut().zip(&*x) {
+            (y.re, y.im) = (parts::<R>(&x.re)[lane], parts::<R>(&x.im)[lane]);
+        }
+        fourier(part, &mut y[..R::LANES]);
+        for (x, y) in x.iter_mut().zip(y) {
+            parts_mut::<R>(&mut x.re)[lane] = y.re;
+            parts_mut::<R>(&mut x.im)[lane] = y.im;
+        }
+    }
+}
+
+#[inline(always)]
+fn parts<R: Registers>(lanes: &R::Lanes) -> &[PartOf<R>] {
+    bytemuck::cast_slice(std::slice::from_ref(lanes))
+}
+
+#[inline(always)]
+fn parts_mut<R: Registers>(lanes: &mut R::Lanes) -> &mut [PartOf<R>] {
+    bytemuck::cast_slice_mut(std::slice::from_mut(lanes))
+}
+
+/// Transforms a block along both sides. Columns come as lanes and frequencies along them leave as
+/// lanes, in `order`.
+#[inline(always)]
+fn enter<R: Registers<Number: Real>>(
+    r: R,
+    tile: &[R::Lanes],
+    block: usize,
+    order: Order,
+) -> [Complex<R::Lanes>; MOST_LANES] {
+    let (re, im) = tile.split_at(tile.len() / 2);
+    let re = &re[block * R::LANES..][..R::LANES];
+    let im = &im[block * R::LANES..][..R::LANES];
+    let zero = r.splat(R::Number::default());
+    let mut x = [Complex { re: zero, im: zero }; MOST_LANES];
+    for p in 0..R::LANES {
+        x[p] = Complex {
+            re: re[p],
+            im: im[p],
+        };
+    }
+    fourier_in_parts(r, &mut x[..R::LANES]);
+    let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+    for p in 0..R::LANES {
+        let place = order.place(p, R::LANES);
+        (re[place], im[place]) = (x[p].re, x[p].im);
+    }
+    transpose(r, &mut re);
+    transpose(r, &mut im);
+    for p in 0..R::LANES {
+        x[p] = Complex {
+            re: re[p],
+            im: im[p],
+        };
+    }
+    fourier_in_parts(r, &mut x[..R::LANES]);
+    x
+}
+
+/// Undoes [`enter`], times L².
+#[inline(always)]
+fn leave<R: Registers<Number: Real>>(
+    r: R,
+    tile: &mut [R::Lanes],
+    block: usize,
+    order: Order,
+    x: &mut [Complex<R::Lanes>; MOST_LANES],
+) {
+    let half = tile.len() / 2;
+    let (re_out, im_out) = tile.split_at_mut(half);
+    let re_out = &mut re_out[block * R::LANES..][..R::LANES];
+    let im_out = &mut im_out[block * R::LANES..][..R::LANES];
+    let zero = r.splat(R::Number::default());
+    let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+    // Real and imaginary parts are exchanged on the way, which makes the transforms inverse ones.
+    for p in 0..R::LANES {
+        x[p] = Complex {
+            re: x[p].im,
+            im: x[p].re,
+        };
+    }
+    fourier_in_parts(r, &mut x[..R::LANES]);
+    for p in 0..R::LANES {
+        (re[p], im[p]) = (x[p].re, x[p].im);
+    }
+    transpose(r, &mut re);
+    transpose(r, &mut im);
+    for p in 0..R::LANES {
+        let place = order.place(p, R::LANES);
+        x[p] = Complex {
+            re: re[place],
+            im: im[place],
+        };
+    }
+    fourier_in_parts(r, &mut x[..R::LANES]);
+    for p in 0..R::LANES {
+        (re_out[p], im_out[p]) = (x[p].im, x[p].re);
+    }
+}

@@ -1,0 +1,133 @@
+//! Arithmetic on whole registers, written once and compiled for each instruction set.
+//!
+//! A register here has sixteen numbers of single precision or eight of double precision, in one
+//! register of the processor or in two: transforms are cut the same way and rounded alike on all
+//! processors. pulp keeps the intrinsics safe. All that runs on registers is `#[inline(always)]` and
+//! free of closures: only so is it compiled with the instructions of the [`Work`] that it belongs
+//! to.
+
+use pulp::bytemuck::{self, Pod};
+
+use super::Real;
+use crate::instructions::Instructions;
+
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use portable::Plain;
+
+/// The most numbers that a register holds.
+pub const MOST_LANES: usize = 16;
+
+/// Registers of one instruction set, filled with numbers of one precision.
+pub trait Registers: Copy {
+    type Number: Real;
+    /// A register.
+    type Lanes: Pod;
+    /// Numbers in a register.
+    const LANES: usize = <Self::Number as Vectorize>::LANES;
+    /// Registers of the processor, of which one or several make one of these. What does not mix lanes
+    /// runs on them, one after the other: fewer numbers are at work at a time.
+    type Part: Registers<Number = Self::Number>;
+    /// How many of them make one.
+    const PARTS: usize = size_of::<Self::Lanes>() / size_of::<<Self::Part as Registers>::Lanes>();
+
+    fn part(self) -> Self::Part;
+    fn splat(self, value: Self::Number) -> Self::Lanes;
+    fn add(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
+    fn sub(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
+    fn mul(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
+    /// c + a b, rounded once.
+    fn add_product(self, c: Self::Lanes, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
+    /// c − a b, rounded once.
+    fn sub_product(self, c: Self::Lanes, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
+    /// a₀ b₀ a₁ b₁ …, in two registers.
+    fn zip(self, a: Self::Lanes, b: Self::Lanes) -> [Self::Lanes; 2];
+}
+
+/// What is to run on registers of numbers `T`.
+pub trait Work<T> {
+    fn run<R: Registers<Number = T>>(self, registers: R);
+}
+
+/// A precision that fits into registers.
+pub trait Vectorize: Pod {
+    /// Numbers in a register: a power of two, at most [`MOST_LANES`].
+    const LANES: usize;
+
+    /// Runs `work` with the registers of `instructions`.
+    fn vectorize(instructions: Instructions, work: impl Work<Self>);
+}
+
+impl Vectorize for f32 {
+    const LANES: usize = 16;
+
+    fn vectorize(instructions: Instructions, work: impl Work<Self>) {
+        match instructions {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(v) => x86::single_512(v, work),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(v) => x86::single_256(v, work),
+            Instructions::Portable => work.run(Plain::<f32, 16>::default()),
+        }
+    }
+}
+
+impl Vectorize for f64 {
+    const LANES: usize = 8;
+
+    fn vectorize(instructions: Instructions, work: impl Work<Self>) {
+        match instructions {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(v) => x86::double_512(v, work),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(v) => x86::double_256(v, work),
+            Instructions::Portable => work.run(Plain::<f64, 8>::default()),
+        }
+    }
+}
+
+/// One of the registers of the processor that make one of ours.
+pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
+
+/// Transposes the square whose rows are the first `LANES` registers: the squares that the registers of
+/// the processor make of it, and these among each other.
+#[inline(always)]
+pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
+    let part = registers.part();
+    let side = <R::Part as Registers>::LANES;
+    let parts: &mut [PartOf<R>] = bytemuck::cast_slice_mut(rows);
+    let zero = part.splat(R::Number::default());
+    for above in 0..R::PARTS {
+        for below in above..R::PARTS {
+            let (mut right, mut left) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+            for i in 0..side {
+                right[i] = parts[(above * side + i) * R::PARTS + below];
+                left[i] = parts[(below * side + i) * R::PARTS + above];
+            }
+            transpose_square(part, &mut right);
+            if above != below {
+                transpose_square(part, &mut left);
+                for i in 0..side {
+                    parts[(above * side + i) * R::PARTS + below] = left[i];
+                }
+            }
+            for i in 0..side {
+                parts[(below * side + i) * R::PARTS + above] = right[i];
+            }
+        }
+    }
+}
+
+/// Each round interleaves row i with row i + LANES/2: a row's number takes over one binary digit
+/// of the lane's, and the lane's one of the row's.
+#[inline(always)]
+fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
+    for _ in 0..R::LANES.ilog2() {
+        let before = *rows;
+        for i in 0..R::LANES / 2 {
+            [rows[2 * i], rows[2 * i + 1]] = registers.zip(before[i], before[i + R::LANES / 2]);
+        }
+    }
+}

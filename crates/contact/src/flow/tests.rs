@@ -1,0 +1,190 @@
+use std::f64::consts::TAU;
+
+use super::*;
+use crate::grid::samples::{rectangle, square};
+use crate::morphology::clusters::Clusters;
+use crate::morphology::map::samples::{MESHES, random};
+
+/// What flows along x and along y through a gap that is given by the place of a node.
+fn conductivities(grid: Grid, gap: impl Fn(usize, usize) -> f64) -> [f64; 2] {
+    let gap: Vec<f64> = (0..grid.count())
+        .map(|node| {
+            let [i, j] = grid.place(node);
+            gap(i, j)
+        })
+        .collect();
+    flow_through(grid, &gap).map(|flow| flow.unwrap().conductivity)
+}
+
+fn assert_close(found: f64, expected: f64, within: f64) {
+    let error = (found - expected).abs();
+    assert!(error <= within * expected.abs(), "{found} {expected}");
+}
+
+/// Depths that go over four decades, with one of them at each place along an axis.
+fn depth(place: usize) -> f64 {
+    [1.0, 0.3, 1e-4, 2.0, 0.05, 0.7, 1.1, 0.9][place % 8]
+}
+
+#[test]
+fn parallel_walls_carry_the_cube_of_their_distance() {
+    for grid in [
+        square(8, 1.0),
+        square(33, 7.0),
+        rectangle([12, 30], [1.0, 4.0]),
+        rectangle([1, 9], [2.0, 1.0]),
+        rectangle([2, 2], [1.0, 1.0]),
+    ] {
+        for found in conductivities(grid, |_, _| 0.3) {
+            assert_close(found, 0.027, TOLERANCE);
+        }
+    }
+}
+
+#[test]
+fn channels_side_by_side_carry_the_mean_of_cubes_and_one_after_the_other_the_harmonic_mean() {
+    let cubes: Vec<f64> = (0..8).map(|place| depth(place).powi(3)).collect();
+    let mean = cubes.iter().sum::<f64>() / 8.0;
+    let harmonic = 8.0 / cubes.iter().map(|cube| 1.0 / cube).sum::<f64>();
+    for grid in [square(64, 1.0), rectangle([16, 40], [1.0, 3.0])] {
+        let [across, along] = conductivities(grid, |i, _| depth(i));
+        assert_close(across, harmonic, 2.0 * TOLERANCE);
+        assert_close(along, mean, 2.0 * TOLERANCE);
+    }
+}
+
+#[test]
+fn a_checkerboard_carries_the_geometric_mean_as_the_mesh_becomes_fine() {
+    // Dykhne, Sov. Phys. JETP 32, 1971, 63. The pressure is singular where four squares meet.
+    let error = |nodes: usize| {
+        let is_deep = |i: usize, j: usize| (i < nodes / 2) != (j < nodes / 2);
+        let gap = |i: usize, j: usize| if is_deep(i, j) { 2.0 } else { 1.0 };
+        let [along_x, along_y] = conductivities(square(nodes, 1.0), gap);
+        assert_close(along_x, along_y, 2.0 * TOLERANCE);
+        1.0 - along_x / 8.0_f64.sqrt()
+    };
+    let errors = [32, 64, 128, 256].map(error);
+    assert!(errors[3] < 0.01, "{errors:?}");
+    for pair in errors.windows(2) {
+        assert!((pair[1] / pair[0] - 0.5).abs() < 0.1, "{errors:?}");
+    }
+}
+
+#[test]
+fn slight_roughness_takes_three_halves_of_its_variance() {
+    // Elrod 1979; Tripp 1983: 1 + 3 (γ − 2)/(γ + 1) (σ/h)², of γ = 1 where no direction is preferred.
+    let wave = |place: usize| (TAU * place as f64 / 64.0).cos();
+    let loss = |height: f64| {
+        let gap = |i: usize, j: usize| 1.0 + height * (wave(i) + wave(j));
+        let [along_x, _] = conductivities(square(64, 1.0), gap);
+        (1.0 - along_x) / (height * height)
+    };
+    let losses = [0.02, 0.01].map(loss);
+    // The next term goes with the square of the height.
+    let limit = losses[1] + (losses[1] - losses[0]) / 3.0;
+    assert!((limit - 1.5).abs() < 1e-3, "{losses:?} {limit}");
+}
+
+/// A map of gaps like those of contacts: much of it closed, the rest over many decades.
+fn contact_like(i: usize, j: usize, nodes: usize) -> f64 {
+    let [x, y] = [i, j].map(|place| TAU * place as f64 / nodes as f64);
+    let height = (x + 0.3).cos() * (2.0 * y).cos()
+        + 0.6 * (5.0 * x - 3.0 * y).sin()
+        + 0.4 * (11.0 * y).cos();
+    (height + 0.25).max(0.0).powf(1.5)
+}
+
+#[test]
+fn a_turned_map_carries_along_y_what_it_carried_along_x() {
+    let grid = square(96, 1.0);
+    let [x, y] = conductivities(grid, |i, j| contact_like(i, j, 96));
+    let turned = conductivities(grid, |i, j| contact_like(j, 95 - i, 96));
+    assert!(x > 0.0 && y > 0.0 && (x / y - 1.0).abs() > 0.01);
+    assert_close(turned[1], x, 2.0 * TOLERANCE);
+    assert_close(turned[0], y, 2.0 * TOLERANCE);
+}
+
+#[test]
+fn a_moved_map_carries_the_same() {
+    let grid = square(96, 1.0);
+    let here = conductivities(grid, |i, j| contact_like(i, j, 96));
+    let there = conductivities(grid, |i, j| contact_like((i + 41) % 96, (j + 67) % 96, 96));
+    for (here, there) in here.into_iter().zip(there) {
+        assert_close(there, here, 2.0 * TOLERANCE);
+    }
+}
+
+#[test]
+fn a_deeper_gap_carries_its_cube_more() {
+    let grid = square(64, 1.0);
+    let [x, _] = conductivities(grid, |i, j| contact_like(i, j, 64));
+    let [deeper, _] = conductivities(grid, |i, j| 1e-9 * contact_like(i, j, 64));
+    assert_close(deeper, 1e-27 * x, 2.0 * TOLERANCE);
+}
+
+#[test]
+fn closing_a_node_never_lets_more_through() {
+    let grid = square(48, 1.0);
+    let closed = |other: usize| {
+        conductivities(grid, |i, j| match 48 * i + j == other {
+            true => 0.0,
+            false => contact_like(i, j, 48),
+        })
+    };
+    let all = closed(usize::MAX);
+    for node in (0..48 * 48).step_by(97) {
+        let less = closed(node);
+        for axis in [0, 1] {
+            assert!(less[axis] <= all[axis] * (1.0 + TOLERANCE), "{node}");
+        }
+    }
+}
+
+#[test]
+fn something_flows_where_the_gap_percolates_and_nowhere_else() {
+    for nodes in MESHES {
+        for share in [0.2, 0.35, 0.4, 0.45, 0.8, 1.0] {
+            let map = random(nodes, share);
+            let clusters = Clusters::of_gap(&map);
+            let grid = rectangle(nodes, [1.0, 2.0]);
+            let found = conductivities(grid, |i, j| f64::from(!map.get(i, j)));
+            let flows = found.map(|conductivity| conductivity > 0.0);
+            assert_eq!(
+                flows,
+                [clusters.around_x, clusters.around_y],
+                "{nodes:?} {share}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_single_constriction_decides_what_flows() {
+    // Deep pools on both sides of a wall with one node of a hundred thousandth of their depth: two links
+    // of twice its own conductance, one after the other.
+    let nodes = 40;
+    let gap = |i: usize, j: usize| match (i, j) {
+        (7, 13) => 1e-5,
+        (7, _) => 0.0,
+        _ => 1.0,
+    };
+    let [across, _] = conductivities(square(nodes, 1.0), gap);
+    assert_close(across, 1e-15, 1e-6);
+}
+
+#[test]
+fn a_flow_that_is_interrupted_is_none() {
+    let grid = square(64, 1.0);
+    let gap = vec![0.3; grid.count()];
+    let asked = std::cell::Cell::new(0);
+    let interrupt = |at: u32| {
+        asked.set(0);
+        flow_unless(grid, &gap, &|| {
+            asked.set(asked.get() + 1);
+            asked.get() == at
+        })
+    };
+    assert!(interrupt(1).is_none());
+    let all = interrupt(u32::MAX).map(|_| asked.get()).unwrap();
+    assert!(interrupt(all).is_none());
+}

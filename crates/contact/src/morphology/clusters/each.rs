@@ -1,0 +1,192 @@
+//! Size and edge of each cluster of contact by itself.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use super::{Joined, Run};
+use crate::grid::{Boundary, Grid};
+use crate::morphology::map::ContactMap;
+
+/// One cluster of nodes in contact, joined through their 4 nearest neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Cluster {
+    /// Nodes of the cluster.
+    pub nodes: usize,
+    /// Changes between contact and gap around it from node to node along x, across the rows.
+    pub switches_x: usize,
+    /// Changes along y, along the rows.
+    pub switches_y: usize,
+}
+
+impl Cluster {
+    /// The clusters of contact of a map, in the order of their first nodes.
+    pub fn each(map: &ContactMap) -> Vec<Cluster> {
+        let mut joined = Joined::of(map, |_| ());
+        let mut edges = vec![[0; 2]; joined.runs.len()];
+        across_rows(map, &joined, &mut edges);
+        along_rows(map, &joined, &mut edges);
+        let mut place = vec![None; joined.runs.len()];
+        let mut clusters: Vec<Cluster> = Vec::new();
+        for (index, [switches_x, switches_y]) in edges.into_iter().enumerate() {
+            let root = joined.forest.root(index).0;
+            let cluster = *place[root].get_or_insert_with(|| {
+                clusters.push(Cluster::default());
+                clusters.len() - 1
+            });
+            let cluster = &mut clusters[cluster];
+            cluster.nodes += joined.runs[index].len();
+            cluster.switches_x += switches_x;
+            cluster.switches_y += switches_y;
+        }
+        clusters
+    }
+
+    /// Length of its edge in the metric of the mesh, without the edges of a map that nothing
+    /// surrounds: Δy × `switches_x` + Δx × `switches_y`.
+    pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
+        let [step_x, step_y] = grid.spacing();
+        step_y * self.switches_x as f64 + step_x * self.switches_y as f64
+    }
+
+    /// Length of its edge: π/4 of that in the metric of the mesh, for edges of all directions.
+    pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
+        PI / 4.0 * self.manhattan_perimeter(grid)
+    }
+}
+
+/// Changes across the rows around each run: its nodes that have no neighbour in the next row, or in
+/// the one before.
+fn across_rows(map: &ContactMap, joined: &Joined, edges: &mut [[usize; 2]]) {
+    let rows = map.nodes()[0];
+    for upper in 0..rows {
+        let lower = match (upper + 1 < rows, map.boundary()) {
+            (true, _) => upper + 1,
+            (false, Boundary::Periodic) => 0,
+            (false, Boundary::Free) => return,
+        };
+        let pair = [joined.row(upper), joined.row(lower)];
+        for index in pair.iter().flat_map(Range::clone) {
+            edges[index][0] += joined.runs[index].len();
+        }
+        for_overlaps(&joined.runs, pair, |runs, overlap| {
+            for index in runs {
+                edges[index][0] -= overlap;
+            }
+        });
+    }
+}
+
+/// Changes along the rows at the ends of each run.
+fn along_rows(map: &ContactMap, joined: &Joined, edges: &mut [[usize; 2]]) {
+    let [rows, row_nodes] = map.nodes();
+    for row in 0..rows {
+        let runs = joined.row(row);
+        let Some(last) = runs.clone().next_back() else {
+            continue;
+        };
+        let meets_first = joined.runs[runs.start].start == 0;
+        let meets_last = joined.runs[last].end as usize == row_nodes;
+        for index in runs.clone() {
+            edges[index][1] += 2;
+        }
+        let is_closed = map.boundary() == Boundary::Free || meets_first && meets_last;
+        if is_closed && meets_first {
+            edges[runs.start][1] -= 1;
+        }
+        if is_closed && meets_last {
+            edges[last][1] -= 1;
+        }
+    }
+}
+
+/// Hears of all runs of one row and of another that share columns, and how many.
+fn for_overlaps(
+    runs: &[Run],
+    [mut upper, mut lower]: [Range<usize>; 2],
+    mut hear: impl FnMut([usize; 2], usize),
+) {
+    while !upper.is_empty() && !lower.is_empty() {
+        let (above, below) = (&runs[upper.start], &runs[lower.start]);
+        let (start, end) = (above.start.max(below.start), above.end.min(below.end));
+        if start < end {
+            hear([upper.start, lower.start], (end - start) as usize);
+        }
+        match above.end < below.end {
+            true => upper.start += 1,
+            false => lower.start += 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::samples::rectangle;
+    use crate::morphology::area::ContactArea;
+    use crate::morphology::clusters::Clusters;
+    use crate::morphology::map::samples::{MESHES, map, random};
+
+    fn cluster(nodes: usize, switches_x: usize, switches_y: usize) -> Cluster {
+        Cluster {
+            nodes,
+            switches_x,
+            switches_y,
+        }
+    }
+
+    #[test]
+    fn clusters_together_have_the_nodes_and_edges_of_the_map() {
+        for nodes in MESHES {
+            for share in [0.1, 0.4, 0.6, 0.9, 1.0] {
+                for boundary in [Boundary::Periodic, Boundary::Free] {
+                    let map = random(nodes, share).within(boundary);
+                    let each = Cluster::each(&map);
+                    let sum = |part: fn(&Cluster) -> usize| each.iter().map(part).sum::<usize>();
+                    let (area, clusters) = (ContactArea::of(&map), Clusters::of_contact(&map));
+                    assert_eq!(each.len(), clusters.count);
+                    let largest = each.iter().map(|cluster| cluster.nodes).max();
+                    assert_eq!(largest.unwrap_or(0), clusters.largest);
+                    assert_eq!(sum(|cluster| cluster.nodes), area.contact_nodes);
+                    let across = sum(|cluster| cluster.switches_x);
+                    assert_eq!(
+                        across, area.switches_along_columns,
+                        "{nodes:?} {boundary:?}"
+                    );
+                    assert_eq!(sum(|cluster| cluster.switches_y), area.switches_along_rows);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_rectangle_has_its_sides_for_an_edge_wherever_it_lies() {
+        for [top, left] in [[2, 3], [7, 3], [2, 10], [7, 10]] {
+            let sides = |i: usize, j: usize| (i + 9 - top) % 9 < 4 && (j + 12 - left) % 12 < 5;
+            assert_eq!(Cluster::each(&map([9, 12], sides)), [cluster(20, 10, 8)]);
+        }
+    }
+
+    #[test]
+    fn clusters_are_told_apart() {
+        let two = map([8, 8], |i, j| {
+            i < 2 && j < 2 || (4..7).contains(&i) && j == 5
+        });
+        assert_eq!(Cluster::each(&two), [cluster(4, 4, 4), cluster(3, 2, 6)]);
+    }
+
+    #[test]
+    fn a_strip_around_the_cell_has_no_ends() {
+        let strip = map([9, 12], |i, _| (3..5).contains(&i));
+        assert_eq!(Cluster::each(&strip), [cluster(24, 24, 0)]);
+        let strip = map([9, 12], |_, j| j == 0).within(Boundary::Free);
+        assert_eq!(Cluster::each(&strip), [cluster(9, 0, 9)]);
+    }
+
+    #[test]
+    fn an_edge_in_metres_weighs_the_steps_of_the_mesh() {
+        let grid = rectangle([10, 10], [1.0, 3.0]);
+        // Four nodes along x and five along y: 0.4 × 1.5 metres.
+        let rectangle = cluster(20, 10, 8);
+        assert!((rectangle.manhattan_perimeter(grid) - 2.0 * (0.4 + 1.5)).abs() < 1e-12);
+    }
+}

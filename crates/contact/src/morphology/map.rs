@@ -1,0 +1,293 @@
+//! Which nodes are in contact, at one bit a node.
+
+use thiserror::Error;
+
+use crate::grid::Boundary;
+use crate::threads::Threads;
+
+const WORD: usize = u64::BITS as usize;
+
+/// A map of contact, N_x × N_y nodes; periodic, unless it is [bounded](ContactMap::within).
+///
+/// Node (i, j) is bit `i * N_y + j`, least significant first; bits past the last node are zero.
+///
+/// ```
+/// use asperity_contact::morphology::map::{ContactMap, MapError};
+///
+/// let map = ContactMap::of_pressures([2, 3], &[0.0, 0.7, 0.0, 0.2, 0.0, 0.0]);
+/// assert!(map.get(0, 1) && map.get(1, 0));
+/// assert_eq!(map.count(), 2);
+/// // What tables hold: `numpy.unpackbits(bytes, bitorder="little")`.
+/// assert_eq!(map.to_bytes(), [0b001010]);
+/// assert_eq!(ContactMap::from_bytes([2, 3], &[0b001010])?, map);
+/// # Ok::<(), MapError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ContactMap {
+    nodes: [usize; 2],
+    boundary: Boundary,
+    words: Vec<u64>,
+}
+
+/// Why bytes are not a contact map.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
+pub enum MapError {
+    #[error("a contact map of {} × {} nodes has {needed} bytes, not {found}", nodes[0], nodes[1])]
+    Length {
+        nodes: [usize; 2],
+        needed: usize,
+        found: usize,
+    },
+    #[error("a contact map needs at least one node per side and fewer than 2³², not {side}")]
+    Nodes { side: usize },
+    #[error("a contact map of {} × {} nodes has bits set past its last node", nodes[0], nodes[1])]
+    StrayBits { nodes: [usize; 2] },
+}
+
+impl ContactMap {
+    /// The nodes of positive pressure; the solver leaves exact zeros elsewhere.
+    pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Self {
+        Self::of_pressures_on(&Threads::one(), nodes, pressures)
+    }
+
+    /// The same by several threads.
+    pub fn of_pressures_on(threads: &Threads, nodes: [usize; 2], pressures: &[f64]) -> Self {
+        assert_eq!(pressures.len(), nodes[0] * nodes[1]);
+        let mut words = vec![0; pressures.len().div_ceil(WORD)];
+        let crew = threads.crew(pressures.len());
+        let share = words.len().div_ceil(crew.cuts(words.len()).len());
+        let blocks = words.chunks_mut(share).zip(pressures.chunks(share * WORD));
+        let mut blocks: Vec<_> = blocks.collect();
+        let fill = |(): &mut (), (words, pressures): &mut (&mut [u64], &[f64])| {
+            for (word, pressures) in words.iter_mut().zip(pressures.chunks(WORD)) {
+                *word = bits(pressures);
+            }
+        };
+        crew.each(&mut Vec::new(), || (), &mut blocks, fill);
+        Self {
+            nodes,
+            boundary: Boundary::Periodic,
+            words,
+        }
+    }
+
+    /// The map of ⌈N_x N_y/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
+    pub fn from_bytes(nodes: [usize; 2], bytes: &[u8]) -> Result<Self, MapError> {
+        let counts = |side: usize| side > 0 && u32::try_from(side).is_ok();
+        if let Some(side) = nodes.into_iter().find(|side| !counts(*side)) {
+            return Err(MapError::Nodes { side });
+        }
+        let (needed, found) = (byte_count(nodes), bytes.len());
+        if needed != found {
+            return Err(MapError::Length {
+                nodes,
+                needed,
+                found,
+            });
+        }
+        let word = |bytes: &[u8]| {
+            let byte = |(index, byte): (usize, &u8)| u64::from(*byte) << (8 * index);
+            bytes.iter().enumerate().map(byte).sum()
+        };
+        let words: Vec<u64> = bytes.chunks(8).map(word).collect();
+        let bits = nodes[0] * nodes[1] % WORD;
+        if bits != 0 && words.last().is_some_and(|last| last >> bits != 0) {
+            return Err(MapError::StrayBits { nodes });
+        }
+        Ok(Self {
+            nodes,
+            boundary: Boundary::Periodic,
+            words,
+        })
+    }
+
+    /// The same map with other surroundings. Where there is nothing, nodes at an edge have no
+    /// neighbour beyond it: the edge of the map is no edge of contact.
+    pub fn within(self, boundary: Boundary) -> Self {
+        Self { boundary, ..self }
+    }
+
+    /// What lies beyond its edges.
+    pub fn boundary(&self) -> Boundary {
+        self.boundary
+    }
+
+    /// The bits, eight nodes a byte.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_le_bytes()).collect();
+        bytes.truncate(byte_count(self.nodes));
+        bytes
+    }
+
+    /// Nodes along x and y.
+    pub fn nodes(&self) -> [usize; 2] {
+        self.nodes
+    }
+
+    /// Whether node (i, j) is in contact.
+    pub fn get(&self, i: usize, j: usize) -> bool {
+        assert!(i < self.nodes[0] && j < self.nodes[1]);
+        let bit = i * self.nodes[1] + j;
+        self.words[bit / WORD] >> (bit % WORD) & 1 == 1
+    }
+
+    /// Nodes in contact.
+    pub fn count(&self) -> usize {
+        self.words.iter().map(|w| w.count_ones() as usize).sum()
+    }
+
+    /// Words that hold one row.
+    pub(super) fn row_words(&self) -> usize {
+        self.nodes[1].div_ceil(WORD)
+    }
+
+    /// Copies row `i` into `row`, node j at bit j; bits past the last node are zero.
+    pub(super) fn copy_row(&self, i: usize, row: &mut [u64]) {
+        let first = i * self.nodes[1];
+        let shift = first % WORD;
+        for (word, source) in row.iter_mut().zip(first / WORD..) {
+            *word = self.words[source] >> shift;
+            if shift != 0
+                && let Some(next) = self.words.get(source + 1)
+            {
+                *word |= next << (WORD - shift);
+            }
+        }
+        mask_tail(row, self.nodes[1]);
+    }
+}
+
+/// Clears the bits past the last node of a row.
+pub(super) fn mask_tail(row: &mut [u64], nodes: usize) {
+    if let (Some(last), tail @ 1..) = (row.last_mut(), nodes % WORD) {
+        *last &= (1 << tail) - 1;
+    }
+}
+
+fn byte_count(nodes: [usize; 2]) -> usize {
+    (nodes[0] * nodes[1]).div_ceil(8)
+}
+
+/// A bit for each of no more than a word of pressures.
+fn bits(pressures: &[f64]) -> u64 {
+    let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
+    pressures.iter().enumerate().map(bit).sum()
+}
+
+#[cfg(test)]
+pub(crate) mod samples {
+    use super::*;
+
+    /// Meshes whose rows end within, at and just past a word of 64 nodes.
+    pub const MESHES: [[usize; 2]; 13] = [
+        [1, 1],
+        [2, 2],
+        [3, 3],
+        [5, 5],
+        [8, 8],
+        [63, 63],
+        [64, 64],
+        [65, 65],
+        [130, 130],
+        [1, 7],
+        [9, 1],
+        [5, 129],
+        [70, 13],
+    ];
+
+    /// The map of nodes (i, j) for which `contact` holds.
+    pub fn map(nodes: [usize; 2], contact: impl Fn(usize, usize) -> bool) -> ContactMap {
+        let [rows, row_nodes] = nodes;
+        let pressure = |node| f64::from(u8::from(contact(node / row_nodes, node % row_nodes)));
+        let pressures: Vec<f64> = (0..rows * row_nodes).map(pressure).collect();
+        ContactMap::of_pressures(nodes, &pressures)
+    }
+
+    /// The same on a square.
+    pub fn square(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
+        map([nodes; 2], contact)
+    }
+
+    /// A map of independent nodes, of which `share` are in contact.
+    pub fn random(nodes: [usize; 2], share: f64) -> ContactMap {
+        let draws = crate::topography::draw::Draws::new(5, nodes[1] as u32);
+        map(nodes, |i, j| {
+            (-draws.mode(i as i32, j as u32).power()).exp() < share
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples::{MESHES, map, random};
+    use super::*;
+
+    #[test]
+    fn contact_is_where_pressure_is_positive() {
+        let map = ContactMap::of_pressures([2, 2], &[0.0, 1e-300, -1.0, f64::NAN]);
+        let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| map.get(i, j));
+        assert_eq!(found, [false, true, false, false]);
+        assert_eq!(map.count(), 1);
+    }
+
+    #[test]
+    fn a_map_is_the_same_whoever_shares_the_work() {
+        // Enough nodes for several threads, and an end within a word.
+        let nodes = [601, 1001];
+        let pressures: Vec<f64> = (0..601 * 1001).map(|node| f64::from(node).sin()).collect();
+        let three = Threads::new(3.try_into().unwrap());
+        let shared = ContactMap::of_pressures_on(&three, nodes, &pressures);
+        assert_eq!(shared, ContactMap::of_pressures(nodes, &pressures));
+        let pressed = pressures.iter().filter(|pressure| **pressure > 0.0);
+        assert_eq!(shared.count(), pressed.count());
+    }
+
+    #[test]
+    fn bytes_hold_eight_nodes_each_least_significant_first() {
+        let map = map([3, 3], |i, j| (i, j) == (0, 1) || (i, j) == (2, 2));
+        assert_eq!(map.to_bytes(), [0b0000_0010, 0b0000_0001]);
+    }
+
+    #[test]
+    fn bytes_and_maps_turn_into_each_other() {
+        for nodes in MESHES {
+            let map = random(nodes, 0.5);
+            let bytes = map.to_bytes();
+            assert_eq!(bytes.len(), (nodes[0] * nodes[1]).div_ceil(8));
+            assert_eq!(ContactMap::from_bytes(nodes, &bytes), Ok(map));
+        }
+    }
+
+    #[test]
+    fn bytes_of_another_mesh_are_refused() {
+        let error = ContactMap::from_bytes([3, 3], &[0; 3]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "a contact map of 3 × 3 nodes has 2 bytes, not 3"
+        );
+        let stray = ContactMap::from_bytes([3, 3], &[0, 0b10]);
+        assert_eq!(stray, Err(MapError::StrayBits { nodes: [3, 3] }));
+        for side in [0, usize::MAX] {
+            for nodes in [[side, 1], [1, side]] {
+                let error = ContactMap::from_bytes(nodes, &[]);
+                assert_eq!(error, Err(MapError::Nodes { side }));
+            }
+        }
+    }
+
+    #[test]
+    fn rows_hold_the_nodes_of_the_map() {
+        for nodes in MESHES {
+            let map = random(nodes, 0.5);
+            let mut row = vec![u64::MAX; map.row_words()];
+            for i in 0..nodes[0] {
+                map.copy_row(i, &mut row);
+                for bit in 0..64 * row.len() {
+                    let expected = bit < nodes[1] && map.get(i, bit);
+                    assert_eq!(row[bit / 64] >> (bit % 64) & 1 == 1, expected);
+                }
+            }
+        }
+    }
+}

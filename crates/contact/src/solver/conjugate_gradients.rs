@@ -1,0 +1,299 @@
+//! Conjugate gradients on the nodes that are, or should be, in contact.
+//!
+//! The elastic energy is quadratic in the pressure, its gradient is the gap, and the pressure must
+//! stay positive and keep its mean. One iteration takes two transform pairs:
+//!
+//! 1. *Correct.* On the free nodes, those with pressure or penetrating, the gap is turned into the
+//!    pressure that would close it (`correction`): the preconditioner is the stiffness |q|/2 of the
+//!    half-space between a continuation of the gap over all nodes and its transpose. Made conjugate
+//!    to the last move, the correction is the direction.
+//! 2. *Move.* The pressure follows the direction by a predicted step, is clipped at zero and
+//!    scaled back to its mean; the displacement of what did move updates the gap.
+//!
+//! An exact line search would need the displacement of the direction before it is clipped: a third
+//! pair, for nearly every move clips. But how long the move should have been is known after it at
+//! no cost. That teaches the step of the same iteration at the next load, and what was missed is
+//! made up for by the next move, whose direction contains the last one.
+//!
+//! On large meshes memory is the limit, and not arithmetic. So the mesh is gone over at the ends and
+//! beginnings of transforms, and only once from a correction to a move. What a pass would have to know
+//! in advance is had in other ways. The line search after a move follows from sums over the pass that
+//! made it and from the transform (`line_search`), and so does the offset of the gap, which here is its
+//! mean weighted by pressure. Scaling pressures back to their mean, and taking back what was too far,
+//! are left to the next pass (`PendingUpdate`). And what the corrections are like on the whole is seen
+//! in a sample of rows, before all of them are made.
+//!
+//! Where the material yields, the pressure is clipped at the hardness too, and free are besides
+//! elastic nodes those that penetrate without pressure and those whose gap is open under the
+//! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
+//! what is driven to zero. `balance` says how moves keep the mean. The first iterations are corrected
+//! by less than a pair, with a preconditioner of two levels (`two_level`).
+
+use super::Solver;
+use super::balance::Balance;
+use super::evaluation::Evaluation;
+use super::flags::{FREE, PRESSED};
+use super::history::{History, LastMove};
+use super::in_order::InOrder;
+use super::lanes::Wide;
+use super::line_search::LineSearch;
+use super::passes::{GapUpdate, PendingUpdate, UpdateGap};
+use super::search::Search;
+use super::start::Start;
+use super::survey::Standing;
+use super::two_level;
+use crate::fft::Band;
+
+/// The part of its largest residual that a search in single precision is trusted to reach: far from its
+/// rounding, 1e-7. An evaluation in double precision and the start after it last as long as two iterations.
+const SINGLE_REDUCTION: f64 = 1e-5;
+
+/// By which an iteration is expected to reduce the residual once contact is found: what comes that
+/// close to the goal is moved and evaluated in double precision at once.
+const EXPECTED_REDUCTION: f64 = 0.1;
+
+/// The same on the strips of elastic nodes that are left where the material yields.
+const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
+
+/// Where iterations end.
+pub enum End {
+    /// At a residual that is low enough, or will not be lower without a new start: with this still to be done to
+    /// pressures, and gaps in contact about as high as the offset.
+    Residual {
+        pending: PendingUpdate,
+        offset: f64,
+        is_reached: bool,
+    },
+    /// At a move, made from this offset, that is expected to lead to such a residual; its gap is not known.
+    Move {
+        line: LineSearch,
+        balance: Option<Balance>,
+        offset: f64,
+    },
+}
+
+/// Where iterations are to lead.
+#[derive(Clone, Copy)]
+pub struct Goal {
+    /// In mesh steps.
+    pub residual: f64,
+    /// Whether it is evaluated in double precision there, and the last move with it.
+    pub is_evaluated: bool,
+}
+
+impl Solver {
+    /// Iterates, at least once, until the residual is within the tolerance or single precision has done
+    /// what it can, and evaluates where that led.
+    pub(super) fn refine(
+        &mut self,
+        history: &mut History,
+        start: Start,
+        tolerance: f64,
+        stop: &dyn Fn(u32) -> bool,
+    ) -> Evaluation {
+        let goal = Goal {
+            residual: tolerance,
+            is_evaluated: true,
+        };
+        match self.search.iterate(history, start, goal, stop) {
+            End::Residual {
+                pending, offset, ..
+            } => self.settle(pending, offset),
+            End::Move {
+                line,
+                balance,
+                offset,
+            } => match (self.search.bound, &balance) {
+                (Some(hardness), Some(balance)) => {
+                    self.evaluate_yielding_move(history, &line, hardness, balance, offset)
+                }
+                _ => self.evaluate_move(history, &line, offset),
+            },
+        }
+    }
+}
+
+impl Search {
+    /// Iterates, at least once, until the residual is as low as it is wanted or single precision has done what it can.
+    pub(super) fn iterate(
+        &mut self,
+        history: &mut History,
+        start: Start,
+        wanted: Goal,
+        stop: &dyn Fn(u32) -> bool,
+    ) -> End {
+        let total = self.load * self.cells() as f64;
+        let Start {
+            mut standing,
+            base_sum,
+            mut balance,
+        } = start;
+        let expected_reduction = match self.bound {
+            None => EXPECTED_REDUCTION,
+            Some(_) => EXPECTED_REDUCTION_OF_STRIPS,
+        };
+        let two_level_iterations = match self.bound {
+            _ if history.is_nested => two_level::NESTED_ITERATIONS,
+            None => 0,
+            Some(_) => two_level::YIELDING_ITERATIONS,
+        };
+        let mut last = history.last.take();
+        if let Some(last) = &mut last {
+            last.offset_change += standing.offset;
+        }
+        let mut largest = 0.0_f64;
+        loop {
+            // The first one may be that of a solution under another load.
+            largest = largest.max(self.residual(standing.error));
+            let possible = self.within_single_precision(largest, standing.offset);
+            let goal = wanted.residual.max(possible);
+            let is_last =
+                wanted.is_evaluated && expected_reduction * self.residual(standing.error) <= goal;
+            let by_blocks = !is_last && history.iteration < two_level_iterations;
+            self.correct(by_blocks);
+            let steps = self.steps(history.is_nested);
+            let step = history.damping * history.caution * steps.of(history.iteration);
+            let lacked = balance.map_or(0.0, |balance| total - balance.sum);
+            let reduction = goal / self.residual(standing.error);
+            let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
+            let direction = self.direction(last.as_ref(), step, lacked, sees_all_rows);
+            let sums = self.update_pressure(direction, is_last);
+            let line = match &balance {
+                None => {
+                    let reference = self.reference + self.height_reference;
+                    LineSearch::new(&sums, base_sum, total, reference)
+                }
+                Some(balance) => {
+                    let load = [balance.sum, total];
+                    LineSearch::yielding(&sums, base_sum, load, balance.free_offset)
+                }
+            };
+            if line.sheds_load() {
+                history.shorten_steps();
+                self.extension.continues = history.continues();
+                return End::Residual {
+                    pending: PendingUpdate::ALL_BACK,
+                    offset: standing.offset,
+                    is_reached: false,
+                };
+            }
+            if is_last {
+                return End::Move {
+                    line,
+                    balance,
+                    offset: standing.offset,
+                };
+            }
+            let before = standing;
+            let (next, free_offset, made) = self.follow(history, &line, standing);
+            standing = next;
+            if let Some(balance) = &mut balance {
+                let moved = base_sum + sums.increment + sums.rounded - balance.sum;
+                balance.sum += made.pending.part * moved;
+                balance.free_offset = free_offset;
+            }
+            // A move may be less than pressures are rounded by.
+            let stuck = made.pending.part == 0.0 || standing == before;
+            let is_reached = self.residual(standing.error) <= goal;
+            if is_reached || stuck || stop(self.pairs) {
+                return End::Residual {
+                    pending: made.pending,
+                    offset: standing.offset,
+                    is_reached,
+                };
+            }
+            last = Some(made);
+        }
+    }
+
+    /// What single precision can reduce residuals to that were `largest`, where gaps in contact are about `offset`:
+    /// their last digit, where that is far from the reference.
+    fn within_single_precision(&self, largest: f64, offset: f64) -> f64 {
+        let rounding = f64::from(f32::EPSILON) * offset.abs();
+        self.residual(rounding).max(SINGLE_REDUCTION * largest)
+    }
+
+    /// Follows a move that has been made with the gap. Says also what the mean gap of free nodes is
+    /// then, where the material yields.
+    fn follow(
+        &mut self,
+        history: &mut History,
+        line: &LineSearch,
+        standing: Standing,
+    ) -> (Standing, f64, LastMove) {
+        let offset = standing.offset;
+        let own_work = self
+            .transform
+            .multiply(&self.displacement, &mut self.scratch);
+        self.pairs += 1;
+        let curvature = line.curvature(own_work);
+        let best = line.best(curvature);
+        let part = self.learn(history, best);
+        let pending = PendingUpdate {
+            scale: line.scale,
+            part,
+        };
+        let (standing, free_offset) = match self.bound {
+            None => {
+                let next_offset = line.offset(part, curvature);
+                self.update_gap::<false>(pending, next_offset)
+            }
+            Some(_) => {
+                let next_offset = self.peek_offset(part, standing, history.sees_all_rows);
+                self.update_gap::<true>(pending, next_offset)
+            }
+        };
+        let made = LastMove {
+            pending,
+            curvature: part * part * curvature,
+            missed: if part < 1.0 {
+                0.0
+            } else {
+                (best - 1.0).min(1.0)
+            },
+            offset_change: standing.offset - offset,
+        };
+        (standing, free_offset, made)
+    }
+
+    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
+        let part = history.learn(self.steps_mut(history.is_nested), best);
+        self.extension.continues = history.continues();
+        part
+    }
+
+    /// Moves the gap after the pressures, and goes on with what it asks for.
+    pub(super) fn update_gap<const YIELDS: bool>(
+        &mut self,
+        pending: PendingUpdate,
+        offset: f64,
+    ) -> (Standing, f64) {
+        let response = GapUpdate {
+            offset: offset as f32,
+            on_move: (pending.part * pending.scale) as f32,
+            on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
+            reference: (self.reference + self.height_reference) as f32,
+            // What is taken back in part leaves pressure wherever there was some.
+            pressed: if pending.part < 1.0 { FREE } else { PRESSED },
+        };
+        let mut pass = Wide(UpdateGap::<YIELDS> {
+            response,
+            heights: &self.heights,
+            gap: Band::of(&mut self.gap),
+            carry: Band::of(&mut self.carry),
+            active: self.active.band(),
+            asked: self.extension.asked_rows(),
+            sample: self.sample.band(),
+            seen: InOrder::new(),
+        });
+        self.transform.finish(&mut pass, &mut self.scratch);
+        let seen = pass.0.seen.total();
+        self.free_nodes = seen.free_nodes;
+        self.level = offset;
+        let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
+        // In elastic bodies the sums are zero, and it is known already.
+        let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);
+        (seen.extremes.seen_from(offset), free_offset)
+    }
+}

@@ -1,0 +1,258 @@
+//! From single precision to double: what a search found is evaluated.
+
+use super::balance::Balance;
+use super::history::{History, LastMove};
+use super::in_order::InOrder;
+use super::lanes::{Wide, over_rows};
+use super::line_search::LineSearch;
+use super::passes::{
+    GapOutput, MoveOutput, MoveScaling, PendingUpdate, PressureInput, Promote, PromotedInput,
+    TakeBack,
+};
+use super::survey::{Standing, Survey};
+use super::{Hardness, Settings, Solver};
+use crate::fft::Band;
+
+/// What only double precision tells.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluation {
+    pub standing: Standing,
+    pub contact_nodes: f64,
+    /// Mean of the gap over the map, zero where there is contact.
+    pub mean_gap: f64,
+    /// Mean over the map of how far the gap of saturated nodes is negative.
+    pub yielded_depth: f64,
+    /// Half the mean of pressure × displacement.
+    pub energy: f64,
+}
+
+impl Solver {
+    /// Measures the present pressure and renews the gap from it: one pair.
+    pub(super) fn evaluate(&mut self) -> Evaluation {
+        let mut pass = Wide(PressureInput {
+            pressure: &self.pressure,
+            hardness: self.search.ceiling(),
+            carry: Band::of(&mut self.search.carry),
+            keeps_moves: false,
+        });
+        self.double_scratch.take_over(&mut self.search.scratch);
+        self.double.begin(&mut pass, &mut self.double_scratch);
+        self.finish_gap()
+    }
+
+    /// The same of a guess: twice, if it is no solution, but all that is seen of its error is how
+    /// gaps so far from their reference are rounded. A search would find nothing to do there.
+    pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
+        let evaluation = self.evaluate();
+        let Standing { offset, error } = evaluation.standing;
+        let is_seen = error > f64::from(f32::EPSILON) * offset.abs();
+        if is_seen || self.is_solved(settings, &evaluation) {
+            return evaluation;
+        }
+        self.search.reference += offset;
+        self.evaluate()
+    }
+
+    /// The same of the pressure where a search led. Gaps are to be counted from `offset`, near to that
+    /// which will be found, so that gaps in contact keep all their digits.
+    pub(super) fn settle(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
+        if let Some(hardness) = self.search.bound {
+            self.promote_yielding(hardness, pending);
+            self.search.reference += offset;
+            return self.evaluate();
+        }
+        if pending.part == 1.0 {
+            self.begin_promoted(pending.scale, offset);
+            return self.finish_gap();
+        }
+        let mut promote = Promote {
+            factor: pending.of_pressure(),
+            base: &self.search.base,
+            increment: &self.search.increment,
+        };
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut promote,
+        );
+        self.evaluate_without(1.0 - pending.part, offset)
+    }
+
+    /// The same without so much of the last move.
+    fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
+        self.take_back(part);
+        self.impose_load();
+        self.search.reference += offset;
+        self.evaluate()
+    }
+
+    /// Takes so much of the last move from the pressures.
+    pub(super) fn take_back(&mut self, part: f64) {
+        let mut pass = TakeBack {
+            part,
+            hardness: self.search.ceiling(),
+            carry: &self.search.carry,
+        };
+        over_rows(
+            &self.search.threads,
+            &mut self.pressure,
+            self.search.nodes[1],
+            &mut pass,
+        );
+    }
+
+    /// Evaluates a move at once, and once more if only a part of it is kept.
+    pub(super) fn evaluate_move(
+        &mut self,
+        history: &mut History,
+        line: &LineSearch,
+        offset: f64,
+    ) -> Evaluation {
+        let offset_change = line.expected_offset();
+        self.begin_promoted(line.scale, offset_change);
+        let (evaluation, curvature) = self.finish_move::<false>(line.scale, offset_change);
+        self.keep_move(
+            history,
+            line.best(curvature),
+            curvature,
+            evaluation,
+            offset_change - offset,
+        )
+    }
+
+    /// The same where the material yields: `balance` is of the pressures before the move.
+    pub(super) fn evaluate_yielding_move(
+        &mut self,
+        history: &mut History,
+        line: &LineSearch,
+        hardness: Hardness,
+        balance: &Balance,
+        offset: f64,
+    ) -> Evaluation {
+        let scale = self.promote_yielding(hardness, PendingUpdate::NOTHING);
+        self.search.reference += offset;
+        self.begin_with_moves_kept(hardness);
+        let (evaluation, curvature) = self.finish_move::<true>(scale, offset);
+        let best = line.then_scaled(scale, balance.free_offset).best(curvature);
+        self.keep_move(history, best, curvature, evaluation, 0.0)
+    }
+
+    /// Multiplies, and sees where pressures of a move led that were scaled, and what it is worth.
+    fn finish_move<const YIELDS: bool>(
+        &mut self,
+        scale: f64,
+        reference_change: f64,
+    ) -> (Evaluation, f64) {
+        let work = self
+            .double
+            .multiply(&self.displacement, &mut self.double_scratch);
+        let mut pass = Wide(MoveOutput::<YIELDS> {
+            heights: &self.heights,
+            reference: self.search.reference,
+            scaling: MoveScaling {
+                scale: scale as f32,
+                reference_change: reference_change as f32,
+            },
+            sums_gaps: !self.body.keeps_mean(),
+            survey: InOrder::new(),
+            curvature: InOrder::new(),
+            base: &self.search.base,
+            increment: &self.search.increment,
+            gap: Band::of(&mut self.search.gap),
+            carry: Band::of(&mut self.search.carry),
+            sample: self.search.sample.band(),
+            found: vec![0.0; self.search.nodes[1]],
+        });
+        self.double.finish(&mut pass, &mut self.double_scratch);
+        let (survey, curvature) = (pass.0.survey.total(), pass.0.curvature.total());
+        (self.evaluation(&survey, work), curvature)
+    }
+
+    /// Learns from a move that was evaluated, of which `best` would have been right, and keeps it, or
+    /// that part.
+    fn keep_move(
+        &mut self,
+        history: &mut History,
+        best: f64,
+        curvature: f64,
+        evaluation: Evaluation,
+        offset_change: f64,
+    ) -> Evaluation {
+        let part = self.search.learn(history, best);
+        if part < 1.0 {
+            return self.evaluate_without(1.0 - part, evaluation.standing.offset);
+        }
+        history.last = (best > 0.0).then_some(LastMove {
+            pending: PendingUpdate::NOTHING,
+            curvature,
+            missed: (best - 1.0).min(1.0),
+            offset_change,
+        });
+        evaluation
+    }
+
+    fn begin_promoted(&mut self, scale: f64, offset: f64) {
+        self.search.reference += offset;
+        let mut pass = Wide(PromotedInput {
+            scale,
+            base: &self.search.base,
+            increment: &self.search.increment,
+            pressure: Band::of(&mut self.pressure),
+        });
+        self.double_scratch.take_over(&mut self.search.scratch);
+        self.double.begin(&mut pass, &mut self.double_scratch);
+    }
+
+    fn finish_gap(&mut self) -> Evaluation {
+        match self.search.bound {
+            None => self.finish_gap_as::<false>(),
+            Some(_) => self.finish_gap_as::<true>(),
+        }
+    }
+
+    fn finish_gap_as<const YIELDS: bool>(&mut self) -> Evaluation {
+        let work = self
+            .double
+            .multiply(&self.displacement, &mut self.double_scratch);
+        let mut pass = Wide(GapOutput::<YIELDS> {
+            heights: &self.heights,
+            reference: self.search.reference,
+            gap: Band::of(&mut self.search.gap),
+            carry: &self.search.carry,
+            sums_gaps: !self.body.keeps_mean(),
+            survey: InOrder::new(),
+        });
+        self.double.finish(&mut pass, &mut self.double_scratch);
+        let survey = pass.0.survey.total();
+        self.evaluation(&survey, work)
+    }
+
+    fn evaluation(&mut self, survey: &Survey, work: f64) -> Evaluation {
+        let standing = survey.standing();
+        self.search.pairs += 1;
+        self.offset = standing.offset;
+        let cells = self.pressure.len() as f64;
+        let yielded_depth = match survey.saturated_nodes() {
+            0.0 => 0.0,
+            nodes => (nodes * standing.offset - survey.saturated_sum) / cells,
+        };
+        let mean_gap = match survey.gap_sum {
+            Some(sum) => sum / cells - standing.offset,
+            // Displacements and heights have no mean.
+            None => -(self.search.reference + standing.offset),
+        };
+        // Where material has yielded there is no gap, and where all nodes touch none but for rounding.
+        let mean_gap = match yielded_depth {
+            0.0 => mean_gap,
+            depth => (mean_gap + depth).max(0.0),
+        };
+        Evaluation {
+            standing,
+            contact_nodes: survey.contact_nodes,
+            mean_gap,
+            yielded_depth,
+            energy: 0.5 * work / cells,
+        }
+    }
+}

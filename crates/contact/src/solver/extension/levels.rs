@@ -1,0 +1,254 @@
+//! From blocks of one size to those of another: passes over the rows of either.
+
+use pulp::Simd;
+
+use super::super::lanes::Pass;
+use super::interpolation::{around, gather, interpolate, repeat, shares, sum};
+use crate::fft::Row;
+
+/// Blocks along a side of a larger one.
+const HALVES: usize = 2;
+
+/// Sets larger blocks to sums over their quarters.
+pub struct SumQuarters<'a> {
+    fine: [usize; 2],
+    values: &'a [f32],
+    /// Sums of two rows, with a block more if theirs is an odd number.
+    sums: Vec<f32>,
+}
+
+impl<'a> SumQuarters<'a> {
+    pub fn new(fine: [usize; 2], values: &'a [f32]) -> Self {
+        Self {
+            fine,
+            values,
+            sums: vec![0.0; fine[1].next_multiple_of(HALVES)],
+        }
+    }
+}
+
+impl Pass<f32> for SumQuarters<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, coarse: &mut [f32]) {
+        let [rows, blocks] = self.fine;
+        let sums = &mut self.sums[..blocks];
+        let first = HALVES * row.index();
+        sums.copy_from_slice(Row::new(first, blocks).of(self.values));
+        if first + 1 < rows {
+            add(sums, Row::new(first + 1, blocks).of(self.values), 1.0);
+        }
+        sum(self.sums.as_chunks::<HALVES>().0, coarse);
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self::new(self.fine, self.values)
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Turns sums over blocks into means with what is around them.
+pub struct MixAround<'a> {
+    free: &'a [f32],
+    around: f32,
+    coarse: [usize; 2],
+    values: &'a [f32],
+    /// A row of larger blocks, with one more before and after,
+    mixed: Vec<f32>,
+    /// and between them.
+    between: Vec<f32>,
+}
+
+impl<'a> MixAround<'a> {
+    pub fn new(free: &'a [f32], around: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
+        Self {
+            free,
+            around,
+            coarse,
+            values,
+            mixed: vec![0.0; coarse[1] + 2],
+            between: vec![0.0; HALVES * coarse[1]],
+        }
+    }
+}
+
+impl Pass<f32> for MixAround<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, sums: &mut [f32]) {
+        let [rows, blocks] = self.coarse;
+        let [(own, of_own), (other, of_other)] = around::<HALVES>(row.index(), rows);
+        let own = Row::new(own, blocks).of(self.values);
+        let other = Row::new(other, blocks).of(self.values);
+        for (mixed, (own, other)) in self.mixed[1..].iter_mut().zip(own.iter().zip(other)) {
+            *mixed = of_own * own + of_other * other;
+        }
+        repeat(&mut self.mixed);
+        interpolate(&self.mixed, self.between.as_chunks_mut::<HALVES>().0);
+        let weight = self.around;
+        let free = row.of(self.free);
+        for ((sum, free), between) in sums.iter_mut().zip(free).zip(&self.between) {
+            *sum = (*sum + weight * between) / (free + weight);
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self::new(self.free, self.around, self.coarse, self.values)
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Adds to the smallest blocks what the rows after and before them have taken for them.
+pub struct JoinRows<'a> {
+    blocks: [usize; 2],
+    for_neighbours: &'a [Vec<f32>; 2],
+}
+
+impl<'a> JoinRows<'a> {
+    pub fn new(blocks: [usize; 2], for_neighbours: &'a [Vec<f32>; 2]) -> Self {
+        Self {
+            blocks,
+            for_neighbours,
+        }
+    }
+}
+
+impl Pass<f32> for JoinRows<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let [rows, blocks] = self.blocks;
+        let before = (row.index() + rows - 1) % rows;
+        let after = (row.index() + 1) % rows;
+        let [for_before, for_after] = self.for_neighbours;
+        add(values, Row::new(after, blocks).of(for_before), 1.0);
+        add(values, Row::new(before, blocks).of(for_after), 1.0);
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self::new(self.blocks, self.for_neighbours)
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Divides by the number of nodes and the weight of what is around.
+pub struct Divide<'a> {
+    free: &'a [f32],
+    around: f32,
+}
+
+impl<'a> Divide<'a> {
+    pub fn new(free: &'a [f32], around: f32) -> Self {
+        Self { free, around }
+    }
+}
+
+impl Pass<f32> for Divide<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let weight = self.around;
+        for (value, free) in values.iter_mut().zip(row.of(self.free)) {
+            *value /= free + weight;
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Sets larger blocks to what they have a share in, being around smaller ones.
+pub struct GatherAround<'a> {
+    fine: [usize; 2],
+    weight: f32,
+    coarse: [usize; 2],
+    values: &'a [f32],
+    /// What a row of larger blocks has in rows of smaller ones, with two more before and after.
+    sums: Vec<f32>,
+}
+
+impl<'a> GatherAround<'a> {
+    pub fn new(fine: [usize; 2], weight: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
+        Self {
+            fine,
+            weight,
+            coarse,
+            values,
+            sums: vec![0.0; HALVES * (coarse[1] + 2)],
+        }
+    }
+}
+
+impl Pass<f32> for GatherAround<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, coarse: &mut [f32]) {
+        let ([rows, blocks], larger) = (self.fine, self.coarse[0]);
+        let (own, before) = (row.index(), (row.index() + larger - 1) % larger);
+        let after = (own + 1) % larger;
+        let [of_own, of_other] = shares::<HALVES>(0);
+        self.sums.fill(0.0);
+        for (index, share) in [
+            (HALVES * own, of_own),
+            (HALVES * own + 1, of_own),
+            (HALVES * before + 1, of_other),
+            (HALVES * after, of_other),
+        ] {
+            if index < rows {
+                let values = Row::new(index, blocks).of(self.values);
+                add(
+                    &mut self.sums[HALVES..][..blocks],
+                    values,
+                    self.weight * share,
+                );
+            }
+        }
+        let sums = self.sums.as_chunks_mut::<HALVES>().0;
+        repeat(sums);
+        gather(sums, coarse);
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self::new(self.fine, self.weight, self.coarse, self.values)
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Hands what larger blocks have to their quarters.
+pub struct AddWhole<'a> {
+    coarse: [usize; 2],
+    values: &'a [f32],
+}
+
+impl<'a> AddWhole<'a> {
+    pub fn new(coarse: [usize; 2], values: &'a [f32]) -> Self {
+        Self { coarse, values }
+    }
+}
+
+impl Pass<f32> for AddWhole<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, fine: &mut [f32]) {
+        let coarse = Row::new(row.index() / HALVES, self.coarse[1]).of(self.values);
+        for (values, given) in fine.chunks_mut(HALVES).zip(coarse) {
+            for value in values {
+                *value += given;
+            }
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+#[inline(always)]
+fn add(sums: &mut [f32], values: &[f32], factor: f32) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}

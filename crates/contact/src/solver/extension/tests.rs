@@ -1,0 +1,243 @@
+//! Extensions on meshes of all sizes.
+
+use pulp::Scalar512b;
+
+use super::super::flags::{FREE, has};
+use super::super::lanes::weight;
+use super::*;
+use crate::fft::Row;
+
+/// The same numbers for the same seed, from −0.5 to 0.5.
+pub fn noise(seed: u64, count: usize) -> Vec<f32> {
+    let mut state = seed;
+    let mut draw = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 40) as f32 / (1_u64 << 24) as f32 - 0.5
+    };
+    (0..count).map(|_| draw()).collect()
+}
+
+fn rows([rows, row_nodes]: [usize; 2]) -> impl Iterator<Item = Row> {
+    (0..rows).map(move |index| Row::new(index, row_nodes))
+}
+
+/// Calls `see` on all rows, by two passes that part at each of these rows.
+fn over<P>(
+    nodes: [usize; 2],
+    cuts: &[usize],
+    whole: P,
+    split_off: impl Fn(&mut P, Row) -> P,
+    mut see: impl FnMut(&mut P, Row),
+) {
+    let mut parts = vec![whole];
+    let mut firsts = vec![0];
+    for cut in cuts.iter().rev().map(|cut| *cut.min(&nodes[0])) {
+        let part = split_off(&mut parts[0], Row::new(cut, nodes[1]));
+        parts.insert(1, part);
+        firsts.insert(1, cut);
+    }
+    for row in rows(nodes) {
+        let part = firsts.partition_point(|first| *first <= row.index()) - 1;
+        see(&mut parts[part], row);
+    }
+}
+
+/// What is asked for where the marks are free, continued over the mesh that the map is a corner of.
+fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[f32]) -> Vec<f32> {
+    let [map, nodes] = [extension.map, extension.nodes];
+    over(
+        map,
+        cuts,
+        extension.asked_rows(),
+        AskedRows::split_off,
+        |part, row| {
+            part.add_row::<_, 1>(Scalar512b, row, row.of(asked), row.of(carry), &[true; 64])
+        },
+    );
+    extension.extend(&Threads::one());
+    let mut values = vec![0.0; nodes[0] * nodes[1]];
+    over(
+        nodes,
+        cuts,
+        extension.continued_rows(),
+        |part, _| part.split_off(),
+        |part, row| {
+            let [(own, of_own), (other, of_other)] = part.row(row);
+            for (value, (own, other)) in row
+                .of_mut(&mut values)
+                .iter_mut()
+                .zip(own.iter().zip(other))
+            {
+                *value = of_own * own + of_other * other;
+            }
+        },
+    );
+    values
+}
+
+fn handed_back(
+    extension: &mut Extension,
+    cuts: &[usize],
+    values: &[f32],
+    carry: &[f32],
+) -> Vec<f32> {
+    let [map, nodes] = [extension.map, extension.nodes];
+    over(
+        nodes,
+        cuts,
+        extension.taken_rows(),
+        TakenRows::split_off,
+        |part, row| {
+            let inside = row.index() < map[0];
+            let marks = inside.then(|| Row::new(row.index(), map[1]).of(carry));
+            let marks = marks.unwrap_or_default();
+            part.take_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
+        },
+    );
+    extension.collect(&Threads::one());
+    let mut given = vec![0.0; carry.len()];
+    over(
+        map,
+        cuts,
+        extension.given_rows(),
+        |part, _| part.split_off(),
+        |part, row| part.give_row(row, row.of_mut(&mut given), &[true; 64]),
+    );
+    given
+}
+
+fn marks(seed: u64, count: usize, share: f32) -> Vec<f32> {
+    let free = |draw: f32| u32::from(draw + 0.5 < share) * FREE;
+    let marked = |draw| f32::from_bits(free(draw));
+    noise(seed, count).into_iter().map(marked).collect()
+}
+
+/// A map on the mesh that it is a corner of, and `beyond` around it.
+fn in_corner(map: &[f32], [own, nodes]: [[usize; 2]; 2], beyond: f32) -> Vec<f32> {
+    let mut all = vec![beyond; nodes[0] * nodes[1]];
+    for (values, row) in all.chunks_mut(nodes[1]).zip(rows(own)) {
+        values[..own[1]].copy_from_slice(row.of(map));
+    }
+    all
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum()
+}
+
+#[test]
+fn handing_back_is_the_transpose_of_continuing() {
+    let whole = [
+        [64, 64],
+        [50, 37],
+        [128, 6],
+        [6, 90],
+        [9, 12],
+        [1, 9],
+        [3, 3],
+        [1, 1],
+    ];
+    let corners = [
+        [[40, 48], [64, 64]],
+        [[50, 37], [96, 64]],
+        [[33, 5], [33, 10]],
+        [[1, 1], [2, 2]],
+    ];
+    let meshes = whole.map(|nodes| [nodes; 2]).into_iter().chain(corners);
+    for (seed, [map, nodes]) in meshes.enumerate() {
+        let count = map[0] * map[1];
+        let carry = marks(7 + seed as u64, count, 0.2);
+        let free: Vec<f32> = carry
+            .iter()
+            .map(|carry| weight(has(*carry, FREE)))
+            .collect();
+        let product = |values: Vec<f32>, weights: &[f32]| -> Vec<f32> {
+            let weighed = values.iter().zip(weights);
+            weighed.map(|(value, weight)| value * weight).collect()
+        };
+        let fixed: Vec<f32> = free.iter().map(|free| 1.0 - free).collect();
+        let fixed = in_corner(&fixed, [map, nodes], 1.0);
+        let asked = product(noise(1, count), &free);
+        let outside = product(noise(2, fixed.len()), &fixed);
+        let mut extension = Extension::new(map, nodes);
+        let forth = dot(&continued(&mut extension, &[], &asked, &carry), &outside);
+        let back = dot(&asked, &handed_back(&mut extension, &[], &outside, &carry));
+        assert!(
+            (forth - back).abs() < 1e-5 * (1.0 + forth.abs()),
+            "{nodes:?}: {forth} {back}"
+        );
+    }
+}
+
+#[test]
+fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
+    let nodes = [96, 80];
+    let asked = vec![2.0; 96 * 80];
+    let carry = vec![f32::from_bits(FREE); 96 * 80];
+    let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
+    // Zero around the whole map counts for a fifth of it, and that for a fifth of its quarters.
+    assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
+}
+
+#[test]
+fn what_one_node_asks_for_fades_with_the_distance() {
+    let nodes = [64, 64];
+    let (mut asked, mut carry) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
+    (asked[0], carry[0]) = (1.0, f32::from_bits(FREE));
+    let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
+    let diagonal = [1, 4, 8, 16, 31].map(|place| values[place * 65]);
+    assert!(
+        diagonal.is_sorted_by(|near, far| near > far),
+        "{diagonal:?}"
+    );
+    assert!(diagonal[0] < 0.5 && diagonal[4] > 0.0);
+}
+
+#[test]
+fn the_map_repeats() {
+    let nodes = [64, 64];
+    let from = |node: usize| {
+        let (mut asked, mut carry) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
+        (asked[node], carry[node]) = (1.0, f32::from_bits(FREE));
+        continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry)
+    };
+    // Half a side on, all blocks but the largest lie as before.
+    let (corner, middle) = (from(0), from(32 * 65));
+    for x in 0..64 {
+        for y in 0..64 {
+            let moved = middle[(x + 32) % 64 * 64 + (y + 32) % 64];
+            assert_eq!(corner[64 * x + y], moved);
+        }
+    }
+}
+
+#[test]
+fn rows_of_several_threads_come_to_the_same_bits() {
+    for (map, nodes) in [
+        ([64, 48], [64, 48]),
+        ([50, 37], [50, 37]),
+        ([50, 37], [64, 64]),
+    ] {
+        let count = map[0] * map[1];
+        let carry = marks(3, count, 0.3);
+        let asked: Vec<f32> = noise(4, count)
+            .iter()
+            .zip(&carry)
+            .map(|(asked, carry)| weight::<f32>(has(*carry, FREE)) * asked)
+            .collect();
+        let values = noise(5, nodes[0] * nodes[1]);
+        let both = |cuts: &[usize]| {
+            let mut extension = Extension::new(map, nodes);
+            let continued = continued(&mut extension, cuts, &asked, &carry);
+            let given = handed_back(&mut extension, cuts, &values, &carry);
+            [continued, given].map(|map| map.into_iter().map(f32::to_bits).collect::<Vec<_>>())
+        };
+        let alone = both(&[]);
+        // The last part may have no row.
+        for cuts in [vec![8], vec![24, 32], vec![16, 40, nodes[0]]] {
+            assert_eq!(both(&cuts), alone);
+        }
+    }
+}

@@ -1,0 +1,421 @@
+//! Arithmetic on rows, sixteen numbers at a time, in as many registers as that takes.
+//!
+//! What is summed is summed in the same order on all processors: a register of one instruction set
+//! is a part of [`Lanes`], which always has sixteen numbers. All that runs on registers is
+//! `#[inline(always)]` and free of closures: only so is it compiled with the instructions of the
+//! [`Pass`] that it belongs to.
+
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Range, Sub};
+
+use pulp::{NullaryFnOnce, Scalar, Scalar512b, Simd};
+
+use crate::fft::{Band, ROWS_TOGETHER, Real, Row, Rows};
+use crate::instructions::Instructions;
+use crate::threads::Threads;
+
+/// Partial sums of a row, and numbers in [`Lanes`].
+pub const LANES: usize = 16;
+
+/// What a pass over the mesh does with its rows, `R` registers of which have sixteen numbers.
+pub trait Pass<T>: Sized + Send {
+    /// As [`Rows::row`].
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [T]);
+
+    /// As [`Rows::split_off`].
+    fn split_off(&mut self, row: Row) -> Self;
+
+    /// As [`Rows::append`].
+    fn append(&mut self, later: Self);
+}
+
+/// A pass with the instructions in use.
+pub struct Wide<P>(pub P);
+
+impl<T, P: Pass<T>> Rows<T> for Wide<P> {
+    fn row(&mut self, row: Row, values: &mut [T]) {
+        let pass = &mut self.0;
+        match Instructions::in_use() {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(simd) => {
+                simd.vectorize(Run::<_, _, _, 1>(pass, simd, row, values))
+            }
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(simd) => simd.vectorize(Run::<_, _, _, 2>(pass, simd, row, values)),
+            Instructions::Portable => pass.row::<_, 1>(Scalar512b, row, values),
+        }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self(self.0.split_off(row))
+    }
+
+    fn append(&mut self, later: Self) {
+        self.0.append(later.0);
+    }
+}
+
+struct Run<'a, P, T, S, const R: usize>(&'a mut P, S, Row, &'a mut [T]);
+
+impl<P: Pass<T>, T, S: Simd, const R: usize> NullaryFnOnce for Run<'_, P, T, S, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.0.row::<S, R>(self.1, self.2, self.3);
+    }
+}
+
+/// Runs a pass over the rows of a map, with so many nodes in a row.
+pub fn over_rows<T: Send, P: Pass<T>>(
+    threads: &Threads,
+    map: &mut [T],
+    nodes: usize,
+    pass: &mut P,
+) {
+    let count = map.len() / nodes;
+    let crew = threads.crew(map.len());
+    let mut whole = Band::of(map);
+    let mut blocks: Vec<(Range<usize>, Band<T>, Wide<P>)> = Vec::new();
+    let mut end = count;
+    for block in crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter().rev() {
+        let first = Row::new(ROWS_TOGETHER * block, nodes);
+        blocks.push((
+            first.index()..end,
+            whole.split_off(first),
+            Wide(pass.split_off(first)),
+        ));
+        end = first.index();
+    }
+    crew.each(
+        &mut Vec::new(),
+        || (),
+        &mut blocks,
+        |(), (rows, band, pass)| {
+            for row in rows.clone().map(|index| Row::new(index, nodes)) {
+                pass.row(row, band.row(row));
+            }
+        },
+    );
+    for (.., part) in blocks.into_iter().rev() {
+        pass.append(part.0);
+    }
+}
+
+/// The numbers of a row, sixteen together, and the rest, one by one.
+#[inline(always)]
+pub fn split<S: Simd, const R: usize>(row: &[f32]) -> (&[[S::f32s; R]], &[[f32; 1]]) {
+    let (whole, rest) = row.split_at(row.len() / LANES * LANES);
+    (S::as_simd_f32s(whole).0.as_chunks().0, rest.as_chunks().0)
+}
+
+/// The same of a row to be written.
+#[inline(always)]
+pub fn split_mut<S: Simd, const R: usize>(
+    row: &mut [f32],
+) -> (&mut [[S::f32s; R]], &mut [[f32; 1]]) {
+    let (whole, rest) = row.split_at_mut(row.len() / LANES * LANES);
+    (
+        S::as_mut_simd_f32s(whole).0.as_chunks_mut().0,
+        rest.as_chunks_mut().0,
+    )
+}
+
+/// The instructions for the rest of a row.
+pub const REST: Scalar = Scalar;
+
+/// Sixteen numbers, or one of the rest of a row.
+#[derive(Clone, Copy)]
+pub struct Lanes<S: Simd, const R: usize>(S, [S::f32s; R]);
+
+/// A choice for each of them.
+#[derive(Clone, Copy)]
+pub struct Choice<S: Simd, const R: usize>(S, [S::m32s; R]);
+
+impl<S: Simd, const R: usize> Lanes<S, R> {
+    #[inline(always)]
+    pub fn of(simd: S, numbers: [S::f32s; R]) -> Self {
+        Self(simd, numbers)
+    }
+
+    #[inline(always)]
+    pub fn all(simd: S, number: f32) -> Self {
+        Self(simd, [simd.splat_f32s(number); R])
+    }
+
+    /// As many of one number.
+    #[inline(always)]
+    pub fn like(self, number: f32) -> Self {
+        Self::all(self.0, number)
+    }
+
+    #[inline(always)]
+    pub fn numbers(self) -> [S::f32s; R] {
+        self.1
+    }
+
+    #[inline(always)]
+    pub fn max(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.max_f32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub fn min(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.min_f32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub fn is_below(self, other: Self) -> Choice<S, R> {
+        let mut below = self.none();
+        for i in 0..R {
+            below.1[i] = self.0.less_than_f32s(self.1[i], other.1[i]);
+        }
+        below
+    }
+
+    #[inline(always)]
+    fn none(self) -> Choice<S, R> {
+        let zero = self.0.splat_f32s(0.0);
+        Choice(self.0, [self.0.less_than_f32s(zero, zero); R])
+    }
+
+    /// self + a b, rounded once.
+    #[inline(always)]
+    pub fn plus(mut self, a: Self, b: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.mul_add_f32s(a.1[i], b.1[i], self.1[i]);
+        }
+        self
+    }
+
+    /// Whether `bit` of each number is set.
+    #[inline(always)]
+    pub fn has(self, bit: u32) -> Choice<S, R> {
+        let mut set = self.none();
+        let bits = self.0.splat_u32s(bit);
+        for i in 0..R {
+            let found = self.0.and_u32s(self.0.transmute_u32s_f32s(self.1[i]), bits);
+            set.1[i] = self.0.equal_u32s(found, bits);
+        }
+        set
+    }
+
+    /// The numbers with the bits of `mask` replaced by those of `bits` that are chosen.
+    #[inline(always)]
+    pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Choice<S, R>); B]) -> Self {
+        let simd = self.0;
+        let (none, rest) = (simd.splat_u32s(0), simd.splat_u32s(!mask));
+        for i in 0..R {
+            let mut numbers = simd.and_u32s(simd.transmute_u32s_f32s(self.1[i]), rest);
+            for (bit, so) in bits {
+                let bit = simd.select_u32s(so.1[i], simd.splat_u32s(bit), none);
+                numbers = simd.or_u32s(numbers, bit);
+            }
+            self.1[i] = simd.transmute_f32s_u32s(numbers);
+        }
+        self
+    }
+
+    /// Their sum, by halves: of numbers eight apart, then four, two and one.
+    #[inline(always)]
+    pub fn total(mut self) -> f64 {
+        let mut registers = R;
+        while registers > 1 {
+            registers /= 2;
+            for i in 0..registers {
+                self.1[i] = self.0.add_f32s(self.1[i], self.1[i + registers]);
+            }
+        }
+        f64::from(self.0.reduce_sum_f32s(self.1[0]))
+    }
+
+    #[inline(always)]
+    pub fn highest(self) -> f32 {
+        let mut highest = self.1[0];
+        for register in self.1 {
+            highest = self.0.max_f32s(highest, register);
+        }
+        self.0.reduce_max_f32s(highest)
+    }
+
+    #[inline(always)]
+    pub fn lowest(self) -> f32 {
+        let mut lowest = self.1[0];
+        for register in self.1 {
+            lowest = self.0.min_f32s(lowest, register);
+        }
+        self.0.reduce_min_f32s(lowest)
+    }
+}
+
+impl<S: Simd, const R: usize> Choice<S, R> {
+    #[inline(always)]
+    pub fn choose(self, mut yes: Lanes<S, R>, no: Lanes<S, R>) -> Lanes<S, R> {
+        for i in 0..R {
+            yes.1[i] = self.0.select_f32s(self.1[i], yes.1[i], no.1[i]);
+        }
+        yes
+    }
+
+    #[inline(always)]
+    pub fn or_zero(self, yes: Lanes<S, R>) -> Lanes<S, R> {
+        self.choose(yes, Lanes::all(self.0, 0.0))
+    }
+}
+
+impl<S: Simd, const R: usize> Choice<S, R> {
+    /// Whether any is chosen.
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        let mut any = self.1[0];
+        for i in 1..R {
+            any = self.0.or_m32s(any, self.1[i]);
+        }
+        if const { size_of::<S::m32s>() < size_of::<S::f32s>() } {
+            return self.0.first_true_m32s(any) < S::F32_LANES;
+        }
+        let (one, zero) = (self.0.splat_f32s(1.0), self.0.splat_f32s(0.0));
+        let ones = self.0.select_f32s(any, one, zero);
+        self.0.reduce_max_f32s(ones) > 0.0
+    }
+
+    /// This choice, but where `other` chooses.
+    #[inline(always)]
+    pub fn unless(mut self, other: Self) -> Self {
+        for i in 0..R {
+            let both = self.0.and_m32s(self.1[i], other.1[i]);
+            self.1[i] = self.0.xor_m32s(self.1[i], both);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> BitAnd for Choice<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.and_m32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> BitOr for Choice<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.or_m32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> Add for Lanes<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.add_f32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> Sub for Lanes<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.sub_f32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> Mul for Lanes<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(mut self, other: Self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.mul_f32s(self.1[i], other.1[i]);
+        }
+        self
+    }
+}
+
+impl<S: Simd, const R: usize> Neg for Lanes<S, R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for i in 0..R {
+            self.1[i] = self.0.neg_f32s(self.1[i]);
+        }
+        self
+    }
+}
+
+/// One or zero.
+#[inline(always)]
+pub fn weight<T: Real>(counts: bool) -> T {
+    T::from(u8::from(counts))
+}
+
+#[inline(always)]
+pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+pub fn less<T: PartialOrd>(a: T, b: T) -> T {
+    if a < b { a } else { b }
+}
+
+/// Σ a, in the precision of its terms.
+#[inline(always)]
+pub fn total<T: Real>(a: &[T]) -> f64 {
+    sum_by(a, a, |a, _| a)
+}
+
+/// Σ term(a, b), in the precision of the term.
+#[inline(always)]
+pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -> T) -> f64 {
+    sum_over_groups(std::iter::repeat(&true), a, b, term)
+}
+
+/// The same, but for groups of sixteen neighbours whose terms are zero.
+#[inline(always)]
+pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
+    groups: impl IntoIterator<Item = &'a bool>,
+    a: &[A],
+    b: &[B],
+    term: impl Fn(A, B) -> T,
+) -> f64 {
+    let (a, a_rest) = a.as_chunks::<LANES>();
+    let (b, b_rest) = b.as_chunks::<LANES>();
+    let mut partial = [T::zero(); LANES];
+    for ((a, b), counts) in a.iter().zip(b).zip(groups) {
+        if !counts {
+            continue;
+        }
+        for lane in 0..LANES {
+            partial[lane] = partial[lane] + term(a[lane], b[lane]);
+        }
+    }
+    for (lane, (a, b)) in a_rest.iter().zip(b_rest).enumerate() {
+        partial[lane] = partial[lane] + term(*a, *b);
+    }
+    partial.into_iter().map(Into::into).sum()
+}

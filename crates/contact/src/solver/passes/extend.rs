@@ -1,0 +1,149 @@
+//! The gap of free nodes over the whole map, and the corrections of the map on free nodes.
+
+use pulp::Simd;
+
+use super::super::active_groups::{ALL, ActiveGroups};
+use super::super::extension::{ContinuedRows, TakenRows};
+use super::super::flags::FREE;
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
+use crate::fft::Row;
+
+/// Transforms the gap where nodes are free, and its continuation elsewhere.
+///
+/// The map may be a corner of the mesh; around it everything is continued.
+pub struct Extend<'a> {
+    /// Its nodes.
+    pub map: [usize; 2],
+    /// From which gaps count.
+    pub level: f32,
+    pub gap: &'a [f32],
+    /// Marked where nodes are free.
+    pub carry: &'a [f32],
+    /// Where they may be.
+    pub active: &'a ActiveGroups,
+    pub continued: ContinuedRows<'a>,
+}
+
+impl Pass<f32> for Extend<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let [(own, of_own), (other, of_other)] = self.continued.row(row);
+        let [rows, row_nodes] = self.map;
+        let inside = if row.index() < rows { row_nodes } else { 0 };
+        let (values, beyond) = values.split_at_mut(inside);
+        continue_all([of_own, of_other], beyond, &own[inside..], &other[inside..]);
+        if inside == 0 {
+            return;
+        }
+        let row = Row::new(row.index(), row_nodes);
+        let (own, last_own) = split::<S, R>(&own[..values.len()]);
+        let (other, last_other) = split::<S, R>(&other[..values.len()]);
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (gap, last_gap) = split::<S, R>(row.of(self.gap));
+        let (carry, last_carry) = split::<S, R>(row.of(self.carry));
+        let choice = Choose {
+            level: self.level,
+            shares: [of_own, of_other],
+        };
+        let free = self.active.free_row(row);
+        choice.choose(simd, free, values, gap, carry, own, other);
+        choice.choose(
+            REST,
+            &ALL[..last_values.len()],
+            last_values,
+            last_gap,
+            last_carry,
+            last_own,
+            last_other,
+        );
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self {
+            continued: self.continued.split_off(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+#[inline(always)]
+fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], other: &[f32]) {
+    for (value, (own, other)) in values.iter_mut().zip(own.iter().zip(other)) {
+        *value = of_own * own + of_other * other;
+    }
+}
+
+/// Between the gap above its level and what lies between two rows.
+#[derive(Clone, Copy)]
+struct Choose {
+    level: f32,
+    shares: [f32; 2],
+}
+
+impl Choose {
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a row of each map")]
+    fn choose<S: Simd, const R: usize>(
+        self,
+        simd: S,
+        groups: &[bool],
+        values: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        carry: &[[S::f32s; R]],
+        own: &[[S::f32s; R]],
+        other: &[[S::f32s; R]],
+    ) {
+        let level = Lanes::all(simd, self.level);
+        let of_own = Lanes::all(simd, self.shares[0]);
+        let of_other = Lanes::all(simd, self.shares[1]);
+        let nodes = values.iter_mut().zip(gap).zip(carry);
+        let nodes = nodes.zip(own.iter().zip(other)).zip(groups);
+        for ((((value, gap), carry), (own, other)), has_free) in nodes {
+            let own = of_own * Lanes::of(simd, *own);
+            let continued = own.plus(of_other, Lanes::of(simd, *other));
+            if !has_free {
+                *value = continued.numbers();
+                continue;
+            }
+            let free = Lanes::of(simd, *carry).has(FREE);
+            let above = Lanes::of(simd, *gap) - level;
+            *value = free.choose(above, continued).numbers();
+        }
+    }
+}
+
+/// Takes from rows of corrections what belongs on nodes that are not free.
+pub struct TakeOthers<'a> {
+    /// Nodes of the map, around which none is free.
+    pub map: [usize; 2],
+    /// Marked where nodes are free.
+    pub carry: &'a [f32],
+    /// Where they may be.
+    pub active: &'a ActiveGroups,
+    pub taken: TakenRows<'a>,
+}
+
+impl Pass<f32> for TakeOthers<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let [rows, row_nodes] = self.map;
+        if row.index() < rows {
+            let carry = Row::new(row.index(), row_nodes).of(self.carry);
+            let free = self.active.free_row(row);
+            self.taken.take_row::<S, R>(simd, row, values, carry, free);
+        } else {
+            self.taken.take_row::<S, R>(simd, row, values, &[], &[]);
+        }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            taken: self.taken.split_off(row),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
+}

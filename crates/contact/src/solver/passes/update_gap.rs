@@ -1,0 +1,258 @@
+//! From the displacement under a move to the gap after it, and to what free nodes ask of the next.
+
+use pulp::Simd;
+
+use super::super::active_groups::{ALL, ActiveBand, GroupsOfRow};
+use super::super::extension::AskedRows;
+use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
+use super::super::in_order::{Found, InOrder};
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
+use super::super::survey::Extremes;
+use super::sample::SampleBand;
+use crate::fft::{Band, Row};
+
+/// Moves the gap by the displacement of a move, frees nodes, and adds up the gap of free ones, which
+/// the next correction is to close.
+///
+/// Free are nodes that have pressure or penetrate; where the material yields, saturated ones only
+/// if their gap is open.
+pub struct UpdateGap<'a, const YIELDS: bool> {
+    pub response: GapUpdate,
+    pub heights: &'a [f32],
+    pub gap: Band<'a, f32>,
+    /// Moves of free nodes.
+    pub carry: Band<'a, f32>,
+    /// Where there are free nodes.
+    pub active: ActiveBand<'a>,
+    pub asked: AskedRows<'a>,
+    pub sample: SampleBand<'a>,
+    pub seen: InOrder<Seen>,
+}
+
+/// What each node does.
+#[derive(Clone, Copy)]
+pub struct GapUpdate {
+    /// Level of the gap after the move.
+    pub offset: f32,
+    /// Of the displacement under the move before it is scaled.
+    pub on_move: f32,
+    /// Of the displacement under the pressure before the move.
+    pub on_pressure: f32,
+    /// Subtracted from gaps.
+    pub reference: f32,
+    /// The mark of nodes that may have pressure.
+    pub pressed: u32,
+}
+
+/// What is seen on the way.
+#[derive(Clone, Copy)]
+pub struct Seen {
+    pub free_nodes: f64,
+    pub extremes: Extremes,
+    /// Where the material yields, nodes that have pressure and are not saturated,
+    pub elastic_nodes: f64,
+    /// Σ gap less offset over them,
+    pub elastic_sum: f64,
+    /// and over free nodes.
+    pub free_sum: f64,
+}
+
+impl Found for Seen {
+    const NOTHING: Self = Self {
+        free_nodes: 0.0,
+        extremes: Extremes::NONE,
+        elastic_nodes: 0.0,
+        elastic_sum: 0.0,
+        free_sum: 0.0,
+    };
+
+    fn add(&mut self, later: Self) {
+        self.free_nodes += later.free_nodes;
+        self.extremes.add(later.extremes);
+        self.elastic_nodes += later.elastic_nodes;
+        self.elastic_sum += later.elastic_sum;
+        self.free_sum += later.free_sum;
+    }
+}
+
+impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let response = self.response;
+        {
+            let (values, last_values) = split_mut::<S, R>(values);
+            let (gap, last_gap) = split_mut::<S, R>(self.gap.row(row));
+            let (heights, last_heights) = split::<S, R>(row.of(self.heights));
+            response.shift(simd, values, gap, heights);
+            response.shift(REST, last_values, last_gap, last_heights);
+        }
+        self.sample.keep(row, values);
+        let (gap, carry) = (self.gap.row(row), self.carry.row(row));
+        let always = self.active.always;
+        let mut groups = self.active.row(row);
+        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut groups, &mut self.seen);
+        if always {
+            groups.active.fill(true);
+        }
+        self.asked
+            .add_row::<S, R>(simd, row, values, carry, groups.free);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            gap: self.gap.split_off(row),
+            carry: self.carry.split_off(row),
+            active: self.active.split_off(row),
+            asked: self.asked.split_off(row),
+            sample: self.sample.split_off(row),
+            seen: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.seen.append(later.seen);
+    }
+}
+
+impl GapUpdate {
+    /// To a gap that has not moved.
+    pub fn to_a_start(offset: f64) -> Self {
+        Self {
+            offset: offset as f32,
+            on_move: 0.0,
+            on_pressure: 0.0,
+            reference: 0.0,
+            pressed: PRESSED,
+        }
+    }
+
+    /// Whether a part of the move is to be taken back: then what it saturated is so no more.
+    #[inline(always)]
+    fn takes_back(self) -> bool {
+        self.pressed == FREE
+    }
+
+    /// Moves gaps, and turns displacements into those under the whole move.
+    #[inline(always)]
+    fn shift<S: Simd, const R: usize>(
+        self,
+        simd: S,
+        values: &mut [[S::f32s; R]],
+        gap: &mut [[S::f32s; R]],
+        heights: &[[S::f32s; R]],
+    ) {
+        let on_move = Lanes::all(simd, self.on_move);
+        let on_pressure = Lanes::all(simd, self.on_pressure);
+        let reference = Lanes::all(simd, self.reference);
+        for ((value, gap), height) in values.iter_mut().zip(gap).zip(heights) {
+            let (g, h) = (Lanes::of(simd, *gap), Lanes::of(simd, *height));
+            let displacement = g + h + reference;
+            let image = (on_pressure * displacement).plus(on_move, Lanes::of(simd, *value));
+            *value = image.numbers();
+            *gap = (g + image).numbers();
+        }
+    }
+
+    /// Turns a row into what the next correction is to close, with zeros where nodes are not free: in
+    /// groups that have a free one then.
+    #[inline(always)]
+    pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
+        self,
+        simd: S,
+        values: &mut [f32],
+        gap: &[f32],
+        carry: &mut [f32],
+        groups: &mut GroupsOfRow,
+        seen: &mut InOrder<Seen>,
+    ) {
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (gap, last_gap) = split::<S, R>(gap);
+        let (carry, last_carry) = split_mut::<S, R>(carry);
+        seen.push(self.ask::<_, _, YIELDS>(simd, groups, values, gap, carry));
+        if !last_values.is_empty() {
+            let [mut active, mut free] = [ALL; 2];
+            let mut rest = GroupsOfRow {
+                active: &mut active[..last_values.len()],
+                free: &mut free[..last_values.len()],
+            };
+            seen.push(self.ask::<_, _, YIELDS>(REST, &mut rest, last_values, last_gap, last_carry));
+        }
+    }
+
+    #[inline(always)]
+    fn ask<S: Simd, const R: usize, const YIELDS: bool>(
+        self,
+        simd: S,
+        groups: &mut GroupsOfRow,
+        values: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        carry: &mut [[S::f32s; R]],
+    ) -> Seen {
+        let offset = Lanes::all(simd, self.offset);
+        let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
+        let mut free_nodes = zero;
+        let mut highest = Lanes::all(simd, -f32::MAX);
+        let mut lowest = Lanes::all(simd, f32::MAX);
+        let mut elastic_nodes = zero;
+        let mut elastic_sum = zero;
+        let mut free_sum = zero;
+        let groups = groups.active.iter_mut().zip(&mut *groups.free);
+        let nodes = values.iter_mut().zip(gap).zip(carry).zip(groups);
+        for (((value, gap), carry), (active, has_free)) in nodes {
+            let g = Lanes::of(simd, *gap);
+            let above = g - offset;
+            let below = above.is_below(zero);
+            if !*active && !below.any() {
+                lowest = lowest.min(g);
+                continue;
+            }
+            let c = Lanes::of(simd, *carry);
+            let was_free = c.has(FREE);
+            let mut pressed = c.has(self.pressed);
+            let mut free = pressed | below;
+            let mut saturated = zero.is_below(zero);
+            let mut lower = lowest.min(g);
+            if YIELDS {
+                saturated = c.has(SATURATED);
+                if self.takes_back() {
+                    saturated = saturated.unless(was_free);
+                }
+                pressed = pressed | saturated;
+                free = free.unless(saturated) | (saturated & zero.is_below(above));
+                lower = saturated.choose(lowest, lower);
+                let elastic = pressed.unless(saturated);
+                elastic_nodes = elastic_nodes + elastic.or_zero(one);
+                elastic_sum = elastic_sum + elastic.or_zero(above);
+                free_sum = free_sum + free.or_zero(above);
+            }
+            highest = pressed.choose(highest.max(g), highest);
+            lowest = lower;
+            free_nodes = free_nodes + free.or_zero(one);
+            *value = free.or_zero(above).numbers();
+            *has_free = free.any();
+            *active = if YIELDS {
+                (free | pressed).any()
+            } else {
+                *has_free
+            };
+            let next = (free & was_free).or_zero(c);
+            *carry = if YIELDS {
+                mark_yielding(next, free, pressed, saturated).numbers()
+            } else {
+                mark(next, free, pressed).numbers()
+            };
+        }
+        let mut seen = Seen {
+            free_nodes: free_nodes.total(),
+            extremes: Extremes::of(highest, lowest),
+            ..Seen::NOTHING
+        };
+        if YIELDS {
+            seen.elastic_nodes = elastic_nodes.total();
+            seen.elastic_sum = elastic_sum.total();
+            seen.free_sum = free_sum.total();
+        }
+        seen
+    }
+}

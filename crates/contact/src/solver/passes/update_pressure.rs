@@ -1,0 +1,296 @@
+//! From correction to move.
+
+use pulp::Simd;
+
+use super::super::active_groups::{ALL, ActiveGroups};
+use super::super::extension::GivenRows;
+use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
+use super::super::in_order::{Found, InOrder};
+use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_over_groups};
+use super::base::Base;
+use crate::fft::{Band, Row};
+
+/// What is still to be done to pressures after a move: scale them, and take part of it back.
+#[derive(Debug, Clone, Copy)]
+pub struct PendingUpdate {
+    /// The move that the pressures took was to be scaled by this after it.
+    pub scale: f64,
+    /// And so much of all that was to be done.
+    pub part: f64,
+}
+
+impl PendingUpdate {
+    pub const NOTHING: Self = Self {
+        scale: 1.0,
+        part: 1.0,
+    };
+
+    pub const ALL_BACK: Self = Self {
+        scale: 1.0,
+        part: 0.0,
+    };
+
+    /// What pressures are to be multiplied by, before the rest of the move is taken back.
+    pub fn of_pressure(self) -> f64 {
+        1.0 + self.part * (self.scale - 1.0)
+    }
+}
+
+/// The pressure at which the material yields, as single precision holds it: two numbers, so that
+/// differences from it lose nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Ceiling {
+    nearest: f32,
+    rest: f32,
+}
+
+impl Ceiling {
+    pub fn at(hardness: f64) -> Self {
+        let nearest = hardness as f32;
+        Self {
+            nearest,
+            rest: (hardness - f64::from(nearest)) as f32,
+        }
+    }
+}
+
+/// Makes of a correction a direction, conjugate to the last move, and moves the pressures along it
+/// as far as they stay positive and below the ceiling.
+pub struct UpdatePressure<'a, const YIELDS: bool> {
+    pub direction: Direction,
+    /// Of no consequence where nothing yields.
+    pub ceiling: Ceiling,
+    pub base: &'a Base,
+    pub increment: Band<'a, f32>,
+    /// Where there is anything to be done.
+    pub active: &'a ActiveGroups,
+    /// What is to be given to rows of the correction.
+    pub given: GivenRows<'a>,
+    /// Moves of free nodes.
+    pub carry: Band<'a, f32>,
+    pub gap: &'a [f32],
+    pub heights: &'a [f32],
+    pub sums: InOrder<Sums>,
+}
+
+impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let active = self.active.row(row);
+        self.given.give_row(row, values, self.active.free_row(row));
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (base, last_base) = split::<S, R>(self.base.row(row));
+        let (increment, last_increment) = split_mut::<S, R>(self.increment.row(row));
+        let (carry, last_carry) = split_mut::<S, R>(self.carry.row(row));
+        let (gap, last_gap) = split::<S, R>(row.of(self.gap));
+        let (heights, last_heights) = split::<S, R>(row.of(self.heights));
+        let direction = self.direction;
+        let mut sums = direction.follow::<_, _, YIELDS>(
+            simd,
+            self.ceiling,
+            active,
+            values,
+            base,
+            increment,
+            carry,
+            gap,
+            heights,
+        );
+        if !last_values.is_empty() {
+            self.sums.push(sums);
+            sums = direction.follow::<_, _, YIELDS>(
+                REST,
+                self.ceiling,
+                &ALL[..last_values.len()],
+                last_values,
+                last_base,
+                last_increment,
+                last_carry,
+                last_gap,
+                last_heights,
+            );
+        }
+        let increment = &*self.increment.row(row);
+        sums.increment = sum_over_groups(active, increment, increment, |increment, _| {
+            f64::from(increment)
+        });
+        self.sums.push(sums);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            increment: self.increment.split_off(row),
+            carry: self.carry.split_off(row),
+            given: self.given.split_off(),
+            sums: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sums.append(later.sums);
+    }
+}
+
+/// What each node does.
+#[derive(Clone, Copy)]
+pub struct Direction {
+    /// Of the pressure, and of the last move, still to be added.
+    of_pressure: f32,
+    of_move: f32,
+    /// Of the last move, and of the pressure, in the direction.
+    share: f32,
+    scaling: f32,
+    /// Subtracted from the direction, to keep the mean pressure were nothing clipped.
+    mean: f32,
+    /// How far the direction is followed.
+    step: f32,
+}
+
+impl Direction {
+    /// Down the correction, from pressures that are as they should be.
+    pub fn first(step: f64, mean: f64) -> Self {
+        Self {
+            of_pressure: 0.0,
+            of_move: 0.0,
+            share: 0.0,
+            scaling: 0.0,
+            mean: mean as f32,
+            step: step as f32,
+        }
+    }
+
+    /// With `share` of the last move, of which `pending` is still to be done.
+    pub fn next(pending: PendingUpdate, share: f64, step: f64, mean: f64) -> Self {
+        let share = share * pending.part;
+        Self {
+            of_pressure: (pending.part * (pending.scale - 1.0)) as f32,
+            of_move: (pending.part - 1.0) as f32,
+            share: share as f32,
+            scaling: (share * (pending.scale - 1.0)) as f32,
+            mean: mean as f32,
+            step: step as f32,
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a row of each map")]
+    fn follow<S: Simd, const R: usize, const YIELDS: bool>(
+        self,
+        simd: S,
+        ceiling: Ceiling,
+        active: &[bool],
+        values: &mut [[S::f32s; R]],
+        base: &[[S::f32s; R]],
+        increment: &mut [[S::f32s; R]],
+        carry: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        heights: &[[S::f32s; R]],
+    ) -> Sums {
+        let of_pressure = Lanes::all(simd, self.of_pressure);
+        let of_move = Lanes::all(simd, self.of_move);
+        let share = Lanes::all(simd, self.share);
+        let scaling = Lanes::all(simd, self.scaling);
+        let mean = Lanes::all(simd, self.mean);
+        let step = Lanes::all(simd, self.step);
+        let nearest = Lanes::all(simd, ceiling.nearest);
+        let rest = Lanes::all(simd, ceiling.rest);
+        let zero = Lanes::all(simd, 0.0);
+        let mut move_on_gap = zero;
+        let mut pressure_on_gap = zero;
+        let mut move_on_height = zero;
+        let mut pressure_on_height = zero;
+        let mut rounded = zero;
+
+        let nodes = values.iter_mut().zip(base).zip(increment).zip(carry);
+        let nodes = nodes.zip(gap.iter().zip(heights)).zip(active);
+        for (((((value, b), increment), carry), (g, h)), active) in nodes {
+            if !active {
+                *value = zero.numbers();
+                continue;
+            }
+            let correction = Lanes::of(simd, *value);
+            let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *increment));
+            let c = Lanes::of(simd, *carry);
+            let free = c.has(FREE);
+            let last_move = free.or_zero(c);
+            let direction = (scaling * (b + r) - correction - mean).plus(share, last_move);
+            let due = (of_pressure * (b + r)).plus(of_move, last_move);
+            let old = r + due;
+            let moved = old.plus(step, direction).max(-b);
+            let new = if YIELDS {
+                let top = (nearest - b) + rest;
+                let fixed = c.has(SATURATED).choose(top, -b);
+                free.choose(moved.min(top), fixed)
+            } else {
+                free.choose(moved, -b)
+            };
+            // Of what was stored before, so that rounding is part of the move.
+            let m = (new - r) - due;
+            let next = free.or_zero(m);
+            *value = m.numbers();
+            *increment = new.numbers();
+            let pressed = (-b).is_below(new);
+            let (p, g, h) = (b + new, Lanes::of(simd, *g), Lanes::of(simd, *h));
+            move_on_gap = move_on_gap.plus(m, g);
+            if YIELDS {
+                let elastic = pressed & new.is_below((nearest - b) + rest);
+                let saturated = pressed.unless(elastic);
+                *carry = mark_yielding(next, free, pressed, saturated).numbers();
+                rounded = rounded + saturated.or_zero(((nearest - b) - new) + rest);
+                pressure_on_gap = pressure_on_gap.plus(elastic.or_zero(p), g);
+                continue;
+            }
+            *carry = mark(next, free, pressed).numbers();
+            pressure_on_gap = pressure_on_gap.plus(p, g);
+            move_on_height = move_on_height.plus(m, h);
+            pressure_on_height = pressure_on_height.plus(p, h);
+        }
+        Sums {
+            increment: 0.0,
+            rounded: rounded.total(),
+            move_on_gap: move_on_gap.total(),
+            pressure_on_gap: pressure_on_gap.total(),
+            move_on_height: move_on_height.total(),
+            pressure_on_height: pressure_on_height.total(),
+        }
+    }
+}
+
+/// Sums over the mesh; the move is the one before the pressures are scaled to their mean. Where the
+/// material yields, there are none over heights.
+#[derive(Default, Clone, Copy)]
+pub struct Sums {
+    /// Σ pressure after the move − base, in double precision.
+    pub increment: f64,
+    /// Where the material yields, what saturated nodes bear more than that, for the hardness is rounded.
+    pub rounded: f64,
+    /// Σ move × gap.
+    pub move_on_gap: f64,
+    /// Σ pressure after the move × gap; of elastic nodes alone, where the material yields.
+    pub pressure_on_gap: f64,
+    /// Σ move × height.
+    pub move_on_height: f64,
+    /// Σ pressure after the move × height.
+    pub pressure_on_height: f64,
+}
+
+impl Found for Sums {
+    const NOTHING: Self = Self {
+        increment: 0.0,
+        rounded: 0.0,
+        move_on_gap: 0.0,
+        pressure_on_gap: 0.0,
+        move_on_height: 0.0,
+        pressure_on_height: 0.0,
+    };
+
+    fn add(&mut self, later: Self) {
+        self.increment += later.increment;
+        self.rounded += later.rounded;
+        self.move_on_gap += later.move_on_gap;
+        self.pressure_on_gap += later.pressure_on_gap;
+        self.move_on_height += later.move_on_height;
+        self.pressure_on_height += later.pressure_on_height;
+    }
+}

@@ -1,0 +1,67 @@
+//! Contacts on rectangles, with free boundaries, and of materials that yield, solved to rounding by
+//! independent code.
+
+use crate::grid::Grid;
+use crate::grid::samples::rectangle;
+use crate::topography::measured::read_npy;
+use crate::topography::surface::Surface;
+
+/// A folder of surfaces, and the table of what they were solved for.
+pub struct Reference {
+    folder: &'static str,
+    table: &'static str,
+}
+
+pub const RECTANGULAR_AND_FREE: Reference = Reference {
+    folder: "data/reference/rectangular-and-free",
+    table: "rectangular_and_free.csv",
+};
+
+pub const HARDNESS: Reference = Reference {
+    folder: "data/reference/hardness",
+    table: "hardness.csv",
+};
+
+/// A row of the reference: one load on one surface.
+pub struct Solved(Vec<String>);
+
+impl Solved {
+    pub fn number(&self, column: usize) -> f64 {
+        self.0[column].parse().unwrap()
+    }
+
+    pub fn count(&self, column: usize) -> usize {
+        self.0[column].parse().unwrap()
+    }
+}
+
+impl Reference {
+    pub fn solved(&self, surface: &str) -> Vec<Solved> {
+        let path = format!("{}/{}", self.folder, self.table);
+        let csv = std::fs::read_to_string(path).unwrap();
+        let rows = csv.lines().map(|line| line.split(',').map(str::to_owned));
+        let rows = rows.map(|row| Solved(row.collect()));
+        rows.filter(|row| row.0[0] == surface).collect()
+    }
+
+    pub fn heights(&self, surface: &str, size: [f64; 2]) -> Surface {
+        let bytes = std::fs::read(format!("{}/{surface}.npy", self.folder)).unwrap();
+        read_npy(&bytes, rectangle([1, 1], size).cell()).unwrap()
+    }
+
+    /// Maps in the order of loads, bits most significant first, as NumPy packs them, from the file of
+    /// that ending.
+    pub fn maps(&self, surface: &str, ending: &str, grid: Grid) -> Vec<Vec<bool>> {
+        let bytes = std::fs::read(format!("{}/{surface}_{ending}.npy", self.folder)).unwrap();
+        let bits = |byte: &u8| {
+            (0..8)
+                .rev()
+                .map(|bit| byte >> bit & 1 == 1)
+                .collect::<Vec<_>>()
+        };
+        // The header of a small array fills 128 bytes.
+        let maps = bytes[128..].chunks(grid.count().div_ceil(8));
+        maps.map(|map| map.iter().flat_map(bits).collect())
+            .collect()
+    }
+}

@@ -1,0 +1,251 @@
+//! The preconditioner while it is yet to be found which nodes are elastic: the stiffness on a mesh of blocks, and of each
+//! node its own.
+//!
+//! Where the material yields, most iterations of a load go by until the strips of elastic nodes are where they
+//! belong, and until then corrections need not be good to a third, as those of `correction` are. With r the gap of free
+//! nodes, P r its means over the blocks of `extension`, whose other nodes are continued, and Π r its means over the free nodes of each
+//! block, the correction is
+//!
+//! s (r − Π r) + Pᵀ K P r,
+//!
+//! symmetric and positive like the other. s is a stiffness for all that is shorter than a block, and K is |q|/2 over what a
+//! mean over a block takes from a wave: convolved on a sixteenth of the nodes, it is no pair of transforms at all. An
+//! iteration lasts two thirds as long, and takes about as far (docs/notes/solver-pairs.md).
+
+use std::f64::consts::PI;
+
+use super::extension::Extension;
+use super::lanes::Wide;
+use super::passes::Nodal;
+use crate::elasticity::ElasticOperator;
+use crate::fft::{Kernel, Scratch, Transform};
+use crate::threads::Threads;
+
+/// s over the stiffness of a node alone: twice it takes a tenth more pairs.
+const SHORT_WAVES: f64 = 0.45;
+
+/// Iterations of a load that are corrected like this where the material yields; with four or eight, as many pairs or a
+/// few more.
+pub const YIELDING_ITERATIONS: usize = 6;
+
+/// The same of those that begin where a coarser mesh led, whose errors are of short waves; with two or four, as many pairs,
+/// with none a tenth to a third more.
+pub const NESTED_ITERATIONS: usize = 3;
+
+/// The stiffness of blocks, and of what is shorter than a block.
+pub struct TwoLevel {
+    transform: Transform<f32>,
+    scratch: Scratch<f32>,
+    kernel: Kernel<f32>,
+    /// Sums over the free nodes of blocks, and what is given to them.
+    sums: Vec<f32>,
+    /// s
+    stiffness: f32,
+}
+
+impl TwoLevel {
+    /// For a body of this nodal stiffness, and `blocks` of its mesh along x and y.
+    pub fn new(
+        threads: &Threads,
+        body: &dyn ElasticOperator,
+        nodal_stiffness: f64,
+        blocks: [usize; 2],
+    ) -> Self {
+        let transform = Transform::new(blocks);
+        let kernel = Kernel::of_columns(threads, blocks, |k_y, factors| {
+            for (k_x, factor) in factors.iter_mut().enumerate() {
+                let waves = [k_x, k_y];
+                let part = part_in_means(k_x, blocks[0]) * part_in_means(k_y, blocks[1]);
+                *factor = body.stiffness(waves) / part;
+            }
+        });
+        Self {
+            scratch: transform.scratch_on(threads.clone()),
+            transform,
+            kernel,
+            sums: vec![0.0; blocks[0] * blocks[1]],
+            stiffness: (SHORT_WAVES * nodal_stiffness) as f32,
+        }
+    }
+
+    /// Lets these threads share the work from now on.
+    pub fn work_on(&mut self, threads: &Threads) {
+        self.scratch.work_on(threads.clone());
+    }
+
+    /// Makes of all rows that the extension was asked for what it is to give to corrections.
+    pub fn correct(&mut self, threads: &Threads, extension: &mut Extension) {
+        let mut means = Wide(extension.extend_means(threads, &mut self.sums));
+        self.transform.begin(&mut means, &mut self.scratch);
+        self.transform.multiply(&self.kernel, &mut self.scratch);
+        let mut taken = Wide(extension.taken_means(self.stiffness, &mut self.sums));
+        self.transform.finish(&mut taken, &mut self.scratch);
+        extension.collect_means(threads, &self.sums);
+    }
+
+    /// The rest of corrections of the gap above a level: s r.
+    pub fn nodal<'a>(&self, gap: &'a [f32], level: f64) -> Nodal<'a> {
+        Nodal {
+            gap,
+            level: level as f32,
+            stiffness: self.stiffness,
+        }
+    }
+}
+
+/// The amplitude that is left of a wave, of so many periods over so many blocks, in their means.
+fn part_in_means(waves: usize, blocks: usize) -> f64 {
+    let half = PI * waves as f64 / blocks as f64;
+    if waves == 0 { 1.0 } else { half.sin() / half }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use pulp::{Scalar512b, Simd};
+
+    use super::super::extension::GivenRows;
+    use super::super::extension::tests::noise;
+    use super::super::flags::{FREE, has};
+    use super::super::lanes::Pass;
+    use super::*;
+    use crate::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
+    use crate::fft::Row;
+    use crate::grid::samples::{rectangle, square};
+
+    /// A body with free nodes, and what corrects gaps on them.
+    struct Body {
+        nodes: [usize; 2],
+        carry: Vec<f32>,
+        two_level: TwoLevel,
+        extension: Extension,
+    }
+
+    impl Body {
+        fn new(body: &dyn ElasticOperator, is_free: impl Fn(usize) -> bool) -> Self {
+            let (threads, nodes) = (Threads::one(), body.grid().nodes());
+            let extension = Extension::new(nodes, body.stiffness_nodes());
+            let stiffness = body.nodal_stiffness(&threads);
+            let marked = |node| f32::from_bits(u32::from(is_free(node)) * FREE);
+            Self {
+                nodes,
+                carry: (0..nodes[0] * nodes[1]).map(marked).collect(),
+                two_level: TwoLevel::new(&threads, body, stiffness, extension.blocks()),
+                extension,
+            }
+        }
+
+        fn on_free(&self, map: &[f32]) -> Vec<f32> {
+            let free = |carry: &f32| f32::from(u8::from(has(*carry, FREE)));
+            let nodes = map.iter().zip(&self.carry);
+            nodes.map(|(value, carry)| value * free(carry)).collect()
+        }
+
+        /// What a gap asks for on free nodes.
+        fn corrected(&mut self, gap: &[f32]) -> Vec<f32> {
+            let (threads, [rows, row_nodes]) = (Threads::one(), self.nodes);
+            let gap = self.on_free(gap);
+            let mut asked = self.extension.asked_rows();
+            for row in (0..rows).map(|row| Row::new(row, row_nodes)) {
+                let (values, carry) = (row.of(&gap), row.of(&self.carry));
+                asked.add_row::<_, 1>(Scalar512b, row, values, carry, &[true; 64]);
+            }
+            self.two_level.correct(&threads, &mut self.extension);
+            let mut pass = Wide(Keep {
+                given: self.extension.given_rows(),
+                rows: Vec::new(),
+            });
+            let pairs: Vec<usize> = (0..rows.div_ceil(2)).collect();
+            let nodal = self.two_level.nodal(&gap, 0.0);
+            nodal.peek(&threads, &pairs, self.nodes, &mut pass);
+            self.on_free(&pass.0.rows)
+        }
+    }
+
+    /// Keeps rows with what is given to them.
+    struct Keep<'a> {
+        given: GivenRows<'a>,
+        rows: Vec<f32>,
+    }
+
+    impl Pass<f32> for Keep<'_> {
+        fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+            self.given.give_row(row, values, &[true; 64]);
+            self.rows.extend_from_slice(values);
+        }
+
+        fn split_off(&mut self, _: Row) -> Self {
+            Self {
+                given: self.given.split_off(),
+                rows: Vec::new(),
+            }
+        }
+
+        fn append(&mut self, mut later: Self) {
+            self.rows.append(&mut later.rows);
+        }
+    }
+
+    fn dot(a: &[f32], b: &[f32]) -> f64 {
+        let products = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b));
+        products.sum()
+    }
+
+    /// Strips, spots and single nodes.
+    fn patches(node: usize) -> bool {
+        node.is_multiple_of(7) || node % 40 < 11 || (node / 97).is_multiple_of(5)
+    }
+
+    #[test]
+    fn it_is_symmetric_and_positive_on_all_meshes() {
+        let bodies: [Box<dyn ElasticOperator>; 5] = [
+            Box::new(PeriodicHalfSpace::new(square(64, 1.0))),
+            Box::new(PeriodicHalfSpace::new(rectangle([30, 49], [30.0, 49.0]))),
+            Box::new(PeriodicHalfSpace::new(rectangle([33, 18], [1.0, 2.0]))),
+            Box::new(PeriodicHalfSpace::new(square(5, 1.0))),
+            Box::new(FreeHalfSpace::new(square(36, 1.0))),
+        ];
+        for body in bodies {
+            let count = body.grid().count();
+            let mut body = Body::new(&*body, patches);
+            let (a, b) = (noise(1, count), noise(2, count));
+            let (of_a, of_b) = (body.corrected(&a), body.corrected(&b));
+            let size = (dot(&a, &of_a) * dot(&b, &of_b)).sqrt();
+            assert!(dot(&body.on_free(&a), &of_a) > 0.0 && dot(&body.on_free(&b), &of_b) > 0.0);
+            let difference = dot(&a, &of_b) - dot(&b, &of_a);
+            assert!(difference.abs() < 1e-5 * size, "{difference} of {size}");
+        }
+    }
+
+    #[test]
+    fn in_full_contact_waves_are_corrected_by_the_sum_of_both_levels() {
+        let grid = square(64, 1.0);
+        let half_space = PeriodicHalfSpace::new(grid);
+        let own = SHORT_WAVES * half_space.nodal_stiffness(&Threads::one());
+        let mut body = Body::new(&half_space, |_| true);
+        // Fewer periods than would be taken for others in sixteen blocks.
+        for waves in [[1, 0], [2, 3], [5, 4], [0, 7]] {
+            let wave = |node: usize| {
+                let [i, j] = grid.place(node);
+                (TAU * (waves[0] * i + waves[1] * j) as f64 / 64.0).cos() as f32
+            };
+            let gap: Vec<f32> = (0..grid.count()).map(wave).collect();
+            let asked = dot(&gap, &body.corrected(&gap)) / dot(&gap, &gap);
+            // Means over four nodes and over all between them.
+            let half = waves.map(|waves| PI * waves as f64 / 64.0);
+            let of_nodes = |half: f64| (4.0 * half).sin() / (4.0 * half.sin());
+            let mean: f64 = half
+                .map(|half| if half > 0.0 { of_nodes(half) } else { 1.0 })
+                .iter()
+                .product();
+            let part: f64 = waves.map(|waves| part_in_means(waves, 16)).iter().product();
+            let expected =
+                own * (1.0 - mean * mean) + half_space.stiffness(waves) * mean * mean / part;
+            assert!(
+                (asked / expected - 1.0).abs() < 1e-5,
+                "{waves:?}: {asked}, {expected}"
+            );
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! The contact evolution law: area against load with a proportionality at vanishing load and one
+//! power-law ageing of it.
+//!
+//! App. C of Yastrebov, Anciaux & Molinari 2015 assumes that the mean contact pressure p̄ = p₀/A
+//! grows with the load as dp̄/dp₀ = β a^(μ−1), which integrates to
+//!
+//! ```text
+//! a = [β + (κy)^(−μ)]^(−1/μ)
+//! ```
+//!
+//! Here a is the area fraction and y = p₀/(E*·rms slope) the load. All is computed in Y = κy and
+//! t = βY^μ, as a = Y(1 + t)^(−1/μ): the printed form overflows as y → 0.
+
+use std::ops::RangeInclusive;
+
+/// Proportionality of area and load at light load in the asperity model of Bush, Gibson & Thomas
+/// 1975: √(2π).
+pub const KAPPA_BGT: f64 = 2.506_628_274_631_000_5;
+
+/// Proportionality of area and load at light load in the theory of Persson 2001: √(8/π).
+pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
+
+/// One contact evolution law, eq. (cel) of Yastrebov, Anciaux & Molinari 2015.
+///
+/// Loads are in units of E* × rms slope, areas are fractions of the apparent area, mean pressures
+/// are in units of E* × rms slope. All three parameters are positive. With β < 1 the area exceeds
+/// one at heavy load, so a law is trusted only where it was fitted.
+///
+/// ```
+/// use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
+///
+/// // With β = μ = 1, a = κy/(1 + κy).
+/// let law = ContactEvolution { kappa: KAPPA_BGT, beta: 1.0, mu: 1.0 };
+/// let (load, proportional) = (0.3, 0.3 * KAPPA_BGT);
+/// let area = law.area(load);
+/// assert!((area - proportional / (1.0 + proportional)).abs() < 1e-15);
+/// assert_eq!(law.slope(0.0), KAPPA_BGT);
+/// assert!((law.load(area).unwrap() - load).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactEvolution {
+    /// Slope of the area at zero load.
+    pub kappa: f64,
+    /// Factor of the growth of the mean pressure; the area tends to β^(−1/μ).
+    pub beta: f64,
+    /// Exponent: the mean pressure grows as a^(μ−1).
+    pub mu: f64,
+}
+
+impl ContactEvolution {
+    /// Area fraction under a load ≥ 0.
+    pub fn area(&self, load: f64) -> f64 {
+        let (proportional, bend) = self.reduced(load);
+        proportional * (-bend.ln_1p() / self.mu).exp()
+    }
+
+    /// da/dy, eq. (cel_derivative): κ at zero load.
+    pub fn slope(&self, load: f64) -> f64 {
+        let (_, bend) = self.reduced(load);
+        self.kappa * (-(1.0 + 1.0 / self.mu) * bend.ln_1p()).exp()
+    }
+
+    /// d²a/dy², never positive; it diverges at zero load where μ < 1.
+    pub fn curvature(&self, load: f64) -> f64 {
+        let (proportional, bend) = self.reduced(load);
+        let decay = (-(2.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
+        let bend_per_load = self.beta * proportional.powf(self.mu - 1.0);
+        -self.kappa.powi(2) * (1.0 + self.mu) * bend_per_load * decay
+    }
+
+    /// d³a/dy³, the convexity of the slope: positive where the slope is convex.
+    pub fn slope_curvature(&self, load: f64) -> f64 {
+        let (proportional, bend) = self.reduced(load);
+        let decay = (-(3.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
+        let scale = (1.0 + self.mu) * self.beta * proportional.powf(self.mu - 2.0);
+        scale * self.kappa.powi(3) * decay * ((1.0 - self.mu) + (2.0 + self.mu) * bend)
+    }
+
+    /// The load under which the area fraction is `area`; `None` where the law never reaches it.
+    pub fn load(&self, area: f64) -> Option<f64> {
+        let remaining = -self.beta * area.powf(self.mu);
+        (area >= 0.0 && remaining > -1.0)
+            .then(|| area / self.kappa * (-remaining.ln_1p() / self.mu).exp())
+    }
+
+    /// Mean contact pressure p̄ = y/a: 1/κ at zero load.
+    pub fn mean_pressure(&self, load: f64) -> f64 {
+        let (_, bend) = self.reduced(load);
+        (bend.ln_1p() / self.mu).exp() / self.kappa
+    }
+
+    /// dp̄/dp₀ = β a^(μ−1): infinite at zero load where μ < 1.
+    pub fn mean_pressure_slope(&self, load: f64) -> f64 {
+        self.beta * self.area(load).powf(self.mu - 1.0)
+    }
+
+    /// Whether the slope da/dy is a convex function of the load all over `loads`.
+    ///
+    /// The sign of d³a/dy³ is that of (1 − μ) + (2 + μ)βY^μ, which grows with the load: μ ≤ 1 is
+    /// enough anywhere, else the lower end decides.
+    pub fn slope_is_convex_on(&self, loads: RangeInclusive<f64>) -> bool {
+        let (_, bend) = self.reduced(*loads.start());
+        (1.0 - self.mu) + (2.0 + self.mu) * bend >= 0.0
+    }
+
+    /// Derivatives of the area by (ln β, ln μ, ln κ), for least squares.
+    pub fn area_gradient(&self, load: f64) -> [f64; 3] {
+        let Some(terms) = self.gradient_terms(load) else {
+            return [0.0; 3];
+        };
+        let area = self.area(load);
+        [
+            -area * terms.share / self.mu,
+            area * (terms.log_bend / self.mu - terms.share * terms.log_proportional),
+            area * (1.0 - terms.share),
+        ]
+    }
+
+    /// Derivatives of the slope by (ln β, ln μ, ln κ), for least squares.
+    pub fn slope_gradient(&self, load: f64) -> [f64; 3] {
+        let Some(terms) = self.gradient_terms(load) else {
+            return [0.0, 0.0, self.kappa];
+        };
+        let slope = self.slope(load);
+        let factor = (1.0 + self.mu) * terms.share;
+        [
+            -slope * factor / self.mu,
+            slope * (terms.log_bend / self.mu - factor * terms.log_proportional),
+            slope * (1.0 - factor),
+        ]
+    }
+
+    /// Y = κy and t = βY^μ.
+    fn reduced(&self, load: f64) -> (f64, f64) {
+        let proportional = self.kappa * load;
+        (proportional, self.beta * proportional.powf(self.mu))
+    }
+
+    /// `None` at zero load, where ln Y is infinite but comes with a vanishing factor.
+    fn gradient_terms(&self, load: f64) -> Option<GradientTerms> {
+        let (proportional, bend) = self.reduced(load);
+        (proportional > 0.0).then(|| GradientTerms {
+            log_proportional: proportional.ln(),
+            log_bend: bend.ln_1p(),
+            share: bend / (1.0 + bend),
+        })
+    }
+}
+
+struct GradientTerms {
+    /// ln Y.
+    log_proportional: f64,
+    /// ln(1 + t).
+    log_bend: f64,
+    /// t/(1 + t) = βa^μ, the share of the load that the proportionality no longer turns into area.
+    share: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use proptest::prelude::*;
+
+    fn law() -> impl Strategy<Value = ContactEvolution> {
+        (1.0..4.0f64, 0.05..2.0f64, 0.1..2.5f64).prop_map(|(kappa, beta, mu)| ContactEvolution {
+            kappa,
+            beta,
+            mu,
+        })
+    }
+
+    fn close(left: f64, right: f64, tolerance: f64) -> Result<(), TestCaseError> {
+        let scale = left.abs().max(right.abs()).max(1e-300);
+        prop_assert!(
+            (left - right).abs() <= tolerance * scale,
+            "{left:e} against {right:e}"
+        );
+        Ok(())
+    }
+
+    /// Fourth-order central difference; with steps of 1e-3 of the load the truncation is of 1e-11
+    /// and the rounding of 1e-13 relative to f/f'y.
+    fn derivative(function: impl Fn(f64) -> f64, at: f64, step: f64) -> f64 {
+        let odd = |s: f64| function(at + s) - function(at - s);
+        (8.0 * odd(step) - odd(2.0 * step)) / (12.0 * step)
+    }
+
+    #[test]
+    fn constants_are_the_closed_forms() {
+        assert!((KAPPA_BGT - (2.0 * PI).sqrt()).abs() < 1e-15);
+        assert!((KAPPA_PERSSON - (8.0 / PI).sqrt()).abs() < 1e-15);
+    }
+
+    proptest! {
+        #[test]
+        fn slope_satisfies_the_differential_equation(law in law(), load in 1e-6..3.0f64) {
+            let area = law.area(load);
+            // The right side subtracts nearly equal terms at heavy load, hence relative to a.
+            let left = load * law.slope(load);
+            let right = area - law.beta * area.powf(1.0 + law.mu);
+            prop_assert!((left - right).abs() < 1e-12 * area);
+        }
+
+        #[test]
+        fn area_equals_its_printed_form(law in law(), load in 1e-3..3.0f64) {
+            let printed = (law.beta + (law.kappa * load).powf(-law.mu)).powf(-1.0 / law.mu);
+            close(law.area(load), printed, 1e-12)?;
+        }
+
+        #[test]
+        fn load_inverts_the_area(law in law(), load in 1e-9..1.0f64) {
+            let found = law.load(law.area(load)).expect("an area of the law is reached");
+            // The inverse is ill conditioned by 1 + βY^μ, and by 1/μ through the power.
+            let (_, bend) = law.reduced(load);
+            close(found, load, 1e-14 * (1.0 + bend) / law.mu.min(1.0) * 10.0)?;
+        }
+
+        #[test]
+        fn curvature_satisfies_the_differentiated_equation(law in law(), load in 1e-4..3.0f64) {
+            // y a' = a − βa^(1+μ) differentiated: y a'' = −β(1+μ)a^μ a'.
+            let right = -law.beta * (1.0 + law.mu) * law.area(load).powf(law.mu) * law.slope(load);
+            close(load * law.curvature(load), right, 1e-12)?;
+        }
+
+        #[test]
+        fn slope_curvature_satisfies_the_twice_differentiated_equation(
+            law in law(), load in 1e-4..3.0f64
+        ) {
+            let (area, slope, curvature) = (law.area(load), law.slope(load), law.curvature(load));
+            let growth = law.mu * slope.powi(2) / area + curvature;
+            let terms = [curvature, law.beta * (1.0 + law.mu) * area.powf(law.mu) * growth];
+            let scale = terms[0].abs() + law.beta * (1.0 + law.mu) * area.powf(law.mu)
+                * (law.mu * slope.powi(2) / area + curvature.abs());
+            let residual = load * law.slope_curvature(load) + terms[0] + terms[1];
+            prop_assert!(residual.abs() < 1e-12 * scale);
+        }
+
+        #[test]
+        fn derivatives_agree_with_differences(law in law(), load in 0.01..2.0f64) {
+            let step = 1e-3 * load;
+            close(law.slope(load), derivative(|y| law.area(y), load, step), 1e-8)?;
+            close(law.curvature(load), derivative(|y| law.slope(y), load, step), 1e-8)?;
+        }
+
+        #[test]
+        fn mean_pressure_grows_with_the_load_as_a_power_of_the_area(
+            law in law(), load in 0.01..2.0f64
+        ) {
+            close(law.mean_pressure(load), load / law.area(load), 1e-13)?;
+            let growth = derivative(|y| law.mean_pressure(y), load, 1e-3 * load);
+            close(law.mean_pressure_slope(load), growth, 1e-7)?;
+        }
+
+        #[test]
+        fn gradients_agree_with_differences_in_the_logarithms(law in law(), load in 1e-3..2.0f64) {
+            let moved = |which: usize, by: f64| {
+                let mut moved = law;
+                let parameter = match which {
+                    0 => &mut moved.beta,
+                    1 => &mut moved.mu,
+                    _ => &mut moved.kappa,
+                };
+                *parameter *= by.exp();
+                moved
+            };
+            for which in 0..3 {
+                let area = derivative(|by| moved(which, by).area(load), 0.0, 1e-3);
+                prop_assert!((law.area_gradient(load)[which] - area).abs() < 1e-8 * law.area(load));
+                let slope = derivative(|by| moved(which, by).slope(load), 0.0, 1e-3);
+                prop_assert!((law.slope_gradient(load)[which] - slope).abs() < 1e-8 * law.kappa);
+            }
+        }
+
+        #[test]
+        fn slope_is_convex_exactly_where_its_second_derivative_is_not_negative(
+            law in law(), from in 1e-4..1.0f64
+        ) {
+            let convex = (0..200).all(|i| law.slope_curvature(from * (1.0 + 0.05 * f64::from(i))) >= 0.0);
+            prop_assert_eq!(law.slope_is_convex_on(from..=from * 10.95), convex);
+        }
+    }
+
+    #[test]
+    fn slope_is_convex_from_zero_load_up_to_an_exponent_of_one() {
+        let law = |mu| ContactEvolution {
+            kappa: 2.5,
+            beta: 1.0,
+            mu,
+        };
+        assert!(law(1.0).slope_is_convex_on(0.0..=1.0));
+        assert!(!law(1.0 + 1e-9).slope_is_convex_on(0.0..=1.0));
+    }
+
+    #[test]
+    fn area_is_proportional_to_a_vanishing_load() {
+        let law = ContactEvolution {
+            kappa: 2.7,
+            beta: 1.3,
+            mu: 0.55,
+        };
+        for load in [1e-300, 1e-100, 1e-30] {
+            // What the law takes away is βY^μ/μ of the area: 1e-16 at the heaviest of these.
+            assert!((law.area(load) / (law.kappa * load) - 1.0).abs() < 1e-14);
+        }
+        assert_eq!((law.area(0.0), law.slope(0.0)), (0.0, 2.7));
+    }
+
+    #[test]
+    fn area_saturates_at_one_only_with_a_prefactor_of_one() {
+        let law = |beta| ContactEvolution {
+            kappa: 2.5,
+            beta,
+            mu: 0.6,
+        };
+        // ln Y = 70 cancels against ln(1 + t)/μ, each rounded.
+        assert!((law(1.0).area(1e30) - 1.0).abs() < 1e-13);
+        assert!((law(0.5).area(1e30) - 0.5f64.powf(-1.0 / 0.6)).abs() < 1e-13);
+        assert_eq!(law(1.0).load(1.0), None);
+    }
+}

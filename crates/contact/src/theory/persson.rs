@@ -1,0 +1,225 @@
+//! Persson's theory: the contact pressure diffuses, and what reaches zero leaves the contact.
+//!
+//! Persson 2001 gives for any spectrum a = erf(√2 y), with y = p₀/(E*·rms slope) the load and a
+//! the area fraction. Loads and pressures are in units of E* × rms slope throughout; in them the
+//! variance of the pressure at full contact is 1/4.
+
+pub mod error_function;
+
+use std::f64::consts::{PI, SQRT_2};
+
+use self::error_function::{erf_inverse, erfc_inverse, erfcx};
+use crate::theory::law::KAPPA_PERSSON;
+
+/// Area fraction under a load ≥ 0.
+///
+/// ```
+/// use asperity_contact::theory::persson;
+///
+/// // Half of the surface touches where √2 y is the median of the error function.
+/// assert!((persson::area(0.4769362762044699 / 2_f64.sqrt()) - 0.5).abs() < 1e-15);
+/// // Light loads: a = √(8/π) y.
+/// assert!((persson::area(1e-6) / 1e-6 - 1.5957691216057308).abs() < 1e-9);
+/// ```
+pub fn area(load: f64) -> f64 {
+    libm::erf(SQRT_2 * load)
+}
+
+/// The fraction out of contact, 1 − a, to full relative precision up to y ≈ 18.
+pub fn noncontact(load: f64) -> f64 {
+    libm::erfc(SQRT_2 * load)
+}
+
+/// da/dy: √(8/π) at zero load, concave up to y = 1/2 and convex from there.
+pub fn slope(load: f64) -> f64 {
+    KAPPA_PERSSON * (-2.0 * load * load).exp()
+}
+
+/// d²a/dy².
+pub fn curvature(load: f64) -> f64 {
+    -4.0 * load * slope(load)
+}
+
+/// d³a/dy³, the convexity of the slope.
+pub fn slope_curvature(load: f64) -> f64 {
+    (16.0 * load * load - 4.0) * slope(load)
+}
+
+/// The load under which the area fraction is `area`; `None` outside [0, 1).
+pub fn load(area: f64) -> Option<f64> {
+    erf_inverse(area).map(|x| x / SQRT_2)
+}
+
+/// The load which leaves the fraction `noncontact` out of contact; `None` outside (0, 1].
+///
+/// Near full contact this keeps the digits that [`load`] loses in 1 − a.
+pub fn load_leaving(noncontact: f64) -> Option<f64> {
+    erfc_inverse(noncontact).map(|x| x / SQRT_2)
+}
+
+/// F(y) = −ln[(1 − a) y √(2π)] for a > 0 load of any curve, `None` at full contact.
+///
+/// By eq. (full_area_approx) of Yastrebov, Anciaux & Molinari 2015 it tends to 2y^η with η = 2 in
+/// Persson's theory.
+pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
+    (noncontact > 0.0 && load > 0.0).then(|| -noncontact.ln() - (load * (2.0 * PI).sqrt()).ln())
+}
+
+/// F(y) of Persson's theory itself: 2y² + 1/(4y²) − … at heavy load.
+pub fn approach(load: f64) -> f64 {
+    let x = SQRT_2 * load;
+    x * x - (x * PI.sqrt() * erfcx(x)).ln()
+}
+
+/// Density of the contact pressure over the apparent area, for pressures > 0; its integral is the
+/// area fraction and its first moment the load (Persson 2001).
+pub fn pressure_density(load: f64, pressure: f64) -> f64 {
+    if pressure <= 0.0 {
+        return 0.0;
+    }
+    // The image at −y as a factor of the source at +y: no cancellation at light load.
+    let image = -(-8.0 * pressure * load).exp_m1();
+    (2.0 / PI).sqrt() * (-2.0 * (pressure - load).powi(2)).exp() * image
+}
+
+/// Share of the apparent area whose pressure lies between `low` and `high`, 0 ≤ low ≤ high: the
+/// integral of [`pressure_density`].
+pub fn share_between(load: f64, low: f64, high: f64) -> f64 {
+    let around = |centre: f64| {
+        let [low, high] = [low, high].map(|pressure| SQRT_2 * (pressure - centre));
+        // On one side of the centre by the tails, so that nothing cancels far from it.
+        if low >= 0.0 {
+            libm::erfc(low) - libm::erfc(high)
+        } else if high <= 0.0 {
+            libm::erfc(-high) - libm::erfc(-low)
+        } else {
+            libm::erf(high) - libm::erf(low)
+        }
+    };
+    0.5 * (around(load) - around(-load))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Composite Simpson over pressures up to 8, where the density is below 1e-30.
+    fn moment(load: f64, power: i32) -> f64 {
+        let (steps, width) = (4000, 8.0 / 4000.0);
+        let value = |i: u32| {
+            let pressure = f64::from(i) * width;
+            pressure_density(load, pressure) * pressure.powi(power)
+        };
+        let inner: f64 = (1..steps)
+            .map(|i| value(i) * if i % 2 == 1 { 4.0 } else { 2.0 })
+            .sum();
+        (value(0) + inner + value(steps)) * width / 3.0
+    }
+
+    #[test]
+    fn shares_between_pressures_add_up_to_area_and_load() {
+        for load in [1e-3, 0.03, 0.3, 1.0, 1.7] {
+            // To where nothing is left; narrow enough for the mean pressure of a bin to be its middle.
+            let (bins, width) = (14_000_u32, 5e-4);
+            let share = |bin: u32| {
+                let low = f64::from(bin) * width;
+                share_between(load, low, low + width)
+            };
+            let total: f64 = (0..bins).map(share).sum();
+            let moment: f64 = (0..bins)
+                .map(|bin| (f64::from(bin) + 0.5) * width * share(bin))
+                .sum();
+            assert!((total - area(load)).abs() < 1e-12, "{load}");
+            assert!((moment - load).abs() < 1e-6, "{load}: {moment}");
+        }
+    }
+
+    #[test]
+    fn a_narrow_share_is_the_density() {
+        for (load, pressure) in [(1e-4, 0.5), (0.2, 0.01), (0.2, 2.5), (1.0, 1.0)] {
+            let share = share_between(load, pressure - 1e-4, pressure + 1e-4) / 2e-4;
+            let density = pressure_density(load, pressure);
+            // Halves that are nearly equal cancel under light loads.
+            assert!((share / density - 1.0).abs() < 1e-6, "{load} {pressure}");
+        }
+    }
+
+    #[test]
+    fn area_under_the_heaviest_light_load_is_nearly_proportional() {
+        assert!((area(0.06) - 0.095_516_852).abs() < 1e-9);
+        assert!((KAPPA_PERSSON * 0.06 - 0.095_746_147).abs() < 1e-9);
+    }
+
+    #[test]
+    fn area_under_1_7_is_not_full_contact() {
+        assert!((area(1.7) - 0.999_33).abs() < 5e-6);
+        assert!((noncontact(1.7) - (1.0 - area(1.7))).abs() < 1e-15);
+    }
+
+    #[test]
+    fn slope_turns_from_concave_to_convex_at_one_half() {
+        assert!(slope_curvature(0.499) < 0.0 && slope_curvature(0.501) > 0.0);
+        assert!((area(0.5) - 0.682_689_492_137).abs() < 1e-12);
+    }
+
+    #[test]
+    fn pressure_density_integrates_to_the_area_and_to_the_load() {
+        for load in [0.01, 0.06, 0.5, 1.7] {
+            assert!((moment(load, 0) - area(load)).abs() < 1e-10);
+            assert!((moment(load, 1) - load).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn approach_to_full_contact_is_quadratic_with_an_inverse_square_correction() {
+        for load in [3.0, 6.0, 20.0] {
+            let x_squared = 2.0 * load * load;
+            // The next term of the expansion of ln(x√π erfcx x) is 5/(8x⁴).
+            let rest = approach(load) - x_squared - 0.5 / x_squared;
+            assert!(
+                (rest * x_squared * x_squared + 0.625).abs()
+                    < 2.5 / x_squared + 1e-16 * x_squared.powi(3)
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn approach_is_that_of_the_fraction_out_of_contact(load in 1e-3..15.0f64) {
+            let found = approach_to_full_contact(load, noncontact(load)).expect("not full contact");
+            prop_assert!((found - approach(load)).abs() < 1e-12 * (1.0 + found.abs()));
+        }
+
+        #[test]
+        fn loads_invert_the_area_and_its_complement(exponent in -9.0..0.0f64, heavy in 0.0..15.0f64) {
+            let light = 10f64.powf(exponent);
+            let found = load(area(light)).expect("below full contact");
+            // Conditioned by a/(y a') ≤ 5 up to y = 1, on top of an ulp of 1 − a.
+            prop_assert!((found / light - 1.0).abs() < 1e-14);
+            let found = load_leaving(noncontact(heavy)).expect("below full contact");
+            prop_assert!((found - heavy).abs() < 1e-14 * (1.0 + heavy));
+        }
+
+        #[test]
+        fn derivatives_agree_with_differences(load in 0.01..2.0f64) {
+            let difference = |f: fn(f64) -> f64| (f(load + 1e-5) - f(load - 1e-5)) / 2e-5;
+            // Truncation of 1e-10 times the third derivative, rounding of 1e-11.
+            prop_assert!((difference(area) - slope(load)).abs() < 1e-9);
+            prop_assert!((difference(slope) - curvature(load)).abs() < 1e-8);
+            prop_assert!((difference(curvature) - slope_curvature(load)).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn there_is_no_load_of_full_contact() {
+        assert_eq!(
+            (
+                load(1.0),
+                load_leaving(0.0),
+                approach_to_full_contact(1.0, 0.0)
+            ),
+            (None, None, None)
+        );
+    }
+}

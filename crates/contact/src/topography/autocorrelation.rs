@@ -1,0 +1,233 @@
+//! The autocorrelation of a map: the mean product of heights at a distance.
+
+use rustfft::num_complex::Complex;
+
+use super::descriptors::from_first_node;
+use super::lines::Axis;
+use super::surface::Surface;
+use crate::fft::Transform;
+use crate::grid::{Boundary, Grid};
+
+/// A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, for lags r up to half of either side; length².
+///
+/// Means are over all pairs of nodes that are r apart: around the cell of a periodic map, inside of
+/// any other, where distant ones are few.
+///
+/// ```
+/// use asperity_contact::grid::{Boundary, Grid};
+/// use asperity_contact::topography::autocorrelation::Autocorrelation;
+/// use asperity_contact::topography::lines::Axis;
+/// use asperity_contact::topography::shapes::Shape;
+///
+/// // That of a wave is the wave that has half its amplitude squared.
+/// let wave = Shape::Wave { amplitude: 0.2, waves: 1 }.draw(Grid::square(8, 1.0)?);
+/// let along_x = Autocorrelation::of(&wave, Boundary::Periodic).along(Axis::X);
+/// for (found, exact) in along_x.iter().zip([0.02, 0.02 * 0.5_f64.sqrt(), 0.0]) {
+///     assert!((found - exact).abs() < 1e-16);
+/// }
+/// # Ok::<(), asperity_contact::grid::GridError>(())
+/// ```
+pub struct Autocorrelation {
+    grid: Grid,
+    /// Nodes of the mesh on which lags count around.
+    nodes: [usize; 2],
+    values: Vec<f64>,
+}
+
+/// The mean of A over lags of about one length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LagRing {
+    /// The length, in steps of the larger distance between neighbours.
+    pub steps: u32,
+    /// Mean over all directions.
+    pub value: f64,
+}
+
+impl Autocorrelation {
+    /// Of a map, by its power spectrum (Wiener and Khinchin); one that is not periodic is continued
+    /// by as many zeros as it has nodes.
+    pub fn of(surface: &Surface, boundary: Boundary) -> Self {
+        let grid = surface.grid();
+        let map = grid.nodes();
+        let nodes = match boundary {
+            Boundary::Periodic => map,
+            Boundary::Free => map.map(|nodes| 2 * nodes),
+        };
+        let heights = from_first_node(surface.heights());
+        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+        let mut values = vec![0.0; nodes[0] * nodes[1]];
+        let rows = values.chunks_exact_mut(nodes[1]);
+        for (row, heights) in rows.zip(heights.chunks_exact(map[1])) {
+            for (value, height) in row.iter_mut().zip(heights) {
+                *value = height - mean;
+            }
+        }
+        let transform = Transform::new(nodes);
+        let mut scratch = transform.scratch();
+        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+        transform.forward(&values, &mut spectrum, &mut scratch);
+        for value in &mut spectrum {
+            *value = value.norm_sqr().into();
+        }
+        transform.inverse(&mut spectrum, &mut values, &mut scratch);
+        let mut correlation = Self {
+            grid,
+            nodes,
+            values,
+        };
+        correlation.take_means(boundary);
+        correlation
+    }
+
+    /// Turns sums over pairs, times the nodes of the mesh, into means.
+    fn take_means(&mut self, boundary: Boundary) {
+        let (map, nodes) = (self.grid.nodes(), self.nodes);
+        let count = (nodes[0] * nodes[1]) as f64;
+        for (index, value) in self.values.iter_mut().enumerate() {
+            let lag = [index / nodes[1], index % nodes[1]];
+            let pairs = |axis: usize| match boundary {
+                Boundary::Periodic => map[axis],
+                // Lags that no pair of the map has are never looked at.
+                Boundary::Free => {
+                    let lag = lag[axis].min(nodes[axis] - lag[axis]);
+                    (map[axis] - lag).max(1)
+                }
+            };
+            *value /= count * pairs(0) as f64 * pairs(1) as f64;
+        }
+    }
+
+    /// At lags of 0, 1, 2, … nodes along an axis, up to half the side.
+    pub fn along(&self, axis: Axis) -> Vec<f64> {
+        let step = axis.of([self.nodes[1], 1]);
+        let lags = 0..=axis.of(self.grid.nodes()) / 2;
+        lags.map(|lag| self.values[lag * step]).collect()
+    }
+
+    /// Over all directions, at lengths that round to the same number of steps of the larger distance
+    /// between neighbours, up to half the shorter side.
+    pub fn rings(&self) -> Vec<LagRing> {
+        let spacing = self.grid.spacing();
+        let step = spacing[0].max(spacing[1]);
+        let [half_x, half_y] = self.grid.nodes().map(|nodes| nodes / 2);
+        let longest = (half_x as f64 * spacing[0]).min(half_y as f64 * spacing[1]) / step;
+        // Half a step would be lost to rounding.
+        let mut sums = vec![(0.0, 0.0); (longest + 1e-9) as usize + 1];
+        for i in 0..=half_x {
+            for (j, weight) in self.lags_beside(i) {
+                let [x, y] = [i as f64 * spacing[0], j as f64 * spacing[1]];
+                let ring = ((x * x + y * y).sqrt() / step).round() as usize;
+                let value = self.value(i, j);
+                if let Some((count, sum)) = sums.get_mut(ring) {
+                    *count += weight;
+                    *sum += weight * value;
+                }
+            }
+        }
+        let means = sums.into_iter().zip(0..);
+        let ring = |((count, sum), steps)| {
+            (count > 0.0).then(|| LagRing {
+                steps,
+                value: sum / count,
+            })
+        };
+        means.filter_map(ring).collect()
+    }
+
+    /// The lags along y beside one along x, each of which stands for itself and the opposite one;
+    /// of those that are their own opposites, or have it in the same list, half.
+    fn lags_beside(&self, i: usize) -> impl Iterator<Item = (isize, f64)> + use<> {
+        let half = self.grid.nodes()[1] / 2;
+        let is_own = i == 0;
+        let half = half as isize;
+        (-half..=half).map(move |j| (j, if is_own { 0.5 } else { 1.0 }))
+    }
+
+    fn value(&self, i: usize, j: isize) -> f64 {
+        let j = j.rem_euclid(self.nodes[1] as isize) as usize;
+        self.values[i * self.nodes[1] + j]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::samples::rectangle;
+    use crate::topography::moments::Moments;
+
+    fn rough(nodes: [usize; 2]) -> Surface {
+        let grid = rectangle(nodes, [nodes[0] as f64, nodes[1] as f64]);
+        let height = |node: usize| 3.0 + libm::sin(7.0 + (node * node) as f64);
+        Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap()
+    }
+
+    /// By the definition.
+    fn directly(surface: &Surface, [lag_x, lag_y]: [usize; 2], wraps: bool) -> f64 {
+        let [nodes_x, nodes_y] = surface.grid().nodes();
+        let heights = surface.heights();
+        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+        let (mut sum, mut pairs) = (0.0, 0.0);
+        for (node, height) in heights.iter().enumerate() {
+            let [i, j] = surface.grid().place(node);
+            let (i, j) = (i + lag_x, j + lag_y);
+            if wraps || (i < nodes_x && j < nodes_y) {
+                let other = heights[i % nodes_x * nodes_y + j % nodes_y];
+                sum += (height - mean) * (other - mean);
+                pairs += 1.0;
+            }
+        }
+        sum / pairs
+    }
+
+    #[test]
+    fn products_are_those_of_the_pairs_that_there_are() {
+        for nodes in [[8, 6], [5, 7], [4, 9]] {
+            let surface = rough(nodes);
+            for (boundary, wraps) in [(Boundary::Periodic, true), (Boundary::Free, false)] {
+                let found = Autocorrelation::of(&surface, boundary);
+                let [along_x, along_y] = Axis::BOTH.map(|axis| found.along(axis));
+                assert_eq!(along_x.len(), nodes[0] / 2 + 1);
+                for (lag, value) in along_x.iter().enumerate() {
+                    let exact = directly(&surface, [lag, 0], wraps);
+                    assert!((value - exact).abs() < 1e-14, "{lag}: {value} {exact}");
+                }
+                for (lag, value) in along_y.iter().enumerate() {
+                    let exact = directly(&surface, [0, lag], wraps);
+                    assert!((value - exact).abs() < 1e-14);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_lag_it_is_the_variance() {
+        let surface = rough([12, 10]);
+        for boundary in [Boundary::Periodic, Boundary::Free] {
+            let found = Autocorrelation::of(&surface, boundary);
+            let variance = Moments::of(&surface).m00;
+            assert!((found.along(Axis::X)[0] - variance).abs() < 1e-14);
+            assert!((found.rings()[0].value - variance).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn rings_take_the_mean_over_directions() {
+        let surface = rough([9, 9]);
+        let found = Autocorrelation::of(&surface, Boundary::Free);
+        let rings = found.rings();
+        assert_eq!(rings.len(), 5);
+        // Lengths of 1 and √2 round to one: four directions of each, by pairs ±.
+        let opposite = |surface: &Surface| {
+            let grid = surface.grid();
+            let turned = (0..81).map(|node| {
+                let [i, j] = grid.place(node);
+                surface.heights()[i * 9 + 8 - j]
+            });
+            Surface::new(grid, turned.collect()).unwrap()
+        };
+        let lags = [[1, 0], [0, 1], [1, 1]].map(|lag| directly(&surface, lag, false));
+        let other = directly(&opposite(&surface), [1, 1], false);
+        let mean = (lags.iter().sum::<f64>() + other) / 4.0;
+        assert!((rings[1].value - mean).abs() < 1e-14);
+    }
+}

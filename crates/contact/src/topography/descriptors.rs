@@ -1,0 +1,269 @@
+//! What is worth knowing of a surface before it is pressed.
+
+use std::f64::consts::TAU;
+
+use rustfft::num_complex::Complex;
+
+use super::moments::{Moments, signed_wavenumber};
+use super::surface::Surface;
+use crate::fft::Transform;
+use crate::grid::Grid;
+use crate::threads::Threads;
+
+/// Scalar descriptors of a surface; lengths in the unit of its heights.
+///
+/// A flat surface has no shape of the distribution of heights and no Nayak parameter: these are
+/// `None`, everything else is zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Descriptors {
+    /// Spectral moments.
+    pub moments: Moments,
+    /// Root mean square height about the mean.
+    pub rms_height: f64,
+    /// Root mean square gradient √⟨|∇h|²⟩.
+    pub rms_slope: f64,
+    /// Nayak's parameter α.
+    pub nayak: Option<f64>,
+    /// Summits per unit area of an isotropic Gaussian surface with these moments.
+    pub summit_density: f64,
+    /// The same per (L/2π)², L being the longer side, as the paper tabulates it.
+    pub summit_density_integer: f64,
+    /// ⟨h³⟩/⟨h²⟩^(3/2) over the nodes; zero for a Gaussian.
+    pub skewness: Option<f64>,
+    /// ⟨h⁴⟩/⟨h²⟩² − 3 over the nodes; zero for a Gaussian.
+    pub excess_kurtosis: Option<f64>,
+    /// Effective number of independent modes.
+    pub effective_modes: f64,
+    /// Mean pressure, in units of E* × rms slope, from which on every node is in contact.
+    ///
+    /// The pressure of full contact is p₀ + (E*/2) F⁻¹(|q| ĥ); contact is full where its minimum is
+    /// not negative. Exact for these nodes: a coarser mesh misses the deepest valleys.
+    pub full_contact_load: f64,
+}
+
+impl Descriptors {
+    /// Measures a surface.
+    pub fn of(surface: &Surface) -> Self {
+        Self::of_on(&Threads::one(), surface)
+    }
+
+    /// The same by several threads.
+    pub fn of_on(threads: &Threads, surface: &Surface) -> Self {
+        let grid = surface.grid();
+        let mut heights = from_first_node(surface.heights());
+
+        let transform = Transform::new(grid.nodes());
+        let mut scratch = transform.scratch_on(threads.clone());
+        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+        transform.forward(&heights, &mut spectrum, &mut scratch);
+        let (moments, shape) = threads.both(
+            grid.count(),
+            || Moments::of_spectrum(&spectrum, grid),
+            || distribution_shape(&heights),
+        );
+        let (skewness, excess_kurtosis) = shape.unzip();
+        multiply_by_half_wavenumber(threads, &mut spectrum, grid);
+        transform.inverse(&mut spectrum, &mut heights, &mut scratch);
+        let deepest = heights.iter().copied().fold(0.0, f64::min);
+
+        let rms_slope = moments.rms_slope();
+        Self {
+            moments,
+            rms_height: moments.rms_height(),
+            rms_slope,
+            nayak: moments.nayak(),
+            summit_density: moments.summit_density(),
+            summit_density_integer: moments.summit_density_integer(grid.cell()),
+            skewness,
+            excess_kurtosis,
+            effective_modes: moments.effective_modes(),
+            full_contact_load: if rms_slope > 0.0 {
+                -deepest / rms_slope
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+/// Heights above that of the first node, so that a flat surface is zero to the last bit, however
+/// high it lies.
+pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
+    heights.iter().map(|height| height - heights[0]).collect()
+}
+
+/// Skewness and excess kurtosis of the heights, unless they are flat.
+pub fn shape_of_heights(surface: &Surface) -> Option<(f64, f64)> {
+    distribution_shape(&from_first_node(surface.heights()))
+}
+
+/// Skewness and excess kurtosis of the values, unless all are equal.
+fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let [mut second, mut third, mut fourth] = [0.0; 3];
+    for value in values {
+        let deviation = value - mean;
+        let square = deviation * deviation;
+        second += square;
+        third += square * deviation;
+        fourth += square * square;
+    }
+    let variance = second / count;
+    (variance > 0.0).then(|| {
+        let skewness = third / count / (variance * variance.sqrt());
+        (skewness, fourth / count / (variance * variance) - 3.0)
+    })
+}
+
+/// Turns an unnormalised spectrum of heights into that of full-contact pressures in units of E*.
+fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>], grid: Grid) {
+    let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
+    let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
+    let rows = spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate();
+    let mut rows: Vec<(usize, &mut [Complex<f64>])> = rows.collect();
+    let multiply = |(): &mut (), (i, row): &mut (usize, &mut [Complex<f64>])| {
+        let k_x = signed_wavenumber(*i, nodes_x);
+        for (k_y, value) in row.iter_mut().enumerate() {
+            *value *= factor * cell.wavenumber([k_x, k_y as f64]);
+        }
+    };
+    let crew = threads.crew(grid.count());
+    crew.each(&mut Vec::new(), || (), &mut rows, multiply);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::samples::square;
+    use crate::topography::random::{Amplitude, RandomSurface};
+    use crate::topography::shapes::Shape;
+    use crate::topography::spectrum::Spectrum;
+
+    fn assert_close(found: f64, exact: f64) {
+        assert!((found - exact).abs() < 1e-12, "{found} should be {exact}");
+    }
+
+    /// A rough surface without random numbers, of unit slope, for comparison across programs.
+    fn golden_surface(nodes: usize) -> Surface {
+        let mut heights = vec![0.0; nodes * nodes];
+        let mut square_slope = 0.0;
+        for (k_x, k_y) in (-8..=8_i32).flat_map(|k_x| (0..=8).map(move |k_y| (k_x, k_y))) {
+            let square = k_x * k_x + k_y * k_y;
+            if (k_y == 0 && k_x <= 0) || !(4..=64).contains(&square) {
+                continue;
+            }
+            let amplitude = f64::from(square).powf(-0.9);
+            let [xx, y, xy] = [k_x * k_x, k_y, k_x * k_y].map(f64::from);
+            let turn = 0.6180339887498949 * xx + 0.4142135623730951 * y + 0.7320508075688772 * xy;
+            square_slope += 0.5 * (amplitude * TAU).powi(2) * f64::from(square);
+            for (node, height) in heights.iter_mut().enumerate() {
+                let (i, j) = ((node / nodes) as f64, (node % nodes) as f64);
+                let along = (f64::from(k_x) * i + f64::from(k_y) * j) / nodes as f64;
+                *height += amplitude * (TAU * (along + turn)).cos();
+            }
+        }
+        heights.iter_mut().for_each(|h| *h /= square_slope.sqrt());
+        Surface::new(square(nodes, 1.0), heights).unwrap()
+    }
+
+    #[test]
+    fn full_contact_load_of_a_known_surface_agrees_with_another_program() {
+        // Golden values of an independent implementation in Python.
+        for (nodes, load) in [(64, 1.3257859146181756), (128, 1.3326186670460385)] {
+            let surface = golden_surface(nodes);
+            let descriptors = Descriptors::of(&surface);
+            // Cosines of phases up to a hundred turns.
+            assert!((surface.heights()[0] + 0.009119742340787058).abs() < 1e-13);
+            assert_close(descriptors.rms_slope, 1.0);
+            assert_close(descriptors.full_contact_load, load);
+        }
+    }
+
+    #[test]
+    fn a_wavy_surface_is_flattened_by_its_westergaard_pressure() {
+        // p* = πE*Δ/λ against a slope of √2 πΔ/λ; twice that, √2 πE*Δ/λ, for the product of two.
+        let (amplitude, waves) = (0.01, 3);
+        let wave = Descriptors::of(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
+        assert_close(wave.full_contact_load, 0.5_f64.sqrt());
+        let product =
+            Descriptors::of(&Shape::WaveProduct { amplitude, waves }.draw(square(48, 2.0)));
+        assert_close(product.full_contact_load, 1.0);
+    }
+
+    #[test]
+    fn two_levels_have_the_skewness_and_kurtosis_of_a_bernoulli_trial() {
+        let shape = Shape::Punch {
+            radius: 0.3,
+            depth: 5.0,
+        };
+        let surface = shape.draw(square(32, 1.0));
+        let top = surface.heights().iter().filter(|&&h| h == 0.0).count();
+        let share = top as f64 / 1024.0;
+        let variance = share * (1.0 - share);
+        let descriptors = Descriptors::of(&surface);
+        let skewness = (1.0 - 2.0 * share) / variance.sqrt();
+        assert_close(descriptors.skewness.unwrap(), skewness);
+        assert_close(
+            descriptors.excess_kurtosis.unwrap(),
+            (1.0 - 6.0 * variance) / variance,
+        );
+    }
+
+    #[test]
+    fn kurtosis_of_a_ring_of_modes_falls_as_their_number() {
+        // Two wavevectors of one length are determined by their sum: no resonances, and the
+        // relation is exact. Rings of radius 5 and 25 hold 6 and 10 pairs of modes.
+        for (radius, pairs) in [(1, 2.0), (5, 6.0), (25, 10.0)] {
+            let ring = RandomSurface {
+                spectrum: Spectrum {
+                    hurst: 0.8,
+                    k_lower: radius,
+                    k_rolloff: radius,
+                    k_upper: radius,
+                    anisotropy: None,
+                },
+                amplitude: Amplitude::Deterministic,
+                rms_slope: 1.0,
+                seed: 1,
+                realization: 0,
+            };
+            // More than four nodes a wave, so that fourth powers are not aliased.
+            let descriptors = Descriptors::of(&ring.draw(square(128, 1.0)));
+            assert_close(descriptors.effective_modes, pairs);
+            assert_close(descriptors.excess_kurtosis.unwrap(), -1.5 / pairs);
+        }
+    }
+
+    #[test]
+    fn a_flat_surface_has_no_shape_and_zeros_elsewhere() {
+        // Heights whose mean is not exactly representable.
+        for (nodes, height) in [(1, 5.0), (7, 0.1), (12, -1e9 / 3.0)] {
+            let flat = Surface::new(square(nodes, 2.0), vec![height; nodes * nodes]).unwrap();
+            let expected = Descriptors {
+                moments: Moments::default(),
+                rms_height: 0.0,
+                rms_slope: 0.0,
+                nayak: None,
+                summit_density: 0.0,
+                summit_density_integer: 0.0,
+                skewness: None,
+                excess_kurtosis: None,
+                effective_modes: 0.0,
+                full_contact_load: 0.0,
+            };
+            assert_eq!(Descriptors::of(&flat), expected);
+        }
+    }
+
+    #[test]
+    fn raising_a_surface_changes_nothing() {
+        let surface = golden_surface(32);
+        let raised = surface.heights().iter().map(|h| h + 1.0).collect();
+        let raised = Descriptors::of(&Surface::new(square(32, 1.0), raised).unwrap());
+        let descriptors = Descriptors::of(&surface);
+        assert_close(raised.rms_height, descriptors.rms_height);
+        assert_close(raised.full_contact_load, descriptors.full_contact_load);
+        assert_close(raised.skewness.unwrap(), descriptors.skewness.unwrap());
+    }
+}

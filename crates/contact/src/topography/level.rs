@@ -1,0 +1,276 @@
+//! The form of a map: what is taken away so that roughness is left.
+//!
+//! A polynomial in x and y is fitted to the points that were measured, by least squares with equal
+//! weights, and subtracted from them; missing points stay missing. The normal equations are those of
+//! Legendre polynomials over the sides of the map, nearly orthogonal there, and their solution is
+//! refined with the residuals, so that a surface of the fitted form is removed to rounding.
+
+use serde::{Deserialize, Serialize};
+
+use super::periodic::detrend;
+use super::scan::Scan;
+use crate::grid::Grid;
+
+/// Which form is taken away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// None.
+    None,
+    /// The mean height.
+    Mean,
+    /// The mean plane, c₀ + c₁x + c₂y.
+    Plane,
+    /// The mean quadric, with c₃x² + c₄xy + c₅y² too: bowed scanners, cylinders, spheres.
+    Quadric,
+}
+
+/// Coefficients of a quadric.
+const MOST_TERMS: usize = 6;
+/// Solutions of the normal equations, each for what the last one has left.
+const ROUNDS: usize = 3;
+/// Share of a term's sum of squares that must not follow from the terms before: on points in a row
+/// it does, and the term is left out.
+const INDEPENDENT: f64 = 1e-12;
+
+type Terms = [f64; MOST_TERMS];
+
+impl Level {
+    /// The word used in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::None => "none",
+            Level::Mean => "mean",
+            Level::Plane => "plane",
+            Level::Quadric => "quadric",
+        }
+    }
+
+    fn terms(self) -> usize {
+        match self {
+            Level::None => 0,
+            Level::Mean => 1,
+            Level::Plane => 3,
+            Level::Quadric => 6,
+        }
+    }
+
+    /// The map without its form.
+    pub fn level(self, scan: Scan) -> Scan {
+        match self {
+            Level::None => scan,
+            // Of a map without holes it is the plane that goes before edges are made to meet.
+            Level::Plane if scan.missing() == 0 => match scan.whole() {
+                Ok(surface) => detrend(&surface).into(),
+                Err(_) => unreachable!("no point is missing"),
+            },
+            Level::Mean | Level::Plane | Level::Quadric => without_form(&scan, self.terms()),
+        }
+    }
+}
+
+/// The map without the polynomial of so many terms that fits it best.
+fn without_form(scan: &Scan, terms: usize) -> Scan {
+    let Some((_, reference)) = scan.measured().next() else {
+        return scan.clone();
+    };
+    let basis = Basis::on(scan.grid());
+    let equations = NormalEquations::of(scan, &basis, terms);
+    let mut coefficients = [0.0; MOST_TERMS];
+    let residual = |node: usize, height: f64, coefficients: &Terms| {
+        let values = basis.at(node);
+        let form: f64 = (0..terms).map(|k| coefficients[k] * values[k]).sum();
+        (values, height - reference - form)
+    };
+    for _ in 0..ROUNDS {
+        let mut moments = [0.0; MOST_TERMS];
+        for (node, height) in scan.measured() {
+            let (values, left) = residual(node, height, &coefficients);
+            (0..terms).for_each(|k| moments[k] += values[k] * left);
+        }
+        let step = equations.solve(&moments);
+        (0..terms).for_each(|k| coefficients[k] += step[k]);
+    }
+    scan.changed(|node, height| residual(node, height, &coefficients).1)
+}
+
+/// Legendre polynomials of x and y, which run from −1 to 1 over the map.
+struct Basis {
+    grid: Grid,
+    middle: [f64; 2],
+}
+
+impl Basis {
+    fn on(grid: Grid) -> Basis {
+        let middle = grid.nodes().map(|nodes| (nodes as f64 - 1.0) / 2.0);
+        Basis { grid, middle }
+    }
+
+    /// 1, x, y, P₂(x), xy and P₂(y) at a node.
+    fn at(&self, node: usize) -> Terms {
+        let place = self.grid.place(node);
+        let along = |axis: usize| {
+            let middle = self.middle[axis];
+            (place[axis] as f64 - middle) / middle.max(1.0)
+        };
+        let (x, y) = (along(0), along(1));
+        let second = |x: f64| (3.0 * x * x - 1.0) / 2.0;
+        [1.0, x, y, second(x), x * y, second(y)]
+    }
+}
+
+/// The Cholesky factor of the matrix of normal equations, lower and row by row. A row whose diagonal
+/// is zero belongs to a term that follows from those before; its coefficient is zero.
+struct NormalEquations {
+    terms: usize,
+    factor: [Terms; MOST_TERMS],
+}
+
+impl NormalEquations {
+    fn of(scan: &Scan, basis: &Basis, terms: usize) -> NormalEquations {
+        let mut matrix = [[0.0; MOST_TERMS]; MOST_TERMS];
+        for (node, _) in scan.measured() {
+            let values = basis.at(node);
+            for (row, one) in matrix.iter_mut().zip(&values) {
+                let sums = row.iter_mut().zip(&values);
+                sums.for_each(|(sum, other)| *sum += one * other);
+            }
+        }
+        let mut factor = [[0.0; MOST_TERMS]; MOST_TERMS];
+        for (k, row) in matrix.iter().enumerate().take(terms) {
+            for (l, value) in row.iter().enumerate().take(k) {
+                let sum: f64 = (0..l).map(|m| factor[k][m] * factor[l][m]).sum();
+                let diagonal = factor[l][l];
+                if diagonal > 0.0 {
+                    factor[k][l] = (value - sum) / diagonal;
+                }
+            }
+            let sum: f64 = (0..k).map(|m| factor[k][m] * factor[k][m]).sum();
+            let left = row[k] - sum;
+            match left > INDEPENDENT * row[k] {
+                true => factor[k][k] = left.sqrt(),
+                false => factor[k] = [0.0; MOST_TERMS],
+            }
+        }
+        NormalEquations { terms, factor }
+    }
+
+    fn solve(&self, moments: &Terms) -> Terms {
+        let factor = &self.factor;
+        let mut solution = [0.0; MOST_TERMS];
+        for (k, moment) in moments.iter().enumerate().take(self.terms) {
+            if factor[k][k] > 0.0 {
+                let sum: f64 = (0..k).map(|m| factor[k][m] * solution[m]).sum();
+                solution[k] = (moment - sum) / factor[k][k];
+            }
+        }
+        for k in (0..self.terms).rev() {
+            if factor[k][k] > 0.0 {
+                let sum: f64 = (k + 1..self.terms)
+                    .map(|m| factor[m][k] * solution[m])
+                    .sum();
+                solution[k] = (solution[k] - sum) / factor[k][k];
+            }
+        }
+        solution
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scan::samples::scan;
+    use super::*;
+
+    const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
+
+    /// c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y², as far as a level takes it away.
+    fn form(level: Level) -> impl Fn(f64, f64) -> f64 {
+        let terms = level.terms();
+        move |x, y| {
+            let all = [
+                3.0,
+                -2.0 * x,
+                0.7 * y,
+                4.0 * x * x,
+                -5.0 * x * y,
+                0.3 * y * y,
+            ];
+            all[..terms].iter().sum()
+        }
+    }
+
+    fn is_in_hole(i: usize, j: usize) -> bool {
+        (3..9).contains(&i) && (2..7).contains(&j) || (i * 7 + j * 3).is_multiple_of(11)
+    }
+
+    #[test]
+    fn a_surface_of_the_form_is_removed_to_rounding() {
+        let holes: [fn(usize, usize) -> bool; 2] = [|_, _| false, is_in_hole];
+        for is_missing in holes {
+            for level in LEVELS {
+                let map = scan([17, 12], [2.0, 1.0], form(level), is_missing);
+                let left = level.level(map.clone());
+                assert_eq!(left.missing(), map.missing());
+                for (_, height) in left.measured() {
+                    assert!(height.abs() < 2e-14, "{level:?}: {height}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_left_is_orthogonal_to_the_form() {
+        let rough = |x: f64, y: f64| libm::sin(37.0 * x + 11.0 * y * y) + 0.2 * x * y;
+        let map = scan([20, 30], [1.0, 1.5], rough, is_in_hole);
+        for level in LEVELS {
+            let left = level.level(map.clone());
+            let basis = Basis::on(left.grid());
+            for term in 0..level.terms() {
+                let moments = left
+                    .measured()
+                    .map(|(node, height)| basis.at(node)[term] * height);
+                assert!(moments.sum::<f64>().abs() < 1e-11, "{level:?}");
+            }
+            let again = level.level(left.clone());
+            for ((_, once), (_, twice)) in left.measured().zip(again.measured()) {
+                assert!((once - twice).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn a_hole_moves_no_plane() {
+        // The plane of a map with holes, and of the same map without, are fitted in two ways.
+        let plane = |x: f64, y: f64| 1e3 + 2.0 * x - 3.0 * y;
+        let holes: [fn(usize, usize) -> bool; 2] = [|_, _| false, is_in_hole];
+        let [whole, holed] = holes
+            .map(|is_missing| Level::Plane.level(scan([17, 12], [2.0, 1.0], plane, is_missing)));
+        for (node, height) in holed.measured() {
+            assert!((height - whole.heights()[node]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn points_in_a_row_have_a_slope_along_it_alone() {
+        let row = scan([9, 9], [1.0, 1.0], |x, y| x + 5.0 * y, |_, j| j != 4);
+        for level in LEVELS {
+            let left = level.level(row.clone());
+            let slope = left.heights()[13] - left.heights()[4];
+            let expected = if level == Level::Mean { 1.0 / 9.0 } else { 0.0 };
+            assert!((slope - expected).abs() < 1e-14, "{level:?}: {slope}");
+        }
+        let point = scan([9, 9], [1.0, 1.0], |_, _| 7.0, |i, j| (i, j) != (2, 3));
+        for level in LEVELS {
+            assert_eq!(
+                level.level(point.clone()).measured().next(),
+                Some((21, 0.0))
+            );
+        }
+    }
+
+    #[test]
+    fn no_level_changes_nothing() {
+        let map = scan([4, 4], [1.0, 1.0], |x, y| x - y, |_, _| false);
+        assert_eq!(Level::None.level(map.clone()).whole(), map.whole());
+    }
+}

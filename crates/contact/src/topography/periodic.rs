@@ -1,0 +1,259 @@
+//! Three ways to make a measured map periodic, and what each does to its statistics.
+//!
+//! A measured map is a window on a larger surface: its opposite edges do not meet. Taken as
+//! periodic, the steps where they should meet have a white tail in the spectrum, |ĥ|² ~ q^(−2)
+//! along the axes, which dominates the slope and the curvature.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::surface::Surface;
+use crate::grid::{Cell, Grid};
+
+/// How a measured map is made periodic, or whether it is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "edges", rename_all = "lowercase")]
+pub enum Edges {
+    /// It is periodic as it is; nothing is done.
+    Periodic,
+    /// It is not, and nothing is done.
+    Open,
+    /// Its mean plane goes, then it is continued by its mirror images, see [`mirror`].
+    Mirror,
+    /// Its mean plane goes, then it fades to the mean at its edges, see [`taper`].
+    Taper {
+        /// Share of either side over which it fades at each edge, at most one half.
+        taper_fraction: f64,
+    },
+}
+
+impl Edges {
+    /// The word used in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Edges::Periodic => "periodic",
+            Edges::Open => "open",
+            Edges::Mirror => "mirror",
+            Edges::Taper { .. } => "taper",
+        }
+    }
+
+    /// The map with edges that meet, or as it is, if they are left open.
+    pub fn close(self, map: Surface) -> Surface {
+        match self {
+            Edges::Periodic | Edges::Open => map,
+            Edges::Mirror => mirror(&detrend(&map)),
+            Edges::Taper { taper_fraction } => taper(&detrend(&map), taper_fraction),
+        }
+    }
+}
+
+/// The map without its least-squares mean plane.
+///
+/// Takes away the tilt of the sample, and with it the part of the longest waves that looks like a
+/// plane; the mean height becomes zero. The edges still do not meet.
+pub fn detrend(surface: &Surface) -> Surface {
+    let grid = surface.grid();
+    let middle = grid.nodes().map(|nodes| (nodes as f64 - 1.0) / 2.0);
+    let offset = |node: usize| {
+        let [i, j] = grid.place(node);
+        [i as f64 - middle[0], j as f64 - middle[1]]
+    };
+    let (mut sum, mut along_x, mut along_y) = (0.0, 0.0, 0.0);
+    for (node, height) in surface.heights().iter().enumerate() {
+        let [x, y] = offset(node);
+        sum += height;
+        along_x += x * height;
+        along_y += y * height;
+    }
+    // Offsets from the middle are orthogonal to each other and to a constant on a full mesh.
+    let mean = sum / grid.count() as f64;
+    let [nodes_x, nodes_y] = grid.nodes();
+    let slope_x = along_x / (nodes_y as f64 * square_offsets(nodes_x)).max(f64::MIN_POSITIVE);
+    let slope_y = along_y / (nodes_x as f64 * square_offsets(nodes_y)).max(f64::MIN_POSITIVE);
+    map_nodes(surface, |node, height| {
+        let [x, y] = offset(node);
+        height - (mean + slope_x * x + slope_y * y)
+    })
+}
+
+/// Σ of the squared offsets of so many nodes from their middle.
+fn square_offsets(nodes: usize) -> f64 {
+    let middle = (nodes as f64 - 1.0) / 2.0;
+    (0..nodes)
+        .map(|index| (index as f64 - middle).powi(2))
+        .sum()
+}
+
+/// The map and its three mirror images, on a cell of twice the sides.
+///
+/// The heights meet at all edges and their distribution is untouched; slopes jump there where the
+/// map has a slope across its edge. The four images are correlated: the larger cell holds no more
+/// independent asperities than the map, and directions ±45° of an anisotropic map are mixed.
+pub fn mirror(surface: &Surface) -> Surface {
+    let grid = surface.grid();
+    let nodes = grid.nodes();
+    let cell = Cell::new(grid.cell().size().map(|side| 2.0 * side));
+    let doubled = cell.and_then(|cell| Grid::new(nodes.map(|nodes| 2 * nodes), cell));
+    let doubled = doubled.expect("a map in memory can be counted and measured");
+    let fold = |index: usize, nodes: usize| index.min(2 * nodes - 1 - index);
+    let heights = (0..doubled.count())
+        .map(|node| {
+            let [i, j] = doubled.place(node);
+            surface.heights()[fold(i, nodes[0]) * nodes[1] + fold(j, nodes[1])]
+        })
+        .collect();
+    Surface::new(doubled, heights).expect("copies of finite heights")
+}
+
+/// The map, faded to its mean height over a fraction `edge` of either side along each edge, at most
+/// one half; a Tukey window, at one half that of Hann.
+///
+/// Heights and slopes meet at the edges and the interior is untouched, but the faded rim has lower
+/// peaks: rms height and slope fall, for Hann's window the variance by (3/8)² on average, and the
+/// fade itself adds slopes of order rms height / (`edge` × side).
+pub fn taper(surface: &Surface, edge: f64) -> Surface {
+    let grid = surface.grid();
+    let [window_x, window_y] = grid.nodes().map(|nodes| window(nodes, edge));
+    let mean = surface.heights().iter().sum::<f64>() / grid.count() as f64;
+    map_nodes(surface, |node, height| {
+        let [i, j] = grid.place(node);
+        mean + window_x[i] * window_y[j] * (height - mean)
+    })
+}
+
+/// Weights of a row of nodes: one, but at both ends.
+pub(super) fn window(nodes: usize, edge: f64) -> Vec<f64> {
+    let faded = edge.min(0.5) * nodes as f64;
+    (0..nodes)
+        .map(|index| index.min(nodes - 1 - index) as f64 + 0.5)
+        .map(|depth| {
+            if depth < faded {
+                libm::sin(PI / 2.0 * depth / faded).powi(2)
+            } else {
+                1.0
+            }
+        })
+        .collect()
+}
+
+fn map_nodes(surface: &Surface, change: impl Fn(usize, f64) -> f64) -> Surface {
+    let heights = surface
+        .heights()
+        .iter()
+        .enumerate()
+        .map(|(node, height)| change(node, *height))
+        .collect();
+    Surface::new(surface.grid(), heights).expect("averages of finite heights are finite")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::samples::rectangle;
+    use crate::topography::moments::Moments;
+
+    /// On square cells, along x of unit side.
+    fn surface(nodes: [usize; 2], height: impl Fn(f64, f64) -> f64) -> Surface {
+        let grid = rectangle(nodes, [1.0, nodes[1] as f64 / nodes[0] as f64]);
+        let height = |node: usize| {
+            let [i, j] = grid.place(node);
+            height(i as f64, j as f64)
+        };
+        Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap()
+    }
+
+    fn rough(nodes: [usize; 2]) -> Surface {
+        surface(nodes, |i, j| libm::sin(3.0 * i + i * j) + 0.1 * i - 0.3 * j)
+    }
+
+    #[test]
+    fn detrended_plane_is_zero() {
+        for nodes in [[1, 1], [2, 2], [7, 7], [32, 32], [1, 9], [9, 1], [8, 20]] {
+            let plane = surface(nodes, |i, j| 5.0 + 0.25 * i - 0.5 * j);
+            for height in detrend(&plane).heights() {
+                assert!(height.abs() < 1e-13, "{nodes:?}: {height}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_remains_has_no_mean_and_no_tilt() {
+        let once = detrend(&rough([20, 13]));
+        for (once, twice) in once.heights().iter().zip(detrend(&once).heights()) {
+            assert!((once - twice).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn detrending_leaves_a_saddle_alone() {
+        let saddle = surface([5, 7], |i, j| (i - 2.0) * (j - 3.0));
+        for (before, after) in saddle.heights().iter().zip(detrend(&saddle).heights()) {
+            assert!((before - after).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn mirrored_map_is_even_and_meets_itself_at_the_edges() {
+        for nodes in [[1, 1], [5, 5], [8, 8], [3, 8], [8, 1]] {
+            let map = rough(nodes);
+            let mirrored = mirror(&map);
+            let grid = mirrored.grid();
+            let doubled = map.grid().cell().size().map(|side| 2.0 * side);
+            assert_eq!(grid.cell().size(), doubled);
+            assert_eq!(grid.spacing(), map.grid().spacing());
+            let [width, length] = grid.nodes();
+            let at = |i: usize, j: usize| mirrored.heights()[i * length + j];
+            for [i, j] in (0..grid.count()).map(|node| grid.place(node)) {
+                assert_eq!(at(i, j), at(width - 1 - i, j));
+                assert_eq!(at(i, j), at(i, length - 1 - j));
+                if i < nodes[0] && j < nodes[1] {
+                    assert_eq!(at(i, j), map.heights()[i * nodes[1] + j]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn mirroring_keeps_the_distribution_of_heights() {
+        let map = detrend(&rough([16, 12]));
+        let (before, after) = (Moments::of(&map), Moments::of(&mirror(&map)));
+        assert!((before.rms_height() - after.rms_height()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn taper_fades_to_the_mean_and_keeps_the_interior() {
+        let map = rough([64, 128]);
+        let mean = map.heights().iter().sum::<f64>() / 8192.0;
+        let tapered = taper(&map, 0.25);
+        for (node, (before, after)) in map.heights().iter().zip(tapered.heights()).enumerate() {
+            let [i, j] = map.grid().place(node);
+            let [depth_x, depth_y] = [i.min(63 - i), j.min(127 - j)];
+            if depth_x >= 16 && depth_y >= 32 {
+                assert!((before - after).abs() < 1e-14);
+            }
+            if depth_x == 0 || depth_y == 0 {
+                // sin² of half a node out of sixteen.
+                assert!((after - mean).abs() < 0.0025 * (before - mean).abs() + 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn hann_window_keeps_nine_sixty_fourths_of_the_variance() {
+        // A checkerboard has zero mean and unit variance under any smooth weight.
+        let checkerboard = surface([64, 64], |i, j| 1.0 - 2.0 * ((i + j) % 2.0));
+        let tapered = taper(&checkerboard, 0.5);
+        let square: f64 = tapered.heights().iter().map(|h| h * h).sum();
+        assert!((square / 4096.0 - 9.0 / 64.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn no_edge_means_no_taper() {
+        let map = rough([9, 4]);
+        for (before, after) in map.heights().iter().zip(taper(&map, 0.0).heights()) {
+            assert!((before - after).abs() < 1e-15);
+        }
+    }
+}

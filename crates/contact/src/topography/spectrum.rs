@@ -1,0 +1,349 @@
+//! The power spectral density of a self-affine surface, and the modes that it occupies.
+
+use std::ops::{Range, RangeInclusive};
+
+use serde::{Deserialize, Serialize};
+
+use super::anisotropy::{Anisotropy, SquareLength};
+use super::moments::{MomentSum, Moments};
+use super::nayak::Continuum;
+use crate::grid::Cell;
+
+/// Power spectral density, eq. (PSD) of Yastrebov, Anciaux & Molinari 2015, isotropic but for a grain.
+///
+/// Constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))` for
+/// `k_rolloff ≤ |k| ≤ k_upper`, zero elsewhere; both cutoffs belong to the spectrum, which is what
+/// reproduces the Nayak parameters tabulated in the paper. Wavenumbers are in units of 2π/L, L being
+/// the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spectrum {
+    /// Hurst exponent, 0 to 1.
+    pub hurst: f64,
+    /// Lower cutoff.
+    pub k_lower: u32,
+    /// End of the plateau; equal to `k_lower` where there is none.
+    pub k_rolloff: u32,
+    /// Upper cutoff.
+    pub k_upper: u32,
+    /// What stretches the surface; cutoffs are those across its grain.
+    #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
+    pub anisotropy: Option<Anisotropy>,
+}
+
+/// Densities of a spectrum, each computed once: the modes of a mesh are many times more than their
+/// lengths, and a power costs more than drawing a mode.
+#[derive(Debug, Clone)]
+pub struct Densities {
+    spectrum: Spectrum,
+    /// By |k|², where that is whole, as it is on a square; not a number where nobody has asked.
+    known: Vec<f64>,
+}
+
+/// Squared lengths above it are not remembered: they would fill memory.
+const MOST_KNOWN: u32 = 1 << 20;
+
+impl Densities {
+    /// [`Spectrum::density`], to the last bit.
+    pub fn at(&mut self, k_squared: f64) -> f64 {
+        let whole = (k_squared.fract() == 0.0).then_some(k_squared as usize);
+        let Some(known) = whole.and_then(|whole| self.known.get_mut(whole)) else {
+            return self.spectrum.density(k_squared);
+        };
+        if known.is_nan() {
+            *known = self.spectrum.density(k_squared);
+        }
+        *known
+    }
+}
+
+/// The modes of a spectrum that share one `k_x`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeRow {
+    /// Waves along x, signed.
+    pub k_x: i32,
+    /// Waves along y, never negative.
+    pub k_y: RangeInclusive<u32>,
+}
+
+impl Spectrum {
+    /// Density at `|k|² = k_squared`, relative to the plateau; `k_squared` lies between the cutoffs.
+    pub fn density(&self, k_squared: f64) -> f64 {
+        let rolloff_squared = square(self.k_rolloff);
+        if k_squared < rolloff_squared {
+            return 1.0;
+        }
+        let ratio = k_squared / rolloff_squared;
+        libm::pow(ratio, -(1.0 + self.hurst))
+    }
+
+    /// Densities of many modes.
+    pub fn densities(&self) -> Densities {
+        let lengths = square(self.k_upper).min(MOST_KNOWN as f64) as usize + 1;
+        Densities {
+            spectrum: *self,
+            known: vec![f64::NAN; lengths],
+        }
+    }
+
+    /// What the square of a wavevector is, on which its density depends.
+    pub(super) fn square_length(&self) -> SquareLength {
+        let stretched = self.anisotropy.map(|grain| grain.square_length());
+        stretched.unwrap_or(SquareLength::ISOTROPIC)
+    }
+
+    /// One of each pair of modes ±k of a cell: all with k_y > 0, and of those with k_y = 0 the ones
+    /// with k_x > 0. Ascending in k_x, and in k_y within a row.
+    pub fn rows(&self, cell: Cell) -> impl Iterator<Item = ModeRow> + use<> {
+        let (lower, upper) = (square(self.k_lower), square(self.k_upper));
+        let [most_x, most_y] = self.most_waves(cell);
+        // Exact on a square, where wavenumbers are whole and their squares far below 2⁵³.
+        let square_length = self.square_length();
+        let k_squared =
+            move |k_x: i32, k_y: u32| square_length.of(cell.wavevector([k_x.into(), k_y.into()]));
+        let has_grain = self.anisotropy.is_some();
+        (-(most_x as i32)..=most_x as i32).flat_map(move |k_x| {
+            let k_y = u32::from(k_x <= 0)..most_y + 1;
+            let rows = match has_grain {
+                // Off the axes lengths need not ascend, and a row may cross the annulus twice.
+                true => runs(k_y, |k_y| (lower..=upper).contains(&k_squared(k_x, k_y))),
+                false => {
+                    let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
+                    let rest = first..k_y.end;
+                    let end = partition_point(rest, |k_y| k_squared(k_x, k_y) <= upper);
+                    Vec::from_iter((first < end).then(|| first..=end - 1))
+                }
+            };
+            rows.into_iter().map(move |k_y| ModeRow { k_x, k_y })
+        })
+    }
+
+    /// The most waves of a mode along x and y.
+    pub fn most_waves(&self, cell: Cell) -> [u32; 2] {
+        // No more than the upper cutoff, for no side is longer than the longer one.
+        let aspect = cell.aspect();
+        let Some(_) = self.anisotropy else {
+            return aspect.map(|aspect| (f64::from(self.k_upper) / aspect) as u32);
+        };
+        let most = self.square_length().most();
+        // A wave on the edge is not lost to rounding.
+        let waves = |axis: usize| f64::from(self.k_upper) * most[axis] / aspect[axis];
+        [waves(0), waves(1)].map(|waves| (waves * (1.0 + 1e-12)) as u32)
+    }
+
+    /// Spectral moments over the modes of a cell, each mode with its mean power, up to a factor.
+    ///
+    /// Ratios such as Nayak's parameter are those of the cell, not of [`Spectrum::continuum`]: with
+    /// `k_lower = 1` a cell has few of the longest waves, and the two parameters differ by a half.
+    ///
+    /// ```
+    /// use asperity_contact::grid::Cell;
+    /// use asperity_contact::topography::spectrum::Spectrum;
+    ///
+    /// let spectrum = Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 32, anisotropy: None };
+    /// let nayak = spectrum.moments(Cell::square(1.0)?).nayak().unwrap();
+    /// assert!((nayak - 43.91).abs() < 0.005);
+    /// assert!((spectrum.continuum().nayak() - 28.33).abs() < 0.005);
+    /// # Ok::<(), asperity_contact::grid::GridError>(())
+    /// ```
+    pub fn moments(&self, cell: Cell) -> Moments {
+        let mut densities = self.densities();
+        let square_length = self.square_length();
+        let mut sum = MomentSum::on(cell);
+        for row in self.rows(cell) {
+            for k_y in row.k_y {
+                let waves = [row.k_x.into(), k_y.into()];
+                let density = densities.at(square_length.of(cell.wavevector(waves)));
+                sum.add_pair(waves, 2.0 * density);
+            }
+        }
+        sum.finish(1.0)
+    }
+
+    /// Nayak's parameter over the modes of a square cell; `None` for a spectrum without modes.
+    pub fn nayak_on_a_square(&self) -> Option<f64> {
+        let cell = Cell::square(1.0).expect("1 is the side of a cell");
+        self.moments(cell).nayak()
+    }
+
+    /// The same density, but for its grain, over continuous wavenumbers, where moments have closed forms.
+    pub fn continuum(&self) -> Continuum {
+        let rolloff = f64::from(self.k_rolloff);
+        Continuum {
+            hurst: self.hurst,
+            plateau: f64::from(self.k_lower) / rolloff,
+            magnification: f64::from(self.k_upper) / rolloff,
+        }
+    }
+}
+
+fn square(k: u32) -> f64 {
+    f64::from(k).powi(2)
+}
+
+/// Numbers that belong, as far as they follow each other.
+fn runs(numbers: Range<u32>, belongs: impl Fn(u32) -> bool) -> Vec<RangeInclusive<u32>> {
+    let mut runs: Vec<RangeInclusive<u32>> = Vec::new();
+    for number in numbers.filter(|&number| belongs(number)) {
+        match runs.last_mut() {
+            Some(run) if run.end() + 1 == number => *run = *run.start()..=number,
+            _ => runs.push(number..=number),
+        }
+    }
+    runs
+}
+
+/// The first of ascending numbers that is not `before`.
+fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
+    let Range { mut start, mut end } = numbers;
+    while start < end {
+        let middle = start + (end - start) / 2;
+        if before(middle) {
+            start = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::samples::{cell, rectangle};
+
+    fn spectrum(k_lower: u32, k_rolloff: u32, k_upper: u32) -> Spectrum {
+        Spectrum {
+            hurst: 0.8,
+            k_lower,
+            k_rolloff,
+            k_upper,
+            anisotropy: None,
+        }
+    }
+
+    fn modes(spectrum: &Spectrum, cell: Cell) -> Vec<(i32, i32)> {
+        let row = |row: ModeRow| row.k_y.map(move |k_y| (row.k_x, k_y as i32));
+        spectrum.rows(cell).flat_map(row).collect()
+    }
+
+    #[test]
+    fn modes_are_half_of_the_annulus_cutoffs_included() {
+        let half_plane = |&(k_x, k_y): &(i32, i32)| k_y > 0 || (k_y == 0 && k_x > 0);
+        for (k_lower, k_upper) in [(1, 1), (1, 8), (3, 5), (5, 5), (7, 13)] {
+            let k = k_upper as i32;
+            let expected: Vec<_> = (-k..=k)
+                .flat_map(|k_x| (-k..=k).map(move |k_y| (k_x, k_y)))
+                .filter(half_plane)
+                .filter(|(k_x, k_y)| {
+                    let squared = (k_x * k_x + k_y * k_y) as u32;
+                    (k_lower * k_lower..=k_upper * k_upper).contains(&squared)
+                })
+                .collect();
+            let spectrum = spectrum(k_lower, k_lower, k_upper);
+            assert_eq!(modes(&spectrum, cell(0.3)), expected);
+        }
+    }
+
+    #[test]
+    fn nayak_parameters_over_the_modes_of_a_cell_are_those_of_an_independent_sum() {
+        // H = 0.8; docs/findings.md has more of these cells, to the printed digits.
+        for (k_lower, k_upper, nayak) in [(1, 32, 43.91), (4, 64, 12.34), (16, 128, 5.264)] {
+            let moments = spectrum(k_lower, k_lower, k_upper).moments(cell(0.3));
+            let found = moments.nayak().unwrap();
+            assert!(
+                (found - nayak).abs() < 0.005,
+                "{k_lower} {k_upper}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_single_ring_of_four_modes_has_a_nayak_parameter_of_two() {
+        // k = (±1, 0), (0, ±1): m20 = m02, m4 = m2 and m0 = 2 m2 in integer wavenumbers.
+        let nayak = spectrum(1, 1, 1).moments(cell(1.0)).nayak().unwrap();
+        assert!((nayak - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_rectangle_has_the_modes_within_its_ellipses() {
+        // Half as long along x: wavenumbers there are twice the number of waves.
+        for (size, [step_x, step_y]) in [([1.0, 2.0], [2, 1]), ([3.0, 1.0], [1, 3])] {
+            let cell = rectangle([1, 1], size).cell();
+            let expected: Vec<_> = (-9..=9)
+                .flat_map(|k_x| (0..=9).map(move |k_y| (k_x, k_y)))
+                .filter(|&(k_x, k_y)| k_y > 0 || k_x > 0)
+                .filter(|(k_x, k_y): &(i32, i32)| {
+                    let squared = (step_x * k_x).pow(2) + (step_y * k_y).pow(2);
+                    (9..=81).contains(&squared)
+                })
+                .collect();
+            assert_eq!(modes(&spectrum(3, 3, 9), cell), expected);
+        }
+    }
+
+    #[test]
+    fn a_grain_leaves_the_modes_of_a_turned_ellipse() {
+        for angle in [0.0, 30.0, 90.0, 150.0] {
+            let anisotropy = Anisotropy::new(2.0, angle);
+            let spectrum = Spectrum {
+                anisotropy,
+                ..spectrum(4, 4, 12)
+            };
+            let square_length = spectrum.square_length();
+            let expected: Vec<_> = (-12..=12)
+                .flat_map(|k_x| (0..=12).map(move |k_y| (k_x, k_y)))
+                .filter(|&(k_x, k_y): &(i32, i32)| k_y > 0 || k_x > 0)
+                .filter(|&(k_x, k_y)| {
+                    let squared = square_length.of([k_x.into(), k_y.into()]);
+                    (16.0..=144.0).contains(&squared)
+                })
+                .collect();
+            let found = modes(&spectrum, cell(1.0));
+            assert_eq!(found, expected, "{angle}");
+            let most = spectrum.most_waves(cell(1.0)).map(|waves| waves as i32);
+            let reached = [
+                found.iter().map(|mode| mode.0.abs()).max(),
+                found.iter().map(|mode| mode.1).max(),
+            ];
+            let within = reached.into_iter().zip(most);
+            assert!(within.into_iter().all(|(found, most)| found <= Some(most)));
+        }
+    }
+
+    #[test]
+    fn a_narrow_strip_has_waves_along_itself_alone() {
+        let strip = rectangle([1, 1], [0.1, 1.0]).cell();
+        assert_eq!(
+            modes(&spectrum(2, 2, 5), strip),
+            [2, 3, 4, 5].map(|k| (0, k))
+        );
+    }
+
+    #[test]
+    fn densities_that_are_remembered_are_those_that_are_computed() {
+        let spectrum = spectrum(2, 4, 8192);
+        let mut densities = spectrum.densities();
+        for _ in 0..2 {
+            let squares = [4, 15, 16, 17, MOST_KNOWN, MOST_KNOWN + 1, 1 << 26].map(f64::from);
+            for k_squared in squares.into_iter().chain([4.5, 1e6 / 3.0]) {
+                assert_eq!(densities.at(k_squared), spectrum.density(k_squared));
+            }
+        }
+    }
+
+    #[test]
+    fn cutoffs_out_of_order_leave_no_modes() {
+        assert_eq!(modes(&spectrum(8, 8, 4), cell(1.0)), []);
+    }
+
+    #[test]
+    fn density_is_flat_then_falls_with_the_hurst_exponent() {
+        let spectrum = spectrum(2, 4, 64);
+        assert_eq!(spectrum.density(4.0), 1.0);
+        assert_eq!(spectrum.density(15.0), 1.0);
+        assert_eq!(spectrum.density(16.0), 1.0);
+        // Ten times the wavenumber of the rolloff: 10^(−3.6).
+        let fallen = spectrum.density(1600.0);
+        assert!((fallen / 10_f64.powf(-3.6) - 1.0).abs() < 1e-15);
+    }
+}

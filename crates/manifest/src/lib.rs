@@ -1,0 +1,20 @@
+//! Reads manifests: TOML whose keys know where they are written.
+//!
+//! All mistakes of a manifest are collected and shown at once, each with file, line and column, what
+//! was meant, and what to write instead. The crate knows no stage and no physics; the crates above
+//! declare their keys with it.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`written`] | reads a table of keys and keeps the place of each value; sweeps, grids, axes |
+//! | [`written::checks`] | checks values: required, in range, one of a list |
+//! | [`diagnostics`] | collects mistakes and renders them; "did you mean", lists, plurals |
+//! | [`expression`] | arithmetic in column names: parsed, checked and evaluated |
+//! | [`decimal`] | rounds computed numbers to the decimals that were meant |
+//! | [`names`] | which names studies and stages may have |
+
+pub mod decimal;
+pub mod diagnostics;
+pub mod expression;
+pub mod names;
+pub mod written;

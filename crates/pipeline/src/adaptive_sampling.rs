@@ -1,0 +1,304 @@
+//! Adaptive sampling: how many surfaces a study has, where its manifest says how well a mean must be
+//! known, or which claims must be decided.
+//!
+//! The number follows from tables alone, so that it is the same whoever computes them, in whatever
+//! order, stopped or not. A stage begins with the least number. Once all tables are there that its
+//! condition looks at, either it holds, or as many surfaces are added as the scatter so far asks
+//! for, at most as many as there are. All points of a stage have equally many, for spectra are
+//! compared on the same draws. Claims are about several stages: they are looked at once all means are
+//! known, and by all stages that wait for claims at once.
+
+mod claims;
+mod condition;
+mod error;
+mod means;
+mod rule;
+mod tables;
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::plan::Plan;
+use crate::study::{Growth, Study, Until, Work};
+use asperity_tables::store::{StoreError, TaskTables};
+
+pub use claims::{least_step, looks};
+pub use condition::{Condition, Finding};
+pub use error::SamplingError;
+pub use rule::{ClaimRule, Decisions, Undecided};
+
+/// A study with as many surfaces as the tables of its tasks ask for.
+#[derive(Debug)]
+pub struct SampledStudy {
+    /// The study.
+    pub study: Study,
+    /// Its tasks.
+    pub plan: Plan,
+    /// The stages whose number of surfaces is not given.
+    pub stages: Vec<AdaptiveStage>,
+}
+
+/// A stage that draws surfaces until a condition holds.
+#[derive(Debug)]
+pub struct AdaptiveStage {
+    /// Its name.
+    pub name: String,
+    /// How many surfaces a point has.
+    pub surfaces: u32,
+    /// Until when there will be more.
+    pub growth: Arc<Growth>,
+    /// Whether there will.
+    pub condition: Condition,
+    position: usize,
+}
+
+impl SampledStudy {
+    /// The study as its tables make it.
+    ///
+    /// # Errors
+    /// When a table cannot be read, or does not have the column of a condition.
+    pub fn of(
+        mut study: Study,
+        tables: &impl TaskTables,
+        rule: &dyn ClaimRule,
+    ) -> Result<SampledStudy, SamplingError> {
+        loop {
+            let plan = Plan::of(&study);
+            let stages = adaptive_stages(&study, &plan, tables, rule)?;
+            let more: Vec<_> = stages.iter().filter_map(AdaptiveStage::more).collect();
+            if more.is_empty() {
+                return Ok(SampledStudy {
+                    study,
+                    plan,
+                    stages,
+                });
+            }
+            for (stage, surfaces) in more {
+                draw(&mut study, stage, surfaces);
+            }
+        }
+    }
+
+    /// The tasks whose tables decide on the number of surfaces; none once it is settled.
+    pub fn deciding(&self) -> Vec<usize> {
+        let tasks = self
+            .stages
+            .iter()
+            .filter_map(|stage| match &stage.condition {
+                Condition::Open { tasks, .. } => Some(tasks.as_slice()),
+                Condition::Holds(_) | Condition::Fails(_) => None,
+            });
+        let mut tasks = tasks.collect::<Vec<_>>().concat();
+        tasks.sort_unstable();
+        tasks.dedup();
+        tasks
+    }
+
+    /// Damaged tables in the way of deciding, to be quarantined.
+    pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
+        let damaged = self
+            .stages
+            .iter_mut()
+            .filter_map(|stage| match &mut stage.condition {
+                Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
+                Condition::Holds(_) | Condition::Fails(_) => None,
+            });
+        damaged.flatten().collect()
+    }
+}
+
+impl AdaptiveStage {
+    /// Whether its condition holds, once that can be told.
+    pub fn holds(&self) -> Option<bool> {
+        match self.condition {
+            Condition::Open { .. } => None,
+            Condition::Holds(_) => Some(true),
+            Condition::Fails(_) => Some(false),
+        }
+    }
+
+    /// The claims that are not decided, once that can be told; none where the condition is on a mean.
+    pub fn undecided(&self) -> Option<Vec<&'static str>> {
+        match &self.condition {
+            Condition::Holds(Finding::Claims(found)) | Condition::Fails(Finding::Claims(found)) => {
+                Some(found.undecided.iter().map(|claim| claim.name).collect())
+            }
+            _ => None,
+        }
+    }
+
+    /// The stage's position and how many surfaces it needs, if these are not enough.
+    fn more(&self) -> Option<(usize, u32)> {
+        let Condition::Fails(finding) = &self.condition else {
+            return None;
+        };
+        let Growth { at_most, .. } = *self.growth;
+        if self.surfaces >= at_most {
+            return None;
+        }
+        let wanted = match finding {
+            Finding::Error(error) => means::wanted(self.surfaces, *error).min(at_most),
+            Finding::Claims(found) => claims::wanted(self.surfaces, found, at_most),
+        };
+        Some((self.position, wanted))
+    }
+
+    /// Whether it neither waits for tables nor draws more.
+    fn is_settled(&self) -> bool {
+        self.condition.is_known() && self.more().is_none()
+    }
+}
+
+impl fmt::Display for AdaptiveStage {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let AdaptiveStage {
+            name,
+            surfaces,
+            growth,
+            ..
+        } = self;
+        let Growth { at_most, until, .. } = growth.as_ref();
+        write!(formatter, "{name}: {surfaces} surfaces a point")?;
+        match &self.condition {
+            Condition::Open { .. } => {
+                write!(formatter, " so far, at most {at_most}, until {until}")
+            }
+            Condition::Holds(finding) => match (finding, until) {
+                (Finding::Error(error), Until::Mean(mean)) => {
+                    write!(formatter, ", {until} holds at {}", mean.limit * *error)
+                }
+                (finding, _) => write!(formatter, ": {}", Found(finding)),
+            },
+            Condition::Fails(finding) => match (finding, until) {
+                (Finding::Error(error), _) if error.is_infinite() => write!(
+                    formatter,
+                    ", the most, and {until} cannot be told: a mean is that of a single surface"
+                ),
+                (Finding::Error(error), Until::Mean(mean)) => write!(
+                    formatter,
+                    ", the most, and {until} does not hold: it is {}",
+                    mean.limit * *error
+                ),
+                (finding, _) => write!(formatter, ", the most: {}", Found(finding)),
+            },
+        }
+    }
+}
+
+/// Claims without a quantity that are told one by one: those that somebody has named.
+const MOST_TOLD: usize = 3;
+
+/// What was found of claims, in words.
+struct Found<'a>(&'a Finding);
+
+impl fmt::Display for Found<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Finding::Claims(Decisions {
+            decided,
+            undecided,
+            not_judged,
+        }) = self.0
+        else {
+            return Ok(());
+        };
+        match decided.len() + undecided.len() {
+            0 => formatter.write_str("no claim to decide")?,
+            judged => write!(formatter, "{} of {judged} claims decided", decided.len())?,
+        }
+        let (needing, hopeless): (Vec<&Undecided>, Vec<&Undecided>) =
+            undecided.iter().partition(|claim| claim.surfaces.is_some());
+        let names = |claims: &[&Undecided]| {
+            let names = claims.iter().map(|claim| format!("`{}`", claim.name));
+            names.collect::<Vec<_>>().join(", ")
+        };
+        if !needing.is_empty() {
+            write!(
+                formatter,
+                "; more surfaces would decide {}",
+                names(&needing)
+            )?;
+        }
+        if !hopeless.is_empty() {
+            write!(formatter, "; no number would decide {}", names(&hopeless))?;
+        }
+        if not_judged.len() > MOST_TOLD {
+            return write!(
+                formatter,
+                "; {} claims have no quantity in this study",
+                not_judged.len()
+            );
+        }
+        let mut not_judged = not_judged.iter();
+        not_judged.try_for_each(|(name, needs)| write!(formatter, "; `{name}` needs {needs}"))
+    }
+}
+
+fn adaptive_stages(
+    study: &Study,
+    plan: &Plan,
+    tables: &impl TaskTables,
+    rule: &dyn ClaimRule,
+) -> Result<Vec<AdaptiveStage>, SamplingError> {
+    let mut stages = Vec::new();
+    for (position, stage) in study.stages.iter().enumerate() {
+        let Work::Generate(ensembles) = &stage.work else {
+            continue;
+        };
+        let Some((first, growth)) = ensembles
+            .first()
+            .and_then(|first| Some((first, first.growth.clone()?)))
+        else {
+            continue;
+        };
+        stages.push(AdaptiveStage {
+            name: stage.name.clone(),
+            surfaces: first.realizations,
+            condition: match &growth.until {
+                Until::Mean(mean) => means::condition(plan, position, mean, tables)?,
+                Until::Claims(_) => Condition::open(claims::tasks(plan)),
+            },
+            growth,
+            position,
+        });
+    }
+    // A look at claims while another stage still grows would not be the same every time.
+    let is_of_claims = |stage: &AdaptiveStage| matches!(stage.growth.until, Until::Claims(_));
+    let means = stages.iter().filter(|stage| !is_of_claims(stage));
+    if !means.into_iter().all(AdaptiveStage::is_settled) {
+        return Ok(stages);
+    }
+    for stage in stages.iter_mut().filter(|stage| is_of_claims(stage)) {
+        if let Until::Claims(names) = &stage.growth.until {
+            let sampled = (stage.surfaces, stage.growth.as_ref());
+            stage.condition = claims::condition((study, plan), sampled, (rule, names), tables)?;
+        }
+    }
+    Ok(stages)
+}
+
+/// The plan of a study with as many surfaces as its manifest allows.
+pub fn at_most(study: Study) -> Plan {
+    Plan::of(&at_its_most(study))
+}
+
+/// A study with as many surfaces as its manifest allows.
+pub fn at_its_most(mut study: Study) -> Study {
+    for stage in &mut study.stages {
+        if let Work::Generate(ensembles) = &mut stage.work {
+            for ensemble in ensembles {
+                let growth = ensemble.growth.as_ref();
+                ensemble.realizations =
+                    growth.map_or(ensemble.realizations, |growth| growth.at_most);
+            }
+        }
+    }
+    study
+}
+
+fn draw(study: &mut Study, stage: usize, surfaces: u32) {
+    if let Work::Generate(ensembles) = &mut study.stages[stage].work {
+        ensembles
+            .iter_mut()
+            .for_each(|ensemble| ensemble.realizations = surfaces);
+    }
+}

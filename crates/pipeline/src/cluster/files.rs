@@ -1,0 +1,51 @@
+//! What the folders of a cluster hold: scripts, receipts, and what nodes have printed.
+
+use std::path::{Path, PathBuf};
+
+use super::receipts::{self, Receipt};
+use asperity_tables::store::StoreError;
+use asperity_tables::store::listing;
+use asperity_tables::store::listing::{Found, What};
+
+/// The folders of studies in `cluster/` of a folder of data.
+///
+/// # Errors
+/// When it cannot be listed.
+fn studies(root: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    listing::folders(&root.join("cluster"))
+}
+
+/// Every file that this program, or a job of it, has put into the folders of a cluster.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn all(root: &Path) -> Result<Vec<Found>, StoreError> {
+    let mut files = Vec::new();
+    for folder in studies(root)? {
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let what = || What::Cluster {
+            study: name.clone().into_owned(),
+        };
+        let own = ["element.sh", "finish.sh", "submission.json"];
+        files.extend(listing::known(&folder, |name| {
+            own.contains(&name).then(what)
+        })?);
+        for (inner, ending) in [("receipts", ".json"), ("logs", ".txt")] {
+            let is_own = |name: &str| name.ends_with(ending).then(what);
+            files.extend(listing::known(&folder.join(inner), is_own)?);
+        }
+    }
+    Ok(files)
+}
+
+/// The receipts of all studies of a folder of data.
+///
+/// # Errors
+/// When a folder cannot be listed, or a receipt not be read.
+pub fn receipts(root: &Path) -> Result<Vec<Receipt>, StoreError> {
+    let mut receipts = Vec::new();
+    for folder in studies(root)? {
+        receipts.extend(receipts::read(&folder.join("receipts"))?);
+    }
+    Ok(receipts)
+}

@@ -1,0 +1,149 @@
+//! The cost model: how long work takes on this machine, before it is done.
+//!
+//! On all but small meshes nearly all time goes into pairs of transforms, so that the expectation is
+//! a count of pairs times the seconds that one takes, measured here and now; the rest is a guess.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use crate::plan::{Plan, Task};
+use asperity_contact::solver::cost;
+use asperity_stages::{Effort, Extent};
+
+/// Seconds of one core that tasks are expected to take.
+#[derive(Debug, Default)]
+pub struct CostModel {
+    seconds_per_pair: RefCell<BTreeMap<[usize; 2], f64>>,
+}
+
+impl CostModel {
+    /// One that knows what a pair takes on some meshes, from where the work is done.
+    pub fn measured(seconds_per_pair: BTreeMap<[usize; 2], f64>) -> CostModel {
+        CostModel {
+            seconds_per_pair: RefCell::new(seconds_per_pair),
+        }
+    }
+
+    /// Seconds of one core for a task.
+    pub fn seconds(&self, task: &Task) -> f64 {
+        self.seconds_on(task, task.nodes)
+    }
+
+    /// Seconds of one core for such a task on another mesh.
+    pub fn seconds_on(&self, task: &Task, nodes: [usize; 2]) -> f64 {
+        let effort = effort(task, nodes);
+        let in_pairs = match effort.pairs {
+            0.0 => 0.0,
+            pairs => pairs * self.seconds_per_pair(nodes),
+        };
+        effort.seconds + in_pairs
+    }
+
+    /// Seconds of one core for several tasks of a plan.
+    pub fn seconds_of(&self, plan: &Plan, tasks: &[usize]) -> f64 {
+        let seconds = tasks.iter().map(|&task| self.seconds(&plan.tasks[task]));
+        // Not the sum, which is negative zero of nothing.
+        seconds.fold(0.0, |sum, seconds| sum + seconds)
+    }
+
+    /// Measured once for each mesh.
+    fn seconds_per_pair(&self, nodes: [usize; 2]) -> f64 {
+        let mut known = self.seconds_per_pair.borrow_mut();
+        *known
+            .entry(nodes)
+            .or_insert_with(|| cost::seconds_per_pair(nodes))
+    }
+}
+
+/// Pairs of transforms that a task is expected to take.
+pub fn expected_pairs(task: &Task) -> f64 {
+    effort(task, task.nodes).pairs
+}
+
+fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
+    let extent = Extent {
+        nodes,
+        rows: task.rows,
+        tables: task.inputs.len(),
+    };
+    task.recipe.effort(extent).and_reading(extent.tables)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::study::Study;
+
+    /// What the last task of a study takes, besides transforms.
+    fn last(realizations: u32, stages: &str) -> (f64, f64) {
+        let manifest = format!(
+            "
+            [study]
+            name = \"study\"
+            [stage.surfaces]
+            kind = \"generate\"
+            nodes = 32
+            hurst = 0.8
+            k_lower = 2
+            k_upper = 8
+            realizations = {realizations}
+            heights = \"redraw\"
+            {stages}
+            "
+        );
+        let study = Study::parse(
+            &manifest,
+            "study.toml",
+            Path::new(""),
+            crate::study::no_claims,
+        )
+        .unwrap();
+        let plan = Plan::of(&study);
+        let Effort { pairs, seconds } = {
+            let task = plan.tasks.last().unwrap();
+            effort(task, task.nodes)
+        };
+        (pairs, seconds)
+    }
+
+    fn fit(loads: u32, keys: &str) -> f64 {
+        let stages = format!(
+            "
+            [stage.contact]
+            kind = \"solve\"
+            from = \"surfaces\"
+            loads = {{ to = 0.06, steps = {loads} }}
+            [stage.area]
+            kind = \"measure\"
+            from = \"contact\"
+            [stage.law]
+            kind = \"fit\"
+            from = \"area\"
+            law = \"contact-evolution\"
+            {keys}
+            "
+        );
+        last(5, &stages).1
+    }
+
+    #[test]
+    fn a_fit_with_a_free_kappa_takes_longer_the_more_loads_there_are() {
+        assert!(fit(40, "") > 3.0 * fit(10, ""));
+        assert!(fit(10, "") > 3.0 * fit(10, "kappa = 2.5"));
+        assert!(fit(10, "bootstrap = 10") < 0.1 * fit(10, ""));
+        assert!(fit(10, "bootstrap = 0") < 0.01);
+    }
+
+    #[test]
+    fn heights_of_a_pool_are_drawn_again() {
+        let pool = "
+            [stage.density]
+            kind = \"measure\"
+            from = \"surfaces\"
+            pool = true
+        ";
+        assert_eq!(last(60, pool).0, 60.0 * last(1, pool).0);
+    }
+}

@@ -1,0 +1,239 @@
+//! Failure as data: what a run could not compute, and loads that it gave up, as a table beside
+//! those of the stages.
+//!
+//! Everything that does not depend on it goes on. The table is there as long as it has a row.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::plan::{Plan, PlannedStage};
+use crate::results::{PublishedTable, ResultsError, path};
+use crate::runner::{RunOutcome, TaskError};
+use asperity_manifest::diagnostics::chain;
+use asperity_manifest::names::FAILURES;
+use asperity_stages::Kind;
+use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
+use asperity_stages::solve::GIVEN_UP;
+use asperity_tables::column::ColumnKind::Text;
+use asperity_tables::column::{Column, texts};
+use asperity_tables::parquet;
+use asperity_tables::parquet::{Columns, Metadata};
+use asperity_tables::store::files::{Existing, read_whole, write_whole};
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::{Store, StoreError};
+use asperity_tables::table::{Table, TableError};
+
+/// Values of `outcome`: the work itself failed …
+pub const FAILED: &str = "failed";
+/// … or what it reads …
+pub const NOT_STARTED: &str = "not-started";
+/// … or it has a load that was given up, whose row is there all the same.
+pub const NOT_CONVERGED: &str = "not-converged";
+
+/// Columns of the table: where the task belongs …
+pub const STAGE: Column = Column::result("stage", Text, "", "stage of the task");
+/// … which it is …
+pub const TASK: Column = Column::result("task", Text, "", "key of the task");
+/// … what came of it …
+pub const OUTCOME: Column = Column::result(
+    "outcome",
+    Text,
+    "",
+    "failed, not-started because of another task, or not-converged at a load",
+);
+/// … why …
+pub const REASON: Column = Column::result("reason", Text, "", "what went wrong");
+/// … and what would compute it again.
+pub const COMMAND: Column =
+    Column::result("command", Text, "", "what computes the task again, alone");
+
+/// The columns that every row has; its coordinates come after them.
+const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
+
+/// What went wrong in a study.
+pub struct Failures<'a> {
+    /// Its tasks.
+    pub plan: &'a Plan,
+    /// How to compute a task alone.
+    pub command: &'a dyn Fn(TaskKey) -> String,
+}
+
+impl Failures<'_> {
+    /// The tasks that a run could not compute, a row each.
+    ///
+    /// # Errors
+    /// When coordinates of one name have different types: a stage has a bug.
+    pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
+        let rows = outcome.failed.iter().map(|(task, error)| {
+            let kind = match error {
+                TaskError::Upstream(_) => NOT_STARTED,
+                _ => FAILED,
+            };
+            self.row(*task, kind, chain(error))
+        });
+        stacked(&rows.collect::<Result<Vec<_>, _>>()?)
+    }
+
+    /// The loads that were given up, a row each.
+    ///
+    /// # Errors
+    /// When the tables cannot be read.
+    pub fn of_loads(&self, tables: &[PublishedTable]) -> Result<Table, ResultsError> {
+        let stages = self.plan.stages.iter().zip(tables);
+        let solved =
+            stages.filter(|(stage, table)| stage.kind == Kind::Solve && table.finished > 0);
+        let rows = solved.map(|(stage, table)| {
+            let table = table.read()?;
+            let given_up = self.given_up(stage, &table);
+            given_up.map_err(|source| ResultsError::Table {
+                stage: stage.name.clone(),
+                source,
+            })
+        });
+        let mut tables = rows.collect::<Result<Vec<_>, _>>()?;
+        tables.retain(|table| table.rows() > 0);
+        stacked(&tables).map_err(|source| ResultsError::Table {
+            stage: FAILURES.to_owned(),
+            source,
+        })
+    }
+
+    fn given_up(&self, stage: &PlannedStage, table: &Table) -> Result<Table, TableError> {
+        let stops = table.texts(STOP.name)?;
+        let is_given_up = |row: &usize| stops.value(*row) == GIVEN_UP;
+        let rows: Vec<usize> = (0..table.rows()).filter(is_given_up).collect();
+        let table = table.pick(&rows);
+        let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| table.reals(column.name));
+        let (pairs, residual, tolerance) = (table.integers(PAIRS.name)?, residual?, tolerance?);
+        let reason = |row: usize| {
+            format!(
+                "given up after {} pairs of transforms, see `max_pairs`: residual {:.2e}, \
+                 tolerance {:.2e}",
+                pairs.value(row),
+                residual.value(row),
+                tolerance.value(row),
+            )
+        };
+        let keys = table.texts(TASK.name)?;
+        let tasks = keys.iter().flatten();
+        let command = |key: &str| key.parse().map_or_else(|_| String::new(), self.command);
+        let columns = [
+            texts(vec![stage.name.clone(); rows.len()]),
+            texts(tasks.clone()),
+            texts(vec![NOT_CONVERGED; rows.len()]),
+            texts((0..rows.len()).map(reason)),
+            texts(tasks.map(command)),
+        ];
+        let own = Table::new(rows.len(), OWN.into_iter().zip(columns).collect());
+        Ok(own.beside(&table.coordinates()))
+    }
+
+    fn row(&self, task: usize, outcome: &str, reason: String) -> Result<Table, TableError> {
+        let key = self.plan.tasks[task].key;
+        let stage = self.plan.stage_of(task);
+        let values = [
+            stage.map_or_else(String::new, |stage| stage.name.clone()),
+            key.to_string(),
+            outcome.to_owned(),
+            reason,
+            (self.command)(key),
+        ];
+        let columns = values.map(|value| texts([value]));
+        let own = Table::new(1, OWN.into_iter().zip(columns).collect());
+        Ok(own.beside(&self.plan.coordinates(task)?))
+    }
+
+    /// Rows that a run has left which this one did not touch: their tasks are missing still, and
+    /// what they wait for failed then or, a row of `now`, again.
+    ///
+    /// # Errors
+    /// When one of the tables is none of failures.
+    pub fn kept(
+        &self,
+        before: &Table,
+        now: &Table,
+        tried: &[usize],
+        store: &Store,
+    ) -> Result<Table, TableError> {
+        let mut left = self.ends(before)?;
+        left.retain(|(_, task, _)| {
+            tried.binary_search(task).is_err() && !store.has(self.plan.tasks[*task].key)
+        });
+        let now = self.ends(now)?;
+        let mut waits = vec![false; self.plan.tasks.len()];
+        for (_, task, outcome) in left.iter().chain(&now) {
+            waits[*task] |= *outcome == FAILED;
+        }
+        // Inputs come before the tasks that read them.
+        for (task, reads) in self.plan.tasks.iter().enumerate() {
+            waits[task] |= reads.inputs.iter().any(|&input| waits[input]);
+        }
+        let rows = left.iter().filter(|(_, task, _)| waits[*task]);
+        let rows: Vec<usize> = rows.map(|(row, ..)| *row).collect();
+        Ok(before.pick(&rows))
+    }
+
+    /// The rows of tasks that have no table and are of this plan, with task and outcome.
+    fn ends<'t>(&self, failures: &'t Table) -> Result<Vec<(usize, usize, &'t str)>, TableError> {
+        let (keys, outcomes) = (failures.texts(TASK.name)?, failures.texts(OUTCOME.name)?);
+        let ends = (0..failures.rows()).filter_map(|row| {
+            let task = self.plan.task_of(keys.value(row).parse().ok()?)?;
+            let outcome = outcomes.value(row);
+            (outcome != NOT_CONVERGED).then_some((row, task, outcome))
+        });
+        Ok(ends.collect())
+    }
+}
+
+/// The table of a study's last runs; without rows if there is none.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
+    match read_whole(&path(folder, study, FAILURES), Columns::All) {
+        Ok((table, _)) => Ok(table),
+        Err(StoreError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+            Ok(Table::empty(&OWN))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Puts the table in the place of the one before; none if it has no row. Where it is.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf>, StoreError> {
+    let path = path(folder, study, FAILURES);
+    if table.rows() == 0 {
+        return match fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(StoreError::Write { path, source })
+            }
+            _ => Ok(None),
+        };
+    }
+    let columns = serde_json::to_string(&table.descriptions()).expect("plain text");
+    let metadata = Metadata {
+        key: None,
+        entries: vec![
+            ("study".to_owned(), study.to_owned()),
+            ("columns".to_owned(), columns),
+        ],
+    };
+    let bytes = parquet::encode(table, &metadata);
+    let beside = path.parent().unwrap_or(folder);
+    write_whole(&path, &bytes, Existing::Replace, beside)?;
+    Ok(Some(path))
+}
+
+/// Tables of failures, one under the other.
+///
+/// # Errors
+/// When they are not all of this program.
+pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
+    let empty = Table::empty(&OWN);
+    let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();
+    Table::stack(&tables)
+}

@@ -1,0 +1,267 @@
+//! What the user wrote, and nothing more.
+//!
+//! A manifest is read in full before anything is judged: every stage's table is spread into the
+//! points of its grid, values keep their places in the text, and whatever cannot be read is
+//! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
+
+mod schema;
+pub mod syntax;
+mod template;
+
+pub use schema::schema;
+pub use template::{SCHEMA, template};
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_spanned::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
+use asperity_manifest::written::advice;
+use asperity_manifest::written::advice::Wanted;
+use asperity_manifest::written::{Key, Section, Written, reader, table};
+use asperity_stages::Kind;
+use asperity_stages::form::{Form, Points, Reading, a_stage};
+
+/// The study as a whole.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct StudyTable {
+    /// Name of the study: a letter or `_`, then letters, digits, `_` and `-`. Results are written
+    /// to the folder of this name.
+    #[schemars(required)]
+    pub name: Key<String>,
+    /// Seed of every stage that draws random numbers and names no seed of its own.
+    #[schemars(range(min = 0), extend("default" = 0))]
+    pub seed: Key<i64>,
+}
+
+table!(StudyTable, swept: [], lists: []);
+
+/// Stages of a study; more were not written by hand.
+const MOST_STAGES: usize = 200;
+
+/// A manifest as written.
+#[derive(Debug)]
+pub struct Manifest {
+    /// The table `[study]`.
+    pub study: Section<StudyTable>,
+    /// The tables `[stage.NAME]`, in the order of the file.
+    pub stages: Vec<StageTable>,
+}
+
+/// One stage as written.
+#[derive(Debug)]
+pub struct StageTable {
+    /// Its name.
+    pub name: Written<String>,
+    /// What it does, if that can be read.
+    pub kind: Option<Kind>,
+    /// The stages that it reads, if that can be read.
+    pub from: Option<Vec<Written<String>>>,
+    /// Its other keys, if its kind says which ones to expect.
+    pub points: Option<Points>,
+}
+
+type Entry<'i> = (Spanned<DeString<'i>>, Spanned<DeValue<'i>>);
+
+impl Manifest {
+    /// Reads a manifest's text; `None` if it is no TOML.
+    pub fn parse(text: &str, problems: &mut Problems) -> Option<Manifest> {
+        let (document, errors) = DeTable::parse_recoverable(text);
+        if !errors.is_empty() {
+            syntax::report(text, &errors, problems);
+            return None;
+        }
+        let (mut study, mut stages) = (None, Vec::new());
+        for entry in document.into_inner() {
+            match entry.0.get_ref().as_ref() {
+                "study" => study = read_study(entry, problems),
+                "stage" => stages = read_stages(entry, problems),
+                _ => problems.push(unknown_table(&entry)),
+            }
+        }
+        if stages.is_empty() && problems.is_empty() {
+            problems.push(
+                Problem::without_place("the study has no stage")
+                    .help("add a table such as `[stage.surface]` with `kind = \"generate\"`"),
+            );
+        }
+        let study = study.unwrap_or_else(|| {
+            if problems.is_empty() {
+                problems.push(
+                    Problem::without_place("the table `[study]` is missing")
+                        .help("start with `[study]` and `name = \"…\"`"),
+                );
+            }
+            Section::unreadable(0..0)
+        });
+        Some(Manifest { study, stages })
+    }
+
+    /// The name of the study, if it has one.
+    pub fn study_name(&self) -> Option<&str> {
+        let name = self.study.points.first()?.table.name.written()?;
+        Some(&name.value)
+    }
+}
+
+fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
+    let place = entry.0.span();
+    let table = table_of(entry, problems)?;
+    let wanted = Wanted {
+        place: "`[study]`".to_owned(),
+        common: Vec::new(),
+        owner: Box::new(|_| None),
+    };
+    Some(reader::read(table, place, &wanted, problems))
+}
+
+/// The stages, in the order of the file, whatever the order of the parsed table.
+fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
+    let mut entries: Vec<_> = match table_of(entry, problems) {
+        Some(table) => table.into_iter().collect(),
+        None => return Vec::new(),
+    };
+    entries.sort_by_key(|(name, _)| name.span().start);
+    if let Some((name, _)) = entries.get(MOST_STAGES) {
+        let message = format!("the study has {} stages", entries.len());
+        let label = format!("{MOST_STAGES} is the most");
+        problems.push(Problem::new(message, name.span(), label));
+        entries.truncate(MOST_STAGES);
+    }
+    let mut read = |entry| read_stage(entry, problems);
+    entries.into_iter().map(&mut read).collect()
+}
+
+fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
+    let place = entry.0.span();
+    let name = Written {
+        value: entry.0.get_ref().to_string(),
+        span: place.clone(),
+    };
+    let Some(mut table) = table_of(entry, problems) else {
+        return StageTable::unreadable(name);
+    };
+    let Some(kind) = read_kind(&mut table, &place, problems) else {
+        return StageTable::unreadable(name);
+    };
+    let form = Form::select(kind, &mut table, problems);
+    let reading = form.map_or(Reading::of(kind), Form::reading);
+    let from = match reading {
+        Reading::Nothing => Some(Vec::new()),
+        Reading::Perhaps if !table.contains_key("from") => Some(Vec::new()),
+        Reading::Perhaps | Reading::Stages => read_from(&mut table, kind, &place, problems),
+    };
+    let points = form.map(|form| form.read(table, place.clone(), problems));
+    StageTable {
+        name,
+        kind: Some(kind),
+        from,
+        points,
+    }
+}
+
+impl StageTable {
+    /// A stage of which only the name is known: what reads it finds at least that.
+    fn unreadable(name: Written<String>) -> Self {
+        Self {
+            name,
+            kind: None,
+            from: None,
+            points: None,
+        }
+    }
+}
+
+fn read_kind(table: &mut DeTable, place: &Span, problems: &mut Problems) -> Option<Kind> {
+    let words = Kind::ALL.map(Kind::name);
+    let Some(value) = table.remove("kind") else {
+        problems.push(
+            Problem::new(
+                "the stage has no `kind`",
+                place.clone(),
+                "`kind` is missing here",
+            )
+            .help(format!("one of {}", listed(words, "and"))),
+        );
+        return None;
+    };
+    let kind = value
+        .get_ref()
+        .as_str()
+        .and_then(|word| Kind::ALL.into_iter().find(|kind| kind.name() == word));
+    if kind.is_none() {
+        problems.push(advice::no_such_word("kind", &value, &words));
+    }
+    kind
+}
+
+fn read_from(
+    table: &mut DeTable,
+    kind: Kind,
+    place: &Span,
+    problems: &mut Problems,
+) -> Option<Vec<Written<String>>> {
+    let Some(value) = table.remove("from") else {
+        problems.push(
+            Problem::new(
+                format!("{} needs `from`", a_stage(kind)),
+                place.clone(),
+                "`from` is missing here",
+            )
+            .help("the name of a stage that it reads, or a list of names"),
+        );
+        return None;
+    };
+    let names = advice::deserialize::<Vec<Written<String>>>(reader::as_list(value.clone()));
+    match names {
+        Ok(names) if names.is_empty() => {
+            problems.push(
+                Problem::new("`from` names no stage", value.span(), "an empty list")
+                    .help(format!("{} reads at least one stage", a_stage(kind))),
+            );
+            None
+        }
+        Ok(names) => Some(names),
+        Err(error) => {
+            let help = "the name of a stage, or a list of names";
+            problems.push(advice::unusable(
+                "from",
+                &value,
+                &error,
+                Some(help.to_owned()),
+            ));
+            None
+        }
+    }
+}
+
+fn table_of<'i>((key, value): Entry<'i>, problems: &mut Problems) -> Option<DeTable<'i>> {
+    let span = value.span();
+    match value.into_inner() {
+        DeValue::Table(table) => Some(table),
+        other => {
+            let message = format!("`{}` must be a table", key.get_ref());
+            let label = advice::found(&other);
+            problems.push(Problem::new(message, span, label));
+            None
+        }
+    }
+}
+
+fn unknown_table((key, value): &Entry) -> Problem {
+    let name = key.get_ref();
+    let is_table = value.get_ref().is_table();
+    let what = if is_table { "table" } else { "key" };
+    let problem = Problem::new(
+        format!("unknown {what} `{name}`"),
+        key.span(),
+        match did_you_mean(name, ["study", "stage"]) {
+            Some(word) => format!("did you mean `{word}`?"),
+            None if is_table => format!("a stage is written `[stage.{name}]`"),
+            None => "not part of a manifest".to_owned(),
+        },
+    );
+    problem.help("a manifest has one table `[study]` and tables `[stage.NAME]`")
+}

@@ -1,0 +1,147 @@
+//! The JSON Schema of manifests, for editors.
+
+use serde_json::{Map, Value, json};
+
+use super::StudyTable;
+use asperity_manifest::names;
+use asperity_manifest::written::Table;
+use asperity_stages::form::{Form, Reading};
+
+/// The JSON Schema of a whole manifest (draft 7, which the TOML plug-ins of editors know).
+pub fn schema() -> Value {
+    let stages: Vec<Value> = Form::all().map(stage).collect();
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "asperity manifest",
+        "description": "A statistical study of rough contact.",
+        "type": "object",
+        "properties": {
+            "study": StudyTable::layout().schema,
+            "stage": {
+                "description": "The stages, each a table `[stage.NAME]`.",
+                "type": "object",
+                "minProperties": 1,
+                "propertyNames": { "pattern": names::PATTERN, "maxLength": names::LONGEST },
+                "additionalProperties": { "oneOf": stages },
+            },
+        },
+        "required": ["study", "stage"],
+        "additionalProperties": false,
+    })
+}
+
+/// The schema of a stage's table of one form.
+fn stage(form: Form) -> Value {
+    let layout = form.layout();
+    let (swept, lists, mut schema) = (layout.swept, layout.lists, layout.schema.clone());
+    let kind = form.kind();
+    let mut properties = Map::new();
+    let mut required = vec![json!("kind")];
+    properties.insert(
+        "kind".to_owned(),
+        json!({ "description": "What the stage does.", "const": kind.name() }),
+    );
+    if let Some((key, word)) = form.selector() {
+        properties.insert(
+            key.to_owned(),
+            json!({ "description": form.about(), "const": word }),
+        );
+        // The first form is meant when nothing is said.
+        if !form.is_default() {
+            required.push(json!(key));
+        }
+    }
+    if form.reading() != Reading::Nothing {
+        properties.insert("from".to_owned(), from());
+    }
+    if form.reading() == Reading::Stages {
+        required.push(json!("from"));
+    }
+    let own = layout.properties();
+    let must = schema.get("required").and_then(Value::as_array);
+    let must = must.cloned().unwrap_or_default();
+    if !swept.is_empty() {
+        properties.insert("cases".to_owned(), cases(swept, own));
+    }
+    for (key, value) in own.clone() {
+        let value = match () {
+            () if swept.contains(&key.as_str()) => one_or_many(value, "swept over its values"),
+            () if lists.contains(&key.as_str()) => item_or_list(value),
+            () => value,
+        };
+        properties.insert(key, value);
+    }
+    let is_swept = |key: &Value| key.as_str().is_some_and(|key| swept.contains(&key));
+    let (must_or_cases, must): (Vec<_>, Vec<_>) = must.into_iter().partition(is_swept);
+    required.extend(must);
+    if !must_or_cases.is_empty() {
+        // A case may name what the stage leaves out.
+        let either = json!([{ "required": must_or_cases }, { "required": ["cases"] }]);
+        schema.insert("anyOf".to_owned(), either);
+    }
+    schema.insert("title".to_owned(), json!(form.describe().replace('`', "")));
+    schema.insert("properties".to_owned(), properties.into());
+    schema.insert("required".to_owned(), required.into());
+    schema.insert("additionalProperties".to_owned(), json!(false));
+    schema.into()
+}
+
+fn from() -> Value {
+    json!({
+        "description": "The stage that is read, or several.",
+        "anyOf": [
+            { "type": "string" },
+            { "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true },
+        ],
+    })
+}
+
+fn cases(swept: &[&str], own: &Map<String, Value>) -> Value {
+    let keys = swept
+        .iter()
+        .filter_map(|key| Some((key.to_string(), own.get(*key)?.clone())));
+    json!({
+        "description": "Points of the grid, named outright: each case sets some of the swept keys.",
+        "type": "array",
+        "minItems": 1,
+        "items": {
+            "type": "object",
+            "properties": keys.collect::<Map<_, _>>(),
+            "additionalProperties": false,
+        },
+    })
+}
+
+/// A value, or a list of such values.
+fn one_or_many(value: Value, why: &str) -> Value {
+    let (about, bare) = split(value);
+    let list = json!({ "description": why, "type": "array", "items": bare.clone(), "minItems": 1 });
+    with(about, json!([bare, list]))
+}
+
+/// A list, or one of its items.
+fn item_or_list(value: Value) -> Value {
+    let (about, bare) = split(value);
+    let item = bare.get("items").cloned().unwrap_or(json!({}));
+    with(about, json!([item, bare]))
+}
+
+/// What a schema says about a key, and what it says about its value.
+fn split(value: Value) -> (Map<String, Value>, Value) {
+    let Value::Object(object) = value else {
+        return (Map::new(), value);
+    };
+    let about = |key: &String| key == "description" || key == "default";
+    let (about, bare) = object
+        .into_iter()
+        .partition::<Map<_, _>, _>(|(key, _)| about(key));
+    (about, Value::Object(bare))
+}
+
+fn with(mut about: Map<String, Value>, either: Value) -> Value {
+    about.insert("anyOf".to_owned(), either);
+    Value::Object(about)
+}
+
+#[cfg(test)]
+mod tests;

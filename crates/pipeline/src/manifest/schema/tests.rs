@@ -1,0 +1,293 @@
+//! The schema says what the reader does.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::*;
+use crate::study::Study;
+use asperity_manifest::diagnostics::ManifestErrors;
+use asperity_stages::Rows;
+use asperity_stages::fit::checks::LawWord;
+use asperity_stages::generate::method::Method;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn study(text: &str) -> Result<Study, ManifestErrors> {
+    Study::parse(
+        text,
+        "test.toml",
+        &root().join("tests/manifests"),
+        crate::study::no_claims,
+    )
+}
+
+/// Whether a value satisfies a schema; knows what [`schema`] uses of JSON Schema, and no more.
+fn is_valid(value: &Value, schema: &Value) -> bool {
+    let Some(rules) = schema.as_object() else {
+        return schema.as_bool().unwrap_or(true);
+    };
+    rules
+        .iter()
+        .all(|(rule, wanted)| satisfies(value, rule, wanted, schema))
+}
+
+fn satisfies(value: &Value, rule: &str, wanted: &Value, schema: &Value) -> bool {
+    let number = value.as_f64();
+    let limit = wanted.as_f64().unwrap_or(f64::NAN);
+    let length = value.as_array().map(Vec::len);
+    let fitting = || {
+        let options = wanted.as_array().into_iter().flatten();
+        options.filter(|option| is_valid(value, option)).count()
+    };
+    match rule {
+        "type" => wanted.as_array().map_or_else(
+            || is_of_type(value, wanted),
+            |types| types.iter().any(|wanted| is_of_type(value, wanted)),
+        ),
+        "const" => value == wanted,
+        "enum" => wanted.as_array().is_some_and(|words| words.contains(value)),
+        "oneOf" => fitting() == 1,
+        "anyOf" => fitting() > 0,
+        "minimum" => number.is_none_or(|number| number >= limit),
+        "maximum" => number.is_none_or(|number| number <= limit),
+        "exclusiveMinimum" => number.is_none_or(|number| number > limit),
+        "exclusiveMaximum" => number.is_none_or(|number| number < limit),
+        "minItems" => length.is_none_or(|length| length as f64 >= limit),
+        "maxItems" => length.is_none_or(|length| length as f64 <= limit),
+        "items" => value
+            .as_array()
+            .is_none_or(|items| items.iter().all(|item| is_valid(item, wanted))),
+        "required" => value.as_object().is_none_or(|object| {
+            let mut keys = wanted.as_array().into_iter().flatten();
+            keys.all(|key| object.contains_key(key.as_str().unwrap_or_default()))
+        }),
+        "properties" => value.as_object().is_none_or(|object| {
+            object
+                .iter()
+                .all(|(key, value)| wanted.get(key).is_none_or(|rule| is_valid(value, rule)))
+        }),
+        "additionalProperties" => value.as_object().is_none_or(|object| {
+            let is_known = |key: &str| schema["properties"].get(key).is_some();
+            object
+                .iter()
+                .all(|(key, value)| is_known(key) || is_valid(value, wanted))
+        }),
+        "$schema" | "title" | "description" | "default" | "format" | "propertyNames" => true,
+        "minProperties" | "uniqueItems" => true,
+        other => panic!("the schema uses `{other}`, which this test does not know"),
+    }
+}
+
+fn is_of_type(value: &Value, wanted: &Value) -> bool {
+    match wanted.as_str() {
+        Some("object") => value.is_object(),
+        Some("array") => value.is_array(),
+        Some("string") => value.is_string(),
+        Some("number") => value.is_number(),
+        Some("integer") => value.is_i64() || value.is_u64(),
+        Some("boolean") => value.is_boolean(),
+        other => panic!("the schema has the type {other:?}"),
+    }
+}
+
+fn manifests(folder: &str) -> BTreeMap<String, String> {
+    let entries = fs::read_dir(root().join(folder))
+        .unwrap()
+        .map(Result::unwrap);
+    let paths = entries.map(|entry| entry.path());
+    paths
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "toml")
+        })
+        .map(|path| {
+            let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+            (name, fs::read_to_string(path).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn manifests_that_can_be_run_satisfy_the_schema() {
+    let schema = schema();
+    for (name, text) in manifests("manifests") {
+        let value: Value = toml::from_str(&text).unwrap();
+        assert!(is_valid(&value, &schema), "{name}");
+    }
+}
+
+#[test]
+fn mistakes_of_a_single_value_violate_the_schema() {
+    let schema = schema();
+    let bad = manifests("tests/manifests");
+    let names = [
+        "unknown-key",
+        "unknown-key-nested",
+        "key-of-another-method",
+        "key-of-another-kind",
+        "unknown-kind",
+        "unknown-method",
+        "unknown-table",
+        "missing-kind",
+        "missing-from",
+        "missing-study",
+        "hurst-outside",
+        "loads-negative",
+        "realizations-negative",
+        "swept-nothing",
+        "not-swept",
+        "poisson-ratio",
+        "corrections",
+        "fit-window",
+        "shape",
+    ];
+    for name in names {
+        // JSON has no such numbers.
+        let text = bad[name].replace("nan, -inf", "0.5").replace("nan", "1");
+        let value: Value = toml::from_str(&text).unwrap();
+        assert!(!is_valid(&value, &schema), "{name}");
+    }
+}
+
+#[test]
+fn swept_keys_and_lists_are_keys() {
+    for form in Form::all() {
+        let layout = form.layout();
+        let pairs = layout.pairs.iter().chain(layout.always_pairs);
+        for key in layout.swept.iter().chain(layout.lists).chain(pairs) {
+            assert!(layout.has(key), "{form:?} has no `{key}`");
+        }
+    }
+}
+
+#[test]
+fn every_key_is_explained() {
+    for form in Form::all() {
+        for (key, about) in form.layout().properties() {
+            assert!(about["description"].is_string(), "{form:?}: `{key}`");
+        }
+    }
+}
+
+/// The fewest keys that each form can do with.
+fn smallest(form: Form) -> &'static str {
+    match form {
+        Form::Generate(Method::Random(_)) => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
+        Form::Generate(Method::Spectrum) => "path = \"maps/spectrum.csv\"\nnodes = 64\nside = 1",
+        Form::Generate(Method::File) => {
+            "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\""
+        }
+        Form::Generate(Method::Paraboloid) => "nodes = 64\nradius = 0.4",
+        Form::Generate(Method::Wave(_)) => "nodes = 64\namplitude = 0.1",
+        Form::Generate(Method::FlatPunch) => "nodes = 64\nradius = 0.4\ndepth = 0.1",
+        Form::Solve => "loads = [0.1]",
+        Form::Aggregate => "over = \"load\"",
+        Form::Fit(LawWord::Limits) => "of = \"mean_gap\"\nterms = { of = \"1 / k_lower\" }",
+        _ => "",
+    }
+}
+
+/// A manifest whose last table is the smallest of a form.
+fn manifest(form: Form) -> String {
+    let mut text = "[study]\nname = \"s\"\n".to_owned();
+    let can_read = |rows| form.kind().definition().reads.rows.contains(&rows);
+    let is_of_spectra = form.selector() == Some(("law", "self-affine"));
+    let from = match () {
+        () if is_of_spectra => "from = \"spectra\"",
+        () if can_read(Rows::Contacts) => "from = \"contacts\"",
+        () if can_read(Rows::Surfaces) => "from = \"surfaces\"",
+        () if can_read(Rows::Loads) => "from = \"loads\"",
+        () => "",
+    };
+    text += "[stage.surfaces]\nkind = \"generate\"\n";
+    text += smallest(Form::Generate(Method::ALL[0]));
+    text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
+    text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
+    text += "[stage.spectra]\nkind = \"measure\"\nfrom = \"surfaces\"\nwhat = \"spectrum\"\n";
+    text += &format!(
+        "[stage.last]\nkind = \"{}\"\n{from}\n{}\n",
+        form.kind(),
+        smallest(form)
+    );
+    if let Some((key, word)) = form.selector() {
+        text += &format!("{key} = \"{word}\"\n");
+    }
+    text
+}
+
+#[test]
+fn defaults_written_out_change_nothing() {
+    for form in Form::all() {
+        let left_out = manifest(form);
+        let layout = form.layout();
+        let keys = layout.properties();
+        let defaults = keys
+            .iter()
+            .filter_map(|(key, about)| Some((key, about.get("default")?)));
+        let defaults = defaults.map(|(key, value)| format!("{key} = {value}\n"));
+        let written = left_out.clone() + &defaults.collect::<String>();
+        let [left_out, written] = [left_out, written]
+            .map(|text| study(&text).unwrap_or_else(|errors| panic!("{}", errors.render(false))));
+        assert_eq!(left_out, written, "{form:?}");
+    }
+}
+
+#[test]
+fn bounds_of_the_schema_are_those_of_the_study() {
+    let mut bounds = 0;
+    for form in Form::all() {
+        let layout = form.layout();
+        let keys = layout.properties();
+        for (key, about) in keys {
+            let plain: Vec<_> = manifest(form).lines().map(str::to_owned).collect();
+            // Numbers that may be pairs name both types.
+            let is_whole = [&about["type"], &about["type"][0]].contains(&&json!("integer"));
+            // Only the last table is changed.
+            let start = plain
+                .iter()
+                .position(|line| line == "[stage.last]")
+                .unwrap();
+            let is_key = |line: &String| line.starts_with(&format!("{key} ="));
+            let (head, tail) = plain.split_at(start);
+            let tail = tail.iter().filter(|line| !is_key(line));
+            let rest: Vec<_> = head.iter().chain(tail).cloned().collect();
+            let refuses = |value: f64| {
+                let text = format!("{}\n{key} = {value:?}\n", rest.join("\n"));
+                let text = match is_whole {
+                    true => {
+                        text.replace(&format!("{key} = {value:?}"), &format!("{key} = {value}"))
+                    }
+                    false => text,
+                };
+                let message = format!("`{key}` is ");
+                study(&text).is_err_and(|errors| {
+                    errors
+                        .problems()
+                        .iter()
+                        .any(|problem| problem.message().starts_with(&message))
+                })
+            };
+            let expected = [
+                ("minimum", -1.0, 0.0),
+                ("maximum", 1.0, 0.0),
+                ("exclusiveMinimum", 0.0, 1.0),
+                ("exclusiveMaximum", 0.0, -1.0),
+            ];
+            for (rule, outside, inside) in expected {
+                let Some(bound) = about.get(rule).and_then(Value::as_f64) else {
+                    continue;
+                };
+                // Numbers of a manifest count to twelve digits.
+                let step = if is_whole { 1.0 } else { 1e-9 * bound.max(1.0) };
+                let (outside, inside) = (bound + outside * step, bound + inside * step);
+                assert!(refuses(outside), "{form:?}: {key} beyond {rule}");
+                assert!(!refuses(inside), "{form:?}: {key} within {rule}");
+                bounds += 1;
+            }
+        }
+    }
+    assert!(bounds > 50, "{bounds} bounds were compared");
+}

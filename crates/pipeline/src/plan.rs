@@ -1,0 +1,331 @@
+//! What must be computed, said without touching a file.
+//!
+//! A task is one surface, one block of loads, one map of counts …, named by a key that holds
+//! everything that decides its table. More surfaces, one more block or one more cutoff add tasks
+//! and rename none.
+
+mod surfaces;
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use crate::study::{Stage, Study};
+use asperity_manifest::names;
+use asperity_stages::ensemble::Point;
+use asperity_stages::{Reach, Recipe, Work};
+use asperity_tables::store::key::{Digest, TaskKey};
+use asperity_tables::store::provenance::Provenance;
+use asperity_tables::table::{Table, TableError};
+
+pub use asperity_stages::Kind;
+
+/// The tasks of a study, inputs before the tasks that read them.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use asperity_pipeline::plan::Plan;
+/// use asperity_pipeline::study::Study;
+///
+/// let manifest = |upper: &str| format!(r#"
+///     [study]
+///     name = "small"
+///     [stage.surfaces]
+///     kind = "generate"
+///     nodes = 32
+///     hurst = 0.8
+///     k_lower = 1
+///     k_upper = {upper}
+/// "#);
+/// let plan = |upper: &str| {
+///     Study::parse(&manifest(upper), "small.toml", Path::new(""), crate::study::no_claims).map(|study| Plan::of(&study))
+/// };
+/// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
+/// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);
+/// // What was planned before keeps its key, and so the table that is finished.
+/// assert!(more.task_of(few.tasks[0].key).is_some());
+/// # Ok::<(), asperity_pipeline::study::ManifestErrors>(())
+/// ```
+#[derive(Debug)]
+pub struct Plan {
+    /// The study's name.
+    pub study: String,
+    /// Every task once, even where stages share it.
+    pub tasks: Vec<Task>,
+    /// The stages, in an order in which each comes after what it reads.
+    pub stages: Vec<PlannedStage>,
+}
+
+/// One table to be computed, once.
+#[derive(Debug)]
+pub struct Task {
+    /// Its name in the store.
+    pub key: TaskKey,
+    /// How to compute it.
+    pub recipe: Recipe,
+    /// The tasks whose tables it reads, in order.
+    pub inputs: Vec<usize>,
+    /// What later keys are built on: the key of the recipe's identity.
+    identity: TaskKey,
+    /// Nodes along x and y of the surface at hand.
+    pub nodes: [usize; 2],
+    /// Rows about one surface in its table, or in those that it pools.
+    pub rows: usize,
+}
+
+/// A stage and the tasks whose tables make up its own.
+#[derive(Debug)]
+pub struct PlannedStage {
+    /// Its name in the manifest.
+    pub name: String,
+    /// What it does.
+    pub kind: Kind,
+    /// Its tasks, in the order of its table's rows.
+    pub tasks: Vec<usize>,
+}
+
+impl PlannedStage {
+    /// Those of its tasks of which this is true.
+    pub fn among(&self, is_so: &[bool]) -> Vec<usize> {
+        let tasks = self.tasks.iter().zip(is_so);
+        let tasks = tasks.filter(|(_, is_so)| **is_so);
+        tasks.map(|(&task, _)| task).collect()
+    }
+}
+
+impl Plan {
+    /// Lists the tasks of a study.
+    pub fn of(study: &Study) -> Plan {
+        let mut builder = Builder::default();
+        for stage in &study.stages {
+            let tasks = builder.tasks_of(stage, &study.stages);
+            builder.stages.push(PlannedStage {
+                name: stage.name.clone(),
+                kind: stage.work.kind(),
+                tasks,
+            });
+        }
+        Plan {
+            study: study.name.clone(),
+            tasks: builder.tasks,
+            stages: builder.stages,
+        }
+    }
+
+    /// How a task's table comes about.
+    pub fn provenance(&self, task: usize) -> Provenance {
+        let Task { recipe, inputs, .. } = &self.tasks[task];
+        let inputs = || inputs.iter().map(|&input| &self.tasks[input]);
+        Provenance {
+            stage: recipe.kind().name().to_owned(),
+            version: recipe.kind().version(),
+            recipe: serde_json::to_string(recipe).expect("parameters are plain data"),
+            inputs: inputs().map(|input| input.key).collect(),
+            input_identities: inputs().map(|input| input.identity).collect(),
+        }
+    }
+
+    /// The keys of all tasks.
+    pub fn keys(&self) -> HashSet<TaskKey> {
+        self.tasks.iter().map(|task| task.key).collect()
+    }
+
+    /// The keys of a stage's tasks, in its order.
+    pub fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
+        let keys = stage.tasks.iter().map(|&task| self.tasks[task].key);
+        keys.collect()
+    }
+
+    /// Whether this is the study of that name, and has a table of that name.
+    pub fn has_table(&self, study: &str, table: &str) -> bool {
+        let mut names = self.stages.iter().map(|stage| stage.name.as_str());
+        self.study == study && (table == names::FAILURES || names.any(|name| name == table))
+    }
+
+    /// The task of a key.
+    pub fn task_of(&self, key: TaskKey) -> Option<usize> {
+        self.tasks.iter().position(|task| task.key == key)
+    }
+
+    /// The first stage that has a task.
+    pub fn stage_of(&self, task: usize) -> Option<&PlannedStage> {
+        self.stages.iter().find(|stage| stage.tasks.contains(&task))
+    }
+
+    /// For every task, the name of the first stage that has it.
+    pub fn stage_names(&self) -> Vec<&str> {
+        let mut names = vec![""; self.tasks.len()];
+        for stage in self.stages.iter().rev() {
+            for &task in &stage.tasks {
+                names[task] = &stage.name;
+            }
+        }
+        names
+    }
+
+    /// What places a task in its study, as one row: of several surfaces, what they have in common.
+    ///
+    /// # Errors
+    /// When coordinates of one name have different types: a stage has a bug.
+    pub fn coordinates(&self, task: usize) -> Result<Table, TableError> {
+        /// Rows at a time: a row takes kilobytes while it is a table.
+        const CHUNK: usize = 1024;
+        let Task { recipe, inputs, .. } = &self.tasks[task];
+        let own = Table::row(&recipe.coordinates());
+        // A surface that is drawn has a place of its own, whatever its spectrum was measured of.
+        if inputs.is_empty() || recipe.kind() == Kind::Generate {
+            return Ok(own);
+        }
+        let above = inputs.chunks(CHUNK).map(|inputs| {
+            let above = inputs.iter().map(|&input| self.coordinates(input));
+            Ok(Table::stack(&above.collect::<Result<Vec<_>, _>>()?)?.common())
+        });
+        let above = above.collect::<Result<Vec<_>, TableError>>()?;
+        Ok(Table::stack(&above)?.common().beside(&own))
+    }
+
+    /// For every task, the tasks that read its table.
+    pub fn dependents(&self) -> Vec<Vec<usize>> {
+        let mut dependents = vec![Vec::new(); self.tasks.len()];
+        for (task, reads) in self.tasks.iter().enumerate() {
+            for &input in &reads.inputs {
+                dependents[input].push(task);
+            }
+        }
+        dependents
+    }
+}
+
+#[derive(Default)]
+struct Builder {
+    tasks: Vec<Task>,
+    stages: Vec<PlannedStage>,
+    known: HashMap<TaskKey, usize>,
+}
+
+impl Builder {
+    fn tasks_of(&mut self, stage: &Stage, all: &[Stage]) -> Vec<usize> {
+        let feeding = stage.inputs.iter().map(|&input| &self.stages[input]);
+        let inputs: Vec<usize> = feeding.flat_map(|stage| stage.tasks.clone()).collect();
+        match &stage.work {
+            Work::Generate(surfaces) => {
+                let surfaces = surfaces.iter().flat_map(|surfaces| {
+                    // Those with a measured spectrum are drawn for each that is read.
+                    let read: Vec<Vec<usize>> = match surfaces.params.origin.reads_stage() {
+                        true => inputs.iter().map(|&input| vec![input]).collect(),
+                        false => vec![vec![]],
+                    };
+                    read.into_iter().flat_map(move |read| {
+                        let numbers = 0..surfaces.realizations;
+                        numbers
+                            .map(move |number| (surfaces.params.realization(number), read.clone()))
+                    })
+                });
+                surfaces
+                    .map(|(params, read)| self.add(Recipe::Generate(params), read))
+                    .collect()
+            }
+            Work::Evaluate(recipes) => {
+                let table = |&input: &usize| {
+                    let tasks = &self.stages[input].tasks;
+                    (all[input].name.clone(), tasks.len())
+                };
+                let tables: Vec<_> = stage.inputs.iter().map(table).collect();
+                let recipes = recipes.iter().flat_map(|recipe| {
+                    let recipe = recipe.over(tables.clone()).unwrap_or(recipe.clone());
+                    self.evaluate(&recipe, &inputs)
+                });
+                recipes.collect()
+            }
+        }
+    }
+
+    /// The tasks of a recipe.
+    fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
+        let groups = match recipe.reach() {
+            Reach::Single => inputs.iter().map(|&input| vec![input]).collect(),
+            Reach::Point => self.by_point(inputs),
+            Reach::All => vec![inputs.to_vec()],
+        };
+        let digests = Digests::of(recipe);
+        let tasks = groups.into_iter();
+        tasks
+            .map(|group| self.add_known(recipe.clone(), digests, group))
+            .collect()
+    }
+
+    fn add(&mut self, recipe: Recipe, inputs: Vec<usize>) -> usize {
+        let digests = Digests::of(&recipe);
+        self.add_known(recipe, digests, inputs)
+    }
+
+    fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
+        let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].identity).collect();
+        let (stage, version) = (recipe.kind().name(), recipe.kind().version());
+        let key = TaskKey::of(stage, version, digests.whole, &read);
+        if let Some(&task) = self.known.get(&key) {
+            return task;
+        }
+        let task = self.tasks.len();
+        let first = inputs.first().map(|&input| &self.tasks[input]);
+        let nodes = recipe.mesh();
+        let nodes = nodes.unwrap_or_else(|| first.map_or([0; 2], |first| first.nodes));
+        let rows = recipe.rows(first.map_or(0, |first| first.rows));
+        self.tasks.push(Task {
+            key,
+            nodes,
+            rows,
+            identity: TaskKey::of(stage, version, digests.identity, &read),
+            recipe,
+            inputs,
+        });
+        self.known.insert(key, task);
+        task
+    }
+
+    /// Tasks that differ only by surface and block of loads, together; in the order in which each
+    /// group first appears. Of tasks that differ only by what they keep, the first stands.
+    fn by_point(&self, tasks: &[usize]) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        let mut known = BTreeMap::new();
+        let mut identities = HashSet::new();
+        for &task in tasks {
+            if !identities.insert(self.tasks[task].identity) {
+                continue;
+            }
+            let group = *known.entry(self.point(task)).or_insert(groups.len());
+            if group == groups.len() {
+                groups.push(Vec::new());
+            }
+            groups[group].push(task);
+        }
+        groups
+    }
+
+    /// The parameter point of a task.
+    fn point(&self, task: usize) -> Point {
+        let task = &self.tasks[task];
+        let upstream = task.inputs.first().map(|&input| self.point(input));
+        upstream
+            .unwrap_or_default()
+            .and(Point::of(task.recipe.coordinates()))
+    }
+}
+
+/// The hashes of a recipe's parameters, with and without what no later stage reads.
+#[derive(Clone, Copy)]
+struct Digests {
+    whole: Digest,
+    identity: Digest,
+}
+
+impl Digests {
+    fn of(recipe: &Recipe) -> Digests {
+        let whole = Digest::of(recipe);
+        let identity = match recipe.identity() {
+            Cow::Borrowed(_) => whole,
+            Cow::Owned(identity) => Digest::of(&identity),
+        };
+        Digests { whole, identity }
+    }
+}

@@ -1,0 +1,372 @@
+//! Runs what the store lacks, one task to a core, and where there are fewer tasks than cores, several
+//! cores to a task.
+//!
+//! A task begins when there is memory for it beside those at work. A finished one starts those that
+//! waited for it; a failed one drops them and lets the others go on. The order in which tasks run
+//! decides nothing, nor do the cores that they have. A stored table that turns out to be damaged is
+//! quarantined and computed again before it is read.
+
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use bytesize::ByteSize;
+
+use crate::memory;
+use crate::plan::{Plan, Task};
+use crate::results::archive::Archive;
+use asperity_contact::threads::Threads;
+use asperity_manifest::diagnostics::words_of_panic;
+use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::{Context, Input, StageError};
+use asperity_tables::parallel;
+use asperity_tables::parquet::Columns;
+use asperity_tables::store::checkpoint::StoredCheckpoints;
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::{Store, StoreError};
+
+mod outcome;
+mod ready;
+mod room;
+#[cfg(test)]
+mod tests;
+
+pub use outcome::{Damage, RunOutcome, TaskError};
+use ready::{Ready, ReadyTasks};
+use room::Room;
+
+/// Hears of every finished task.
+pub trait TaskObserver: Sync {
+    /// A task began.
+    fn started(&self, task: usize);
+    /// A share of a task is done, from 0 to 1.
+    fn advanced(&self, task: usize, share: f64);
+    /// A task is done, or has failed; other cores than its own have spent so much time on it.
+    fn finished(&self, task: usize, helped: Duration);
+}
+
+/// The tasks whose tables the store lacks.
+pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
+    let keys: Vec<TaskKey> = plan.tasks.iter().map(|task| task.key).collect();
+    let have = store.have(&keys).into_iter().enumerate();
+    have.filter_map(|(task, is_there)| (!is_there).then_some(task))
+        .collect()
+}
+
+/// A task, and whatever the store lacks of what it needs.
+pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
+    let mut wanted = BTreeSet::from([task]);
+    let mut next = vec![task];
+    while let Some(task) = next.pop() {
+        for &input in &plan.tasks[task].inputs {
+            if !store.has(plan.tasks[input].key) && wanted.insert(input) {
+                next.push(input);
+            }
+        }
+    }
+    wanted.into_iter().collect()
+}
+
+/// What a run works with: the resources of the machine that it may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Resources {
+    /// Cores, one for each task at work, or several where there are fewer tasks.
+    pub cores: NonZeroUsize,
+    /// Memory that the tasks at work may take together.
+    pub room: ByteSize,
+    /// How often a long task keeps how far it has come.
+    pub checkpoint_every: Duration,
+}
+
+/// Computes the missing tasks, on fewer threads than cores where the system refuses to start as
+/// many.
+pub fn run(
+    plan: &Plan,
+    missing: &[usize],
+    archive: &Archive,
+    sources: &SurfaceFiles,
+    resources: Resources,
+    observer: &dyn TaskObserver,
+    interrupted: &AtomicBool,
+) -> RunOutcome {
+    let threads = Threads::new(resources.cores);
+    let run = Run::new(
+        threads,
+        plan,
+        missing,
+        archive,
+        sources,
+        resources,
+        observer,
+        interrupted,
+    );
+    // The latest task is taken first: the first one of the plan goes in last.
+    for &task in missing.iter().rev() {
+        if run.waits_for[task].load(Ordering::Relaxed) == 0 {
+            run.ready.push(Ready::Unhoused(task));
+        }
+    }
+    let workers = resources.cores.get().min(missing.len());
+    parallel::on_threads("worker", workers, &|| run.work());
+    run.outcome()
+}
+
+/// Inputs from which on the table of their stage is read in place of their own.
+const MANY: usize = 8;
+
+struct Run<'a> {
+    plan: &'a Plan,
+    /// The stage of each task.
+    stages: Vec<&'a str>,
+    archive: &'a Archive,
+    sources: &'a SurfaceFiles,
+    observer: &'a dyn TaskObserver,
+    interrupted: &'a AtomicBool,
+    threads: Threads,
+    checkpoint_every: Duration,
+    memory: ByteSize,
+    ready: ReadyTasks,
+    room: Room,
+    dependents: Vec<Vec<usize>>,
+    /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
+    waits_for: Vec<AtomicUsize>,
+    has_failed: Vec<AtomicBool>,
+    /// Whether nothing more can be stored, so that computing would be in vain.
+    halted: AtomicBool,
+    done: Mutex<RunOutcome>,
+}
+
+impl<'a> Run<'a> {
+    #[expect(clippy::too_many_arguments, reason = "all that a run is about")]
+    fn new(
+        threads: Threads,
+        plan: &'a Plan,
+        missing: &[usize],
+        archive: &'a Archive,
+        sources: &'a SurfaceFiles,
+        Resources {
+            room,
+            checkpoint_every,
+            ..
+        }: Resources,
+        observer: &'a dyn TaskObserver,
+        interrupted: &'a AtomicBool,
+    ) -> Run<'a> {
+        let mut is_missing = vec![false; plan.tasks.len()];
+        for &task in missing {
+            is_missing[task] = true;
+        }
+        let waits_for = plan
+            .tasks
+            .iter()
+            .enumerate()
+            .map(|(task, Task { inputs, .. })| {
+                let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
+                AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
+            });
+        let sizes =
+            (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads.count()).0);
+        Run {
+            plan,
+            stages: plan.stage_names(),
+            archive,
+            sources,
+            observer,
+            interrupted,
+            checkpoint_every,
+            memory: room,
+            ready: ReadyTasks::default(),
+            room: Room::new(room.0, sizes),
+            dependents: plan.dependents(),
+            waits_for: waits_for.collect(),
+            has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
+            threads,
+            halted: AtomicBool::new(false),
+            done: Mutex::default(),
+        }
+    }
+
+    /// Attempts one task after the other if there is room for it; if not, one that leaves room makes it
+    /// ready again.
+    fn work(&self) {
+        while let Some((next, _at_work)) = self.ready.next() {
+            let task = match next {
+                Ready::Unhoused(task) if !self.room.enter(task) => continue,
+                Ready::Unhoused(task) | Ready::Housed(task) => task,
+            };
+            self.attempt(task);
+            for next in self.room.leave(task) {
+                self.ready.push(Ready::Housed(next));
+            }
+        }
+    }
+
+    fn attempt(&self, task: usize) {
+        if self.is_stopped() {
+            return;
+        }
+        let cores = self.threads.begin_task();
+        self.observer.started(task);
+        let compute = || self.compute(task, cores.threads());
+        let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(compute))
+            .unwrap_or_else(|payload| Err(TaskError::Panic(words_of_panic(payload.as_ref()))));
+        match result {
+            Ok(()) => {
+                self.outcome_mut(|outcome| outcome.computed.push(task));
+                for &next in self.dependents[task].iter().rev() {
+                    if self.is_to_run(next)
+                        && self.waits_for[next].fetch_sub(1, Ordering::AcqRel) == 1
+                    {
+                        self.ready.push(Ready::Unhoused(next));
+                    }
+                }
+            }
+            Err(TaskError::Stage(StageError::Interrupted)) => return,
+            Err(error) => self.fail(task, error),
+        }
+        self.observer.finished(task, cores.helped());
+    }
+
+    fn compute(&self, task: usize, threads: &Threads) -> Result<(), TaskError> {
+        let Task { recipe, inputs, .. } = &self.plan.tasks[task];
+        let size = memory::of_task(self.plan, task, self.threads.count());
+        if !memory::is_there(size) {
+            let takes = size.display().si().to_string();
+            return Err(TaskError::Memory { takes });
+        }
+        let columns = recipe.columns_read();
+        let many = inputs.len() >= MANY && columns == Columns::Light;
+        let mut held = 0.0;
+        let read = inputs.iter().enumerate().map(|(place, &input)| {
+            let mut read = match many.then(|| self.published(input)).flatten() {
+                Some(table) => table,
+                None => self.read(input, columns, threads)?,
+            };
+            if columns == Columns::Light {
+                read.table = recipe.needed(read.table);
+                held += memory::COPIES_OF_INPUTS * read.table.bytes_held() as f64;
+            }
+            if held > self.memory.0 as f64 {
+                let all = held / (place + 1) as f64 * inputs.len() as f64;
+                return Err(TaskError::Inputs {
+                    takes: ByteSize(all as u64).display().si().to_string(),
+                    room: self.memory.display().si().to_string(),
+                });
+            }
+            Ok(read)
+        });
+        let inputs = read.collect::<Result<Vec<_>, TaskError>>()?;
+        let (store, key) = (self.archive.store(), self.plan.tasks[task].key);
+        let checkpoints = StoredCheckpoints::of(store, key, self.checkpoint_every);
+        let context = Context {
+            sources: self.sources,
+            memory: self.memory,
+            threads,
+            checkpoints: &checkpoints,
+            interrupted: &|| self.is_stopped(),
+            advance: &|share| self.observer.advanced(task, share),
+        };
+        let table = recipe.run(&inputs, &context)?;
+        table.check_finite().map_err(|found| TaskError::NotFinite {
+            found,
+            is_query: recipe.query().is_some(),
+        })?;
+        store.publish(&self.plan.provenance(task), &table)?;
+        checkpoints.remove();
+        Ok(())
+    }
+
+    /// A table that an earlier run has published, out of that of its stage.
+    fn published(&self, task: usize) -> Option<Input<'_>> {
+        let Task { key, recipe, .. } = &self.plan.tasks[task];
+        let table = self.archive.published_in(self.stages[task], *key)?;
+        Some(Input { recipe, table })
+    }
+
+    fn read(
+        &self,
+        task: usize,
+        columns: Columns,
+        threads: &Threads,
+    ) -> Result<Input<'_>, TaskError> {
+        let Task { key, recipe, .. } = &self.plan.tasks[task];
+        let store = self.archive.store();
+        let table = match store.read(*key, columns) {
+            Err(cause) if cause.is_mendable() => {
+                self.mend(task, cause, threads)?;
+                store.read(*key, columns)?
+            }
+            read => read?,
+        };
+        Ok(Input { recipe, table })
+    }
+
+    /// Computes a table again that was there when the run began. Two tasks that need it may both
+    /// do so: their tables are equal.
+    fn mend(&self, task: usize, cause: StoreError, threads: &Threads) -> Result<(), TaskError> {
+        if let Some(damage) = Damage::quarantine(self.plan, task, self.archive.store(), cause)? {
+            self.outcome_mut(|outcome| outcome.damaged.push(damage));
+        }
+        match self.compute(task, threads) {
+            Ok(()) => {
+                self.outcome_mut(|outcome| outcome.computed.push(task));
+                Ok(())
+            }
+            Err(TaskError::Stage(StageError::Interrupted)) => Err(StageError::Interrupted.into()),
+            Err(error) => {
+                self.fail(task, error);
+                Err(TaskError::Upstream(self.plan.tasks[task].key))
+            }
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed) || self.halted.load(Ordering::Relaxed)
+    }
+
+    fn is_to_run(&self, task: usize) -> bool {
+        self.waits_for[task].load(Ordering::Relaxed) != usize::MAX
+    }
+
+    /// Records a failure and drops every task that waits for it.
+    fn fail(&self, task: usize, error: TaskError) {
+        if matches!(&error, TaskError::Store(error) if error.concerns_all()) {
+            self.halted.store(true, Ordering::Relaxed);
+        }
+        let root = match &error {
+            TaskError::Upstream(root) => *root,
+            _ => self.plan.tasks[task].key,
+        };
+        self.outcome_mut(|outcome| {
+            let mut failures = vec![(task, error)];
+            while let Some((task, error)) = failures.pop() {
+                if !self.has_failed[task].swap(true, Ordering::Relaxed) {
+                    outcome.failed.push((task, error));
+                    let waiting = self.dependents[task].iter().copied();
+                    let dropped = waiting.filter(|&next| self.is_to_run(next));
+                    failures.extend(dropped.map(|next| (next, TaskError::Upstream(root))));
+                }
+            }
+        });
+    }
+
+    fn outcome_mut(&self, change: impl FnOnce(&mut RunOutcome)) {
+        change(&mut self.done.lock().expect("no panic happens while it is held"));
+    }
+
+    fn outcome(self) -> RunOutcome {
+        let mut outcome = self
+            .done
+            .into_inner()
+            .expect("no panic happens while it is held");
+        outcome.computed.sort_unstable();
+        outcome.computed.dedup();
+        outcome.failed.sort_by_key(|(task, _)| *task);
+        outcome.damaged.sort_by_key(|damage| damage.task);
+        outcome.interrupted = self.interrupted.load(Ordering::Relaxed);
+        outcome.halted = self.halted.load(Ordering::Relaxed);
+        outcome
+    }
+}

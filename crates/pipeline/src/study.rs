@@ -1,0 +1,173 @@
+//! A validated study.
+//!
+//! A [`Study`] is a manifest whose every value has been validated: cutoffs in order and within the
+//! mesh, loads ascending, stages that can read each other, files that are there. Past it nobody
+//! checks again.
+
+mod columns;
+mod flow;
+mod graph;
+mod until;
+mod validate;
+mod warnings;
+
+use std::path::Path;
+
+use crate::manifest::Manifest;
+use asperity_manifest::diagnostics::Problems;
+use asperity_manifest::names;
+use asperity_stages::surface_files::{Recollection, SurfaceFiles, read_regular};
+
+pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
+pub use asperity_stages::Work;
+pub use asperity_stages::generate::growth::{Growth, KnownMean, Limit, Until};
+pub use warnings::Warning;
+
+/// Returns the names of all claims that a study may wait for with `until = "claims …"`.
+///
+/// Only whoever judges claims knows them; [`no_claims`] serves manifests without such a condition.
+pub type ClaimNames = fn() -> Vec<&'static str>;
+
+/// Knows no claim, so that a manifest that waits for one is refused.
+pub fn no_claims() -> Vec<&'static str> {
+    Vec::new()
+}
+
+/// Bytes of a manifest: far more than anybody writes.
+const LONGEST_MANIFEST: u64 = 4 << 20;
+
+/// A study that can be run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// The folder of its results.
+    pub name: String,
+    /// The stages, each after those that it reads, otherwise in the order of the manifest.
+    pub stages: Vec<Stage>,
+    /// The files of measured surfaces.
+    pub sources: SurfaceFiles,
+}
+
+/// A stage of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    /// The file of its results.
+    pub name: String,
+    /// The stages that it reads: positions in [`Study::stages`], before its own.
+    pub inputs: Vec<usize>,
+    /// What it does.
+    pub work: Work,
+}
+
+impl Study {
+    /// Reads a manifest and the surface files that it names.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the manifest, or that it cannot be read.
+    pub fn read(path: &Path, claims: ClaimNames) -> Result<Study, ManifestErrors> {
+        let file = path.display().to_string();
+        Study::parse(&text_of(path)?, &file, folder(path), claims)
+    }
+
+    /// Reads a manifest to look at what has been computed of it: surface files that cannot be read
+    /// are taken to be as `recall` knows them of the study of a name.
+    ///
+    /// # Errors
+    /// As [`Study::read`], if nothing is known of a file either.
+    pub fn read_recalling(
+        path: &Path,
+        claims: ClaimNames,
+        recall: impl FnOnce(&str) -> Recollection,
+    ) -> Result<Study, ManifestErrors> {
+        let (text, file) = (text_of(path)?, path.display().to_string());
+        Study::parse(&text, &file, folder(path), claims).or_else(|errors| {
+            let manifest = Manifest::parse(&text, &mut Problems::default());
+            let name = manifest.as_ref().and_then(Manifest::study_name);
+            let Some(name) = name.filter(|name| names::is_plain(name)) else {
+                return Err(errors);
+            };
+            let sources = SurfaceFiles::recalling(folder(path), recall(name));
+            Study::validated(&text, &file, sources, claims)
+        })
+    }
+
+    /// How many surfaces its stages draw or read; at first, where their number is yet to be found.
+    pub fn surfaces(&self) -> u64 {
+        let ensembles = self.stages.iter().flat_map(|stage| match &stage.work {
+            Work::Generate(ensembles) => ensembles.as_slice(),
+            Work::Evaluate(_) => &[],
+        });
+        let surfaces = ensembles.map(|ensemble| u64::from(ensemble.realizations));
+        surfaces.sum()
+    }
+
+    /// Whether numbers of surfaces are yet to be found.
+    pub fn grows(&self) -> bool {
+        self.stages.iter().any(|stage| match &stage.work {
+            Work::Generate(ensembles) => ensembles.iter().any(|ensemble| ensemble.growth.is_some()),
+            _ => false,
+        })
+    }
+
+    /// Reads a manifest's text. Messages call it `file`, paths of surface files are relative to
+    /// `folder`, and `claims` are those that the study may wait for.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the manifest, as far as it can be told at once.
+    pub fn parse(
+        text: &str,
+        file: &str,
+        folder: &Path,
+        claims: ClaimNames,
+    ) -> Result<Study, ManifestErrors> {
+        Study::validated(text, file, SurfaceFiles::new(folder), claims)
+    }
+
+    fn validated(
+        text: &str,
+        file: &str,
+        sources: SurfaceFiles,
+        claims: ClaimNames,
+    ) -> Result<Study, ManifestErrors> {
+        let mut problems = Problems::default();
+        let study = Manifest::parse(text, &mut problems)
+            .and_then(|manifest| validate::validate(&manifest, sources, claims, &mut problems));
+        match study {
+            Some(study) if problems.is_empty() => Ok(study),
+            _ => Err(problems.into_errors(file, text)),
+        }
+    }
+}
+
+/// The folder of a manifest.
+fn folder(manifest: &Path) -> &Path {
+    manifest.parent().unwrap_or(Path::new(""))
+}
+
+/// A manifest's text.
+fn text_of(path: &Path) -> Result<String, ManifestErrors> {
+    let file = path.display().to_string();
+    let unreadable = |reason: String| {
+        let mut problems = Problems::default();
+        let problem = Problem::without_place(format!("cannot read manifest `{file}`: {reason}"));
+        let with_ending = path.with_extension("toml");
+        let meant = path.extension().is_none() && with_ending.is_file();
+        problems.push(match meant {
+            true => problem.help(format!("did you mean `{}`?", with_ending.display())),
+            false => problem,
+        });
+        problems.into_errors(&file, "")
+    };
+    let bytes = read_regular(path, LONGEST_MANIFEST);
+    let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes()[..valid]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count();
+        unreadable(format!("line {line} is not UTF-8"))
+    })
+}
+
+#[cfg(test)]
+mod tests;

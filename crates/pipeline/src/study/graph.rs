@@ -1,0 +1,217 @@
+//! Which stage reads which: names, edges, cycles, order.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use crate::manifest::StageTable;
+use asperity_manifest::diagnostics::{Problem, Problems, did_you_mean, listed};
+use asperity_manifest::names;
+use asperity_manifest::names::{LONGEST, is_plain};
+use asperity_manifest::written::Written;
+
+/// The stages as a directed graph without cycles, as far as it can be made out.
+pub struct Graph {
+    /// For each stage in the order of the file, the stages that it reads; `None` where some of
+    /// them cannot be made out.
+    pub inputs: Vec<Option<Vec<usize>>>,
+    /// Every stage after those that it reads, otherwise in the order of the file.
+    pub order: Vec<usize>,
+}
+
+impl Graph {
+    /// Checks names and edges.
+    pub fn of(stages: &[StageTable], problems: &mut Problems) -> Graph {
+        check_names(stages, problems);
+        let names = stages.iter().enumerate();
+        let names = names.map(|(index, stage)| (stage.name.value.as_str(), index));
+        let names: BTreeMap<&str, usize> = names.collect();
+        let mut inputs: Vec<Option<Vec<usize>>> = stages
+            .iter()
+            .map(|stage| resolve(stage, &names, problems))
+            .collect();
+        let mut order = sorted(&inputs);
+        if order.len() < stages.len() {
+            report_cycle(stages, &inputs, &order, problems);
+            let mut is_sorted = vec![false; stages.len()];
+            order.iter().for_each(|&stage| is_sorted[stage] = true);
+            for stage in (0..stages.len()).filter(|&stage| !is_sorted[stage]) {
+                inputs[stage] = None;
+                order.push(stage);
+            }
+        }
+        Graph { inputs, order }
+    }
+}
+
+fn check_names(stages: &[StageTable], problems: &mut Problems) {
+    let mut folded = BTreeMap::new();
+    for Written { value, span } in stages.iter().map(|stage| &stage.name) {
+        check_name("stage", value, span.clone(), problems);
+        if value.eq_ignore_ascii_case(names::FAILURES) {
+            let message = format!("a stage cannot be called `{value}`");
+            let label = "the table of failed tasks is called so";
+            problems.push(Problem::new(message, span.clone(), label));
+        }
+        let before = folded.insert(value.to_lowercase(), span);
+        if let Some(before) = before {
+            problems.push(
+                Problem::new(
+                    format!("`{value}` differs from another stage's name by its case only"),
+                    span.clone(),
+                    "this name",
+                )
+                .and(before.clone(), "and this one")
+                .help("some disks take `area.parquet` and `Area.parquet` for the same file"),
+            );
+        }
+    }
+}
+
+/// A name becomes a file and a table of queries.
+pub fn check_name(
+    what: &str,
+    name: &str,
+    span: asperity_manifest::diagnostics::Span,
+    problems: &mut Problems,
+) {
+    let (message, label) = if name.len() > LONGEST {
+        (format!("the {what}'s name is too long"), "too long")
+    } else if !is_plain(name) {
+        (
+            format!("{name:?} is no name for a {what}"),
+            "not a plain name",
+        )
+    } else {
+        return;
+    };
+    let help =
+        format!("a letter or `_`, then letters, digits, `_` and `-`, at most {LONGEST} in all");
+    problems.push(Problem::new(message, span, label).help(help));
+}
+
+/// The stages that a stage reads.
+fn resolve(
+    stage: &StageTable,
+    names: &BTreeMap<&str, usize>,
+    problems: &mut Problems,
+) -> Option<Vec<usize>> {
+    let mut inputs = Vec::new();
+    let mut seen = BTreeMap::new();
+    let mut complete = true;
+    for Written { value, span } in stage.from.as_ref()? {
+        if problems.are_enough() {
+            return None;
+        }
+        let Some(&input) = names.get(value.as_str()) else {
+            problems.push(unknown_stage(value, span, stage, names));
+            complete = false;
+            continue;
+        };
+        match seen.insert(input, span) {
+            None => inputs.push(input),
+            Some(before) => problems.push(
+                Problem::new(
+                    format!("`from` names `{value}` twice"),
+                    span.clone(),
+                    "here again",
+                )
+                .and(before.clone(), "first here"),
+            ),
+        }
+    }
+    complete.then_some(inputs)
+}
+
+fn unknown_stage(
+    name: &str,
+    span: &asperity_manifest::diagnostics::Span,
+    stage: &StageTable,
+    names: &BTreeMap<&str, usize>,
+) -> Problem {
+    let others = || {
+        names
+            .keys()
+            .copied()
+            .filter(|other| *other != stage.name.value)
+    };
+    let label = match did_you_mean(name, others()) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => "unknown stage".to_owned(),
+    };
+    let problem = Problem::new(format!("there is no stage {name:?}"), span.clone(), label);
+    problem.help(format!("the other stages are {}", listed(others(), "and")))
+}
+
+/// Stages after their inputs; those in a cycle, or behind one, are left out.
+fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
+    let mut readers = vec![Vec::new(); inputs.len()];
+    let mut waiting = vec![0; inputs.len()];
+    for (stage, inputs) in inputs.iter().enumerate() {
+        for &input in inputs.iter().flatten() {
+            readers[input].push(stage);
+            waiting[stage] += 1;
+        }
+    }
+    let ready = (0..inputs.len()).filter(|&stage| waiting[stage] == 0);
+    let mut ready: BinaryHeap<Reverse<usize>> = ready.map(Reverse).collect();
+    let mut order = Vec::with_capacity(inputs.len());
+    while let Some(Reverse(stage)) = ready.pop() {
+        order.push(stage);
+        for &reader in &readers[stage] {
+            waiting[reader] -= 1;
+            if waiting[reader] == 0 {
+                ready.push(Reverse(reader));
+            }
+        }
+    }
+    order
+}
+
+/// Shows one cycle among the stages that could not be sorted.
+fn report_cycle(
+    stages: &[StageTable],
+    inputs: &[Option<Vec<usize>>],
+    sorted: &[usize],
+    problems: &mut Problems,
+) {
+    let mut is_sorted = vec![false; stages.len()];
+    sorted.iter().for_each(|&stage| is_sorted[stage] = true);
+    let Some(mut stage) = is_sorted.iter().position(|sorted| !sorted) else {
+        return;
+    };
+    // Each such stage reads another such stage: going upstream must come back somewhere.
+    let mut path = Vec::new();
+    let mut position = vec![None; stages.len()];
+    while position[stage].is_none() {
+        position[stage] = Some(path.len());
+        path.push(stage);
+        let upstream = inputs[stage].iter().flatten();
+        match upstream.copied().find(|&input| !is_sorted[input]) {
+            Some(input) => stage = input,
+            None => return,
+        }
+    }
+    let cycle = &path[position[stage].unwrap_or(0)..];
+    let name = |stage: &usize| stages[*stage].name.value.as_str();
+    let reads = |stage: usize, input: usize| {
+        let from = stages[stage].from.iter().flatten();
+        from.into_iter()
+            .find(|from| from.value == stages[input].name.value)
+    };
+    let next = |index: usize| cycle[(index + 1) % cycle.len()];
+    let message = match cycle {
+        [only] => format!("stage `{}` reads itself", name(only)),
+        _ => {
+            let path: Vec<_> = cycle.iter().chain(&cycle[..1]).map(name).collect();
+            format!("stages read each other in a circle: {}", path.join(" ← "))
+        }
+    };
+    let mut edges = (0..cycle.len()).filter_map(|index| reads(cycle[index], next(index)));
+    if let Some(first) = edges.next() {
+        let mut problem = Problem::new(message, first.span.clone(), "this stage is read here");
+        for edge in edges.take(5) {
+            problem = problem.and(edge.span.clone(), "and this one here");
+        }
+        problems.push(problem.help("results flow one way, from surfaces to statistics"));
+    }
+}

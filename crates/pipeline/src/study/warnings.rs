@@ -1,0 +1,374 @@
+//! What is valid, and should be known all the same before it is run.
+
+mod files;
+mod loads;
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::{Stage, Study, Work};
+use asperity_contact::topography::shapes::Shape;
+use asperity_manifest::diagnostics::listed;
+use asperity_stages::fit::laws::{Law, PlainLaw};
+use asperity_stages::generate::{Origin, Params, PerAxis};
+use asperity_stages::{Recipe, measure};
+
+/// Nodes to the shortest wavelength from which on the counted area needs no warning.
+///
+/// Share of the area that the mesh adds, in per cent: of surfaces with H = 0.8 on 64² … 2048² nodes
+/// against their limit on ever finer meshes, means over 16 of each, as counted and as corrected by
+/// the coefficient of 2017.
+///
+/// | nodes to the shortest wavelength | | 2 | 3 | 4 | 6 | 8 | 16 | 32 |
+/// |---|---|---|---|---|---|---|---|---|
+/// | load 0.06 | k = 4 … 32 | 29 | 18 | 13 | 8.5 | 6.4 | 3.2 | 1.6 |
+/// | | k = 8 … 32 | 41 | 25 | 18 | 12 | 8.8 | 4.3 | 2.2 |
+/// | | corrected | 0.4, 1.6 | −1.2, −1.9 | −1.5, −2.3 | −1.4, −1.7 | −1.0, −1.3 | −0.5, −0.7 | −0.2, −0.3 |
+/// | load 0.01 | k = 4 … 32 | 45 | 27 | 19 | 13 | 9.2 | 4.5 | 2.3 |
+/// | | k = 8 … 32 | 73 | 42 | 29 | 19 | 14 | 6.8 | 3.4 |
+/// | | corrected | 2.4, 8.1 | −1.8, −1.0 | −2.6, −2.6 | −1.6, −2.6 | −1.4, −1.9 | −0.7, −1.0 | −0.3, −0.5 |
+///
+/// Below 8 the mesh adds 10 % and more under light loads, as much as the spectra of a study differ
+/// by.
+const ENOUGH: f64 = 8.0;
+/// The same for areas that are corrected: from here on 3 % are left, below up to 12 %.
+const ENOUGH_CORRECTED: f64 = 3.0;
+/// What the mesh adds under a load of 0.06, times the nodes to the shortest wavelength, in per cent.
+const ADDED: [f64; 2] = [50.0, 80.0];
+
+/// Something to know of a stage.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Warning {
+    /// The stage's name.
+    pub stage: String,
+    /// What is to be known, and what would do.
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "stage `{}`: {}", self.stage, self.message)
+    }
+}
+
+/// The shortest wave of a surface, on its mesh.
+#[derive(Debug, Clone, Copy)]
+struct ShortestWave {
+    nodes: [u32; 2],
+    key: &'static str,
+    wavenumber: u32,
+    /// Nodes to its length, along the axis that has fewer.
+    resolution: f64,
+    /// Whether areas counted on the mesh can be corrected.
+    has_square_cells: bool,
+}
+
+impl ShortestWave {
+    /// Of a surface that is drawn; a measured one has those that its file holds, and the other
+    /// shapes have edges and curvature, but no waves.
+    fn of(params: &Params) -> Option<ShortestWave> {
+        let grid = params.grid().ok()?;
+        let steps = grid.larger_steps();
+        let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
+            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
+            Origin::Spectrum { .. } | Origin::File(_) => return None,
+        };
+        let [along_x, along_y] = [nodes_x, nodes_y].map(f64::from);
+        let (nodes, key, wavenumber) = match &params.origin {
+            Origin::Random { surface, .. } => (steps, "k_upper", surface.spectrum.k_upper),
+            Origin::Shape { shape, .. } => match *shape {
+                Shape::Wave { waves, .. } => (along_x, "waves", waves),
+                Shape::WaveProduct { waves, .. } | Shape::WaveSum { waves, .. } => {
+                    (along_x.min(along_y), "waves", waves)
+                }
+                Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
+            },
+            Origin::Spectrum { .. } | Origin::File(_) => return None,
+        };
+        Some(ShortestWave {
+            nodes: [nodes_x, nodes_y],
+            key,
+            wavenumber,
+            resolution: nodes / f64::from(wavenumber),
+            has_square_cells: grid.has_square_cells(),
+        })
+    }
+
+    /// Its mesh as a manifest has it, so many times finer along both axes; rounded up, but for the
+    /// rounding of a quotient.
+    fn mesh(&self, finer: f64) -> String {
+        let [x, y] = self
+            .nodes
+            .map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
+        match x == y {
+            true => format!("{x}"),
+            false => format!("[{x}, {y}]"),
+        }
+    }
+}
+
+impl Study {
+    /// What should be known of the study before it is run: meshes that count far too much area,
+    /// lists that could be read in two ways, loads that were probably meant in another unit, two
+    /// bodies beside surfaces that are each pressed alone, what was decided about files of measured
+    /// surfaces.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let stages = self.stages.iter().enumerate();
+        let warnings = stages.flat_map(|(place, stage)| {
+            let messages = [
+                taken_as_pairs(stage),
+                self.coarse_mesh(place, stage),
+                loads::improbable(stage),
+                self.pressed_alone(stage),
+            ];
+            let messages = messages.into_iter().flatten();
+            let messages = messages.chain(files::told(stage, &self.sources));
+            messages.map(|message| Warning {
+                stage: stage.name.clone(),
+                message,
+            })
+        });
+        warnings.collect()
+    }
+
+    /// What the coarsest mesh of a stage's surfaces does to the area that is counted on it.
+    fn coarse_mesh(&self, place: usize, stage: &Stage) -> Option<String> {
+        let Work::Generate(ensembles) = &stage.work else {
+            return None;
+        };
+        let enough = match self.is_corrected(place)? {
+            true => ENOUGH_CORRECTED,
+            false => ENOUGH,
+        };
+        let waves = ensembles.iter();
+        let mut waves: Vec<ShortestWave> = waves
+            .filter_map(|ensemble| ShortestWave::of(&ensemble.params))
+            .filter(|wave| wave.resolution < enough)
+            .collect();
+        waves.sort_by(|one, other| one.resolution.total_cmp(&other.resolution));
+        let (coarsest, others) = waves.split_first()?;
+        let ShortestWave {
+            key, wavenumber, ..
+        } = *coarsest;
+        let others = match others.len() {
+            0 => String::new(),
+            1 => format!(" (1 other point has less than {enough}, too)"),
+            more => format!(" ({more} other points have less than {enough}, too)"),
+        };
+        let [least, most] = ADDED.map(|added| added / coarsest.resolution);
+        let nodes = coarsest.mesh(1.0);
+        let finer = coarsest.mesh(enough / coarsest.resolution);
+        let remedy = match (enough == ENOUGH, coarsest.has_square_cells) {
+            (true, true) => format!(
+                "a `correct` stage takes most of it off, `nodes = {finer}` leaves 6 to 10 %"
+            ),
+            (true, false) => format!("`nodes = {finer}` leaves 6 to 10 %"),
+            (false, _) => format!(
+                "corrections leave up to 12 % of the area, `nodes = {finer}` leaves them 3 %"
+            ),
+        };
+        let resolution = (10.0 * coarsest.resolution).round() / 10.0;
+        Some(format!(
+            "`nodes = {nodes}` with `{key} = {wavenumber}` is {resolution} nodes to the shortest \
+             wavelength{others}; the mesh adds some {least:.0} to {most:.0} % to the contact area \
+             that is counted under a load of 0.06, more under lighter ones; {remedy}"
+        ))
+    }
+
+    /// Warns that two bodies beside several stages of surfaces are not pressed against each other.
+    fn pressed_alone(&self, stage: &Stage) -> Option<String> {
+        let is_of_two = |recipe: &Recipe| match recipe {
+            Recipe::Solve(params) => params.bodies == 2,
+            _ => false,
+        };
+        let is_meant = stage.inputs.len() > 1 && stage.work.recipes().iter().any(is_of_two);
+        is_meant.then(|| {
+            let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
+            format!(
+                "each surface of {} is pressed alone, against a smooth body and with the E* of both \
+                 `bodies`; to press two rough surfaces against each other, add their height maps and \
+                 press the sum, as docs/how-to/python.md shows",
+                listed(names, "and")
+            )
+        })
+    }
+
+    /// Whether all contact areas of a stage's surfaces are corrected for the mesh, or compared over
+    /// meshes; `None` where nothing is pressed.
+    fn is_corrected(&self, surfaces: usize) -> Option<bool> {
+        let solved = self.readers(surfaces, |recipe| matches!(recipe, Recipe::Solve(_)));
+        let counts =
+            |recipe: &Recipe| matches!(recipe, Recipe::Measure(measure::Params::Contacts { .. }));
+        let corrects = |recipe: &Recipe| match recipe {
+            Recipe::Correct(params) => params.corrections.iter().any(|one| one.coefficient > 0.0),
+            Recipe::Fit(fit) => fit.law == Law::Plain(PlainLaw::MeshConvergence),
+            _ => false,
+        };
+        (!solved.is_empty()).then(|| {
+            solved.iter().all(|&solved| {
+                let counted = self.readers(solved, counts);
+                let is_corrected = |&place: &usize| !self.readers(place, corrects).is_empty();
+                !counted.is_empty() && counted.iter().all(is_corrected)
+            })
+        })
+    }
+
+    /// The stages that read a stage by some recipe.
+    fn readers(&self, read: usize, does: impl Fn(&Recipe) -> bool) -> Vec<usize> {
+        let stages = self.stages.iter().enumerate();
+        let readers = stages.filter(|(_, stage)| {
+            stage.inputs.contains(&read) && stage.work.recipes().iter().any(&does)
+        });
+        readers.map(|(place, _)| place).collect()
+    }
+}
+
+/// That two lists are one rectangle, and not swept as each of them alone would be.
+fn taken_as_pairs(stage: &Stage) -> Option<String> {
+    let Work::Generate(ensembles) = &stage.work else {
+        return None;
+    };
+    let surfaces = ensembles.iter().find(|ensemble| ensemble.may_be_swept)?;
+    let ([nodes_x, nodes_y], [side_x, side_y]) = (surfaces.params.nodes(), surfaces.params.size());
+    Some(format!(
+        "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is one rectangle, along x \
+         and along y, and no sweep of four squares; `nodes = [[{nodes_x}, {nodes_y}]]` with `side = \
+         [[{side_x}, {side_y}]]` says so outright, and `cases = [{{ nodes = {nodes_x}, side = \
+         {side_x} }}, …]` names squares"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const PRESSED: &str = r#"
+[study]
+name = "coarse"
+
+[stage.rough]
+kind = "generate"
+nodes = 64
+hurst = 0.8
+k_lower = 2
+k_upper = [8, 16, 32]
+
+[stage.loads]
+kind = "solve"
+from = "rough"
+loads = [0.06]
+
+[stage.area]
+kind = "measure"
+from = "loads"
+"#;
+
+    const CORRECTED: &str = r#"
+[stage.corrected]
+kind = "correct"
+from = "area"
+correction = ["none", "2017"]
+"#;
+
+    fn told(manifest: &str) -> Vec<String> {
+        let study = Study::parse(
+            manifest,
+            "coarse.toml",
+            Path::new(""),
+            crate::study::no_claims,
+        )
+        .unwrap();
+        study.warnings().iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn the_coarsest_mesh_of_a_stage_is_named_with_what_it_adds_and_what_would_do() {
+        let told = told(PRESSED);
+        let [warning] = told.as_slice() else {
+            panic!("{told:?}")
+        };
+        for part in [
+            "stage `rough`",
+            "`nodes = 64` with `k_upper = 32` is 2 nodes to the shortest wavelength",
+            "(1 other point has less than 8, too)",
+            "some 25 to 40 %",
+            "`nodes = 256`",
+            "a `correct` stage",
+        ] {
+            assert!(warning.contains(part), "{part} in {warning}");
+        }
+    }
+
+    #[test]
+    fn where_cells_are_no_squares_only_a_finer_mesh_is_advised() {
+        let told = told(&PRESSED.replace("nodes = 64", "nodes = [[64, 64]]\nside = [[1.0, 0.8]]"));
+        let [warning] = told.as_slice() else {
+            panic!("{told:?}")
+        };
+        assert!(warning.contains("lighter ones; `nodes = 256`"), "{warning}");
+    }
+
+    #[test]
+    fn a_fine_mesh_and_surfaces_that_nothing_presses_need_no_warning() {
+        assert!(told(&PRESSED.replace("[8, 16, 32]", "8")).is_empty());
+        let unpressed = PRESSED.split("[stage.loads]").next().unwrap();
+        assert!(told(unpressed).is_empty());
+    }
+
+    #[test]
+    fn corrections_make_up_for_three_nodes_and_more() {
+        let corrected = format!("{PRESSED}{CORRECTED}");
+        let told_at = |k_upper| told(&corrected.replace("[8, 16, 32]", k_upper));
+        assert!(told_at("[8, 16, 21]").is_empty());
+        let [warning] = &told_at("32")[..] else {
+            panic!("two nodes are too few for corrections")
+        };
+        assert!(warning.contains("up to 12 %"), "{warning}");
+        // No correction is none, and one of other contacts neither.
+        let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");
+        assert_eq!(told(&none).len(), 1);
+        let another = "[stage.more]\nkind = \"solve\"\nfrom = \"rough\"\nloads = [0.1]\n";
+        assert_eq!(told(&format!("{corrected}{another}")).len(), 1);
+    }
+
+    #[test]
+    fn waves_have_a_shortest_wavelength_and_punches_none() {
+        let shape = |lines: &str| {
+            let start = PRESSED.find("hurst").unwrap();
+            let end = PRESSED.find("[stage.loads]").unwrap();
+            told(&format!(
+                "{}{lines}\n{}",
+                &PRESSED[..start],
+                &PRESSED[end..]
+            ))
+        };
+        let wave = shape("method = \"wave-sum\"\namplitude = 0.1\nwaves = 24");
+        assert!(wave[0].contains("`waves = 24` is 2.7 nodes"), "{wave:?}");
+        let punch = shape("method = \"flat-punch\"\nradius = 0.1\ndepth = 0.1");
+        assert!(punch.is_empty(), "{punch:?}");
+    }
+
+    #[test]
+    fn two_bodies_beside_two_surfaces_are_told_that_each_is_pressed_alone() {
+        let steel = "{ youngs_modulus = 2e11, poisson_ratio = 0.3 }";
+        let upper = PRESSED.split("[stage.loads]").next().unwrap();
+        let lower = "[stage.lower]\nkind = \"generate\"\nmethod = \"wave\"\nnodes = 64\n\
+                     amplitude = 0.1\n[stage.pressed]\nkind = \"solve\"\nloads = [0.01]\n";
+        let warned = |from: &str, bodies: &str| {
+            let told = told(&format!(
+                "{upper}{lower}from = {from}\nbodies = [{bodies}]\n"
+            ));
+            let mut told = told.into_iter();
+            told.find(|warning| warning.contains("pressed alone"))
+        };
+        let two = format!("{steel}, {steel}");
+        let warning = warned("[\"rough\", \"lower\"]", &two).unwrap();
+        assert!(warning.starts_with("stage `pressed`: each surface of `rough` and `lower`"));
+        assert!(warning.contains("add their height maps"), "{warning}");
+        assert_eq!(warned("[\"rough\", \"lower\"]", steel), None);
+        assert_eq!(warned("\"rough\"", &two), None);
+    }
+}

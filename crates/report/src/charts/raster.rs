@@ -1,0 +1,365 @@
+//! Maps of a surface as pictures: heights, pressures, contact.
+//!
+//! x runs to the right and y upwards, as on paper: node (i, j) of a map with N nodes a side is the
+//! pixel in column i and row N − 1 − j.
+
+use std::ops::RangeInclusive;
+
+use colorous::{CIVIDIS, Gradient, INFERNO, YELLOW_GREEN_BLUE};
+
+use asperity_contact::morphology::map::ContactMap;
+
+/// Red, green, blue.
+pub type Pixel = [u8; 3];
+
+/// Where there is no contact.
+pub const GAP: Pixel = [255, 255, 255];
+/// Where a height is missing; of no scale.
+pub const HOLE: Pixel = [213, 46, 35];
+/// Where there is.
+pub const CONTACT: Pixel = [38, 38, 38];
+
+/// Colours that a file names by one byte a pixel.
+const PALETTE: usize = 256;
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Raster {
+    width: usize,
+    height: usize,
+    /// Row by row from the top.
+    pixels: Vec<Pixel>,
+}
+
+/// Colours of numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Scale {
+    gradient: Gradient,
+    lowest: f64,
+    highest: f64,
+}
+
+impl Scale {
+    /// From the lowest valley to the highest peak.
+    pub fn of_heights(heights: &[f64]) -> Scale {
+        Scale::over(CIVIDIS, heights)
+    }
+
+    /// From no pressure to the highest one.
+    pub fn of_pressures(pressures: &[f64]) -> Scale {
+        let scale = Scale::over(INFERNO, pressures);
+        Scale {
+            lowest: 0.0,
+            ..scale
+        }
+    }
+
+    fn over(gradient: Gradient, values: &[f64]) -> Scale {
+        let values = || values.iter().copied();
+        Scale {
+            gradient,
+            lowest: values().fold(f64::INFINITY, f64::min),
+            highest: values().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// The numbers at its two ends.
+    pub fn range(&self) -> RangeInclusive<f64> {
+        self.lowest..=self.highest
+    }
+
+    /// All of its colours, from the lowest number to the highest.
+    pub fn bar(&self) -> Raster {
+        let colour = |step| self.gradient.eval_rational(step, PALETTE).into_array();
+        Raster {
+            width: PALETTE,
+            height: 1,
+            pixels: (0..PALETTE).map(colour).collect(),
+        }
+    }
+
+    /// The colour of a number; numbers beyond an end have that of the end.
+    pub fn colour(&self, value: f64) -> Pixel {
+        let share = (value - self.lowest) / (self.highest - self.lowest);
+        // A constant map has no range: one colour for all of it.
+        let share = if share.is_finite() { share } else { 0.5 };
+        // As many colours as a palette holds, and more than an eye tells apart.
+        let step = ((PALETTE - 1) as f64 * share.clamp(0.0, 1.0)).round();
+        self.gradient
+            .eval_rational(step as usize, PALETTE)
+            .into_array()
+    }
+}
+
+/// The colour of what touches from the given one of `count` ascending loads on: light for the
+/// heaviest.
+pub fn colour_of_load(load: usize, count: usize) -> Pixel {
+    let share = 1.0 - 0.85 * load as f64 / count.max(1) as f64;
+    YELLOW_GREEN_BLUE.eval_continuous(share).into_array()
+}
+
+impl Raster {
+    /// Heights of the nodes, row-major; NaN where one is missing.
+    pub fn of_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
+        Raster::of_heights_on(&Scale::of_heights(heights), nodes, heights)
+    }
+
+    /// The same in the colours of a scale.
+    pub fn of_heights_on(scale: &Scale, nodes: [usize; 2], heights: &[f64]) -> Raster {
+        Raster::of_nodes(nodes, |node| match heights[node].is_nan() {
+            true => HOLE,
+            false => scale.colour(heights[node]),
+        })
+    }
+
+    /// Pressures of the nodes, row-major, zero where there is no contact.
+    pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Raster {
+        let scale = Scale::of_pressures(pressures);
+        Raster::of_nodes(nodes, |node| match pressures[node] > 0.0 {
+            true => scale.colour(pressures[node]),
+            false => GAP,
+        })
+    }
+
+    /// Where there is contact.
+    pub fn of_contact(map: &ContactMap) -> Raster {
+        let row_nodes = map.nodes()[1];
+        let touches = |node: usize| map.get(node / row_nodes, node % row_nodes);
+        Raster::of_nodes(map.nodes(), |node| match touches(node) {
+            true => CONTACT,
+            false => GAP,
+        })
+    }
+
+    /// Maps of one surface under ascending loads, laid over each other: every node has the colour
+    /// of the lightest load under which it touches.
+    ///
+    /// # Panics
+    /// When the maps have different meshes, or there is none.
+    pub fn of_contacts(maps: &[ContactMap]) -> Raster {
+        let nodes = maps[0].nodes();
+        Raster::of_nodes(nodes, |node| {
+            let touches = |map: &ContactMap| map.get(node / nodes[1], node % nodes[1]);
+            let first = maps.iter().position(touches);
+            first.map_or(GAP, |load| colour_of_load(load, maps.len()))
+        })
+    }
+
+    /// x to the right, y upwards.
+    fn of_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
+        let rows = (0..nodes_y).rev();
+        let pixels = rows.flat_map(|j| (0..nodes_x).map(move |i| i * nodes_y + j));
+        Raster {
+            width: nodes_x,
+            height: nodes_y,
+            pixels: pixels.map(colour).collect(),
+        }
+    }
+
+    /// Row by row from the top.
+    #[cfg(test)]
+    pub(super) fn pixels(&self) -> impl Iterator<Item = &Pixel> {
+        self.pixels.iter()
+    }
+
+    /// Width and height, in pixels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    /// The picture of a map of these sides with pixels as high as wide: where nodes are further apart
+    /// along one axis they become several pixels along it.
+    pub fn in_proportion(self, [size_x, size_y]: [f64; 2]) -> Raster {
+        let [step_x, step_y] = [size_x / self.width as f64, size_y / self.height as f64];
+        let pixels = |size: f64| (size / step_x.min(step_y)).round() as usize;
+        let [width, height] = [pixels(size_x), pixels(size_y)];
+        if [width, height] == self.size() {
+            return self;
+        }
+        let places = (0..height).flat_map(|row| (0..width).map(move |column| (row, column)));
+        let nearest = |(row, column): (usize, usize)| {
+            let row = row * self.height / height;
+            self.pixels[row * self.width + column * self.width / width]
+        };
+        Raster {
+            width,
+            height,
+            pixels: places.map(nearest).collect(),
+        }
+    }
+
+    /// The picture at most `most` pixels wide and high: squares of pixels become their mean.
+    pub fn at_most(&self, most: usize) -> Raster {
+        let factor = self.width.max(self.height).div_ceil(most.max(1));
+        if factor <= 1 {
+            return self.clone();
+        }
+        let [width, height] = self.size().map(|side| side.div_ceil(factor));
+        let cells = (0..height).flat_map(|row| (0..width).map(move |column| (row, column)));
+        let mean = |(row, column): (usize, usize)| {
+            let rows = factor * row..(factor * (row + 1)).min(self.height);
+            let columns = factor * column..(factor * (column + 1)).min(self.width);
+            let count = (rows.len() * columns.len()) as u32;
+            let mut sum = [0; 3];
+            for row in rows {
+                for pixel in &self.pixels[row * self.width..][columns.clone()] {
+                    let channels = sum.iter_mut().zip(pixel);
+                    channels.for_each(|(sum, &channel)| *sum += u32::from(channel));
+                }
+            }
+            sum.map(|sum| ((sum + count / 2) / count) as u8)
+        };
+        Raster {
+            width,
+            height,
+            pixels: cells.map(mean).collect(),
+        }
+    }
+
+    /// The picture as a PNG file, the same bytes every time: a third as many if a palette holds its
+    /// colours.
+    pub fn to_png(&self) -> Vec<u8> {
+        let mut palette: Vec<Pixel> = self.pixels.clone();
+        palette.sort_unstable();
+        palette.dedup();
+        let size = self
+            .size()
+            .map(|side| u32::try_from(side).expect("a mesh of fewer than 2³² nodes a side"));
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
+        encoder.set_compression(png::Compression::High);
+        let place = |pixel: &Pixel| palette.binary_search(pixel).expect("it is among them") as u8;
+        let pixels = match palette.len() <= PALETTE {
+            true => {
+                encoder.set_color(png::ColorType::Indexed);
+                encoder.set_palette(palette.as_flattened().to_vec());
+                self.pixels.iter().map(place).collect()
+            }
+            false => {
+                encoder.set_color(png::ColorType::Rgb);
+                self.pixels.as_flattened().to_vec()
+            }
+        };
+        encoder
+            .write_header()
+            .and_then(|mut writer| writer.write_image_data(&pixels))
+            .expect("writing to memory cannot fail");
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_contact::morphology::map::ContactMap;
+
+    fn contact(nodes: usize, touches: impl Fn(usize, usize) -> bool) -> ContactMap {
+        let pressure = |node| f64::from(u8::from(touches(node / nodes, node % nodes)));
+        let pressures: Vec<f64> = (0..nodes * nodes).map(pressure).collect();
+        ContactMap::of_pressures([nodes; 2], &pressures)
+    }
+
+    #[test]
+    fn x_runs_to_the_right_and_y_upwards() {
+        let at_x_axis_end = contact(3, |i, j| (i, j) == (2, 0));
+        let picture = Raster::of_contact(&at_x_axis_end);
+        let dark = picture.pixels.iter().position(|&pixel| pixel == CONTACT);
+        assert_eq!(dark, Some(8), "the lower right corner");
+    }
+
+    #[test]
+    fn a_rectangle_is_as_wide_as_x_and_as_high_as_y() {
+        let picture = Raster::of_pressures([3, 2], &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(picture.size(), [3, 2]);
+        let dark = picture.pixels.iter().position(|&pixel| pixel != GAP);
+        assert_eq!(dark, Some(2), "the upper right corner");
+    }
+
+    #[test]
+    fn the_lowest_and_the_highest_node_have_the_ends_of_the_scale() {
+        let picture = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
+        let ends = [0.0, 1.0].map(|share| CIVIDIS.eval_continuous(share).into_array());
+        assert_eq!([picture.pixels[2], picture.pixels[1]], ends);
+    }
+
+    #[test]
+    fn missing_heights_are_holes_and_change_no_other_colour() {
+        let whole = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
+        let holed = Raster::of_heights([2, 2], &[-1.0, f64::NAN, 0.5, 3.0]);
+        let differ = |node: &usize| whole.pixels[*node] != holed.pixels[*node];
+        let holes: Vec<usize> = (0..4).filter(differ).collect();
+        assert_eq!(holes, [0], "the upper left corner");
+        assert_eq!(holed.pixels[0], HOLE);
+    }
+
+    #[test]
+    fn a_flat_surface_has_one_colour() {
+        let picture = Raster::of_heights([2, 2], &[0.7; 4]);
+        assert!(picture.pixels.iter().all(|&p| p == picture.pixels[0]));
+    }
+
+    #[test]
+    fn nodes_without_pressure_are_a_gap_and_not_the_lowest_pressure() {
+        let picture = Raster::of_pressures([2, 2], &[0.0, 1.0, 2.0, 0.0]);
+        let gaps = picture.pixels.iter().filter(|&&pixel| pixel == GAP).count();
+        assert_eq!(gaps, 2);
+    }
+
+    #[test]
+    fn a_node_has_the_colour_of_the_lightest_load_under_which_it_touches() {
+        let light = contact(2, |i, j| (i, j) == (0, 1));
+        let heavy = contact(2, |i, _| i == 0);
+        let picture = Raster::of_contacts(&[light, heavy]);
+        let expected = [colour_of_load(0, 2), GAP, colour_of_load(1, 2), GAP];
+        assert_eq!(picture.pixels, expected);
+    }
+
+    #[test]
+    fn a_smaller_picture_has_the_mean_of_each_square() {
+        let map = contact(5, |i, _| i < 2);
+        let small = Raster::of_contact(&map).at_most(3);
+        assert_eq!(small.size(), [3, 3]);
+        let row: Vec<Pixel> = small.pixels[..3].to_vec();
+        assert_eq!(row, [CONTACT, GAP, GAP]);
+        let half = contact(4, |i, _| i == 0);
+        let mean = Raster::of_contact(&half).at_most(2).pixels[0];
+        assert_eq!(mean, [147; 3], "half way from 38 to 255, rounded up");
+    }
+
+    #[test]
+    fn nodes_that_are_further_apart_along_one_axis_are_longer_along_it() {
+        let picture = || Raster::of_heights([3, 2], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(picture().in_proportion([0.3, 0.2]), picture());
+        let high = picture().in_proportion([3.0, 4.0]);
+        assert_eq!(high.size(), [3, 4]);
+        let rows: Vec<&[Pixel]> = high.pixels.chunks(3).collect();
+        assert!(rows[0] == rows[1] && rows[1] != rows[2] && rows[2] == rows[3]);
+        let wide = picture().in_proportion([7.5, 2.0]);
+        assert_eq!(wide.size(), [8, 2]);
+        assert_eq!(
+            [wide.pixels[0], wide.pixels[7]],
+            [picture().pixels[0], picture().pixels[2]]
+        );
+    }
+
+    #[test]
+    fn a_png_holds_the_pixels_and_is_the_same_every_time() {
+        let few = Raster::of_heights([3, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        holds_the_pixels(&few);
+        let more_than_a_palette =
+            Raster::of_nodes([20, 20], |node| [node as u8, (node / 256) as u8, 7]);
+        holds_the_pixels(&more_than_a_palette);
+    }
+
+    #[track_caller]
+    fn holds_the_pixels(picture: &Raster) {
+        let bytes = picture.to_png();
+        assert_eq!(bytes, picture.to_png());
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
+        decoder.set_transformations(png::Transformations::EXPAND);
+        let mut reader = decoder.read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        assert_eq!(pixels, picture.pixels.as_flattened());
+    }
+}

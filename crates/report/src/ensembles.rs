@@ -1,0 +1,383 @@
+//! Curves of statistically equal surfaces: means over them and how they scatter.
+
+use std::collections::BTreeMap;
+
+use arrow::array::Array;
+
+use super::bars::{Bars, deviation, ends, mean_and_half_bar};
+use asperity_contact::grid::Grid;
+use asperity_stages::columns::{
+    COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y,
+};
+use asperity_stages::ensemble;
+use asperity_stages::ensemble::Load;
+use asperity_stages::grids;
+use asperity_tables::column::Column;
+use asperity_tables::table::{Table, TableError};
+
+/// Where a group of surfaces stands in the study: its coordinates, as text, by name.
+pub type Point = BTreeMap<String, String>;
+
+/// Where the nodes of a point's surfaces lie, if it says so.
+pub fn grid(point: &Point) -> Option<Grid> {
+    let number = |column: &Column| point.get(column.name)?.parse::<f64>().ok();
+    let pair = |[either, x, y]: [Column; 3]| match number(&either) {
+        Some(same) => Some([same; 2]),
+        None => Some([number(&x)?, number(&y)?]),
+    };
+    let nodes = pair([NODES, NODES_X, NODES_Y])?.map(|nodes| nodes as usize);
+    grids::grid(nodes, pair([SIDE, SIDE_X, SIDE_Y])?).ok()
+}
+
+/// Surfaces of one parameter point under ascending loads.
+#[derive(Debug)]
+pub struct EnsembleCurves<'a> {
+    /// All that they share.
+    pub point: Point,
+    /// Which estimate of the area the rows hold; none as it was counted.
+    pub correction: Option<String>,
+    /// Number of surfaces.
+    pub surfaces: usize,
+    table: &'a Table,
+    rows: ensemble::Ensemble,
+    bars: Bars,
+}
+
+/// A quantity under one load, over the surfaces of an ensemble.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mean {
+    /// The reduced load.
+    pub load: f64,
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Half the length of its error bar; none of a single surface.
+    pub half_bar: Option<f64>,
+}
+
+impl Mean {
+    /// The ends of its error bar.
+    pub fn bar(&self) -> Option<[f64; 2]> {
+        ends(self.mean, self.half_bar)
+    }
+
+    /// The quantity in another unit.
+    pub fn times(&self, factor: f64) -> Mean {
+        Mean {
+            load: self.load,
+            mean: factor * self.mean,
+            half_bar: self.half_bar.map(|half| factor * half),
+        }
+    }
+
+    /// The quantity over the load: the secant of its curve.
+    pub fn secant(&self) -> Mean {
+        Mean {
+            load: self.load,
+            mean: self.mean / self.load,
+            half_bar: self.half_bar.map(|half| half / self.load),
+        }
+    }
+}
+
+/// The slope of a mean curve between two loads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Half way between them.
+    pub load: f64,
+    /// Difference over difference.
+    pub slope: f64,
+    /// The ends of its error bar: slopes of single surfaces scatter much less than their areas do.
+    pub bar: Option<[f64; 2]>,
+}
+
+/// The growth of the mean contact pressure with the load between two loads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PressureGrowth {
+    /// The mean of the two areas.
+    pub area: f64,
+    /// Difference over difference of the mean curve.
+    pub growth: f64,
+    /// The ends of its error bar.
+    pub bar: Option<[f64; 2]>,
+}
+
+/// The ensembles of a table of loads, in order of appearance.
+///
+/// # Errors
+/// When the table has no loads.
+pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
+    let ensembles = ensemble::ensembles(table)?.into_iter();
+    Ok(ensembles
+        .map(|rows| EnsembleCurves {
+            point: told(rows.point.clone()),
+            correction: rows.point.get(CORRECTION.name).map(ToString::to_string),
+            surfaces: rows.members.len(),
+            rows,
+            table,
+            bars,
+        })
+        .collect())
+}
+
+/// The parameters of a row.
+pub fn point(table: &Table, row: usize) -> Point {
+    told(ensemble::Point::of_row(table, row))
+}
+
+/// Parameters as text, but for the estimator of the area.
+fn told(point: ensemble::Point) -> Point {
+    let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
+    let mut point: Point = point
+        .iter()
+        .map(|(name, value)| (name.to_owned(), value.to_string()))
+        .collect();
+    // A spectrum without a plateau is told by two wavenumbers.
+    if point.get(K_ROLLOFF.name) == point.get(K_LOWER.name) {
+        point.remove(K_ROLLOFF.name);
+    }
+    point
+}
+
+impl EnsembleCurves<'_> {
+    /// Whether its table has a column.
+    pub fn has(&self, column: &str) -> bool {
+        self.table.has(column)
+    }
+
+    /// A quantity under each load that all surfaces have: a mean curve ends where the first of its
+    /// surfaces reaches full contact, for it has no rows beyond.
+    ///
+    /// # Errors
+    /// When the table has no such column of numbers.
+    pub fn mean(&self, column: &str) -> Result<Vec<Mean>, TableError> {
+        let values = self.table.reals(column)?;
+        let means = self.complete().filter_map(|(load, rows)| {
+            let known: Option<Vec<f64>> = rows
+                .iter()
+                .map(|&row| values.is_valid(row).then(|| values.value(row)))
+                .collect();
+            let (mean, half_bar) = mean_and_half_bar(&known?, self.bars);
+            Some(Mean {
+                load: load.reduced,
+                mean,
+                half_bar,
+            })
+        });
+        Ok(means.collect())
+    }
+
+    /// The slope of the mean of a quantity that vanishes at no load, the first one from there.
+    ///
+    /// # Errors
+    /// When the table has no such column of numbers.
+    pub fn slope(&self, column: &str) -> Result<Vec<Slope>, TableError> {
+        let values = self.table.reals(column)?;
+        let mut before = (0.0, vec![0.0; self.surfaces]);
+        let mut slopes = Vec::new();
+        for (Load { reduced: load, .. }, rows) in self.complete() {
+            let now: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
+            let step = load - before.0;
+            let each = now
+                .iter()
+                .zip(&before.1)
+                .map(|(now, before)| (now - before) / step);
+            let (slope, half) = mean_and_half_bar(&each.collect::<Vec<_>>(), self.bars);
+            slopes.push(Slope {
+                load: (load + before.0) / 2.0,
+                slope,
+                bar: ends(slope, half),
+            });
+            before = (load, now);
+        }
+        Ok(slopes)
+    }
+
+    /// The growth of the mean contact pressure y/a with the load y, area a by the given column;
+    /// from the second load on. Its error is the delete-one jackknife's: the pressure is not a mean
+    /// over surfaces.
+    ///
+    /// # Errors
+    /// When the table has no such column of numbers.
+    pub fn pressure_growth(&self, column: &str) -> Result<Vec<PressureGrowth>, TableError> {
+        let values = self.table.reals(column)?;
+        let complete = self.complete().map(|(load, rows)| {
+            let areas: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
+            (load.reduced, areas)
+        });
+        let complete: Vec<(f64, Vec<f64>)> = complete.collect();
+        let growth = complete.windows(2).map(|pair| {
+            let [(load, areas), (next_load, next_areas)] = pair else {
+                unreachable!("windows of two")
+            };
+            let count = areas.len() as f64;
+            let [sum, next_sum] = [areas, next_areas].map(|areas| areas.iter().sum::<f64>());
+            let rise = |sum: f64, next: f64, count: f64| {
+                count * (next_load / next - load / sum) / (next_load - load)
+            };
+            let growth = rise(sum, next_sum, count);
+            let without = areas.iter().zip(next_areas);
+            let without =
+                without.map(|(area, next)| rise(sum - area, next_sum - next, count - 1.0));
+            let without: Vec<f64> = without.collect();
+            // Of n values that leave one out each, the scatter is that of the mean over n − 1.
+            let half = deviation(&without)
+                .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
+            PressureGrowth {
+                area: (sum + next_sum) / (2.0 * count),
+                growth,
+                bar: ends(growth, half),
+            }
+        });
+        Ok(growth.collect())
+    }
+
+    /// A quantity over one of another ensemble of the same surfaces, surface by surface, under each load
+    /// that all of them have in both.
+    ///
+    /// # Errors
+    /// When a table has no such column of numbers.
+    pub fn ratio(
+        &self,
+        column: &str,
+        other: &EnsembleCurves,
+        other_column: &str,
+    ) -> Result<Vec<Mean>, TableError> {
+        let (values, others) = (self.table.reals(column)?, other.table.reals(other_column)?);
+        let others: BTreeMap<_, f64> = other
+            .rows
+            .states()
+            .map(|(member, load, row)| ((member, load.given.to_bits()), others.value(row)))
+            .collect();
+        let means = self.complete().filter_map(|(load, rows)| {
+            let members = self.rows.members.iter().zip(rows);
+            let ratios = members.map(|(&member, row)| {
+                let other = others.get(&(member, load.given.to_bits()))?;
+                Some(values.value(row) / other)
+            });
+            let (mean, half_bar) =
+                mean_and_half_bar(&ratios.collect::<Option<Vec<_>>>()?, self.bars);
+            Some(Mean {
+                load: load.reduced,
+                mean,
+                half_bar,
+            })
+        });
+        Ok(means.collect())
+    }
+
+    /// The loads that all surfaces have, with a row of each.
+    fn complete(&self) -> impl Iterator<Item = (Load, Vec<usize>)> {
+        let loads = self.rows.loads.iter().enumerate();
+        loads.filter_map(|(place, &load)| Some((load, self.rows.complete(place)?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_stages::columns::{LOAD, REALIZATION, SURFACE};
+    use asperity_tables::column::{Column, ColumnKind, integers, reals, texts};
+
+    const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
+    const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
+    const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
+
+    /// Two surfaces in two blocks of loads that share 0.2; the second surface has no 0.4.
+    fn table() -> Table {
+        let rows = [
+            ("one", "a", 0.1, 0.10),
+            ("one", "a", 0.2, 0.30),
+            ("two", "b", 0.1, 0.30),
+            ("two", "b", 0.2, 0.50),
+            ("three", "a", 0.2, 0.31),
+            ("three", "a", 0.4, 0.60),
+            ("four", "b", 0.2, 0.51),
+        ];
+        Table::new(
+            rows.len(),
+            vec![
+                (SURFACE, texts(rows.map(|row| row.1))),
+                (
+                    REALIZATION,
+                    integers(rows.map(|row| i64::from(row.1 == "b"))),
+                ),
+                (NODES, integers([64; 7])),
+                (LOAD, reals(rows.map(|row| row.2))),
+                (AREA, reals(rows.map(|row| row.3))),
+                (TASK, texts(rows.map(|row| row.0))),
+            ],
+        )
+    }
+
+    #[test]
+    fn blocks_of_loads_make_one_curve_that_ends_where_its_first_surface_does() {
+        let table = table();
+        let ensembles = of(&table, Bars::Sem).unwrap();
+        let [ensemble] = ensembles.as_slice() else {
+            panic!("one point, found {}", ensembles.len())
+        };
+        assert_eq!(ensemble.surfaces, 2);
+        assert_eq!(ensemble.point["nodes"], "64");
+        let means = ensemble.mean("area").unwrap();
+        let found: Vec<(f64, f64)> = means.iter().map(|mean| (mean.load, mean.mean)).collect();
+        assert_eq!(found, [(0.1, 0.2), (0.2, 0.4)], "a shared load counts once");
+        // Two values, 0.2 apart: half of that is the standard error of their mean.
+        assert!((means[0].half_bar.unwrap() - 0.1).abs() < 1e-15);
+    }
+
+    #[test]
+    fn slopes_begin_at_the_origin_and_scatter_as_those_of_single_surfaces_do() {
+        let table = table();
+        let slopes = of(&table, Bars::Sem).unwrap()[0].slope("area").unwrap();
+        let found: Vec<f64> = slopes.iter().map(|slope| slope.load).collect();
+        assert!((found[0] - 0.05).abs() < 1e-15 && (found[1] - 0.15).abs() < 1e-15);
+        assert!((slopes[0].slope - 2.0).abs() < 1e-14);
+        assert!((slopes[1].slope - 2.0).abs() < 1e-14);
+        let [low, high] = slopes[1].bar.unwrap();
+        assert!(high - low < 1e-14, "both rise by 0.2");
+    }
+
+    #[test]
+    fn bars_of_deviations_are_longer_than_those_of_errors_by_the_root_of_the_surfaces() {
+        let table = table();
+        let bar = |bars| of(&table, bars).unwrap()[0].mean("area").unwrap()[0].half_bar;
+        let ratio = bar(Bars::Sd).unwrap() / bar(Bars::Sem).unwrap();
+        assert!((ratio - 2f64.sqrt()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_mean_pressure_grows_by_what_its_mean_curve_does() {
+        let table = table();
+        let found = of(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
+        let [growth] = found.unwrap()[..] else {
+            panic!("one step")
+        };
+        // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
+        assert!((growth.area - 0.3).abs() < 1e-15 && growth.growth.abs() < 1e-15);
+        // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1; half their distance.
+        let each: [f64; 2] = [2.0 / 0.3 - 10.0, 4.0 - 1.0 / 0.3];
+        let [low, high] = growth.bar.unwrap();
+        assert!((high - low - (each[1] - each[0]).abs()).abs() < 1e-13);
+    }
+
+    #[test]
+    fn ratios_are_of_the_same_surface_under_the_same_load() {
+        let table = table();
+        let reversed = table.pick(&[6, 5, 4, 3, 2, 1, 0]);
+        let (one, other) = (
+            of(&table, Bars::Sem).unwrap(),
+            of(&reversed, Bars::Sem).unwrap(),
+        );
+        let ratios = one[0].ratio("area", &other[0], "area").unwrap();
+        // Under 0.2 each surface has two rows, of which the first of either table counts.
+        assert_eq!((ratios[0].load, ratios[0].mean), (0.1, 1.0));
+        assert!((ratios[1].mean - (0.30 / 0.31 + 0.50 / 0.51) / 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_single_surface_has_no_error() {
+        let table = table().pick(&[0, 1]);
+        let means = of(&table, Bars::Sem).unwrap()[0].mean("area").unwrap();
+        assert!(means.iter().all(|mean| mean.half_bar.is_none()));
+    }
+}

@@ -1,0 +1,258 @@
+//! Every coordinate there is, swept, before everybody who sorts rows into ensembles.
+
+use crate::bars::Bars;
+use crate::ensembles as report;
+use asperity_claims::{Evidence, evidence::KindTable};
+use asperity_stages::aggregate::{self, Groups, Statistic};
+use asperity_stages::columns::*;
+use asperity_stages::ensemble::*;
+use asperity_stages::fit;
+use asperity_stages::fit::laws::{Law, PlainLaw};
+use asperity_stages::{Kind, columns_of};
+use asperity_tables::column::{Column, ColumnKind, Role, Value, integers, reals, texts};
+use asperity_tables::table::Table;
+
+const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
+
+/// Coordinates that place rows about something else than the contact of one surface.
+const ELSEWHERE: [&str; 7] = [
+    BIN.name,
+    ALONG.name,
+    WAVENUMBER.name,
+    LAG.name,
+    DISTANCE.name,
+    BEARING_LEVEL.name,
+    "pooled",
+];
+/// Surfaces with a grain are all left out of claims, and so are asperity models.
+const LEFT_OUT: [&str; 3] = [
+    ANISOTROPY_RATIO.name,
+    ANISOTROPY_ANGLE.name,
+    INTERACTION.name,
+];
+
+/// Every column that places measured or corrected contacts.
+fn coordinates() -> Vec<Column> {
+    let kinds = [Kind::Generate, Kind::Solve, Kind::Measure, Kind::Correct];
+    let all = kinds.into_iter().flat_map(columns_of);
+    all.filter(|column| column.role.is_coordinate() && !ELSEWHERE.contains(&column.name))
+        .collect()
+}
+
+/// One value of a coordinate, or another.
+fn value(column: &Column, which: usize) -> Value {
+    let number = which as f64 + 1.0;
+    match column.kind {
+        ColumnKind::Real => Value::Real(0.25 * number),
+        ColumnKind::Integer => Value::Integer(1 << which),
+        _ => Value::Text(format!("{}-{which}", column.name)),
+    }
+}
+
+/// Cells of one row: two surfaces under two loads each, for either value of the swept coordinate.
+fn cells(swept: &Column, which: usize, surface: usize, load: usize) -> Vec<(Column, Value)> {
+    let of = |column: &Column| {
+        let place = match column.name {
+            name if name == swept.name => which,
+            "realization" => surface,
+            "load" | "pressure" => load,
+            _ => 0,
+        };
+        (*column, value(column, place))
+    };
+    coordinates().iter().map(of).collect()
+}
+
+/// Contacts as they are measured and corrected, with one coordinate swept.
+fn swept(column: &Column) -> Table {
+    let states = [(0, 0), (0, 1), (1, 0), (1, 1)];
+    let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load)));
+    let rows = rows.concat();
+    let tables = rows
+        .iter()
+        .enumerate()
+        .map(|(row, &(which, surface, load))| {
+            let place = Table::row(&cells(column, which, surface, load));
+            let area = 0.1 * (load + 1) as f64 + 0.01 * row as f64;
+            place.with(vec![
+                (AREA_FRACTION, reals([area])),
+                (AREA_CORRECTED, reals([area])),
+                (SWITCHES, integers([10])),
+                (STOP, texts(["converged"])),
+                (TASK, texts([format!("{which}-{surface}")])),
+            ])
+        });
+    Table::stack(&tables.collect::<Vec<_>>()).unwrap()
+}
+
+/// How many different states of surfaces the rows are about: of surfaces that differ by realization
+/// or load alone, sweeping either of them repeats rows.
+fn states(column: &Column) -> usize {
+    match column.name {
+        "realization" | "load" => 4,
+        // The name of a surface follows from the rest, and so do coordinates in another unit.
+        "surface" => 4,
+        _ if column.role == Role::Derived => 4,
+        _ => 8,
+    }
+}
+
+#[test]
+fn every_coordinate_makes_ensembles_surfaces_or_loads_as_its_role_says() {
+    for column in coordinates() {
+        let table = swept(&column);
+        let ensembles = ensembles(&table).unwrap();
+        let standing: usize = ensembles
+            .iter()
+            .map(|ensemble| ensemble.states().count())
+            .sum();
+        let repeated: usize = ensembles
+            .iter()
+            .map(|ensemble| ensemble.repeated.len())
+            .sum();
+        assert_eq!(standing + repeated, table.rows(), "{}", column.name);
+        assert_eq!(standing, states(&column), "{}", column.name);
+        let expected = if column.role == Role::Parameter { 2 } else { 1 };
+        assert_eq!(ensembles.len(), expected, "{}", column.name);
+    }
+}
+
+#[test]
+fn fits_take_every_row_once() {
+    for column in coordinates() {
+        let points = fit::points::Point::all(&swept(&column)).unwrap();
+        let taken = points.iter().map(|point| {
+            let curves = point.curves.as_ref().unwrap();
+            curves.surfaces() * curves.loads().len()
+        });
+        assert_eq!(taken.sum::<usize>(), states(&column), "{}", column.name);
+    }
+}
+
+#[test]
+fn fits_over_meshes_take_every_row_once() {
+    let params = fit::Params {
+        law: Law::Plain(PlainLaw::MeshConvergence),
+        window: [0.0, 10.0],
+        bootstrap: 0,
+        level: 0.9,
+        seed: 1,
+    };
+    for column in coordinates() {
+        let fitted = fit::fitted(&params, &swept(&column)).unwrap();
+        let pooled = fitted.texts("pooled").unwrap();
+        let single = pooled
+            .iter()
+            .filter(|what| *what == Some("nothing"))
+            .count();
+        // Meshes and corrections of one surface under one load are one line.
+        let varied = ["nodes", "nodes_x", "nodes_y", "correction", "coefficient"];
+        let is_varied = varied.contains(&column.name);
+        let expected = if is_varied { 4 } else { states(&column) };
+        assert_eq!(single, expected, "{}", column.name);
+    }
+}
+
+#[test]
+fn aggregates_count_every_row_once() {
+    let groups = Groups {
+        group_by: None,
+        over: vec![AREA_FRACTION.name.to_owned()],
+        statistics: vec![Statistic::Mean],
+        models: vec![],
+    };
+    for column in coordinates() {
+        let reduced = aggregate::grouped(&swept(&column), &groups).unwrap();
+        let counted: i64 = reduced.integers("count").unwrap().values().iter().sum();
+        assert_eq!(counted as usize, states(&column), "{}", column.name);
+    }
+}
+
+#[test]
+fn figures_show_every_row_once() {
+    for column in coordinates() {
+        let table = swept(&column);
+        let ensembles = report::of(&table, Bars::Sem).unwrap();
+        let shown = ensembles
+            .iter()
+            .map(|one| one.surfaces * one.mean(AREA_FRACTION.name).unwrap().len());
+        assert_eq!(shown.sum::<usize>(), states(&column), "{}", column.name);
+        let mut told: Vec<_> = ensembles
+            .iter()
+            .map(|one| (&one.point, &one.correction))
+            .collect();
+        told.dedup();
+        // Coefficients have names, which figures tell.
+        if column.name != "coefficient" {
+            assert_eq!(told.len(), ensembles.len(), "{}", column.name);
+        }
+    }
+}
+
+#[test]
+fn claims_take_every_row_once_or_name_it_as_left_out() {
+    for column in coordinates() {
+        // A coordinate of measured surfaces or shapes makes no other spectrum: it is left out, too.
+        let [taken, left_out] = claimed(swept(&column).without(&LEFT_OUT));
+        let expected = match column.name {
+            "correction" | "coefficient" => 4,
+            name if LEFT_OUT.contains(&name) => 4,
+            _ => states(&column),
+        };
+        assert_eq!(taken + left_out, expected, "{}", column.name);
+        assert_eq!(claimed(swept(&column)), [0, 8], "{}", column.name);
+    }
+}
+
+/// Rows of contacts that claims rest on, and those that are left out.
+fn claimed(contacts: Table) -> [usize; 2] {
+    let contacts = contacts.without(&["correction", "coefficient"]);
+    let finished = KindTable {
+        kind: Kind::Measure,
+        table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
+    };
+    let evidence = Evidence::of(&[finished]).unwrap();
+    let ensembles = evidence.ensembles.iter();
+    let taken = ensembles.map(|one| one.surfaces() * one.loads.len());
+    let left_out = evidence.setting.left_out.iter().map(|left| left.rows);
+    [taken.sum(), left_out.sum()]
+}
+
+#[test]
+fn loads_that_differ_by_rounding_are_one_and_the_first_row_stands() {
+    let computed = 0.06 * (2.0 / 6.0);
+    let rows = [(0.02, 0.5), (0.04, 0.7), (computed, 0.6)];
+    let table = Table::new(
+        3,
+        vec![
+            (SURFACE, texts(["a"; 3])),
+            (HURST, reals([0.8; 3])),
+            (SEED, integers([1; 3])),
+            (REALIZATION, integers([0; 3])),
+            (LOAD, reals(rows.map(|row| row.0))),
+            (AREA_FRACTION, reals(rows.map(|row| row.1))),
+        ],
+    );
+    let [ensemble] = ensembles(&table).unwrap().try_into().unwrap();
+    let loads = [computed, 0.04];
+    assert_eq!(
+        ensemble.loads,
+        loads.map(|load| Load {
+            given: load,
+            reduced: load
+        })
+    );
+    assert_eq!(ensemble.repeated, [2]);
+    let once = each_once(&table).unwrap();
+    assert_eq!(once.reals("area_fraction").unwrap().values(), &[0.5, 0.7]);
+}
+
+#[test]
+fn surfaces_of_two_seeds_are_of_one_ensemble() {
+    let seed = coordinates()
+        .into_iter()
+        .find(|column| column.name == "seed")
+        .unwrap();
+    let [ensemble] = ensembles(&swept(&seed)).unwrap().try_into().unwrap();
+    assert_eq!(ensemble.members.len(), 4);
+}

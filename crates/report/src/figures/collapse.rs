@@ -1,0 +1,211 @@
+//! Corrected areas of all spectra against the bandwidth, or against Nayak's parameter where Hurst
+//! exponents or plateaus differ. A finding of this program, beside section 5.2.2 of the paper.
+
+use crate::ReportError;
+use crate::charts::axis::Axis;
+use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::colour::Colour;
+use crate::charts::figure::{Figure, in_pairs};
+use crate::charts::style::{Dash, Style};
+use crate::ensembles::{EnsembleCurves, Mean, Point};
+use crate::figure::{Definition, Drawn, sample};
+use crate::figure_data::{COUNTED_AREA, FigureData};
+use asperity_contact::topography::spectrum;
+use asperity_stages::columns::{AREA_CORRECTED, HURST, K_LOWER, K_ROLLOFF, K_UPPER};
+use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
+use asperity_statistics::line;
+
+pub const FIGURE: Definition = Definition {
+    name: "collapse",
+    title: "Collapse of the corrected area on the bandwidth",
+    draw,
+};
+
+/// Loads whose secants lie apart: from light contact to a third of the area.
+const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
+/// How far from these a study's loads may lie.
+const NEAR: f64 = 0.1;
+/// Fewest spectra of a curve.
+const FEWEST_SPECTRA: usize = 3;
+/// The corrections, and the words above their charts.
+const CORRECTIONS: [(&str, &str); 3] = [
+    (AS_COUNTED, "as counted"),
+    (OF_2015, "corrected by π/8"),
+    (OF_2017, "corrected as in 2017"),
+];
+
+/// Secants of one spectrum.
+struct Spectrum<'a> {
+    ensemble: &'a EnsembleCurves<'a>,
+    abscissa: f64,
+    means: Vec<Mean>,
+}
+
+/// Quantity on the horizontal axis.
+#[derive(Clone, Copy)]
+enum Abscissa {
+    /// ζ = k_upper/k_lower, where spectra differ in cutoffs alone.
+    Bandwidth,
+    /// α over the modes of the cell.
+    Nayak,
+}
+
+impl Abscissa {
+    fn of(data: &FigureData) -> Abscissa {
+        let spectra = data.under(OF_2017).filter_map(|one| spectrum(&one.point));
+        let spectra: Vec<spectrum::Spectrum> = spectra.collect();
+        let is_alike = |one: &spectrum::Spectrum| {
+            one.k_rolloff == one.k_lower && one.hurst == spectra[0].hurst
+        };
+        match spectra.iter().all(is_alike) {
+            true => Abscissa::Bandwidth,
+            false => Abscissa::Nayak,
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Abscissa::Bandwidth => "bandwidth ζ = k_upper/k_lower",
+            Abscissa::Nayak => "Nayak's parameter α",
+        }
+    }
+
+    fn meaning(self) -> (&'static str, &'static str) {
+        match self {
+            Abscissa::Bandwidth => ("the bandwidth ζ = k_upper/k_lower", "ζ"),
+            Abscissa::Nayak => (
+                "Nayak's parameter α of the spectrum over the modes of the cell",
+                "α",
+            ),
+        }
+    }
+
+    fn value(self, spectrum: &spectrum::Spectrum) -> Option<f64> {
+        match self {
+            Abscissa::Bandwidth => Some(f64::from(spectrum.k_upper) / f64::from(spectrum.k_lower)),
+            Abscissa::Nayak => spectrum.nayak_on_a_square(),
+        }
+    }
+}
+
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let mut charts = Vec::new();
+    let mut surfaces = Vec::new();
+    let abscissa = Abscissa::of(data);
+    for (correction, title) in CORRECTIONS {
+        let spectra = spectra(data, correction, abscissa)?;
+        if spectra.len() < FEWEST_SPECTRA {
+            continue;
+        }
+        surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
+        charts.push(chart(data, &spectra, abscissa.label()).titled(title));
+    }
+    if !data.under(OF_2017).any(|_| true) || charts.is_empty() {
+        return Ok(Drawn::missing(
+            "areas of three spectra or more, corrected as in 2017",
+            data.lines_of_corrections(),
+        ));
+    }
+    let (meaning, symbol) = abscissa.meaning();
+    let caption = format!(
+        "Secants A/(A₀ y) against {meaning}, at the loads that stand beside them, with lines by least \
+         squares in ln {symbol}; from {}; bars are {}. As counted, the areas of one {symbol} differ with \
+         k_lower, for the mesh adds more where wavelengths are short; corrected by π/8 they differ the \
+         other way.",
+        sample(&surfaces),
+        data.bars,
+    );
+    Ok(Drawn::figure(
+        Figure::of_charts(in_pairs(charts), [430.0, 320.0]),
+        caption,
+    ))
+}
+
+/// The spectra with a corrected area at one of the loads, or more.
+fn spectra<'a>(
+    data: &'a FigureData,
+    correction: &str,
+    abscissa: Abscissa,
+) -> Result<Vec<Spectrum<'a>>, ReportError> {
+    let mut spectra = Vec::new();
+    for ensemble in data.under(correction) {
+        let own = spectrum(&ensemble.point);
+        let Some(abscissa) = own.and_then(|own| abscissa.value(&own)) else {
+            continue;
+        };
+        let area = if correction == AS_COUNTED {
+            COUNTED_AREA
+        } else {
+            AREA_CORRECTED.name
+        };
+        let means = ensemble.mean(area)?;
+        let at = |load: f64| {
+            let distance = |mean: &Mean| (mean.load / load - 1.0).abs();
+            let nearest = means
+                .iter()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            (distance(nearest) < NEAR).then(|| nearest.secant())
+        };
+        let means: Option<Vec<Mean>> = LOADS.into_iter().map(at).collect();
+        spectra.extend(means.map(|means| Spectrum {
+            ensemble,
+            abscissa,
+            means,
+        }));
+    }
+    Ok(spectra)
+}
+
+fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
+    let mut chart = Chart::new(Axis::logarithmic(label), Axis::linear("secant A/(A₀ y)"));
+    let abscissae = || spectra.iter().map(|one| one.abscissa);
+    let [least, most] = [
+        abscissae().fold(f64::MAX, f64::min),
+        abscissae().fold(0.0, f64::max),
+    ];
+    for load in 0..LOADS.len() {
+        let logarithms: Vec<f64> = abscissae().map(f64::ln).collect();
+        let secants: Vec<f64> = spectra
+            .iter()
+            .map(|one| one.means[load].mean.ln())
+            .collect();
+        if let Some((slope, offset)) = line(&logarithms, &secants) {
+            let style = Style::line(Colour::Muted, Dash::Dashed, 1.2);
+            let secant = |x: f64| (offset + slope * x.ln()).exp();
+            let ends = [least, most].map(|x| (x, secant(x)));
+            chart.series.push(Series::new(ends, style));
+            // At the left ends, where lines are farthest apart.
+            let note = format!("y = {:.3}", spectra[0].means[load].load);
+            chart.notes.push((least / 1.9, secant(least), note));
+        }
+    }
+    chart.x = chart.x.within(least / 3.2, 1.3 * most);
+    for spectrum in spectra {
+        let point = |mean: &Mean| DataPoint {
+            x: spectrum.abscissa,
+            y: mean.mean,
+            bar: mean.bar(),
+        };
+        let place = &spectrum.ensemble.point;
+        let series = Series {
+            points: spectrum.means.iter().map(point).collect(),
+            style: data.styles.markers(place),
+            label: data.styles.label(place),
+        };
+        chart.series.push(series);
+    }
+    chart
+}
+
+/// Returns the spectrum of a point if its surfaces are drawn from one.
+fn spectrum(point: &Point) -> Option<spectrum::Spectrum> {
+    let whole = |name: &str| point.get(name)?.parse::<u32>().ok();
+    let k_lower = whole(K_LOWER.name)?;
+    Some(spectrum::Spectrum {
+        hurst: point.get(HURST.name)?.parse().ok()?,
+        k_lower,
+        k_rolloff: whole(K_ROLLOFF.name).unwrap_or(k_lower),
+        k_upper: whole(K_UPPER.name)?,
+        anisotropy: None,
+    })
+}

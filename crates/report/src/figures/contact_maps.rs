@@ -1,0 +1,232 @@
+//! Contact maps of two surfaces under five loads, and all of them laid over each other (figs. 7
+//! and 8); on the page, a slider through more loads of each.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::ReportError;
+use crate::charts::figure::{Figure, Panel, in_rows, panel_of_map};
+use crate::charts::map_panel::{MapPanel, ScaleBar};
+use crate::charts::raster::Raster;
+use crate::ensembles;
+use crate::ensembles::Point;
+use crate::figure::{Definition, Drawn};
+use crate::figure_data::FigureData;
+use crate::load_slider;
+use crate::load_slider::{LoadSlider, SliderScale, Step};
+use crate::samples;
+use crate::samples::Sample;
+use crate::tables::FinishedStages;
+use crate::units::scale_bar;
+use asperity_contact::morphology::area::ContactArea;
+use asperity_contact::morphology::map::ContactMap;
+use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP};
+use asperity_stages::ensemble;
+use asperity_stages::grids::Grids;
+use asperity_stages::{Recipe, Stage as _, StageError};
+use asperity_tables::parquet::Columns;
+use asperity_tables::store::TaskTables;
+use asperity_tables::table::Table;
+
+pub const FIGURE: Definition = Definition {
+    name: "contact-maps",
+    title: "Contact maps",
+    draw,
+};
+
+/// Where maps are shown, or at the nearest loads that a study has.
+pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
+/// Pixels per side of a map.
+const PIXELS: usize = 256;
+
+fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+    let (mut rows, mut sliders) = (Vec::new(), Vec::new());
+    let samples = extremes(samples::of(data.finished)?);
+    let which = match samples.iter().all(|sample| sample.random().is_some()) {
+        true => "with the smallest and of the one with the largest lower cutoff",
+        false => "and of the last parameter point",
+    };
+    for sample in samples {
+        let Some(pressed) = Pressed::of(data, &sample)? else {
+            let needs = "contact maps, which are in the store no more";
+            return Ok(Drawn::Gone { needs });
+        };
+        if pressed.states.is_empty() {
+            continue;
+        }
+        let label = data.styles.label(&pressed.point);
+        let panels = pressed.panels(label.as_deref());
+        rows.extend(in_rows(3, panels));
+        sliders.push(pressed.slider(label.unwrap_or_default()));
+    }
+    if rows.is_empty() {
+        let lines = data.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
+        return Ok(Drawn::missing("solved loads", lines));
+    }
+    let caption = format!(
+        "Contact, dark, of the first surface {which}, as counted on the mesh. Last of each: all \
+         loads together, the darkest touches under the lightest of them, the lightest under the \
+         heaviest alone."
+    );
+    let panel = panel_of_map(rows.iter().flatten(), 265.0);
+    Ok(Drawn::figure(Figure { rows, panel }, caption).with_sliders(sliders))
+}
+
+/// The samples with the smallest and with the largest lower cutoff, each with the smallest upper
+/// one that goes with it. Where there are no cutoffs, the first and the last.
+fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
+    let cutoffs = |sample: &Sample| {
+        let spectrum = sample.random().map(|surface| surface.spectrum);
+        spectrum.map(|spectrum| (spectrum.k_lower, spectrum.k_upper))
+    };
+    samples.sort_by_key(cutoffs);
+    let largest = samples.last().and_then(cutoffs).map(|(k_lower, _)| k_lower);
+    let has_largest = |sample: &Sample| cutoffs(sample).map(|(k_lower, _)| k_lower) == largest;
+    let last = match largest {
+        Some(_) => samples.iter().position(has_largest).unwrap_or(0),
+        None => samples.len().saturating_sub(1),
+    };
+    let mut place = 0;
+    samples.retain(|_| {
+        place += 1;
+        place == 1 || place == last + 1
+    });
+    samples
+}
+
+/// A surface as it is pressed at one parameter point.
+struct Pressed {
+    point: Point,
+    /// Sides of the map,
+    size: [f64; 2],
+    /// and the unit of these and of gaps, where it is known.
+    unit: Option<String>,
+    /// By the bits of the load.
+    states: BTreeMap<u64, State>,
+}
+
+/// Contact under a load.
+struct State {
+    map: ContactMap,
+    mean_gap: f64,
+}
+
+impl Pressed {
+    /// Under all loads of the first parameter point at which the surface is pressed; nothing if the
+    /// store has lost some of the maps.
+    fn of(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
+        let FinishedStages { plan, archive, .. } = data.finished;
+        let mut pressed = Pressed {
+            point: sample.point.clone(),
+            size: sample.params.size(),
+            unit: None,
+            states: BTreeMap::new(),
+        };
+        let mut first = None;
+        for task in &plan.tasks {
+            let Recipe::Solve(params) = &task.recipe else {
+                continue;
+            };
+            if task.inputs != [sample.task] || archive.have(&[task.key]) == [false] {
+                continue;
+            }
+            let point = ensemble::Point::of(params.coordinates());
+            if *first.get_or_insert_with(|| point.clone()) != point {
+                continue;
+            }
+            if !archive.store().has(task.key) {
+                return Ok(None);
+            }
+            pressed.add(&archive.store().read(task.key, Columns::All)?)?;
+        }
+        pressed.unit = data.units.at(&pressed.point).map(str::to_owned);
+        Ok(Some(pressed))
+    }
+
+    /// Adds a block of loads.
+    fn add(&mut self, block: &Table) -> Result<(), ReportError> {
+        if block.rows() == 0 {
+            return Ok(());
+        }
+        self.point = ensembles::point(block, 0);
+        let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
+        let bits = block.bytes(CONTACT.name)?;
+        let grids = Grids::of(block)?;
+        for row in 0..block.rows() {
+            let grid = grids.grid(row).map_err(ReportError::Surface)?;
+            self.size = grid.cell().size();
+            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
+            let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
+            let mean_gap = gaps.value(row);
+            self.states
+                .insert(loads.value(row).to_bits(), State { map, mean_gap });
+        }
+        Ok(())
+    }
+
+    /// The maps under the loads that are shown, and all of these together.
+    fn panels(&self, label: Option<&str>) -> Vec<Panel> {
+        let label = label.map_or_else(String::new, |label| format!("{label} · "));
+        let shown = self.nearest();
+        let maps = shown.iter().map(|load| (load, &self.states[load].map));
+        let mut panels: Vec<Panel> = ('a'..)
+            .zip(maps.clone())
+            .map(|(letter, (load, map))| {
+                let title = format!("{label}({letter}) load {:.3}", f64::from_bits(*load));
+                self.panel(title, &Raster::of_contact(map))
+            })
+            .collect();
+        let maps: Vec<ContactMap> = maps.map(|(_, map)| map.clone()).collect();
+        let title = format!("{label}all loads");
+        panels.push(self.panel(title, &Raster::of_contacts(&maps)));
+        panels
+    }
+
+    fn panel(&self, title: String, picture: &Raster) -> Panel {
+        Panel::Map(MapPanel {
+            scale_bar: self.scale_bar(),
+            ..MapPanel::new(title, picture.at_most(PIXELS), self.size)
+        })
+    }
+
+    fn scale_bar(&self) -> Option<ScaleBar> {
+        scale_bar(self.size[0], self.unit.as_deref())
+    }
+
+    /// The loads nearest to those that are shown, each once.
+    fn nearest(&self) -> BTreeSet<u64> {
+        let mut left: BTreeSet<u64> = self.states.keys().copied().collect();
+        let mut chosen = BTreeSet::new();
+        for shown in SHOWN_LOADS {
+            let distance = |bits: u64| (f64::from_bits(bits) / shown).ln().abs();
+            let nearest = left
+                .iter()
+                .copied()
+                .min_by(|&one, &other| distance(one).total_cmp(&distance(other)));
+            chosen.extend(nearest.and_then(|load| left.take(&load)));
+        }
+        chosen
+    }
+
+    /// The maps under loads spread over all.
+    fn slider(&self, label: String) -> LoadSlider {
+        let states: Vec<(&u64, &State)> = self.states.iter().collect();
+        let step = |place: usize| {
+            let (load, State { map, mean_gap }) = states[place];
+            let area = ContactArea::of(map).fraction();
+            let picture = Raster::of_contact(map).at_most(PIXELS);
+            let unit = self.unit.as_deref();
+            Step::of(f64::from_bits(*load), area, *mean_gap, unit, &picture)
+        };
+        let longer = self.size[0].max(self.size[1]);
+        LoadSlider {
+            label,
+            size: self.size.map(|side| side / longer),
+            scale: self.scale_bar().map(|bar| SliderScale {
+                percent: 100.0 * bar.length / self.size[0],
+                label: bar.label,
+            }),
+            steps: load_slider::spread(states.len()).map(step).collect(),
+            loads: states.len(),
+        }
+    }
+}

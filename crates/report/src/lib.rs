@@ -1,0 +1,294 @@
+//! What a study has found, to be looked at: one page, and its figures for a paper.
+//!
+//! The [`tables`] of a study's stages are sorted into [`figure_data`]: curves of ensembles, all of
+//! which have one style on all figures. Each of the [`figures`] draws what it finds there, or says
+//! which stage would add it; the [`page`] holds them, the tables, and where all of it comes from.
+
+pub mod advice;
+pub mod bars;
+pub mod basis;
+pub mod caveat;
+pub mod charts;
+pub mod distributions;
+pub mod ensembles;
+#[cfg(test)]
+mod every_consumer;
+pub mod figure;
+pub mod figure_data;
+pub mod figures;
+mod load_slider;
+pub mod measured;
+pub mod page;
+pub mod place;
+pub mod provenance;
+pub mod remarks;
+pub mod samples;
+pub mod seal;
+pub mod styles;
+pub mod surface_curves;
+pub mod tables;
+pub mod units;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use self::bars::Bars;
+use self::basis::Basis;
+use self::figure::{Definition, Drawn, DrawnFigure, MissingFigure};
+use self::figure_data::FigureData;
+use self::provenance::PageProvenance;
+use self::tables::FinishedStages;
+use crate::charts::pixels;
+use crate::charts::pixels::PixelsError;
+use crate::charts::svg;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::FIGURES;
+use asperity_pipeline::results::archive::Archive;
+use asperity_pipeline::results::reading::StageRows;
+use asperity_pipeline::study::Warning;
+use asperity_stages::StageError;
+use asperity_stages::surface_files::SurfaceFiles;
+use asperity_tables::parallel;
+use asperity_tables::store::StoreError;
+use asperity_tables::store::files::{Existing, lock_to_write, make_folder, write_whole};
+use asperity_tables::table::TableError;
+
+/// The page's file.
+const PAGE: &str = "report.html";
+/// Pixels of a PNG file to one of a figure.
+const SCALE: f32 = 2.0;
+
+/// A report that has been written.
+#[derive(Debug)]
+pub struct Report {
+    /// The page.
+    pub page: PathBuf,
+    /// The folder of figures.
+    pub figures: PathBuf,
+    /// The titles of the figures that are there.
+    pub drawn: Vec<&'static str>,
+    /// The titles of those that are not, and what they need.
+    pub missing: Vec<(&'static str, &'static str)>,
+    /// Bytes of the page.
+    pub size: usize,
+}
+
+/// A report cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A table cannot be read, or a file not be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A table is not what its kind of stage writes.
+    #[error("cannot use a table of the study")]
+    Table(#[from] TableError),
+    /// Means over surfaces cannot be taken.
+    #[error("cannot tell what the study's surfaces are like")]
+    Caveats(#[source] StageError),
+    /// A surface cannot be drawn again.
+    #[error("cannot show a surface")]
+    Surface(#[source] StageError),
+    /// A figure cannot be turned into pixels.
+    #[error("cannot make `{name}.png`")]
+    Pixels {
+        /// The figure.
+        name: &'static str,
+        /// Why.
+        source: PixelsError,
+    },
+    /// Another page is there, which shows what this one would not.
+    #[error(
+        "`{}` shows more than is there to be shown now: {}; `asperity run` computes what is \
+         missing, `--output FOLDER` writes the page elsewhere, `--replace` in the place of the \
+         other",
+        page.display(),
+        lacks.join(", "),
+    )]
+    ShowsLess {
+        /// The page.
+        page: PathBuf,
+        /// What would be lost.
+        lacks: Vec<String>,
+    },
+    /// The file in the page's place is not a report.
+    #[error(
+        "`{}` was not written by `asperity report` and is not replaced; `--output` names another \
+         folder",
+        page.display()
+    )]
+    NoReport {
+        /// The file.
+        page: PathBuf,
+    },
+    /// A file in the report's place is not part of an earlier report of the study.
+    #[error(
+        "`{}` is not part of a report of `{study}`, or was changed since; `--replace` overwrites \
+         it, `--output` names another folder",
+        path.display()
+    )]
+    Taken {
+        /// The file.
+        path: PathBuf,
+        /// The study's name.
+        study: String,
+    },
+    /// A figure of an earlier report cannot be taken away.
+    #[error("cannot remove `{}`, a figure of an earlier report", path.display())]
+    Remove {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// A study and what has been read of it.
+pub struct Subject<'a> {
+    /// Its tasks.
+    pub plan: &'a Plan,
+    /// The rows of its stages.
+    pub rows: &'a [StageRows],
+    /// Its finished tasks, and their maps.
+    pub archive: &'a Archive,
+    /// The files of its measured surfaces.
+    pub sources: &'a SurfaceFiles,
+    /// Its manifest's text.
+    pub manifest: &'a str,
+    /// What should be known of it.
+    pub warnings: &'a [Warning],
+}
+
+impl Subject<'_> {
+    /// Whether all that the manifest asks for is there.
+    fn is_complete(&self) -> bool {
+        let mut stages = self.plan.stages.iter().zip(self.rows);
+        stages.all(|(stage, rows)| rows.tasks.len() == stage.tasks.len())
+    }
+}
+
+/// Writes the page `report.html` and the folder `figures` into a folder. Of a study that is not
+/// complete, or has lost its maps, a page that shows more is kept.
+///
+/// # Errors
+/// When a surface cannot be drawn, or a file not be written, or a page that shows more is there.
+pub fn write(
+    subject: &Subject,
+    bars: Bars,
+    folder: &Path,
+    existing: Existing,
+) -> Result<Report, ReportError> {
+    let finished = FinishedStages::of(subject);
+    let data = FigureData::of(&finished, bars)?;
+    // Each figure by itself: on a machine of many cores they take as long as the slowest.
+    let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
+    let drawn = drawn.into_iter().collect::<Result<_, ReportError>>()?;
+    let (there, missing) = parted(drawn);
+    let basis = Basis::of(
+        &subject.plan.study,
+        &there,
+        seal::digests(&there),
+        &finished.stages,
+    );
+    let page = folder.join(PAGE);
+    let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
+    if existing == Existing::Keep && !is_complete {
+        let lacks = basis.lacks_of(&page);
+        if !lacks.is_empty() {
+            return Err(ReportError::ShowsLess { page, lacks });
+        }
+    }
+    make_folder(folder)?;
+    // The page holds the digests of the figures, so that `verify` must see both or neither.
+    let _alone = lock_to_write(folder);
+    let pictures = folder.join(FIGURES);
+    write_figures(&there, &pictures)?;
+    let provenance = PageProvenance::of(&finished, subject);
+    let text = page::html(&there, &missing, &finished, &basis, &provenance, folder);
+    let text = seal::sealed(text);
+    write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
+    Ok(Report {
+        page,
+        figures: pictures,
+        drawn: there.iter().map(|figure| figure.title).collect(),
+        missing: missing
+            .iter()
+            .map(|figure| (figure.title, figure.needs))
+            .collect(),
+        size: text.len(),
+    })
+}
+
+/// Draws one figure, if anybody asked for it.
+fn draw(
+    definition: &Definition,
+    data: &FigureData,
+) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
+    let Definition { name, title, draw } = *definition;
+    let missing = |needs, lines| MissingFigure {
+        title,
+        needs,
+        lines,
+    };
+    Ok(Some(match draw(data)? {
+        Drawn::Figure {
+            figure,
+            caption,
+            sliders,
+        } => {
+            let svg = figure.to_svg(name);
+            let alone = svg::alone(&svg);
+            let png = pixels::to_png(&alone, SCALE);
+            Ok(DrawnFigure {
+                name,
+                title,
+                svg,
+                alone,
+                png: png.map_err(|source| ReportError::Pixels { name, source })?,
+                caption,
+                sliders,
+            })
+        }
+        Drawn::Gone { needs } => Err(missing(needs, None)),
+        Drawn::Missing { needs, lines } => Err(missing(needs, Some(lines))),
+        Drawn::NotAsked => return Ok(None),
+    }))
+}
+
+/// Writes two files for each figure, and takes away those that an earlier report has left of
+/// others.
+fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
+    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
+        write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;
+    }
+    let is_gone = |name: &str| there.iter().all(|figure| figure.name != name);
+    for definition in figures::ALL.iter().filter(|figure| is_gone(figure.name)) {
+        for name in definition.file_names() {
+            remove(&folder.join(name))?;
+        }
+    }
+    Ok(())
+}
+
+fn remove(path: &Path) -> Result<(), ReportError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(ReportError::Remove {
+            path: path.to_owned(),
+            source: error,
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn parted(
+    drawn: Vec<Option<Result<DrawnFigure, MissingFigure>>>,
+) -> (Vec<DrawnFigure>, Vec<MissingFigure>) {
+    let (mut there, mut missing) = (Vec::new(), Vec::new());
+    for figure in drawn.into_iter().flatten() {
+        match figure {
+            Ok(figure) => there.push(figure),
+            Err(figure) => missing.push(figure),
+        }
+    }
+    (there, missing)
+}

@@ -1,0 +1,267 @@
+//! One colour for each lower cutoff and one marker for each upper one, on every figure of a page; what
+//! tells points apart in words, and measured surfaces by the names of their files.
+
+use std::collections::BTreeMap;
+
+use super::ensembles::Point;
+use crate::charts::colour::Colour;
+use crate::charts::style::{Dash, Marker, Style};
+use asperity_stages::columns::{
+    CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
+    RMS_SLOPE,
+};
+
+/// Names of the files of measured surfaces, by the hash of what is in them.
+pub type Files = BTreeMap<String, String>;
+
+/// How the points of a study look.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Styles {
+    points: Vec<Point>,
+    files: Files,
+    /// What tells points apart, each coordinate with its values in ascending order.
+    varying: Vec<(String, Vec<String>)>,
+    /// The coordinate that the colour stands for.
+    colour: Option<usize>,
+    /// The coordinate that the marker stands for.
+    marker: Option<usize>,
+}
+
+/// Coordinates that a measured surface has from its file, beside which they say nothing.
+const FOLLOW_FROM_A_FILE: [&str; 5] = [
+    CONTENT.name,
+    NODES.name,
+    NODES_X.name,
+    NODES_Y.name,
+    RMS_SLOPE.name,
+];
+
+impl Styles {
+    /// Styles that tell these points apart as well as colours and markers can.
+    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Styles {
+        let points: Vec<Point> = points.into_iter().cloned().collect();
+        let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for name in points.iter().flat_map(|point| point.keys()) {
+            values.entry(name.clone()).or_default();
+        }
+        for (name, known) in &mut values {
+            for point in &points {
+                let value = point.get(name).cloned().unwrap_or_default();
+                if !known.contains(&value) {
+                    known.push(value);
+                }
+            }
+            let word = |value: &String| files.get(value).unwrap_or(value).clone();
+            known.sort_by(|one, other| ascending(&word(one), &word(other)));
+        }
+        // Studies that give a hardness in both units have it twice.
+        if values.contains_key(HARDNESS.name) {
+            values.remove(HARDNESS_REDUCED.name);
+        }
+        let varying = values.into_iter().filter(|(_, values)| values.len() > 1);
+        let mut varying: Vec<_> = varying.collect();
+        // Cutoffs name a spectrum before anything else does.
+        let rank = |name: &str| match name {
+            "k_lower" => 0,
+            "k_upper" => 1,
+            _ => 2,
+        };
+        varying.sort_by_key(|(name, _)| rank(name));
+        let place = |wanted: &str| varying.iter().position(|(name, _)| name == wanted);
+        let marker = place(K_UPPER.name);
+        let colour = place(K_LOWER.name);
+        let other = |taken: Option<usize>| (0..varying.len()).find(|&at| Some(at) != taken);
+        let colour = colour.or_else(|| other(marker));
+        let marker = marker
+            .filter(|_| marker != colour)
+            .or_else(|| other(colour));
+        Styles {
+            points,
+            files: files.clone(),
+            varying,
+            colour,
+            marker,
+        }
+    }
+
+    /// What tells a point from the others: `k_lower 4 · k_upper 32`, or `wear.npy` for a measured
+    /// surface; nothing where there are no others.
+    pub fn label(&self, point: &Point) -> Option<String> {
+        let file = self.file(point).map(str::to_owned);
+        let parts = self.varying.iter().filter_map(|(name, _)| {
+            let value = point.get(name)?;
+            let follows = file.is_some() && FOLLOW_FROM_A_FILE.contains(&name.as_str());
+            (!follows && self.tells_apart(name, point)).then(|| format!("{name} {value}"))
+        });
+        let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
+        let method = |of: &Point| of.get(METHOD.name).cloned();
+        if words.is_empty()
+            && self
+                .points
+                .iter()
+                .any(|other| method(other) != method(point))
+        {
+            // The only one that is no file.
+            return method(point).map(|method| format!("method {method}"));
+        }
+        (!words.is_empty()).then(|| words.join(" · "))
+    }
+
+    /// The name of a measured surface's file.
+    fn file(&self, point: &Point) -> Option<&str> {
+        self.files.get(point.get(CONTENT.name)?).map(String::as_str)
+    }
+
+    /// Whether a coordinate varies among the points of one file, or of none.
+    fn tells_apart(&self, name: &str, point: &Point) -> bool {
+        let alike = |other: &&Point| self.file(other) == self.file(point);
+        let mut others = self.points.iter().filter(alike);
+        others.any(|other| other.get(name) != point.get(name))
+    }
+
+    /// The colour of a point.
+    pub fn colour(&self, point: &Point) -> Colour {
+        Colour::Series(self.place(self.colour, point))
+    }
+
+    /// Separate points in the colour and with the marker of a point of the study.
+    pub fn markers(&self, point: &Point) -> Style {
+        Style::marker(
+            self.colour(point),
+            Marker::of(self.place(self.marker, point)),
+        )
+    }
+
+    /// A thin line in the colour of a point of the study, to join its markers.
+    pub fn joins(&self, point: &Point) -> Style {
+        Style::line(self.colour(point), Dash::Solid, 1.0)
+    }
+
+    /// The line that joins all of a point's means, and the markers at some of them.
+    pub fn both(&self, point: &Point) -> [Style; 2] {
+        [self.joins(point), self.markers(point)]
+    }
+
+    /// A line in the colour of a point of the study, its pattern for its marker.
+    pub fn line(&self, point: &Point) -> Style {
+        const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
+        let dash = DASHES[self.place(self.marker, point) % DASHES.len()];
+        Style::line(self.colour(point), dash, 1.5)
+    }
+
+    fn place(&self, coordinate: Option<usize>, point: &Point) -> usize {
+        let Some((name, values)) = coordinate.map(|at| &self.varying[at]) else {
+            return 0;
+        };
+        let value = point.get(name).map_or("", String::as_str);
+        values.iter().position(|known| known == value).unwrap_or(0)
+    }
+}
+
+/// Numbers by size, anything else by the alphabet.
+fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
+    match (one.parse::<f64>(), other.parse::<f64>()) {
+        (Ok(one), Ok(other)) => one.total_cmp(&other),
+        _ => one.cmp(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(k_lower: u32, k_upper: u32) -> Point {
+        let entry = |name: &str, value: u32| (name.to_owned(), value.to_string());
+        [
+            entry("k_lower", k_lower),
+            entry("k_upper", k_upper),
+            entry("nodes", 256),
+        ]
+        .into()
+    }
+
+    #[test]
+    fn a_colour_stands_for_a_lower_cutoff_and_a_marker_for_an_upper_one() {
+        let points = [point(1, 32), point(1, 128), point(16, 32), point(4, 128)];
+        let styles = Styles::of(&points, &Files::new());
+        let colours = points.each_ref().map(|point| styles.colour(point));
+        assert_eq!(
+            colours,
+            [0, 0, 2, 1].map(Colour::Series),
+            "ascending by number"
+        );
+        let markers = points.each_ref().map(|point| styles.markers(point).marker);
+        assert_eq!(markers[0], markers[2]);
+        assert_ne!(markers[0], markers[1]);
+    }
+
+    #[test]
+    fn a_label_says_what_varies_and_nothing_else() {
+        let styles = Styles::of(&[point(1, 32), point(16, 32)], &Files::new());
+        assert_eq!(styles.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
+        let alone = Styles::of(&[point(1, 32)], &Files::new());
+        assert_eq!(alone.label(&point(1, 32)), None);
+        // A surface has fewer coordinates than its contacts, and is the only one all the same.
+        let mut surface = point(1, 32);
+        surface.remove("nodes");
+        assert_eq!(alone.label(&surface), None);
+    }
+
+    #[test]
+    fn a_measured_surface_is_called_by_its_file() {
+        let point = |entries: &[(&str, &str)]| -> Point {
+            let entries = entries.iter();
+            entries
+                .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()))
+                .collect()
+        };
+        let of_file = |content, slope, edges| {
+            let method = ("method", "file");
+            point(&[
+                method,
+                ("content", content),
+                ("rms_slope", slope),
+                ("edges", edges),
+            ])
+        };
+        let [worn, new] = [("c1", "4.751345830974993"), ("c0", "0.2")]
+            .map(|(content, slope)| of_file(content, slope, "mirror"));
+        let files: Files = [("c1", "worn.npy"), ("c0", "new.npy")]
+            .map(|(content, file)| (content.to_owned(), file.to_owned()))
+            .into();
+        let label = |points: &[Point], point: &Point| Styles::of(points, &files).label(point);
+        let both = [worn.clone(), new.clone()];
+        assert_eq!(label(&both, &worn).as_deref(), Some("worn.npy"));
+        assert_eq!(label(&both[..1], &worn).as_deref(), Some("worn.npy"));
+        // Colours follow the names, whatever the hashes are.
+        let styles = Styles::of(&both, &files);
+        assert_eq!(
+            [&new, &worn].map(|point| styles.colour(point)),
+            [0, 1].map(Colour::Series)
+        );
+        // Read twice, it is told what differs.
+        let faded = of_file("c1", "4.2", "taper");
+        let thrice = [worn.clone(), new.clone(), faded.clone()];
+        assert_eq!(
+            label(&thrice, &faded).as_deref(),
+            Some("worn.npy · edges taper")
+        );
+        assert_eq!(label(&thrice, &new).as_deref(), Some("new.npy"));
+        // A random surface beside says nothing of what files have and it has not.
+        let random = point(&[
+            ("k_lower", "4"),
+            ("rms_slope", "0.02"),
+            ("method", "filter"),
+        ]);
+        let mixed = [worn.clone(), random.clone()];
+        assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));
+        assert_eq!(label(&mixed, &random).as_deref(), Some("method filter"));
+    }
+
+    #[test]
+    fn where_no_cutoff_varies_something_else_has_the_colours() {
+        let with = |hurst: &str| Point::from([("hurst".to_owned(), hurst.to_owned())]);
+        let styles = Styles::of(&[with("0.3"), with("0.8")], &Files::new());
+        assert_ne!(styles.colour(&with("0.3")), styles.colour(&with("0.8")));
+    }
+}

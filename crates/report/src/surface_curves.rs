@@ -1,0 +1,187 @@
+//! What `measure` stages tell of surfaces against a coordinate of its own: densities against
+//! wavenumbers, slopes against distances; means over the surfaces of a parameter point.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::ensembles::{self, Point};
+use asperity_stages::columns::ALONG;
+use asperity_tables::column::Column;
+use asperity_tables::table::{Table, TableError};
+
+/// Points to a factor of ten that a curve is drawn with.
+const POINTS_TO_A_DECADE: f64 = 24.0;
+
+/// A curve of the surfaces of one parameter point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceCurve {
+    /// Where they stand, without the coordinate of the curve.
+    pub point: Point,
+    /// The direction that it is told along, if it has one.
+    pub along: Option<String>,
+    /// How many they are.
+    pub surfaces: usize,
+    /// Ascending.
+    pub points: Vec<CurvePoint>,
+}
+
+/// A point of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// The coordinate.
+    pub x: f64,
+    /// The quantity.
+    pub y: f64,
+    /// What it counts for among its neighbours.
+    pub weight: f64,
+}
+
+/// Sum over surfaces, their number, and the weight of the first.
+type Sum = (f64, usize, f64);
+
+/// The curves of a table, in order of appearance; `weight` names the column of weights, if there are
+/// any.
+///
+/// # Errors
+/// When the table lacks one of the columns.
+pub fn of(
+    table: &Table,
+    [x, y]: [Column; 2],
+    weight: Option<Column>,
+) -> Result<Vec<SurfaceCurve>, TableError> {
+    let (coordinates, values) = (table.reals(x.name)?, table.reals(y.name)?);
+    let weights = weight
+        .map(|weight| table.integers(weight.name))
+        .transpose()?;
+    let mut found: Vec<(Point, BTreeMap<u64, Sum>)> = Vec::new();
+    for rows in runs(coordinates.values()) {
+        let mut point = ensembles::point(table, rows.start);
+        point.remove(x.name);
+        let place = found.iter().position(|(known, _)| *known == point);
+        let place = place.unwrap_or_else(|| {
+            found.push((point, BTreeMap::new()));
+            found.len() - 1
+        });
+        for row in rows {
+            let weight = weights.map_or(1.0, |weights| weights.value(row) as f64);
+            // Positive numbers sort as their bits do.
+            let bits = coordinates.value(row).to_bits();
+            let sum = found[place].1.entry(bits).or_insert((0.0, 0, weight));
+            sum.0 += values.value(row);
+            sum.1 += 1;
+        }
+    }
+    let curves = found.into_iter().map(|(mut point, sums)| SurfaceCurve {
+        along: point.remove(ALONG.name),
+        point,
+        surfaces: sums.values().map(|(_, count, _)| *count).max().unwrap_or(0),
+        points: sums.into_iter().map(mean).collect(),
+    });
+    Ok(curves.collect())
+}
+
+fn mean((bits, (sum, count, weight)): (u64, Sum)) -> CurvePoint {
+    CurvePoint {
+        x: f64::from_bits(bits),
+        y: sum / count as f64,
+        weight,
+    }
+}
+
+/// Rows whose coordinate ascends: one curve of one surface each.
+pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
+    let mut starts: Vec<usize> = (0..coordinates.len())
+        .filter(|&row| row == 0 || coordinates[row] <= coordinates[row - 1])
+        .collect();
+    starts.push(coordinates.len());
+    starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+}
+
+impl SurfaceCurve {
+    /// Whether a surface of the study stands where this curve does: it has all of its coordinates.
+    pub fn is_of(&self, surface: &Point) -> bool {
+        let own = self.point.iter();
+        own.into_iter()
+            .all(|(name, value)| surface.get(name) == Some(value))
+    }
+}
+
+/// Fewer points for an axis of logarithms, evenly over it: the weighted means of those between.
+pub fn thinned(points: &[CurvePoint]) -> Vec<(f64, f64)> {
+    let place = |point: &CurvePoint| (POINTS_TO_A_DECADE * point.x.log10()).floor() as i64;
+    let joined = points.chunk_by(|one, other| place(one) == place(other));
+    let mean = |points: &[CurvePoint]| {
+        let sum = |of: fn(&CurvePoint) -> f64| -> f64 {
+            points.iter().map(|point| point.weight * of(point)).sum()
+        };
+        let weight = sum(|_| 1.0);
+        let x = match points {
+            [point] => point.x,
+            _ => (sum(|point| point.x.ln()) / weight).exp(),
+        };
+        (x, sum(|point| point.y) / weight)
+    };
+    joined.map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_stages::columns::{MODES, REALIZATION, SPECTRAL_DENSITY, SURFACE, WAVENUMBER};
+    use asperity_tables::column::{ColumnKind, integers, reals, texts};
+
+    const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
+
+    #[test]
+    fn a_curve_is_the_mean_over_the_surfaces_of_a_point() {
+        let rows = [
+            ("a", 0, 64, 1.0, 4.0),
+            ("a", 0, 64, 2.0, 2.0),
+            ("b", 1, 64, 1.0, 8.0),
+            ("b", 1, 64, 2.0, 4.0),
+            ("c", 0, 128, 1.0, 5.0),
+        ];
+        let table = Table::new(
+            rows.len(),
+            vec![
+                (SURFACE, texts(rows.map(|row| row.0))),
+                (REALIZATION, integers(rows.map(|row| row.1))),
+                (NODES, integers(rows.map(|row| row.2))),
+                (WAVENUMBER, reals(rows.map(|row| row.3))),
+                (MODES, integers([8; 5])),
+                (SPECTRAL_DENSITY, reals(rows.map(|row| row.4))),
+            ],
+        );
+        let found = of(&table, [WAVENUMBER, SPECTRAL_DENSITY], Some(MODES)).unwrap();
+        let told: Vec<(usize, Vec<(f64, f64)>)> = found
+            .iter()
+            .map(|curve| {
+                let points = curve.points.iter().map(|point| (point.x, point.y));
+                (curve.surfaces, points.collect())
+            })
+            .collect();
+        let expected = [(2, vec![(1.0, 6.0), (2.0, 3.0)]), (1, vec![(1.0, 5.0)])];
+        assert_eq!(told, expected);
+        assert!(found[0].is_of(&found[0].point) && !found[0].is_of(&found[1].point));
+    }
+
+    #[test]
+    fn a_thinned_power_law_is_the_same_power_law() {
+        let points: Vec<CurvePoint> = (1..3000)
+            .map(|k| {
+                let x = f64::from(k);
+                CurvePoint {
+                    x,
+                    y: x.powf(-3.6),
+                    weight: x,
+                }
+            })
+            .collect();
+        let thin = thinned(&points);
+        assert!(thin.len() < 90, "{}", thin.len());
+        for (x, y) in thin {
+            // Within a twenty-fourth of a decade the mean of a power law is above it by less.
+            assert!((y * x.powf(3.6) - 1.0).abs() < 0.02, "{x}");
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! The units that numbers of a page are told in: lengths in metres with the prefix that suits them,
+//! and pressures in pascals where they are known to be.
+//!
+//! Tables hold lengths in the unit of their surface and pressures in that of the modulus. Lengths that
+//! can be metres become metres. The unit of a modulus is written nowhere: it is taken for the pascal
+//! where lengths are known and E* is at least a million, which no solid reaches in megapascals and all
+//! but gels exceed in pascals.
+
+use std::collections::BTreeMap;
+
+use super::ensembles::Point;
+use super::tables::FinishedStages;
+use crate::charts::map_panel::ScaleBar;
+use asperity_stages::Kind;
+use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
+use asperity_tables::table::TableError;
+use asperity_topography_files::length_ratio;
+
+/// E* is taken to be in pascals from here on.
+const LEAST_MODULUS_IN_PASCALS: f64 = 1e6;
+/// A scale bar takes at most this share of the map's side along x.
+const MOST_OF_SIDE: f64 = 0.35;
+
+/// The units of length of a study's surfaces.
+#[derive(Debug)]
+pub struct Units {
+    /// Of measured surfaces, by their names.
+    by_surface: BTreeMap<String, String>,
+}
+
+/// A unit of length that several surfaces share.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LengthUnit {
+    /// The metre; the units of all can be turned into it.
+    Metre,
+    /// The same for all, and no length that is known.
+    Named(String),
+    /// Not known, or not the same.
+    Unknown,
+}
+
+/// What numbers are multiplied with to be in a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scaled {
+    /// The factor.
+    pub factor: f64,
+    /// The unit, with its prefix.
+    pub unit: String,
+}
+
+impl Units {
+    /// As the study's surfaces say them.
+    ///
+    /// # Errors
+    /// When a table of surfaces lacks a column of its stage.
+    pub fn of(finished: &FinishedStages) -> Result<Units, TableError> {
+        let mut by_surface = BTreeMap::new();
+        let columns = [SURFACE.name, UNIT.name];
+        let stages = finished.with(&columns);
+        for stage in stages.filter(|stage| stage.kind == Kind::Generate) {
+            let [surfaces, units] = columns.map(|name| stage.table.texts(name));
+            for (surface, unit) in surfaces?.iter().zip(units?) {
+                if let (Some(surface), Some(unit)) = (surface, unit) {
+                    by_surface.insert(surface.to_owned(), unit.to_owned());
+                }
+            }
+        }
+        Ok(Units { by_surface })
+    }
+
+    /// That of the surfaces at a point: their own, or that of the surface whose spectrum they have.
+    pub fn at<'a>(&'a self, point: &'a Point) -> Option<&'a str> {
+        let own = point.get(UNIT.name);
+        let of_model = || self.by_surface.get(point.get(SPECTRUM_OF.name)?);
+        own.or_else(of_model).map(String::as_str)
+    }
+}
+
+impl LengthUnit {
+    /// Of surfaces with these units; none where one has none.
+    pub fn common<'a>(units: impl IntoIterator<Item = Option<&'a str>>) -> LengthUnit {
+        let units: Option<Vec<&str>> = units.into_iter().collect();
+        match units.as_deref() {
+            Some([]) | None => LengthUnit::Unknown,
+            Some(units) if units.iter().all(|unit| in_metres(unit).is_some()) => LengthUnit::Metre,
+            Some([first, others @ ..])
+                if !first.is_empty() && others.iter().all(|other| other == first) =>
+            {
+                LengthUnit::Named((*first).to_owned())
+            }
+            Some(_) => LengthUnit::Unknown,
+        }
+    }
+
+    /// What a length of a surface in its own unit is multiplied with.
+    pub fn factor(&self, unit: Option<&str>) -> f64 {
+        match self {
+            LengthUnit::Metre => unit.and_then(in_metres).unwrap_or(1.0),
+            LengthUnit::Named(_) | LengthUnit::Unknown => 1.0,
+        }
+    }
+
+    /// For lengths up to the largest, in this unit.
+    pub fn scaled(&self, largest: f64) -> Scaled {
+        match self {
+            LengthUnit::Metre => prefixed(largest, "m"),
+            LengthUnit::Named(unit) => Scaled::plain(unit),
+            LengthUnit::Unknown => Scaled::plain("the unit of the side"),
+        }
+    }
+
+    /// Its name in a power, as on axes: `m⁴`.
+    pub fn power(&self, superscript: &str) -> String {
+        match self {
+            LengthUnit::Metre => format!("m{superscript}"),
+            LengthUnit::Named(unit) => format!("{unit}{superscript}"),
+            LengthUnit::Unknown => format!("side{superscript}"),
+        }
+    }
+}
+
+impl Scaled {
+    fn plain(unit: &str) -> Scaled {
+        Scaled {
+            factor: 1.0,
+            unit: unit.to_owned(),
+        }
+    }
+}
+
+/// Pressures up to the largest: in pascals where they are known to be, else in the unit of E*.
+pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> Scaled {
+    match *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS {
+        true => in_pascals(largest),
+        false => Scaled::plain("the unit of E*"),
+    }
+}
+
+/// For pressures in pascals up to the largest.
+pub fn in_pascals(largest: f64) -> Scaled {
+    prefixed(largest, "Pa")
+}
+
+/// A bar of 1, 2 or 5 times a power of ten for a map of a side along x; none where nobody knows the
+/// unit.
+pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
+    let shared = LengthUnit::common([unit]);
+    if shared == LengthUnit::Unknown {
+        return None;
+    }
+    let factor = shared.factor(unit);
+    let most = MOST_OF_SIDE * factor * side_x;
+    let power = 10f64.powf(most.log10().floor());
+    let step = [5.0, 2.0].into_iter().find(|step| step * power <= most);
+    let length = step.unwrap_or(1.0) * power;
+    let scaled = shared.scaled(length);
+    Some(ScaleBar {
+        length: length / factor,
+        label: format!("{} {}", digits(scaled.factor * length, 1), scaled.unit),
+    })
+}
+
+/// A number with so many significant digits and a true minus, without zeros at its end.
+pub fn digits(value: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{value:.*e}", digits.max(1) - 1)
+        .parse()
+        .unwrap_or(value);
+    let text = match rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
+        true => format!("{}", rounded + 0.0),
+        false => format!("{rounded:e}"),
+    };
+    text.replace('-', "−")
+}
+
+/// A unit with the prefix that leaves the largest number between 1 and 1000.
+fn prefixed(largest: f64, unit: &str) -> Scaled {
+    const PREFIXES: [(f64, &str); 8] = [
+        (1e9, "G"),
+        (1e6, "M"),
+        (1e3, "k"),
+        (1.0, ""),
+        (1e-3, "m"),
+        (1e-6, "µ"),
+        (1e-9, "n"),
+        (1e-12, "p"),
+    ];
+    // Twelve digits: 1000 nm with a little rounding is 1 µm.
+    let size = largest.abs() * (1.0 + 1e-12);
+    let prefix = PREFIXES.into_iter().find(|(value, _)| size >= *value);
+    let (value, prefix) = match size > 0.0 {
+        true => prefix.unwrap_or(PREFIXES[PREFIXES.len() - 1]),
+        false => (1.0, ""),
+    };
+    Scaled {
+        factor: 1.0 / value,
+        unit: format!("{prefix}{unit}"),
+    }
+}
+
+/// How many metres a unit of length is.
+fn in_metres(unit: &str) -> Option<f64> {
+    (!unit.is_empty())
+        .then(|| length_ratio(unit, "m"))
+        .flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_the_prefix_that_suits_them() {
+        let metre = LengthUnit::Metre;
+        let told = |length: f64| {
+            let Scaled { factor, unit } = metre.scaled(length);
+            format!("{} {unit}", digits(factor * length, 3))
+        };
+        let found = [3.2e-9, 1e-6, 999.7e-9, 0.0256, 0.0, -4e-8, 3e-14].map(told);
+        let expected = [
+            "3.2 nm", "1 µm", "1000 nm", "25.6 mm", "0 m", "−40 nm", "0.03 pm",
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_scale_bar_is_a_round_length_of_a_fifth_to_a_third_of_the_map() {
+        for side in [1e-5, 7.3e-6, 2.04e-4, 0.03, 8e-9] {
+            let ScaleBar { length, label } = scale_bar(side, Some("m")).unwrap();
+            assert!(length <= 0.35 * side * (1.0 + 1e-12) && 0.13 * side < length);
+            assert!(["1", "2", "5"].iter().any(|first| label.starts_with(first)));
+        }
+        let told = scale_bar(7.5, Some("µm"));
+        let told = told.map(|bar| (bar.label, bar.length));
+        assert_eq!(told.as_ref().map(|(label, _)| label.as_str()), Some("2 µm"));
+        assert!(
+            (told.unwrap().1 - 2.0).abs() < 1e-12,
+            "in the unit of the side"
+        );
+        assert_eq!(scale_bar(7.5, Some("")), None);
+        assert_eq!(scale_bar(7.5, None), None);
+    }
+
+    #[test]
+    fn units_that_are_lengths_become_metres_and_others_stay_if_they_are_the_same() {
+        let common = |units: &[Option<&'static str>]| LengthUnit::common(units.iter().copied());
+        let mixed = common(&[Some("µm"), Some("m")]);
+        assert_eq!(mixed, LengthUnit::Metre);
+        assert!((mixed.factor(Some("µm")) * 1e6 - 1.0).abs() < 1e-12);
+        let same = LengthUnit::Named("px".to_owned());
+        assert_eq!(common(&[Some("px"), Some("px")]), same);
+        assert_eq!(same.power("⁴"), "px⁴");
+        for units in [
+            &[Some("px"), Some("m")][..],
+            &[Some("m"), None],
+            &[Some("")],
+            &[],
+        ] {
+            assert_eq!(common(units), LengthUnit::Unknown);
+        }
+    }
+
+    #[test]
+    fn pressures_are_pascals_where_no_megapascals_can_be_meant() {
+        let unit = |modulus: f64, lengths: &LengthUnit| of_pressures(3e8, modulus, lengths).unit;
+        let metre = &LengthUnit::Metre;
+        assert_eq!(unit(2.1e11, metre), "MPa");
+        assert_eq!(unit(2.1e5, metre), "the unit of E*", "steel in megapascals");
+        assert_eq!(unit(2.1e11, &LengthUnit::Unknown), "the unit of E*");
+    }
+}

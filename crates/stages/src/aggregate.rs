@@ -1,0 +1,273 @@
+//! Reduces whole tables to statistics.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bytesize::ByteSize;
+use serde::Serialize;
+
+use super::columns::STOP;
+use super::fit::common_columns::STATUS;
+use super::{
+    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
+    StageError, stacked,
+};
+use asperity_manifest::diagnostics::counted;
+use asperity_tables::column::{Column, Role};
+use asperity_tables::table::Table;
+
+pub mod checks;
+mod confidence;
+mod frame;
+mod group_names;
+mod groups;
+pub mod keys;
+mod meanings;
+mod names;
+mod regression;
+pub mod sql;
+mod theory;
+
+pub use confidence::level as level_of_confidence;
+pub use groups::reduce as grouped;
+pub use theory::{Model, OF_THE_SPECTRUM};
+
+/// Raise it when the numbers change, or what columns say of themselves.
+pub const VERSION: u32 = 5;
+
+/// Reduces tables to statistics.
+pub const STAGE: Definition = Definition {
+    name: "aggregate",
+    version: VERSION,
+    reads: Reads {
+        rows: &Rows::ALL,
+        from: Cow::Borrowed("stages of any one kind, or with `sql` any stages"),
+    },
+    makes: |_| Some(Rows::Statistics),
+    columns,
+    summary: |table| {
+        let columns = table.schema().fields().len();
+        Ok(vec![
+            counted(table.rows(), "row"),
+            counted(columns, "column"),
+        ])
+    },
+};
+
+/// One reduction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Params {
+    /// Statistics of columns within groups.
+    Groups(Groups),
+    /// Any query over the input stages' tables.
+    Sql(Sql),
+}
+
+/// Statistics of columns within groups.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Groups {
+    /// Columns that name a group; `None` for every coordinate but surface, seed and realization.
+    pub group_by: Option<Vec<String>>,
+    /// Columns to reduce.
+    pub over: Vec<String>,
+    /// What to compute of each.
+    pub statistics: Vec<Statistic>,
+    /// Theories whose areas stand beside.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<Model>,
+}
+
+impl Groups {
+    /// Returns whether the statistics include standard errors or intervals.
+    fn asks_for_errors(&self) -> bool {
+        self.statistics.contains(&Statistic::Sem) || !self.levels().is_empty()
+    }
+
+    /// The levels of the confidence intervals that are asked for.
+    fn levels(&self) -> Vec<f64> {
+        let level = |statistic: &Statistic| match statistic {
+            Statistic::Confidence(level) => Some(*level),
+            _ => None,
+        };
+        self.statistics.iter().filter_map(level).collect()
+    }
+}
+
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Aggregate
+    }
+
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
+        match self {
+            Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
+            Params::Sql(sql) => sql::query(&tables, sql, context.memory),
+        }
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        match self {
+            Params::Groups(groups) => groups::reduce(&stacked(inputs)?, groups),
+            Params::Sql(sql) => {
+                let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
+                let named = inputs.iter().map(|(name, _)| (name.clone(), 1)).collect();
+                sql::query(&tables, &sql.over(named), ByteSize(u64::MAX))
+            }
+        }
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::All
+    }
+
+    /// Theories read further columns, and a query names its own.
+    fn needed(&self, table: Table) -> Table {
+        let Params::Groups(groups) = self else {
+            return table;
+        };
+        let named = groups.over.iter().chain(groups.group_by.iter().flatten());
+        let named: Vec<&str> = named
+            .map(String::as_str)
+            .chain([STOP.name, STATUS.name])
+            .collect();
+        match groups.models.is_empty() {
+            true => table
+                .keep(|name, role| named.contains(&name) || role.is_some_and(Role::is_coordinate)),
+            false => table,
+        }
+    }
+
+    fn query(&self) -> Option<&str> {
+        match self {
+            Params::Groups(_) => None,
+            Params::Sql(sql) => Some(&sql.query),
+        }
+    }
+
+    fn over(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
+        match self {
+            Params::Groups(_) => None,
+            Params::Sql(sql) => Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.over(inputs))))),
+        }
+    }
+
+    /// A theory that integrates over summits takes milliseconds a load.
+    fn effort(&self, extent: Extent) -> Effort {
+        let slow_models = match self {
+            Params::Groups(groups) => {
+                let models = groups.models.iter();
+                models
+                    .filter(|model| model.integrates_over_summits())
+                    .count()
+            }
+            Params::Sql(_) => 0,
+        };
+        Effort::seconds(0.02 + 5e-3 * (slow_models * extent.rows) as f64)
+    }
+}
+
+/// A statistic over the rows of a group.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Statistic {
+    /// Arithmetic mean.
+    Mean,
+    /// Sample standard deviation.
+    Sd,
+    /// Standard error of the mean, over surfaces.
+    Sem,
+    /// Smallest value.
+    Min,
+    /// Largest value.
+    Max,
+    /// Quantile, by linear interpolation.
+    Quantile(f64),
+    /// Confidence interval of the mean, of this level, by Student's t over surfaces.
+    Confidence(f64),
+    /// Slope of the least-squares line through the rows against `load`.
+    #[serde(rename = "regr_slope")]
+    RegressionSlope,
+    /// Where that line meets zero load.
+    #[serde(rename = "regr_intercept")]
+    RegressionIntercept,
+    /// Slope of the mean against `load`, by differences.
+    Slope,
+    /// Mean over `load`.
+    Secant,
+    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y, near full contact.
+    Approach,
+}
+
+/// A query.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sql {
+    /// The query text.
+    pub query: String,
+    /// Names under which the query sees the inputs, and how many input tables each holds; none of
+    /// a table that it does not read, and none before the study is planned.
+    pub tables: Vec<(String, usize)>,
+    /// What columns of the answer mean that no input has.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, Meaning>,
+}
+
+impl Sql {
+    /// The same query of inputs with these names, each of so many tables.
+    pub fn over(&self, tables: Vec<(String, usize)>) -> Sql {
+        Sql {
+            tables,
+            ..self.clone()
+        }
+    }
+}
+
+/// What a column means.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Meaning {
+    /// Unit of its values; empty where units make no sense.
+    pub unit: String,
+    /// One phrase.
+    pub meaning: String,
+}
+
+/// Every column that statistics may add, but those of the reduced columns themselves: these are
+/// called after them, as in `area_fraction_mean`.
+pub fn columns() -> Vec<Column> {
+    let models = Model::ALL.into_iter().flat_map(Model::columns);
+    names::OWN.into_iter().chain(models).collect()
+}
+
+impl Statistic {
+    /// What its columns' names end in.
+    pub fn suffixes(self) -> Vec<String> {
+        match self {
+            Statistic::Confidence(level) => ["lower", "upper"]
+                .map(|end| format!("{}_{end}", confidence::word(level)))
+                .into(),
+            _ => vec![self.suffix()],
+        }
+    }
+
+    /// What the name of its column ends in, or what those of two have in common.
+    pub fn suffix(self) -> String {
+        match self {
+            Statistic::Mean => "mean".to_owned(),
+            Statistic::Sd => "sd".to_owned(),
+            Statistic::Sem => "sem".to_owned(),
+            Statistic::Min => "min".to_owned(),
+            Statistic::Max => "max".to_owned(),
+            Statistic::Quantile(0.5) => "median".to_owned(),
+            // 0.05 is q05 and 0.975 is q975: the digits after the point.
+            Statistic::Quantile(share) => format!("q{share}").replace("q0.", "q"),
+            Statistic::Confidence(level) => confidence::word(level),
+            Statistic::RegressionSlope => "regr_slope".to_owned(),
+            Statistic::RegressionIntercept => "regr_intercept".to_owned(),
+            Statistic::Slope => "slope".to_owned(),
+            Statistic::Secant => "secant".to_owned(),
+            Statistic::Approach => "approach".to_owned(),
+        }
+    }
+}

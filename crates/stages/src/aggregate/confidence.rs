@@ -1,0 +1,166 @@
+//! Standard errors and confidence intervals of means, by Student's t over surfaces.
+//!
+//! A surface counts once, however many of its rows are in a group: areas of one surface under
+//! neighbouring loads say nearly the same, and so do those of one seed and realization at several
+//! points of a sweep, which share random numbers (see [`sampling_units`]). Of n surfaces with sums
+//! Sᵢ over nᵢ rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of
+//! the ratio of two means; with one row each it is the square of s/√n. A single surface has no
+//! error.
+//!
+//! [`sampling_units`]: crate::ensemble::sampling_units
+//!
+//! How often intervals of 95 % cover the mean of n values, in 20 000 simulated samples (6000 for
+//! resampling with 1000 replicates, 4000 from n = 20 on); ln x of the lognormal values has the
+//! standard deviation σ:
+//!
+//! | values | | n = 5 | 10 | 20 | 50 |
+//! |---|---|---|---|---|---|
+//! | normal | Student's t | 0.95 | 0.95 | 0.95 | 0.95 |
+//! | | percentiles of resamples | 0.85 | 0.90 | 0.93 | 0.94 |
+//! | lognormal, σ = 0.5 | Student's t | 0.92 | 0.92 | 0.93 | 0.94 |
+//! | | percentiles of resamples | 0.81 | 0.88 | 0.91 | 0.93 |
+//! | lognormal, σ = 1 | Student's t | 0.82 | 0.84 | 0.86 | 0.90 |
+//! | | percentiles of resamples | 0.72 | 0.81 | 0.84 | 0.90 |
+//!
+//! Student's t is nowhere worse, needs no draws, and is exact for normal values, which areas of
+//! surfaces of one spectrum are nearly.
+
+use std::collections::HashMap;
+
+use polars::prelude::{
+    Column, DataType, Expr, Field, LazyFrame, NamedFrom, PolarsResult, Schema, Series, col, lit,
+    when,
+};
+
+use super::super::StageError;
+use super::frame::polars_error;
+use super::names::mean_of;
+use asperity_statistics::student;
+
+/// `ci95` for a level of 0.95: the digits after the point, two or more.
+pub fn word(level: f64) -> String {
+    let digits = level.to_string().replace("0.", "");
+    format!("ci{digits:0<2}")
+}
+
+/// The level of a word such as `ci95`.
+pub fn level(word: &str) -> Option<f64> {
+    let digits = word.strip_prefix("ci")?;
+    let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
+    // `ci100` would be 10 %, which nobody means.
+    let is_shortest = digits.len() == 2 || !digits.ends_with('0');
+    let level: f64 = format!("0.{digits}").parse().ok()?;
+    (is_plain && is_shortest && level > 0.0).then_some(level)
+}
+
+/// What a column is whose name ends in one of these words, if it is an end of an interval of this
+/// level.
+pub fn meaning(level: f64, suffix: &str) -> Option<String> {
+    let end = suffix.strip_prefix(&word(level))?.strip_prefix('_')?;
+    // 0.29 × 100 is no whole number in floating point.
+    let percent = (level * 1e6).round() / 1e4;
+    Some(format!(
+        "{end} end of the {percent} % confidence interval, by Student's t over surfaces, of the mean"
+    ))
+}
+
+/// Column with the sampling unit of each row; no user's column has a space in its name.
+pub const SAMPLING_UNIT: &str = "sampling unit";
+
+/// Adds to each row the sum and the number of the values that its sampling unit has in its group.
+pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<LazyFrame, StageError> {
+    let unit: Vec<Expr> = keys.iter().cloned().chain([col(SAMPLING_UNIT)]).collect();
+    let within = |values: Expr| values.over(unit.clone()).map_err(polars_error);
+    let mut sums = Vec::new();
+    for name in over {
+        sums.push(within(value(name).sum())?.alias(sum_of(name)));
+        let count = within(value(name).count())?.cast(DataType::Float64);
+        sums.push(count.alias(rows_of(name)));
+    }
+    Ok(rows.with_columns(sums))
+}
+
+/// Returns the standard error of a group's mean and the number of its surfaces, from which
+/// intervals are computed.
+pub fn of_group(name: &str) -> [Expr; 2] {
+    [
+        standard_error(name).alias(error_of(name)),
+        surfaces(name).alias(surfaces_of(name)),
+    ]
+}
+
+/// Number of surfaces that have a value in the group.
+fn surfaces(name: &str) -> Expr {
+    let known = col(SAMPLING_UNIT).filter(value(name).is_not_null());
+    known.n_unique().cast(DataType::Float64)
+}
+
+/// Standard error of a group's mean; null for a single surface.
+pub fn standard_error(name: &str) -> Expr {
+    let known = || value(name).is_not_null();
+    let deviation = col(sum_of(name)) - col(rows_of(name)) * value(name).mean();
+    // Every row of a surface has the deviation of all: together they count it once.
+    let each = (deviation.clone() * deviation / col(rows_of(name))).filter(known());
+    let variance = each.sum() * surfaces(name) / (surfaces(name) - lit(1.0));
+    let count = value(name).count().cast(DataType::Float64);
+    when(surfaces(name).gt(lit(1.0)))
+        .then(variance.sqrt() / count)
+        .otherwise(lit(polars::prelude::NULL))
+}
+
+/// The ends of the interval of a group's mean; none for a single surface.
+pub fn ends(name: &str, level: f64) -> [Expr; 2] {
+    let factor = col(surfaces_of(name)).map(
+        move |surfaces| factors(&surfaces, level),
+        |_: &Schema, field: &Field| Ok(Field::new(field.name().clone(), DataType::Float64)),
+    );
+    let half_width = factor * col(error_of(name));
+    let mean = || col(mean_of(name));
+    let several = || col(surfaces_of(name)).gt(lit(1.0));
+    let end = |value: Expr| {
+        when(several())
+            .then(value)
+            .otherwise(lit(polars::prelude::NULL))
+    };
+    let word = word(level);
+    [
+        end(mean() - half_width.clone()).alias(format!("{name}_{word}_lower")),
+        end(mean() + half_width).alias(format!("{name}_{word}_upper")),
+    ]
+}
+
+/// Student's t of each number of surfaces; each is found once.
+fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
+    let mut known: HashMap<u32, f64> = HashMap::new();
+    let mut factor = |surfaces: f64| {
+        let freedom = surfaces as u32 - 1;
+        let quantile = || student::two_sided_quantile(level, freedom);
+        *known.entry(freedom).or_insert_with(quantile)
+    };
+    let factors = surfaces.f64()?.iter();
+    let factors = factors.map(|surfaces| surfaces.filter(|&n| n > 1.0).map(&mut factor));
+    let factors: Vec<Option<f64>> = factors.collect();
+    Ok(Series::new(surfaces.name().clone(), factors).into())
+}
+
+/// A column as real numbers; a truth value is 1 or 0.
+fn value(name: &str) -> Expr {
+    col(name).cast(DataType::Float64)
+}
+
+// Names of what is computed on the way; no user's column has a space.
+fn sum_of(name: &str) -> String {
+    format!("{name} sum")
+}
+
+fn rows_of(name: &str) -> String {
+    format!("{name} rows")
+}
+
+fn error_of(name: &str) -> String {
+    format!("{name} error")
+}
+
+fn surfaces_of(name: &str) -> String {
+    format!("{name} surfaces")
+}

@@ -1,0 +1,414 @@
+//! Closed-form theories beside the mean curves, and how curves approach full contact.
+
+use std::collections::BTreeMap;
+
+use arrow::array::{Array, ArrayRef};
+use arrow::util::display::array_value_to_string;
+use serde::Serialize;
+
+use super::super::StageError;
+use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y};
+use super::names::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
+use super::{Groups, Statistic};
+use asperity_contact::grid::Cell;
+use asperity_contact::theory::law::KAPPA_BGT;
+use asperity_contact::theory::models::asperities::Asperities;
+use asperity_contact::theory::models::{AsperityModel, full_contact};
+use asperity_contact::theory::persson;
+use asperity_contact::topography::spectrum::Spectrum;
+use asperity_tables::column::{Column, ColumnKind, optional_reals};
+use asperity_tables::table::{Table, TableError};
+
+/// A theory of the contact area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Model {
+    /// Persson 2001, for any spectrum.
+    #[serde(rename = "persson")]
+    Persson,
+    /// Bush, Gibson & Thomas 1975.
+    #[serde(rename = "bush-gibson-thomas")]
+    BushGibsonThomas,
+    /// The simplified elliptic model of Greenwood 2006.
+    #[serde(rename = "greenwood-2006")]
+    Greenwood2006,
+    /// Spheres of the arithmetic mean curvature, after Nayak and Thomas.
+    #[serde(rename = "mean-curvature")]
+    MeanCurvature,
+    /// Greenwood & Williamson 1966 with the parameters of McCool 1986.
+    #[serde(rename = "greenwood-mccool")]
+    GreenwoodMccool,
+    /// a = √(2π) y, what asperity models tend to at light load.
+    #[serde(rename = "bgt-asymptote")]
+    BgtAsymptote,
+    /// Isolated penny-shaped cracks near full contact, 1 − a = (3/4) erfc(√2 y).
+    #[serde(rename = "penny-crack")]
+    PennyCrack,
+}
+
+/// A predicted area and its slope.
+#[derive(Debug, Clone, Copy)]
+struct Prediction {
+    area: f64,
+    slope: f64,
+}
+
+impl Model {
+    /// Every theory.
+    pub const ALL: [Model; 7] = [
+        Model::Persson,
+        Model::BushGibsonThomas,
+        Model::Greenwood2006,
+        Model::MeanCurvature,
+        Model::GreenwoodMccool,
+        Model::BgtAsymptote,
+        Model::PennyCrack,
+    ];
+
+    /// Whether it integrates over summits of all heights and curvatures, load by load, which takes
+    /// seconds.
+    pub fn integrates_over_summits(self) -> bool {
+        matches!(
+            self,
+            Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature
+        )
+    }
+
+    /// The columns that it fills: area, slope, secant, approach to full contact.
+    pub fn columns(self) -> [Column; 4] {
+        match self {
+            Model::Persson => PERSSON,
+            Model::BushGibsonThomas => BUSH_GIBSON_THOMAS,
+            Model::Greenwood2006 => GREENWOOD_2006,
+            Model::MeanCurvature => MEAN_CURVATURE,
+            Model::GreenwoodMccool => GREENWOOD_MCCOOL,
+            Model::BgtAsymptote => BGT_ASYMPTOTE,
+            Model::PennyCrack => PENNY_CRACK,
+        }
+    }
+
+    /// The asperity model, if it is one: these need Nayak's parameter.
+    pub fn asperities(self) -> Option<AsperityModel> {
+        match self {
+            Model::BushGibsonThomas => Some(AsperityModel::BushGibsonThomas),
+            Model::Greenwood2006 => Some(AsperityModel::SimplifiedElliptic),
+            Model::MeanCurvature => Some(AsperityModel::MeanCurvature),
+            Model::GreenwoodMccool => Some(AsperityModel::GreenwoodWilliamson),
+            Model::Persson | Model::BgtAsymptote | Model::PennyCrack => None,
+        }
+    }
+
+    /// The prediction under a load > 0, for roughness of Nayak's parameter α where it matters.
+    fn predict(self, load: f64, nayak: Option<f64>) -> Option<Prediction> {
+        if let Some(model) = self.asperities() {
+            let contact = Asperities::new(model, nayak?).ok()?.at_load(load)?;
+            let (area, slope) = (contact.area, contact.slope);
+            return Some(Prediction { area, slope });
+        }
+        let (area, slope) = match self {
+            Model::BgtAsymptote => (KAPPA_BGT * load, KAPPA_BGT),
+            Model::PennyCrack => {
+                let share = full_contact::noncontact(load) / persson::noncontact(load);
+                (
+                    1.0 - full_contact::noncontact(load),
+                    share * persson::slope(load),
+                )
+            }
+            _ => (persson::area(load), persson::slope(load)),
+        };
+        Some(Prediction { area, slope })
+    }
+
+    /// F(y) = −ln[(1 − a) y √(2π)]; `None` where the model has no room left to full contact.
+    fn approach(self, load: f64, nayak: Option<f64>) -> Option<f64> {
+        match self {
+            Model::Persson => Some(persson::approach(load)),
+            Model::PennyCrack => Some(full_contact::approach(load)),
+            _ => {
+                let open = 1.0 - self.predict(load, nayak)?.area;
+                persson::approach_to_full_contact(load, open)
+            }
+        }
+    }
+}
+
+/// Columns that decide Nayak's parameter of a spectrum in a square cell.
+pub const OF_THE_SPECTRUM: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
+
+/// Adds to reduced rows what was asked for beyond their statistics.
+///
+/// # Errors
+/// When rows lack the load, or the parameters of the spectrum that a model needs.
+pub fn complete(reduced: &Table, names: &[String], groups: &Groups) -> Result<Table, StageError> {
+    let mut columns = Vec::new();
+    let asks_for = |statistic| groups.statistics.contains(&statistic);
+    if asks_for(Statistic::Approach) {
+        for name in &groups.over {
+            columns.push(approach(reduced, names, name)?);
+        }
+    }
+    let mut table = hide_means(reduced, groups);
+    for (name, column) in columns {
+        table = with_named(&table, &name, column);
+    }
+    let mut predicted = Vec::new();
+    for &model in &groups.models {
+        predicted.extend(predictions(reduced, model, &asks_for)?);
+    }
+    Ok(table.with(predicted))
+}
+
+/// The means that slopes and the approach to full contact were computed from.
+fn hide_means(reduced: &Table, groups: &Groups) -> Table {
+    let hidden: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
+    let hidden = hidden.iter().map(String::as_str).chain([LOAD_OF_GROUP]);
+    let hidden: Vec<&str> = hidden.collect();
+    reduced.without(&hidden)
+}
+
+fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
+    let field = APPROACH.field().with_name(name);
+    let one = Table::of(
+        table.rows(),
+        arrow::datatypes::Schema::new(vec![field]),
+        vec![values],
+    );
+    table.beside(&one)
+}
+
+/// F(y) of the mean curve of a column of areas.
+///
+/// It has no value at full contact, and none where some surfaces of the group are beyond it and
+/// have left: the mean of the others is not that of the group.
+fn approach(
+    reduced: &Table,
+    names: &[String],
+    name: &str,
+) -> Result<(String, ArrayRef), StageError> {
+    let (means, loads) = (
+        reduced.reals(&mean_of(name))?,
+        reduced.reals(LOAD_OF_GROUP)?,
+    );
+    let counts = reduced.integers(COUNT.name)?;
+    let curves = curve_of_rows(reduced, names);
+    let mut whole: BTreeMap<usize, i64> = BTreeMap::new();
+    for (row, &curve) in curves.iter().enumerate() {
+        let most = whole.entry(curve).or_insert(0);
+        *most = (*most).max(counts.value(row));
+    }
+    let values = (0..reduced.rows()).map(|row| {
+        let is_whole = whole[&curves[row]] == counts.value(row);
+        let known = is_whole && means.is_valid(row) && loads.is_valid(row);
+        known
+            .then(|| persson::approach_to_full_contact(loads.value(row), 1.0 - means.value(row)))?
+    });
+    Ok((named(name, Statistic::Approach), optional_reals(values)))
+}
+
+/// Numbers the curves by the columns that tell them apart, and returns the number for each row.
+fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
+    let columns: Vec<_> = names
+        .iter()
+        .filter_map(|name| table.batch().column_by_name(name))
+        .collect();
+    let mut known = BTreeMap::new();
+    let curve = |row| {
+        let values: Vec<String> = columns
+            .iter()
+            .map(|column| array_value_to_string(column, row).unwrap_or_default())
+            .collect();
+        let next = known.len();
+        *known.entry(values).or_insert(next)
+    };
+    (0..table.rows()).map(curve).collect()
+}
+
+fn predictions(
+    table: &Table,
+    model: Model,
+    asks_for: &impl Fn(Statistic) -> bool,
+) -> Result<Vec<(Column, ArrayRef)>, TableError> {
+    let nayak = match model.asperities() {
+        Some(_) => nayak_parameters(table)?,
+        None => vec![None; table.rows()],
+    };
+    let at = |name: &str, value: &dyn Fn(f64, Option<f64>) -> Option<f64>| {
+        let loads = table.reals(name)?;
+        let row = |(load, &nayak): (Option<f64>, _)| value(load.filter(|&y| y > 0.0)?, nayak);
+        Ok::<_, TableError>(optional_reals(loads.iter().zip(&nayak).map(row)))
+    };
+    let [area, slope, secant, approach] = model.columns();
+    let prediction = |load, nayak| model.predict(load, nayak);
+    let mut columns = vec![(
+        area,
+        at(LOAD_OF_GROUP, &|y, nayak| Some(prediction(y, nayak)?.area))?,
+    )];
+    if asks_for(Statistic::Slope) {
+        let values = at(LOAD_MIDPOINT.name, &|y, nayak| {
+            Some(prediction(y, nayak)?.slope)
+        })?;
+        columns.push((slope, values));
+    }
+    if asks_for(Statistic::Secant) {
+        let values = at(LOAD_OF_GROUP, &|y, nayak| {
+            Some(prediction(y, nayak)?.area / y)
+        })?;
+        columns.push((secant, values));
+    }
+    if asks_for(Statistic::Approach) {
+        let values = at(LOAD_OF_GROUP, &|y, nayak| model.approach(y, nayak))?;
+        columns.push((approach, values));
+    }
+    Ok(columns)
+}
+
+/// Nayak's parameter of each row's spectrum over the modes of its cell; none for rows of other
+/// surfaces.
+///
+/// Grain is left out: the theories are about isotropic roughness.
+fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
+    let hurst = table.reals(HURST.name)?;
+    let lower = table.integers(K_LOWER.name)?;
+    let rolloff = table.integers(K_ROLLOFF.name)?;
+    let upper = table.integers(K_UPPER.name)?;
+    let sides = [SIDE_X, SIDE_Y].map(|side| table.reals(side.name).ok());
+    let cell = |row: usize| {
+        let [Some(x), Some(y)] = sides.map(|side| side.filter(|side| side.is_valid(row))) else {
+            return Cell::square(1.0).ok();
+        };
+        Cell::new([x.value(row), y.value(row)]).ok()
+    };
+    let mut known: BTreeMap<[u64; 6], Option<f64>> = BTreeMap::new();
+    let mut of_row = |row: usize| {
+        let cutoffs = [lower, rolloff, upper];
+        if hurst.is_null(row) || cutoffs.iter().any(|k| k.is_null(row)) {
+            return None;
+        }
+        let [k_lower, k_rolloff, k_upper] = cutoffs.map(|k| u32::try_from(k.value(row)).ok());
+        let spectrum = Spectrum {
+            hurst: hurst.value(row),
+            k_lower: k_lower?,
+            k_rolloff: k_rolloff?,
+            k_upper: k_upper?,
+            anisotropy: None,
+        };
+        let cell = cell(row)?;
+        let [aspect_x, aspect_y] = cell.aspect().map(f64::to_bits);
+        let cutoffs = [k_lower?, k_rolloff?, k_upper?].map(u64::from);
+        let key = [
+            cutoffs[0],
+            cutoffs[1],
+            cutoffs[2],
+            spectrum.hurst.to_bits(),
+            aspect_x,
+            aspect_y,
+        ];
+        let nayak = known.entry(key);
+        *nayak.or_insert_with(|| spectrum.moments(cell).nayak())
+    };
+    Ok((0..table.rows()).map(&mut of_row).collect())
+}
+
+const APPROACH: Column = Column::result(
+    "approach",
+    ColumnKind::Real,
+    "1",
+    "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y",
+);
+
+const fn columns(names: [&'static str; 4], meaning: &'static str) -> [Column; 4] {
+    let [area, slope, secant, approach] = names;
+    [
+        Column::result(area, ColumnKind::Real, "1", meaning),
+        Column::result(
+            slope,
+            ColumnKind::Real,
+            "1 per load",
+            "its slope at `load_midpoint`",
+        ),
+        Column::result(
+            secant,
+            ColumnKind::Real,
+            "1 per load",
+            "the same over the load",
+        ),
+        Column::result(
+            approach,
+            ColumnKind::Real,
+            "1",
+            "F = −ln[(1 − a) y √(2π)] of this area",
+        ),
+    ]
+}
+
+const PERSSON: [Column; 4] = columns(
+    [
+        "area_persson",
+        "area_persson_slope",
+        "area_persson_secant",
+        "area_persson_approach",
+    ],
+    "share of the area by Persson 2001, for isotropic Gaussian roughness",
+);
+const BUSH_GIBSON_THOMAS: [Column; 4] = columns(
+    [
+        "area_bush_gibson_thomas",
+        "area_bush_gibson_thomas_slope",
+        "area_bush_gibson_thomas_secant",
+        "area_bush_gibson_thomas_approach",
+    ],
+    "share of the area by Bush, Gibson & Thomas 1975, for isotropic Gaussian roughness with α \
+     of the spectrum over the modes of the cell",
+);
+const GREENWOOD_2006: [Column; 4] = columns(
+    [
+        "area_greenwood_2006",
+        "area_greenwood_2006_slope",
+        "area_greenwood_2006_secant",
+        "area_greenwood_2006_approach",
+    ],
+    "share of the area by Greenwood 2006, for isotropic Gaussian roughness with α of the \
+     spectrum over the modes of the cell",
+);
+const MEAN_CURVATURE: [Column; 4] = columns(
+    [
+        "area_mean_curvature",
+        "area_mean_curvature_slope",
+        "area_mean_curvature_secant",
+        "area_mean_curvature_approach",
+    ],
+    "share of the area by spheres of the mean curvature, for isotropic Gaussian roughness with α \
+     of the spectrum over the modes of the cell",
+);
+const GREENWOOD_MCCOOL: [Column; 4] = columns(
+    [
+        "area_greenwood_mccool",
+        "area_greenwood_mccool_slope",
+        "area_greenwood_mccool_secant",
+        "area_greenwood_mccool_approach",
+    ],
+    "share of the area by Greenwood & Williamson 1966 and McCool 1986, for isotropic Gaussian \
+     roughness with α of the spectrum over the modes of the cell",
+);
+const BGT_ASYMPTOTE: [Column; 4] = columns(
+    [
+        "area_bgt_asymptote",
+        "area_bgt_asymptote_slope",
+        "area_bgt_asymptote_secant",
+        "area_bgt_asymptote_approach",
+    ],
+    "√(2π) times the load, what asperity models of isotropic Gaussian roughness tend to at light \
+     load",
+);
+const PENNY_CRACK: [Column; 4] = columns(
+    [
+        "area_penny_crack",
+        "area_penny_crack_slope",
+        "area_penny_crack_secant",
+        "area_penny_crack_approach",
+    ],
+    "share of the area with isolated cracks, 1 − (3/4) erfc(√2 y), for isotropic Gaussian \
+     roughness; near full contact",
+);
+
+#[cfg(test)]
+mod tests;

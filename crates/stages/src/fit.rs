@@ -1,0 +1,271 @@
+//! Fits laws to the pooled surfaces of one parameter point.
+
+use std::borrow::Cow;
+
+use serde::Serialize;
+
+use super::columns::MEAN_GAP;
+use super::summary::range;
+use super::{
+    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Rows, Stage, StageError,
+    stacked,
+};
+use asperity_manifest::diagnostics::counted;
+use asperity_statistics::FitError;
+use asperity_statistics::bootstrap::Bootstrap;
+use asperity_statistics::curves::Window;
+use asperity_tables::column::Column;
+use asperity_tables::source::TableSource;
+use asperity_tables::table::{Table, TableError};
+
+pub mod checks;
+pub mod common_columns;
+pub mod contact_evolution;
+pub mod keys;
+pub mod laws;
+pub mod limits;
+pub mod meshes;
+mod parameter;
+pub mod percolation;
+pub mod points;
+pub mod row;
+pub mod rows;
+mod spectra;
+
+use common_columns::STATUS;
+use contact_evolution::{EvolutionChoices, Kappa};
+use laws::{FitOfCurves, Fits, Law};
+use points::Point;
+pub use row::FITTED;
+use row::Row;
+
+/// Raise it when the numbers change, or what columns say of themselves.
+pub const VERSION: u32 = 7;
+
+/// Fits laws to the pooled surfaces of one parameter point.
+pub const STAGE: Definition = Definition {
+    name: "fit",
+    version: VERSION,
+    reads: Reads {
+        rows: &[Rows::Contacts, Rows::Corrections],
+        from: Cow::Borrowed("either `measure` stages that read contacts or `correct` stages"),
+    },
+    makes: |_| Some(Rows::Fits),
+    columns,
+    summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
+};
+
+/// One fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Params {
+    /// Which law.
+    #[serde(flatten)]
+    pub law: Law,
+    /// Smallest and largest load that count, in units of E* × rms slope.
+    pub window: [f64; 2],
+    /// Resamplings of whole surfaces; 0 for no intervals.
+    pub bootstrap: u32,
+    /// Probability that an interval covers its parameter.
+    pub level: f64,
+    /// Seed of the resampling.
+    pub seed: u64,
+}
+
+impl Params {
+    /// How surfaces are resampled.
+    pub fn bootstrap(&self) -> Bootstrap {
+        Bootstrap {
+            replicates: self.bootstrap as usize,
+            seed: self.seed,
+            level: self.level,
+        }
+    }
+
+    /// The loads that count.
+    pub fn window(&self) -> Window {
+        let [from, to] = self.window;
+        Window { from, to }
+    }
+}
+
+/// Every column that a fit may add to the coordinates of its points.
+pub fn columns() -> Vec<Column> {
+    let columns = rows::columns(laws::parameters()).into_iter();
+    let columns = columns.chain(meshes::COLUMNS);
+    columns.chain(limits::columns::columns()).collect()
+}
+
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Fit
+    }
+
+    /// Fits every parameter point among the inputs' rows; a fit that fails is a row that says why.
+    fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
+        let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
+        Ok(fitted(self, &Table::stack(&tables)?)?)
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(fitted(self, &stacked(inputs)?)?)
+    }
+
+    fn has_columns_of_its_own(&self) -> bool {
+        true
+    }
+
+    fn reach(&self) -> Reach {
+        let law = match &self.law {
+            Law::ContactEvolution(law) => return law.reach(),
+            Law::Limits(_) => return Reach::All,
+            Law::Plain(law) => law.definition(),
+        };
+        match law.fits {
+            Fits::Areas(_) | Fits::Gaps(_) | Fits::Percolation | Fits::Spectra => Reach::Point,
+            Fits::Meshes => Reach::All,
+        }
+    }
+
+    /// An iteration of least squares takes a microsecond for each row, and a fit of all curves at
+    /// once, with a root to find in each, thirty times as long as that of one. With κ free there are
+    /// dozens of iterations to a fit, or hundreds where the data hardly bend; the plan cannot know how
+    /// many.
+    fn effort(&self, extent: Extent) -> Effort {
+        let replicate = match &self.law {
+            Law::Limits(choices) => {
+                let loads = choices.loads.len().max(extent.rows.min(1));
+                1e-4 * (choices.combinations().len() * loads) as f64
+            }
+            _ if self.reach() == Reach::All => 3e-3,
+            Law::ContactEvolution(EvolutionChoices {
+                kappa: Kappa::Free, ..
+            }) => 1e-4 * extent.rows as f64,
+            _ => 1e-4 + 3e-6 * extent.rows as f64,
+        };
+        Effort::seconds(replicate * f64::from(self.bootstrap))
+    }
+}
+
+fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
+    let table = source.table().map_err(StageError::Store)?;
+    let status = table.texts(STATUS.name)?;
+    let among = |word: &str| status.iter().filter(|status| *status == Some(word)).count();
+    let astray = among(&FitError::NotConverged.to_string());
+    let failed = table.rows() - among(FITTED) - astray;
+    let mut parts = vec![
+        Some(counted(table.rows(), "fit")),
+        (astray > 0).then(|| format!("{astray} did not converge")),
+        (failed > 0).then(|| format!("{failed} failed, see `status`")),
+    ];
+    for parameter in laws::parameters() {
+        if let Some(symbol) = parameter.symbol {
+            parts.push(range(source, parameter.value.name, symbol)?);
+        }
+    }
+    Ok(parts)
+}
+
+/// Fits every parameter point among the rows.
+///
+/// # Errors
+/// When they are no measured contacts.
+pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
+    let each = |points: &[Point], fit: FitOfCurves| -> Vec<Row> {
+        let points = points.iter();
+        points
+            .map(|point| point.fit(|curves| fit(curves, params)))
+            .collect()
+    };
+    let (points, rows) = match &params.law {
+        Law::Limits(choices) => return limits::run(table, choices, params),
+        Law::ContactEvolution(law) => {
+            let points = Point::all(table)?;
+            let rows = law.fits(&points, params);
+            (points, rows)
+        }
+        Law::Plain(law) => match law.definition().fits {
+            Fits::Areas(fit) => {
+                let points = Point::all(table)?;
+                let rows = each(&points, fit);
+                (points, rows)
+            }
+            Fits::Gaps(fit) => {
+                let points = Point::all_of(table, MEAN_GAP.name)?;
+                let rows = each(&points, fit);
+                (points, rows)
+            }
+            Fits::Meshes => return meshes::run(table, params),
+            Fits::Percolation => return percolation::run(table, params),
+            Fits::Spectra => return spectra::run(table, params),
+        },
+    };
+    let rows = rows.into_iter().zip(&points).map(|(row, point)| Row {
+        unconverged: point.unconverged,
+        ..row.unless_unbounded()
+    });
+    let rows: Vec<Row> = rows.collect();
+    Ok(rows::table(table, &points, params, &rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow::array::Array;
+
+    use super::contact_evolution::Datum;
+    use super::*;
+    use crate::columns::{AREA_FRACTION, LOAD, STOP, SURFACE};
+    use asperity_contact::theory::law::ContactEvolution;
+    use asperity_tables::column::{Column, ColumnKind, reals, texts};
+
+    const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
+
+    #[test]
+    fn a_fit_that_did_not_converge_is_counted_and_enters_no_range() {
+        let loads: Vec<f64> = (1..=20).map(|i| 0.003 * f64::from(i)).collect();
+        let law = ContactEvolution {
+            kappa: 2.75,
+            beta: 1.2,
+            mu: 0.6,
+        };
+        let of_a_law = loads.iter().map(|&load| law.area(load));
+        // Its slope at first touch is infinite.
+        let of_a_power = loads.iter().map(|load| 2.0 * load.powf(0.9));
+        let measured = Table::new(
+            40,
+            vec![
+                (SURFACE, texts([["one"; 20], ["two"; 20]].concat())),
+                (HURST, reals([[0.3; 20], [0.8; 20]].concat())),
+                (LOAD, reals([loads.clone(), loads.clone()].concat())),
+                (AREA_FRACTION, reals(of_a_law.chain(of_a_power))),
+                (STOP, texts(["converged"; 40])),
+            ],
+        );
+        let free = Params {
+            law: Law::ContactEvolution(EvolutionChoices {
+                to: Datum::Area,
+                kappa: Kappa::Free,
+            }),
+            window: [0.0, 1.0],
+            bootstrap: 0,
+            level: 0.95,
+            seed: 0,
+        };
+        let table = fitted(&free, &measured).unwrap();
+        for name in ["kappa", "beta", "mu", "rms_residual", "r_squared"] {
+            assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
+        }
+        let parts: Vec<String> = summary(&table.into())
+            .unwrap()
+            .into_iter()
+            .flatten()
+            .collect();
+        let told = [
+            "2 fits",
+            "1 did not converge",
+            "κ 2.7500",
+            "β 1.2000",
+            "μ 0.6000",
+        ];
+        assert_eq!(parts, told);
+    }
+}

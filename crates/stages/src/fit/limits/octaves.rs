@@ -1,0 +1,146 @@
+//! One more octave towards a limit: the points that it takes, and what they would do.
+//!
+//! Doubling some of the parameters that vary moves every point. Where that makes one small number
+//! smaller, and leaves the others as they are, it is a step towards the limit of that number alone:
+//! with `k_lower / k_upper` and `k_upper / nodes`, doubling `k_upper` and `nodes` together is one towards
+//! the fractal limit.
+
+use std::collections::BTreeSet;
+
+use super::observations::Group;
+use super::{Form, LimitChoices};
+use crate::ensemble::Point;
+use asperity_manifest::decimal;
+use asperity_statistics::bootstrap::Bootstrap;
+use asperity_statistics::limits::{LimitFit, LimitProblem, TermForm};
+use asperity_tables::column::Value;
+
+/// A step towards one limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Octave {
+    /// The small number, as the manifest has it.
+    pub term: String,
+    /// The parameters that are doubled.
+    pub doubled: Vec<String>,
+    /// The points of the fit from which the new ones follow, by their parameters that vary.
+    pub from: Vec<Point>,
+    /// The factor by which the standard error of the limit changes; `None` where it cannot be told.
+    pub narrowing: Option<f64>,
+}
+
+/// A fit, and what one more octave towards each limit would make of it.
+#[derive(Debug, Clone)]
+pub struct Advised {
+    /// What is fitted.
+    pub forms: Vec<Form>,
+    /// The fit.
+    pub fit: LimitFit,
+    /// Standard error of its limit by resampling; `None` without.
+    pub standard_error: Option<f64>,
+    /// Points of the fit, by their parameters that vary.
+    pub points: Vec<Point>,
+    /// Steps towards the limits.
+    pub octaves: Vec<Octave>,
+}
+
+/// What one more octave towards each limit would make of the forms with the least of Akaike's
+/// criterion, for one group under one load; `None` where nothing can be fitted.
+pub fn advise(
+    group: &Group,
+    load: Option<f64>,
+    choices: &LimitChoices,
+    bootstrap: &Bootstrap,
+) -> Option<Advised> {
+    let (points, small): (Vec<Point>, Vec<_>) = group.placed_under(load).into_iter().unzip();
+    let problem = LimitProblem::new(small).ok()?;
+    let fits = choices.combinations().into_iter().filter_map(|forms| {
+        let numeric: Vec<TermForm> = forms.iter().map(|form| form.numeric()).collect();
+        let fit = problem.fit(&numeric).ok()?;
+        Some((forms, numeric, fit))
+    });
+    let best = fits.min_by(|one, other| one.2.akaike().total_cmp(&other.2.akaike()));
+    let (forms, numeric, fit) = best?;
+    let resampled = problem.resample(&[(&numeric, &fit)], bootstrap);
+    let interval = resampled.intervals.first()?.intervals.as_ref();
+    let octaves = steps(choices, &points).into_iter().map(|mut octave| {
+        let more: Vec<Vec<f64>> = octave
+            .from
+            .iter()
+            .map(|point| small_numbers(choices, &doubled(point, &octave.doubled)))
+            .collect();
+        octave.narrowing = problem.narrowing(&numeric, &fit, &more);
+        octave
+    });
+    Some(Advised {
+        octaves: octaves.collect(),
+        standard_error: interval.map(|all| all[0].standard_error),
+        forms,
+        fit,
+        points,
+    })
+}
+
+/// The steps that make one small number smaller and leave the others.
+fn steps(choices: &LimitChoices, points: &[Point]) -> Vec<Octave> {
+    let names: Vec<&String> = choices.over.iter().collect();
+    let subsets = 1..1_usize << names.len().min(8);
+    let steps = subsets.filter_map(|subset| {
+        let chosen = names.iter().enumerate();
+        let chosen = chosen.filter(|(place, _)| subset >> place & 1 == 1);
+        let chosen: Vec<String> = chosen.map(|(_, name)| (*name).clone()).collect();
+        step(choices, points, chosen)
+    });
+    steps.collect()
+}
+
+fn step(choices: &LimitChoices, points: &[Point], parameters: Vec<String>) -> Option<Octave> {
+    let mut smaller: Option<String> = None;
+    for (place, term) in choices.terms.iter().enumerate() {
+        let text = term.of.to_string();
+        let mut ratios = points.iter().map(|point| {
+            let number = |point: &Point| small_numbers(choices, point)[place];
+            number(&doubled(point, &parameters)) / number(point)
+        });
+        let first = ratios.next()?;
+        if ratios.any(|other| !decimal::is_same(first, other)) {
+            return None;
+        }
+        if decimal::is_same(first, 1.0) {
+            continue;
+        }
+        // Two terms may be of one number, by other forms.
+        if first > 1.0 || smaller.as_ref().is_some_and(|other| *other != text) {
+            return None;
+        }
+        smaller = Some(text);
+    }
+    let known: BTreeSet<&Point> = points.iter().collect();
+    let is_new = |point: &&Point| !known.contains(&doubled(point, &parameters));
+    let from: Vec<Point> = points.iter().filter(is_new).cloned().collect();
+    Some(Octave {
+        term: smaller?,
+        from,
+        doubled: parameters,
+        narrowing: None,
+    })
+}
+
+fn doubled(point: &Point, parameters: &[String]) -> Point {
+    let value = |name: &str, value: &Value| match value {
+        value if !parameters.iter().any(|other| other == name) => value.clone(),
+        Value::Integer(number) => Value::Integer(number.saturating_mul(2)),
+        Value::Real(number) => Value::Real(2.0 * number),
+        text => text.clone(),
+    };
+    point.map(value)
+}
+
+fn small_numbers(choices: &LimitChoices, point: &Point) -> Vec<f64> {
+    let number = |name: &str| match point.get(name) {
+        Some(Value::Real(number)) => *number,
+        Some(Value::Integer(number)) => *number as f64,
+        _ => f64::NAN,
+    };
+    let terms = choices.terms.iter();
+    terms.map(|term| term.of.value(&number)).collect()
+}

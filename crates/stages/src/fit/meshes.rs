@@ -1,0 +1,282 @@
+//! What the mesh adds to the area, regressed over meshes of the same surfaces.
+//!
+//! Three kinds of rows: one surface under one load; all surfaces of a parameter point under one
+//! load; all surfaces under all loads. A point is everything but the mesh.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use arrow::array::{ArrayRef, Int64Array};
+
+use super::Params;
+use super::row::Row;
+use super::rows;
+use crate::columns::{
+    AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
+    SWITCHES,
+};
+use crate::ensemble::{self, Member, ensembles};
+use crate::grids;
+use asperity_contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
+use asperity_statistics::mesh_convergence::{MeshProblem, Refinement};
+use asperity_statistics::{FitError, Window};
+use asperity_tables::column::{Column, ColumnKind, Role, optional_reals, texts};
+use asperity_tables::table::{Table, TableError};
+
+/// Parameters in which the rows of a point may differ: the mesh, and how its areas are corrected,
+/// for it is the counted ones that are compared.
+const VARIED: [&str; 5] = [
+    NODES.name,
+    NODES_X.name,
+    NODES_Y.name,
+    CORRECTION.name,
+    COEFFICIENT.name,
+];
+
+const POOLED: Column = Column::parameter(
+    "pooled",
+    ColumnKind::Text,
+    "",
+    "what shares the coefficient: nothing, surfaces, or surfaces and loads",
+);
+const AREA_LIMIT: Column = Column::result(
+    "area_limit",
+    ColumnKind::Real,
+    "1",
+    "A*: share of the area on an infinitely fine mesh; its mean where pooled",
+);
+const ERROR_NONE: Column = error(
+    "error_none",
+    "rms error of the counted area, relative to A*",
+);
+const ERROR_PI_8: Column = error("error_pi_8", "the same after the correction by π/8");
+const ERROR_2017: Column = error("error_2017", "the same after the correction of 2017");
+const ERROR_FITTED: Column = error("error_fitted", "the same after the fitted correction");
+
+const fn error(name: &'static str, meaning: &'static str) -> Column {
+    Column::result(name, ColumnKind::Real, "1", meaning)
+}
+
+/// What the table has beyond that of other laws.
+pub const COLUMNS: [Column; 6] = [
+    POOLED,
+    AREA_LIMIT,
+    ERROR_NONE,
+    ERROR_PI_8,
+    ERROR_2017,
+    ERROR_FITTED,
+];
+
+/// Areas and edges of one surface under one load, by nodes along x and y.
+type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
+
+/// A surface and the bits of a load in the unit of the manifest; positive numbers sort as their
+/// bits do.
+type State = (Member, u64);
+
+/// Measured contacts of one parameter point, before they are compared between meshes.
+struct Observed {
+    row: usize,
+    states: BTreeMap<State, Meshes>,
+    reduced: BTreeMap<u64, f64>,
+}
+
+/// The refinements of one parameter point, by surface and load.
+pub struct Point {
+    /// A row of the table that stands for the point's coordinates.
+    pub row: usize,
+    refinements: BTreeMap<State, Result<Refinement, FitError>>,
+    /// Reduced load for the bits of each load in the unit of the manifest.
+    reduced: BTreeMap<u64, f64>,
+}
+
+/// A line of the table.
+struct Line {
+    point: usize,
+    member: Option<Member>,
+    load: Option<f64>,
+    pooled: &'static str,
+    limit: Option<f64>,
+    errors: [Option<f64>; 4],
+    surfaces: usize,
+    fit: Row,
+}
+
+/// Regresses every point, surface and load.
+///
+/// # Errors
+/// When the input holds no measured contacts.
+pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
+    let mut lines = Vec::new();
+    for point in refinements(table, params.window())? {
+        let keys = || point.refinements.keys();
+        for &(member, load) in keys() {
+            let line = point.line(|state| state == (member, load), "nothing", params);
+            lines.push(Line {
+                member: Some(member),
+                load: Some(point.reduced[&load]),
+                ..line
+            });
+        }
+        let mut loads: Vec<u64> = keys().map(|&(_, load)| load).collect();
+        loads.sort_unstable();
+        loads.dedup();
+        for load in loads {
+            lines.push(Line {
+                load: Some(point.reduced[&load]),
+                ..point.line(|state| state.1 == load, "surfaces", params)
+            });
+        }
+        lines.push(point.line(|_| true, "surfaces and loads", params));
+    }
+    Ok(as_table(table, params, &lines))
+}
+
+/// The points of a table of measured contacts whose surfaces were pressed on several meshes, at
+/// loads inside a window.
+///
+/// # Errors
+/// When the table holds no measured contacts.
+pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableError> {
+    let areas = table.reals(AREA_FRACTION.name)?;
+    let (grids, switches) = (grids::Meshes::of(table)?, table.integers(SWITCHES.name)?);
+    let mut order: Vec<ensemble::Point> = Vec::new();
+    let mut points: Vec<Observed> = Vec::new();
+    for ensemble in ensembles(table)? {
+        let point = ensemble.point.clone().without(&VARIED);
+        let known = order.iter().position(|other| *other == point);
+        let at = known.unwrap_or(order.len());
+        if known.is_none() {
+            order.push(point);
+            points.push(Observed {
+                row: ensemble.first,
+                states: BTreeMap::new(),
+                reduced: BTreeMap::new(),
+            });
+        }
+        for (member, load, row) in ensemble.states() {
+            if window.contains(load.reduced) {
+                let given = load.given.to_bits();
+                points[at].reduced.entry(given).or_insert(load.reduced);
+                let meshes = points[at].states.entry((member, given)).or_default();
+                let nodes = grids.nodes(row);
+                let edge = edge_fraction(switches.value(row).unsigned_abs() as usize, nodes);
+                // Rows of several corrections tell the same.
+                let mesh = meshes.entry(nodes);
+                mesh.or_insert((areas.value(row), edge));
+            }
+        }
+    }
+    let refined = |observed: Observed| Point {
+        row: observed.row,
+        refinements: observed.states.into_iter().map(refinement).collect(),
+        reduced: observed.reduced,
+    };
+    Ok(points.into_iter().map(refined).collect())
+}
+
+fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, FitError>) {
+    let (areas, edges) = meshes.into_values().unzip();
+    (state, Refinement::new(edges, areas))
+}
+
+impl Point {
+    /// What decides the common coefficient, by surface: covariances of area and edge, and variances
+    /// of the edge. `None` without any refinement.
+    pub fn moments(&self) -> Option<[Vec<f64>; 2]> {
+        let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
+        for (&(member, _), refinement) in &self.refinements {
+            surfaces.entry(member).or_default().extend(refinement);
+        }
+        surfaces.retain(|_, refinements| !refinements.is_empty());
+        let problem = MeshProblem::new(surfaces.into_values().collect());
+        let (covariances, variances): (Vec<f64>, Vec<f64>) = problem.moments().into_iter().unzip();
+        (!variances.is_empty()).then_some([covariances, variances])
+    }
+
+    /// The common fit of the refinements that belong to it; those that are none are left out.
+    fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
+        let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
+        let mut failure = None;
+        let own = self
+            .refinements
+            .iter()
+            .filter(|&(&state, _)| belongs(state));
+        for (&(member, _), refinement) in own {
+            match refinement {
+                Ok(refinement) => surfaces.entry(member).or_default().push(refinement),
+                Err(error) => failure = Some(error),
+            }
+        }
+        let empty = Line {
+            point: self.row,
+            member: None,
+            load: None,
+            pooled,
+            limit: None,
+            errors: [None; 4],
+            surfaces: surfaces.len(),
+            fit: Row::default(),
+        };
+        if surfaces.is_empty() {
+            let window = params.window();
+            let nothing = FitError::TooFew {
+                window,
+                found: 0,
+                needed: 2,
+            };
+            return Line {
+                fit: Row::failed(failure.unwrap_or(&nothing)),
+                ..empty
+            };
+        }
+        let problem = MeshProblem::new(surfaces.into_values().collect());
+        let coefficient = problem.coefficient();
+        let corrections = [0.0, PI_OVER_EIGHT, YASTREBOV_2017, coefficient];
+        Line {
+            limit: Some(problem.mean_limit(coefficient)),
+            errors: corrections.map(|correction| Some(problem.rms_error(correction))),
+            fit: Row {
+                values: vec![coefficient],
+                data: problem.data(),
+                ..Row::with(problem.bootstrap(&params.bootstrap()))
+            },
+            ..empty
+        }
+    }
+}
+
+fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
+    let standing: Vec<usize> = lines.iter().map(|line| line.point).collect();
+    let real = |column: Column, value: &dyn Fn(&Line) -> Option<f64>| {
+        (column, optional_reals(lines.iter().map(value)))
+    };
+    let whole = |value: fn(Member) -> Option<i64>| -> ArrayRef {
+        let values = lines.iter().map(|line| line.member.and_then(value));
+        Arc::new(values.collect::<Int64Array>())
+    };
+    let pooled = texts(lines.iter().map(|line| line.pooled));
+    let fits: Vec<&Row> = lines.iter().map(|line| &line.fit).collect();
+    let surfaces: Vec<usize> = lines.iter().map(|line| line.surfaces).collect();
+    let mut columns = rows::placed(params, lines.len());
+    columns.push((POOLED, pooled));
+    if input.has(REALIZATION.name) {
+        columns.push((SEED, whole(Member::seed)));
+        columns.push((REALIZATION, whole(Member::realization)));
+    }
+    columns.push(real(LOAD, &|line| line.load));
+    columns.extend(rows::estimates(params, &fits));
+    columns.push(real(AREA_LIMIT, &|line| line.limit));
+    let errors = [ERROR_NONE, ERROR_PI_8, ERROR_2017, ERROR_FITTED];
+    for (index, column) in errors.into_iter().enumerate() {
+        columns.push(real(column, &|line| line.errors[index]));
+    }
+    // The errors above say how well; a share of the variance between meshes says nothing.
+    columns.extend(rows::quality(&surfaces, params, &fits));
+    let place = input.in_role(Role::Parameter).without(&VARIED);
+    let table = place.pick(&standing).with(columns);
+    table.without(&["rms_residual", "r_squared", "reduced_chi_square"])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,148 @@
+//! Where the gap of the surfaces of one parameter point stops percolating.
+
+use arrow::array::{BooleanArray, Float64Array, Int64Array, StringArray};
+
+use super::Params;
+use super::row::Row;
+use super::rows;
+use crate::columns::*;
+use crate::ensemble::{Ensemble, Member, ensembles};
+use crate::grids::Meshes;
+use crate::solve::GIVEN_UP;
+use asperity_contact::morphology::correction::{CountedArea, YASTREBOV_2017};
+use asperity_statistics::bootstrap::Interval;
+use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
+use asperity_tables::column::{Role, Value};
+use asperity_tables::table::{Table, TableError};
+
+/// Finds the threshold of every parameter point.
+///
+/// # Errors
+/// When the input holds no measured contacts.
+pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
+    let measured = Measured::of(table)?;
+    let points = ensembles(table)?;
+    let fit = |ensemble: &Ensemble| Row {
+        unconverged: measured.unconverged(ensemble),
+        ..measured.fit(ensemble, params)
+    };
+    let fits: Vec<Row> = points.iter().map(fit).collect();
+    let fits: Vec<&Row> = fits.iter().collect();
+    let surfaces: Vec<usize> = points.iter().map(|point| point.members.len()).collect();
+    let standing: Vec<usize> = points.iter().map(|point| point.first).collect();
+    let mut columns = rows::placed(params, fits.len());
+    columns.extend(rows::estimates(params, &fits));
+    columns.extend(rows::quality(&surfaces, params, &fits));
+    let table = table.in_role(Role::Parameter).pick(&standing).with(columns);
+    // A threshold leaves no residuals.
+    Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
+}
+
+/// Returns whether the surfaces are drawn from a spectrum that is the same in all directions.
+fn is_isotropic(ensemble: &Ensemble) -> bool {
+    let is_drawn = ensemble
+        .members
+        .iter()
+        .all(|&member| member != Member::Sole);
+    let ratio = ensemble.point.get(ANISOTROPY_RATIO.name);
+    is_drawn && ratio.is_none_or(|ratio| *ratio == Value::Real(1.0))
+}
+
+/// What is read of measured contacts.
+pub struct Measured<'a> {
+    meshes: Meshes<'a>,
+    /// Reduced loads.
+    loads: &'a Float64Array,
+    contact_nodes: &'a Int64Array,
+    switches: &'a Int64Array,
+    is_open: [&'a BooleanArray; 2],
+    stops: &'a StringArray,
+}
+
+impl<'a> Measured<'a> {
+    /// Looks at the columns that tell it.
+    ///
+    /// # Errors
+    /// When the table holds no measured contacts.
+    pub fn of(table: &'a Table) -> Result<Self, TableError> {
+        Ok(Self {
+            meshes: Meshes::of(table)?,
+            loads: table.reals(LOAD.name)?,
+            contact_nodes: table.integers(CONTACT_NODES.name)?,
+            switches: table.integers(SWITCHES.name)?,
+            is_open: [
+                table.flags(GAP_PERCOLATES_X.name)?,
+                table.flags(GAP_PERCOLATES_Y.name)?,
+            ],
+            stops: table.texts(STOP.name)?,
+        })
+    }
+
+    /// Fits the thresholds of the mean of both directions, along x, and along y, each as area,
+    /// corrected area and load. A direction in which some surface has no threshold is left out, and
+    /// the row says why.
+    fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
+        let surfaces: Vec<Vec<Interface>> = (0..ensemble.members.len())
+            .map(|member| self.interfaces(ensemble, member))
+            .collect();
+        let problem = |channels| PercolationProblem::new(&surfaces, params.window(), channels);
+        let [both, x, y] = [Channels::AlongBoth, Channels::AlongX, Channels::AlongY].map(problem);
+        let failure = match (&x, &y) {
+            (Ok(_), Ok(_)) => None,
+            (Err(error), Ok(_)) | (Ok(_), Err(error)) => Some(error),
+            (Err(_), Err(_)) => both.as_ref().err(),
+        };
+        let failure = failure.map(ToString::to_string);
+        let is_isotropic = is_isotropic(ensemble);
+        let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
+        if thresholds.iter().all(Option::is_none) {
+            return Row {
+                failure,
+                ..Row::default()
+            };
+        }
+        let values = |problem: &Option<PercolationProblem>| match problem {
+            Some(problem) => problem.mean().values(),
+            None => [f64::NAN; 3],
+        };
+        let intervals = |problem: &Option<PercolationProblem>| match problem {
+            Some(problem) => problem.bootstrap(&params.bootstrap()).intervals,
+            None => Some(vec![Interval::UNKNOWN; 3]),
+        };
+        let intervals: Option<Vec<Vec<Interval>>> = thresholds.iter().map(intervals).collect();
+        Row {
+            values: thresholds.iter().flat_map(values).collect(),
+            intervals: intervals.map(|intervals| intervals.concat()),
+            data: surfaces.len(),
+            failure,
+            ..Row::default()
+        }
+    }
+
+    /// One surface under the loads that it has, ascending.
+    pub fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
+        let loads = ensemble.loads.iter().enumerate();
+        let rows = loads.filter_map(|(place, _)| ensemble.row(member, place));
+        rows.map(|row| self.interface(row)).collect()
+    }
+
+    fn interface(&self, row: usize) -> Interface {
+        let count = |counts: &Int64Array| counts.value(row).unsigned_abs() as usize;
+        let area = CountedArea {
+            nodes: self.meshes.nodes(row).into_iter().product(),
+            contact_nodes: count(self.contact_nodes),
+            switches: count(self.switches),
+        };
+        Interface {
+            load: self.loads.value(row),
+            area: area.fraction(),
+            area_corrected: area.corrected(YASTREBOV_2017),
+            is_open: self.is_open.map(|flags| flags.value(row)),
+        }
+    }
+
+    fn unconverged(&self, ensemble: &Ensemble) -> usize {
+        let given_up = |&(_, _, row): &(_, _, usize)| self.stops.value(row) == GIVEN_UP;
+        ensemble.states().filter(given_up).count()
+    }
+}

@@ -1,0 +1,353 @@
+//! Draws a surface, or reads one, and describes it.
+
+use std::borrow::Cow;
+
+use arrow::array::{AsArray, Float64Array};
+use arrow::datatypes::Float64Type;
+use serde::{Deserialize, Serialize};
+
+use self::description::Description;
+pub use self::origin::{MeasuredSurface, Origin, SeenMap};
+pub use self::per_axis::PerAxis;
+use self::spectrum::{Source, SpectrumSurface};
+use super::columns::*;
+use super::grids::{self, Grids};
+use super::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    StageError,
+};
+use crate::surface_files::SurfaceFiles;
+use asperity_contact::grid::Grid;
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::Surface;
+use asperity_tables::column::{Column, Value, lists};
+use asperity_tables::parquet::Columns;
+use asperity_tables::store::key::{Digest, TaskKey};
+use asperity_tables::table::Table;
+
+pub mod checks;
+mod cutoffs;
+mod description;
+pub mod files;
+mod grain;
+pub mod growth;
+pub mod keys;
+pub mod map_file;
+mod mesh;
+pub mod method;
+pub mod origin;
+pub mod per_axis;
+pub mod spectrum;
+mod spectrum_checks;
+pub mod spectrum_keys;
+mod summary;
+
+/// Raise it when the numbers change, or what columns say of themselves.
+pub const VERSION: u32 = 3;
+
+/// Draws surfaces or reads measured ones.
+pub const STAGE: Definition = Definition {
+    name: "generate",
+    version: VERSION,
+    reads: Reads {
+        rows: &[],
+        from: Cow::Borrowed("nothing"),
+    },
+    makes: |_| Some(Rows::Surfaces),
+    columns: || {
+        let lists: [&[Column]; 10] = [
+            &[SURFACE, METHOD, NODES, SIDE],
+            &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
+            &OF_RANDOM_SURFACES,
+            &[ANISOTROPY_RATIO, ANISOTROPY_ANGLE, SPECTRUM_OF],
+            &OF_MEASURED_SURFACES,
+            &OF_SHAPES,
+            &DESCRIPTORS,
+            &FOUND_IN_FILES,
+            &REFERENCES,
+            &[HEIGHTS],
+        ];
+        lists.concat()
+    },
+    summary: summary::of,
+};
+
+/// One surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Params {
+    /// Whether the heights are stored, drawn again when needed, or never looked at.
+    pub heights: Heights,
+    /// Sides of the cell along x and y, in the user's unit of length; of a measured surface those of
+    /// the map in its file, before anything is done to it, and none where the file says them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<PerAxis<f64>>,
+    /// What the surface looks like.
+    #[serde(flatten)]
+    pub origin: Origin,
+}
+
+/// What becomes of the heights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Heights {
+    /// They are a column of the stored table.
+    Keep,
+    /// They are drawn again by whoever needs them.
+    Redraw,
+    /// There are none: a random surface is described by its modes, which need no mesh.
+    None,
+}
+
+impl Params {
+    /// The same surface of another realization; shapes and files have but one.
+    pub fn realization(&self, number: u32) -> Params {
+        let mut params = self.clone();
+        match &mut params.origin {
+            Origin::Random { surface, .. } => surface.realization = number,
+            Origin::Spectrum { surface, .. } => surface.realization = number,
+            Origin::File(_) | Origin::Shape { .. } => {}
+        }
+        params
+    }
+
+    /// Draws the surface, or reads it; with the spectrum that another task has measured, if it has
+    /// such a one, and then with the name of the surface that it was measured of.
+    fn made(
+        &self,
+        inputs: &[Input],
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<(Params, Surface), StageError> {
+        let mut params = self.clone();
+        let (Origin::Spectrum { surface, .. }, [measured]) = (&mut params.origin, inputs) else {
+            let surface = self.draw(sources, threads)?;
+            return Ok((params, surface));
+        };
+        let name = measured.table.texts(SURFACE.name)?.value(0).to_owned();
+        let spectrum_of = Some(name);
+        surface.source = Source::Stage { spectrum_of };
+        let density = SpectrumSurface::density_measured(&measured.table)?;
+        let drawn = surface.draw(&density, self.grid()?, threads)?;
+        Ok((params, drawn))
+    }
+
+    fn with(&self, heights: Heights) -> Params {
+        Params {
+            heights,
+            ..self.clone()
+        }
+    }
+
+    /// Key that names the surface. It does not depend on whether heights are stored, nor on whether
+    /// a manifest writes an anisotropy ratio of 1 or none.
+    fn surface_key(&self) -> TaskKey {
+        let mut params = self.with(Heights::Redraw);
+        if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {
+            *has_unit_ratio = false;
+        }
+        let recipe = Recipe::Generate(params);
+        TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
+    }
+
+    /// Nodes along x and y.
+    pub fn nodes(&self) -> [usize; 2] {
+        self.origin.nodes()
+    }
+
+    /// Sides of its cell along x and y.
+    pub fn size(&self) -> [f64; 2] {
+        let PerAxis(size) = match &self.origin {
+            Origin::File(file) => file.seen.side,
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
+                self.side.unwrap_or_default()
+            }
+        };
+        size
+    }
+
+    /// Where its nodes lie.
+    ///
+    /// # Errors
+    /// When the recipe is not one that a study made, and has no such grid.
+    pub fn grid(&self) -> Result<Grid, StageError> {
+        grids::grid(self.nodes(), self.size())
+    }
+
+    /// Sides that the manifest gives.
+    pub fn sides(&self) -> Option<[f64; 2]> {
+        self.side.map(|PerAxis(sides)| sides)
+    }
+
+    /// Draws the surface, or reads it.
+    ///
+    /// # Errors
+    /// When the file is gone, has changed, or is no map of heights.
+    pub fn draw(&self, sources: &SurfaceFiles, threads: &Threads) -> Result<Surface, StageError> {
+        self.origin.draw(self.sides(), sources, threads)
+    }
+
+    /// The row of this surface once it is drawn, but for its heights and what only its file tells.
+    pub fn described(&self, surface: &Surface) -> Table {
+        let description = Description::of_surface(&self.origin, surface, &Threads::one());
+        Table::new(1, description.row(self, surface.grid()))
+    }
+
+    /// The heights that `table` kept, or else the surface drawn again.
+    ///
+    /// # Errors
+    /// As [`Params::draw`], and when the table is not one of this stage.
+    pub fn surface(
+        &self,
+        table: &Table,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<Surface, StageError> {
+        if !table.has(HEIGHTS.name) {
+            return self.draw(sources, threads);
+        }
+        let list = table.lists(HEIGHTS.name)?.value(0);
+        let heights = list.as_primitive::<Float64Type>().values().to_vec();
+        let grid = Grids::of(table)?.grid(0)?;
+        Surface::new(grid, heights).map_err(StageError::Heights)
+    }
+}
+
+/// The columns that place a surface among others of its method.
+pub fn own_columns(origin: &Origin) -> Vec<Column> {
+    let mut origin = Cow::Borrowed(origin);
+    if let Origin::Spectrum { surface, .. } = origin.as_ref()
+        && surface.source.is_unread()
+        && let Origin::Spectrum { surface, .. } = origin.to_mut()
+    {
+        let spectrum_of = Some(String::new());
+        surface.source = Source::Stage { spectrum_of };
+    }
+    let coordinates = description::own_coordinates(&origin).into_iter();
+    coordinates.map(|(column, _)| column).collect()
+}
+
+/// What places a surface among others of its method, in one row.
+pub fn own_row(origin: &Origin) -> Table {
+    Table::row(&description::own_coordinates(origin))
+}
+
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Generate
+    }
+
+    /// Draws one surface and describes it in one row.
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        if let (Origin::Random { surface, .. }, Heights::None) = (&self.origin, self.heights) {
+            let grid = self.grid()?;
+            let description = Description::of_modes(surface, grid.cell());
+            let columns = description.row(self, grid);
+            return Ok(Table::new(1, columns));
+        }
+        let (params, surface, found) = match &self.origin {
+            Origin::File(file) => {
+                let read = file.read(self.sides(), context.sources)?;
+                let found = description::found_in_file(file, &read);
+                (self.clone(), read.prepared.surface, found)
+            }
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
+                let (params, surface) = self.made(inputs, context.sources, context.threads)?;
+                (params, surface, vec![])
+            }
+        };
+        let description = Description::of_surface(&params.origin, &surface, context.threads);
+        let mut columns = description.row(&params, surface.grid());
+        columns.extend(found);
+        if self.heights == Heights::Keep {
+            let heights = Float64Array::from(surface.into_heights());
+            let length = heights.len();
+            columns.push((HEIGHTS, lists(heights, [length])));
+        }
+        Ok(Table::new(1, columns))
+    }
+
+    fn empty_table(&self, _: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(empty_table([self]))
+    }
+
+    fn columns_read(&self) -> Columns {
+        Columns::All
+    }
+
+    fn coordinates(&self) -> Vec<(Column, Value)> {
+        description::coordinates(self)
+    }
+
+    /// Drawing and describing take a few transforms, moments of modes none.
+    fn effort(&self, _: Extent) -> Effort {
+        match (&self.origin, self.heights) {
+            (Origin::Random { surface, .. }, Heights::None) => {
+                let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
+                Effort::seconds(5e-8 * modes)
+            }
+            _ => Effort::pairs(6.0),
+        }
+    }
+
+    /// The peak of a run on one thread, at 512² and 1024².
+    fn footprint(&self) -> Footprint {
+        Footprint {
+            work: match (&self.origin, self.heights) {
+                (_, Heights::None) => 0.0,
+                (Origin::File(file), _) => 28.0 + file.seen.read_besides(),
+                (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
+            },
+            table: match self.heights {
+                Heights::Keep => 8.0,
+                Heights::Redraw | Heights::None => 0.0,
+            },
+        }
+    }
+
+    fn rows(&self, _: usize) -> usize {
+        1
+    }
+
+    fn mesh(&self) -> Option<[usize; 2]> {
+        Some(self.nodes())
+    }
+
+    /// The same row with its heights not kept. A surface without heights stays one, for its row
+    /// holds less.
+    fn identity_recipe(&self) -> Option<Recipe> {
+        let keeps_heights = self.heights == Heights::Keep;
+        keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
+    }
+}
+
+/// The table of these surfaces, without rows.
+pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table {
+    let mut columns = Vec::new();
+    let mut add = |place: Vec<Column>| {
+        let new = place.into_iter().filter(|column| !columns.contains(column));
+        columns.extend(new.collect::<Vec<_>>());
+    };
+    add(vec![SURFACE, METHOD]);
+    let surfaces: Vec<&Params> = surfaces.into_iter().collect();
+    for surface in &surfaces {
+        add(description::columns_of_grid(surface));
+    }
+    for surface in &surfaces {
+        add(vec![description::column_of_slope(&surface.origin)]);
+    }
+    for surface in &surfaces {
+        add(own_columns(&surface.origin));
+    }
+    add(DESCRIPTORS.to_vec());
+    for surface in &surfaces {
+        add(description::columns_of_file(&surface.origin));
+    }
+    let mut origins = surfaces.iter().map(|surface| &surface.origin);
+    if origins.any(|origin| matches!(origin, Origin::Random { .. })) {
+        columns.extend(REFERENCES);
+    }
+    Table::empty(&columns)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,380 @@
+//! One row that describes a surface: where it belongs, and what is worth knowing of it.
+
+use arrow::array::ArrayRef;
+
+use super::origin::ReadSurface;
+use super::spectrum::Source;
+use super::{MeasuredSurface, Origin, Params};
+use crate::columns::*;
+use crate::grids;
+use asperity_contact::grid::{Cell, Grid};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::crop::Crop;
+use asperity_contact::topography::descriptors::{Descriptors, shape_of_heights};
+use asperity_contact::topography::differences;
+use asperity_contact::topography::moments::Moments;
+use asperity_contact::topography::nayak::Continuum;
+use asperity_contact::topography::periodic::Edges;
+use asperity_contact::topography::preparation::Preparation;
+use asperity_contact::topography::random::{Amplitude, RandomSurface};
+use asperity_contact::topography::shapes::Shape;
+use asperity_contact::topography::surface::Surface;
+use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
+
+/// What is known of a surface.
+pub struct Description {
+    moments: Moments,
+    rms_slope: f64,
+    /// How many modes there are; none of a map that is not periodic.
+    effective_modes: Option<f64>,
+    /// What the spectrum of a random surface says.
+    expected: Option<Expected>,
+    /// What only heights on a mesh can tell.
+    seen: Option<Seen>,
+}
+
+/// What only heights on a mesh can tell.
+struct Seen {
+    skewness: Option<f64>,
+    excess_kurtosis: Option<f64>,
+    /// In units of the slope that the row states; none where no formula has it.
+    full_contact_load: Option<f64>,
+}
+
+/// Reference values of a spectrum.
+struct Expected {
+    /// Closed forms know no grain.
+    continuum: Option<Continuum>,
+    k_rolloff: f64,
+    /// Of modes that have their mean power.
+    lattice: Moments,
+}
+
+impl Description {
+    /// Describes a random surface by its modes, on any mesh.
+    pub fn of_modes(surface: &RandomSurface, cell: Cell) -> Description {
+        let (moments, lattice) = surface.moments_beside_mean(cell);
+        Description {
+            moments,
+            // The scale is set so that this holds to rounding; rows of one spectrum must agree.
+            rms_slope: surface.rms_slope,
+            effective_modes: Some(moments.effective_modes()),
+            expected: Some(Expected {
+                continuum: match surface.spectrum.anisotropy {
+                    Some(_) => None,
+                    None => Some(surface.spectrum.continuum()),
+                },
+                k_rolloff: f64::from(surface.spectrum.k_rolloff),
+                lattice,
+            }),
+            seen: None,
+        }
+    }
+
+    /// Describes a surface by its heights, and a random one by its modes too.
+    pub fn of_surface(origin: &Origin, surface: &Surface, threads: &Threads) -> Description {
+        if origin.is_open() {
+            return Description::of_open_map(surface);
+        }
+        let seen = Descriptors::of_on(threads, surface);
+        let known = match origin {
+            Origin::Random { surface: drawn, .. } => {
+                Description::of_modes(drawn, surface.grid().cell())
+            }
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => Description {
+                moments: seen.moments,
+                // What a surface is scaled to holds to rounding.
+                rms_slope: rms_slope_given(origin).unwrap_or(seen.rms_slope),
+                effective_modes: Some(seen.moments.effective_modes()),
+                expected: None,
+                seen: None,
+            },
+        };
+        // The mesh may see a slope slightly different from that of the modes.
+        let unit = if known.rms_slope > 0.0 {
+            seen.rms_slope / known.rms_slope
+        } else {
+            1.0
+        };
+        Description {
+            seen: Some(Seen {
+                skewness: seen.skewness,
+                excess_kurtosis: seen.excess_kurtosis,
+                full_contact_load: Some(seen.full_contact_load * unit),
+            }),
+            ..known
+        }
+    }
+
+    /// Describes a map that is not periodic by differences between its nodes.
+    fn of_open_map(surface: &Surface) -> Description {
+        let moments = differences::moments(surface);
+        let (skewness, excess_kurtosis) = shape_of_heights(surface).unzip();
+        Description {
+            moments,
+            rms_slope: moments.rms_slope(),
+            effective_modes: None,
+            expected: None,
+            seen: Some(Seen {
+                skewness,
+                excess_kurtosis,
+                full_contact_load: None,
+            }),
+        }
+    }
+
+    /// The surface's row.
+    pub fn row(&self, params: &Params, grid: Grid) -> Vec<(Column, ArrayRef)> {
+        let rms_slope = Some(self.rms_slope);
+        let place = coordinates_of(params, grid.nodes(), grid.cell().size(), rms_slope).into_iter();
+        let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
+        let mut columns: Vec<(Column, ArrayRef)> = place.map(cell).collect();
+        let described = self.descriptors(grid.cell());
+        columns.extend(
+            DESCRIPTORS
+                .into_iter()
+                .zip(described.map(|value| optional_reals([value]))),
+        );
+        if let Some(expected) = &self.expected {
+            let values = expected
+                .values(grid.cell())
+                .map(|value| optional_reals([value]));
+            columns.extend(REFERENCES.into_iter().zip(values));
+        }
+        columns
+    }
+
+    fn descriptors(&self, cell: Cell) -> [Option<f64>; 14] {
+        let moments = &self.moments;
+        let seen = self.seen.as_ref();
+        [
+            Some(moments.m00),
+            Some(moments.m20),
+            Some(moments.m02),
+            Some(moments.m22),
+            Some(moments.m40),
+            Some(moments.m04),
+            moments.nayak(),
+            Some(moments.summit_density()),
+            Some(moments.summit_density_integer(cell)),
+            Some(moments.rms_height()),
+            seen.and_then(|seen| seen.skewness),
+            seen.and_then(|seen| seen.excess_kurtosis),
+            self.effective_modes,
+            seen.and_then(|seen| seen.full_contact_load),
+        ]
+    }
+}
+
+impl Expected {
+    fn values(&self, cell: Cell) -> [Option<f64>; 5] {
+        [
+            self.continuum.map(|continuum| continuum.nayak()),
+            self.continuum
+                .map(|continuum| continuum.summit_density(self.k_rolloff)),
+            self.lattice.nayak(),
+            Some(self.lattice.summit_density_integer(cell)),
+            Some(self.lattice.effective_modes()),
+        ]
+    }
+}
+
+/// What places a surface among others, as far as it is known before it is drawn.
+pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
+    let rms_slope = rms_slope_given(&params.origin);
+    let mut place = coordinates_of(params, params.nodes(), params.size(), rms_slope);
+    if is_unread(&params.origin) {
+        // It is named by what it reads.
+        place.retain(|(column, _)| *column != SURFACE);
+    }
+    place
+}
+
+/// The slope that a surface is scaled to, if it is.
+fn rms_slope_given(origin: &Origin) -> Option<f64> {
+    match origin {
+        Origin::Random { surface, .. } => Some(surface.rms_slope),
+        Origin::Spectrum { surface, .. } => surface.rms_slope,
+        Origin::File(_) | Origin::Shape { .. } => None,
+    }
+}
+
+fn is_unread(origin: &Origin) -> bool {
+    matches!(origin, Origin::Spectrum { surface, .. } if surface.source.is_unread())
+}
+
+/// The columns that say where its nodes lie.
+pub fn columns_of_grid(params: &Params) -> Vec<Column> {
+    let cells = grids::coordinates(params.nodes(), params.size()).into_iter();
+    cells.map(|(column, _)| column).collect()
+}
+
+/// The column of the slope, which says how it is taken.
+pub fn column_of_slope(origin: &Origin) -> Column {
+    match origin {
+        Origin::Spectrum { surface, .. } if surface.rms_slope.is_none() => RMS_SLOPE_OF_SURFACE,
+        _ if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES,
+        _ => RMS_SLOPE,
+    }
+}
+
+fn coordinates_of(
+    params: &Params,
+    nodes: [usize; 2],
+    size: [f64; 2],
+    rms_slope: Option<f64>,
+) -> Vec<(Column, Value)> {
+    let mut place = vec![
+        (SURFACE, Value::Text(params.surface_key().to_string())),
+        (METHOD, Value::Text(method(&params.origin).to_owned())),
+    ];
+    place.extend(grids::coordinates(nodes, size));
+    let slope = column_of_slope(&params.origin);
+    place.extend(rms_slope.map(|value| (slope, Value::Real(value))));
+    place.extend(own_coordinates(&params.origin));
+    place
+}
+
+fn method(origin: &Origin) -> &'static str {
+    match origin {
+        Origin::Random { surface, .. } => match surface.amplitude {
+            Amplitude::Gaussian => "filter",
+            Amplitude::Deterministic => "random-phase",
+        },
+        Origin::Spectrum { .. } => "spectrum",
+        Origin::File(_) => "file",
+        Origin::Shape { shape, .. } => match shape {
+            Shape::Paraboloid { .. } => "paraboloid",
+            Shape::Wave { .. } => "wave",
+            Shape::WaveProduct { .. } => "wave-product",
+            Shape::WaveSum { .. } => "wave-sum",
+            Shape::Punch { .. } => "flat-punch",
+        },
+    }
+}
+
+/// What is done to a map, as far as it was asked for.
+fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
+    let mut columns = Vec::new();
+    if let Some(Crop { from, size }) = preparation.crop {
+        let lengths = [from[0], from[1], size[0], size[1]].map(Value::Real);
+        let names = [CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y];
+        columns.extend(names.into_iter().zip(lengths));
+    }
+    let word = |column: Column, word: &str| (column, Value::Text(word.to_owned()));
+    let length = |column: Column, length: f64| (column, Value::Real(length));
+    columns.extend(preparation.level.map(|level| word(LEVEL, level.name())));
+    columns.extend(preparation.fill.map(|fill| word(FILL, fill.name())));
+    columns.extend(
+        preparation
+            .high_pass
+            .map(|cutoff| length(HIGH_PASS, cutoff)),
+    );
+    columns.extend(preparation.low_pass.map(|cutoff| length(LOW_PASS, cutoff)));
+    if let Some(nodes) = preparation.resample {
+        let nodes = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
+        columns.extend([RESAMPLED_X, RESAMPLED_Y].into_iter().zip(nodes));
+    }
+    columns
+}
+
+/// The columns that say what was found in a surface's file. Of a NumPy array there is nothing to be
+/// found but holes.
+pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
+    let Origin::File(file) = origin else {
+        return vec![];
+    };
+    let mut columns = Vec::new();
+    if file.reader.is_some() {
+        columns.extend([FORMAT, CHANNEL_READ, CHANNELS]);
+    }
+    if file.preparation.fill.is_some() {
+        columns.push(FILLED_NODES);
+    }
+    columns
+}
+
+/// What was found in a surface's file, in one row.
+pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column, ArrayRef)> {
+    let mut columns = Vec::new();
+    if let Some(reader) = &file.reader {
+        columns.push((FORMAT, texts([&reader.format])));
+        columns.push((CHANNEL_READ, texts([&found.channel.name])));
+        columns.push((CHANNELS, integers([found.channel.of as i64])));
+    }
+    if file.preparation.fill.is_some() {
+        columns.push((FILLED_NODES, integers([found.prepared.filled as i64])));
+    }
+    columns
+}
+
+/// What places a surface among others of its method.
+pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
+    let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
+    let real = |column: Column, value: f64| (column, Value::Real(value));
+    let text = |column: Column, value: String| (column, Value::Text(value));
+    match origin {
+        Origin::Random {
+            surface,
+            has_unit_ratio,
+            ..
+        } => {
+            let mut columns = vec![
+                real(HURST, surface.spectrum.hurst),
+                whole(K_LOWER, surface.spectrum.k_lower),
+                whole(K_ROLLOFF, surface.spectrum.k_rolloff),
+                whole(K_UPPER, surface.spectrum.k_upper),
+            ];
+            let grain = surface.spectrum.anisotropy;
+            let grain = grain.map(|grain| [grain.ratio(), grain.angle()]);
+            if let Some([ratio, angle]) = grain.or(has_unit_ratio.then_some([1.0, 0.0])) {
+                columns.push(real(ANISOTROPY_RATIO, ratio));
+                columns.push(real(ANISOTROPY_ANGLE, angle));
+            }
+            columns.push((SEED, Value::Integer(surface.seed.cast_signed())));
+            columns.push(whole(REALIZATION, surface.realization));
+            columns
+        }
+        Origin::Spectrum { surface, .. } => {
+            let mut columns = match &surface.source {
+                Source::File { content, unit, .. } => vec![
+                    text(CONTENT_OF_SPECTRUM, content.to_string()),
+                    text(UNIT, unit.clone()),
+                ],
+                Source::Stage { spectrum_of } => {
+                    let known = spectrum_of.iter();
+                    known.map(|name| text(SPECTRUM_OF, name.clone())).collect()
+                }
+            };
+            columns.extend([
+                (SEED, Value::Integer(surface.seed.cast_signed())),
+                whole(REALIZATION, surface.realization),
+            ]);
+            columns
+        }
+        Origin::File(file) => {
+            let mut columns = vec![
+                text(CONTENT, file.content.to_string()),
+                text(UNIT, file.unit.clone()),
+                real(HEIGHT_SCALE, file.height_scale),
+                text(EDGES, file.edges.name().to_owned()),
+            ];
+            if let Edges::Taper { taper_fraction } = file.edges {
+                columns.push(real(TAPER_FRACTION, taper_fraction));
+            }
+            let channel = file.channel.as_ref();
+            columns.extend(channel.map(|channel| text(CHANNEL, channel.to_string())));
+            columns.extend(asked_of(&file.preparation));
+            columns
+        }
+        Origin::Shape { shape, .. } => match *shape {
+            Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
+            Shape::Wave { amplitude, waves }
+            | Shape::WaveProduct { amplitude, waves }
+            | Shape::WaveSum { amplitude, waves } => {
+                vec![real(AMPLITUDE, amplitude), whole(WAVES, waves)]
+            }
+            Shape::Punch { radius, depth } => vec![real(RADIUS, radius), real(DEPTH, depth)],
+        },
+    }
+}

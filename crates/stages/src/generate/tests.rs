@@ -1,0 +1,219 @@
+//! Recipes of surfaces: keys are made of their text.
+
+use super::map_file::{ChannelChoice, Reader};
+use super::*;
+use crate::surface_files::ContentHash;
+use asperity_contact::topography::anisotropy::Anisotropy;
+use asperity_contact::topography::crop::Crop;
+use asperity_contact::topography::fill::Fill;
+use asperity_contact::topography::level::Level;
+use asperity_contact::topography::periodic::Edges;
+use asperity_contact::topography::preparation::Preparation;
+use asperity_contact::topography::random::{Amplitude, RandomSurface};
+use asperity_contact::topography::shapes::Shape;
+use asperity_contact::topography::spectrum::Spectrum;
+
+#[test]
+fn a_surface_is_known_from_its_recipe() {
+    let spectrum = Spectrum {
+        hurst: 0.8,
+        k_lower: 4,
+        k_rolloff: 4,
+        k_upper: 32,
+        anisotropy: None,
+    };
+    let surface = RandomSurface {
+        spectrum,
+        amplitude: Amplitude::Deterministic,
+        rms_slope: 0.02,
+        seed: i64::MAX as u64,
+        realization: 7,
+    };
+    let measured = MeasuredSurface {
+        content: ContentHash::of(b"heights"),
+        unit: "µm".to_owned(),
+        height_scale: 1e-3,
+        edges: Edges::Taper {
+            taper_fraction: 0.1,
+        },
+        reader: None,
+        channel: None,
+        preparation: Preparation::default(),
+        seen: SeenMap::default(),
+    };
+    let shape = Shape::Punch {
+        radius: 0.25,
+        depth: 0.5,
+    };
+    let prepared = MeasuredSurface {
+        reader: Some(Reader::of_format("x3p")),
+        channel: Some(ChannelChoice::Name("2".to_owned())),
+        preparation: Preparation {
+            crop: Some(Crop {
+                from: [0.1, 0.0],
+                size: [0.25, 1e-7],
+            }),
+            level: Some(Level::Quadric),
+            fill: Some(Fill::Harmonic),
+            high_pass: Some(0.5),
+            low_pass: Some(0.1),
+            resample: Some([128, 64]),
+        },
+        ..measured.clone()
+    };
+    let open = MeasuredSurface {
+        edges: Edges::Open,
+        ..measured.clone()
+    };
+    let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
+    for origin in [
+        Origin::Random {
+            nodes: square,
+            surface,
+            has_unit_ratio: false,
+        },
+        Origin::Random {
+            nodes: rectangle,
+            surface,
+            has_unit_ratio: false,
+        },
+        Origin::File(Box::new(measured)),
+        Origin::File(Box::new(open)),
+        Origin::File(Box::new(prepared)),
+        Origin::Shape {
+            nodes: square,
+            shape,
+        },
+        Origin::Shape {
+            nodes: rectangle,
+            shape,
+        },
+    ] {
+        for side in [None, Some(PerAxis([1.0, 1.0])), Some(PerAxis([2.0, 1.0]))] {
+            let params = Params {
+                heights: Heights::Redraw,
+                side,
+                origin: origin.clone(),
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
+}
+
+#[test]
+fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
+    let content = ContentHash::of(b"heights");
+    let params = Params {
+        heights: Heights::Keep,
+        side: Some(PerAxis([2.0, 1.0])),
+        origin: Origin::File(Box::new(MeasuredSurface {
+            content,
+            unit: "µm".to_owned(),
+            height_scale: 1e-3,
+            edges: Edges::Taper {
+                taper_fraction: 0.1,
+            },
+            reader: None,
+            channel: None,
+            preparation: Preparation::default(),
+            seen: SeenMap {
+                missing: 3,
+                ..SeenMap::default()
+            },
+        })),
+    };
+    let expected = format!(
+        r#"{{"heights":"keep","side":[2.0,1.0],"method":"file","content":"{content}","unit":"µm","height_scale":0.001,"edges":"taper","taper_fraction":0.1}}"#
+    );
+    assert_eq!(serde_json::to_string(&params).unwrap(), expected);
+}
+
+#[test]
+fn a_grain_is_written_where_there_is_one() {
+    let params = |anisotropy: Option<Anisotropy>, has_unit_ratio: bool| Params {
+        heights: Heights::Keep,
+        side: Some(PerAxis::same(1.0)),
+        origin: Origin::Random {
+            nodes: PerAxis::same(64),
+            surface: RandomSurface {
+                spectrum: Spectrum {
+                    hurst: 0.8,
+                    k_lower: 2,
+                    k_rolloff: 4,
+                    k_upper: 16,
+                    anisotropy,
+                },
+                amplitude: Amplitude::Gaussian,
+                rms_slope: 1.0,
+                seed: 1,
+                realization: 0,
+            },
+            has_unit_ratio,
+        },
+    };
+    let written = |params: &Params| serde_json::to_string(params).unwrap();
+    let head = r#"{"heights":"keep","side":1.0,"nodes":64,"hurst":0.8,"k_lower":2,"k_rolloff":4,"#;
+    let tail = r#""method":"filter","rms_slope":1.0,"seed":1,"realization":0}"#;
+    let isotropic = params(None, false);
+    assert_eq!(written(&isotropic), format!(r#"{head}"k_upper":16,{tail}"#));
+    let of_ratio_one = params(Anisotropy::new(1.0, 30.0), true);
+    assert_ne!(written(&of_ratio_one), written(&isotropic));
+    assert_eq!(of_ratio_one.surface_key(), isotropic.surface_key());
+    let stretched = params(Anisotropy::new(2.0, 30.0), false);
+    let grain = r#""anisotropy_ratio":2.0,"anisotropy_angle":30.0"#;
+    assert_eq!(
+        written(&stretched),
+        format!(r#"{head}"k_upper":16,{grain},{tail}"#)
+    );
+    for params in [isotropic, of_ratio_one, stretched] {
+        assert_eq!(
+            serde_json::from_str::<Params>(&written(&params)).unwrap(),
+            params
+        );
+    }
+}
+
+#[test]
+fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
+    for source in [
+        Source::File {
+            content: ContentHash::of(b"spectrum"),
+            unit: "µm".to_owned(),
+        },
+        Source::Stage { spectrum_of: None },
+    ] {
+        for rms_slope in [None, Some(0.1)] {
+            let params = Params {
+                heights: Heights::Keep,
+                side: Some(PerAxis([2.0, 1.0])),
+                origin: Origin::Spectrum {
+                    nodes: PerAxis([64, 32]),
+                    surface: SpectrumSurface {
+                        source: source.clone(),
+                        rms_slope,
+                        seed: 5,
+                        realization: 2,
+                    },
+                },
+            };
+            let recipe = serde_json::to_string(&params).unwrap();
+            assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        }
+    }
+}
+
+#[test]
+fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
+    let params = Params {
+        heights: Heights::Keep,
+        side: Some(PerAxis::same(1.0)),
+        origin: Origin::Shape {
+            nodes: PerAxis::same(64),
+            shape: Shape::Paraboloid { radius: 0.5 },
+        },
+    };
+    let recipe = serde_json::to_string(&params).unwrap();
+    let expected = r#"{"heights":"keep","side":1.0,"nodes":64,"method":"paraboloid","radius":0.5}"#;
+    assert_eq!(recipe, expected);
+}

@@ -1,0 +1,179 @@
+//! Where the grid of a surface stands in tables.
+//!
+//! A square has the columns `nodes` and `side`, a rectangle `nodes_x`, `nodes_y`, `side_x` and
+//! `side_y`. One set of columns for both would have been simpler to read and would have renamed what
+//! every table of a square has held so far. Beside each other, either has nulls in the columns of the
+//! other.
+
+use arrow::array::{Array, Float64Array, Int64Array};
+
+use super::StageError;
+use super::columns::{NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y};
+use asperity_contact::grid::{Cell, Grid};
+use asperity_tables::column::{Column, Value};
+use asperity_tables::table::{Table, TableError};
+
+/// The cells that say where the nodes of a surface lie.
+pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
+    let is_square = nodes[0] == nodes[1] && size[0] == size[1];
+    let [nodes_x, nodes_y] = nodes.map(|nodes| Value::Integer(nodes as i64));
+    let [side_x, side_y] = size.map(Value::Real);
+    match is_square {
+        true => vec![(NODES, nodes_x), (SIDE, side_x)],
+        false => vec![
+            (NODES_X, nodes_x),
+            (NODES_Y, nodes_y),
+            (SIDE_X, side_x),
+            (SIDE_Y, side_y),
+        ],
+    }
+}
+
+/// Whether some row of a table, or of one like it, may be about a rectangle.
+pub fn has_rectangles(table: &Table) -> bool {
+    table.has(NODES_X.name)
+}
+
+/// The nodes of the surfaces in a table.
+#[derive(Clone, Copy)]
+pub struct Meshes<'a> {
+    square: Option<&'a Int64Array>,
+    rectangle: Option<[&'a Int64Array; 2]>,
+}
+
+impl<'a> Meshes<'a> {
+    /// Of a table whose rows are about surfaces.
+    ///
+    /// # Errors
+    /// When it has neither the columns of squares nor those of rectangles.
+    pub fn of(table: &'a Table) -> Result<Self, TableError> {
+        if !has_rectangles(table) {
+            return Ok(Self {
+                square: Some(table.integers(NODES.name)?),
+                rectangle: None,
+            });
+        }
+        Ok(Self {
+            square: table.integers(NODES.name).ok(),
+            rectangle: Some([table.integers(NODES_X.name)?, table.integers(NODES_Y.name)?]),
+        })
+    }
+
+    /// Nodes along x and y.
+    pub fn nodes(&self, row: usize) -> [usize; 2] {
+        let square = self.square.filter(|nodes| nodes.is_valid(row));
+        let nodes = match (square, self.rectangle) {
+            (Some(nodes), _) => [nodes.value(row); 2],
+            (None, Some(nodes)) => nodes.map(|nodes| nodes.value(row)),
+            (None, None) => [0; 2],
+        };
+        nodes.map(|nodes| nodes.unsigned_abs() as usize)
+    }
+
+    /// The nodes of a square along either side.
+    pub fn of_square(&self, row: usize) -> Option<i64> {
+        let square = self.square.filter(|nodes| nodes.is_valid(row))?;
+        Some(square.value(row))
+    }
+}
+
+/// The grids of the surfaces in a table.
+#[derive(Clone, Copy)]
+pub struct Grids<'a> {
+    meshes: Meshes<'a>,
+    square: Option<&'a Float64Array>,
+    rectangle: Option<[&'a Float64Array; 2]>,
+}
+
+impl<'a> Grids<'a> {
+    /// Of a table whose rows are about surfaces.
+    ///
+    /// # Errors
+    /// When it has neither the columns of squares nor those of rectangles.
+    pub fn of(table: &'a Table) -> Result<Self, TableError> {
+        let meshes = Meshes::of(table)?;
+        if !has_rectangles(table) {
+            return Ok(Self {
+                meshes,
+                square: Some(table.reals(SIDE.name)?),
+                rectangle: None,
+            });
+        }
+        Ok(Self {
+            meshes,
+            square: table.reals(SIDE.name).ok(),
+            rectangle: Some([table.reals(SIDE_X.name)?, table.reals(SIDE_Y.name)?]),
+        })
+    }
+
+    /// The grid of a row.
+    ///
+    /// # Errors
+    /// When its numbers make no grid: the table is not one of this program.
+    pub fn grid(&self, row: usize) -> Result<Grid, StageError> {
+        let square = self.square.filter(|side| side.is_valid(row));
+        let size = match (square, self.rectangle) {
+            (Some(side), _) => [side.value(row); 2],
+            (None, Some(sides)) => sides.map(|side| side.value(row)),
+            (None, None) => [0.0; 2],
+        };
+        grid(self.meshes.nodes(row), size)
+    }
+}
+
+/// So many nodes on a cell of these sides.
+///
+/// # Errors
+/// When there is no node, or no cell.
+pub fn grid(nodes: [usize; 2], size: [f64; 2]) -> Result<Grid, StageError> {
+    let grid = Cell::new(size).and_then(|cell| Grid::new(nodes, cell));
+    grid.map_err(|error| StageError::Heights(error.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(nodes: [usize; 2], size: [f64; 2]) -> Table {
+        Table::row(&coordinates(nodes, size))
+    }
+
+    #[test]
+    fn a_square_has_the_columns_that_it_always_had() {
+        assert_eq!(row([8, 8], [0.5, 0.5]).names(), ["nodes", "side"]);
+        let four = ["nodes_x", "nodes_y", "side_x", "side_y"];
+        assert_eq!(row([8, 4], [0.5, 0.5]).names(), four);
+        assert_eq!(row([8, 8], [0.5, 0.25]).names(), four);
+    }
+
+    #[test]
+    fn grids_are_read_as_they_were_told_beside_each_other_too() {
+        let told = [
+            ([8, 8], [0.5, 0.5]),
+            ([8, 4], [2.0, 1.0]),
+            ([16, 16], [1.0, 1.0]),
+        ];
+        let rows = told.map(|(nodes, size)| row(nodes, size));
+        for tables in [&rows[..], &rows[..1], &rows[1..2], &rows[1..]] {
+            let table = Table::stack(tables).unwrap();
+            let grids = Grids::of(&table).unwrap();
+            for (at, one) in tables.iter().enumerate() {
+                let alone = Grids::of(one).unwrap().grid(0).unwrap();
+                assert_eq!(grids.grid(at).unwrap(), alone);
+            }
+        }
+        let second = Table::stack(&rows).unwrap();
+        let meshes = Meshes::of(&second).unwrap();
+        assert_eq!(meshes.nodes(1), [8, 4]);
+        assert_eq!(
+            [0, 1, 2].map(|row| meshes.of_square(row)),
+            [Some(8), None, Some(16)]
+        );
+    }
+
+    #[test]
+    fn a_table_without_surfaces_has_no_grids() {
+        let load = Table::row(&[(super::super::columns::LOAD, Value::Real(0.1))]);
+        assert!(Grids::of(&load).is_err());
+    }
+}

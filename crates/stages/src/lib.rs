@@ -1,0 +1,241 @@
+//! The closed set of stages: the matches that a new kind must be added to are in this file and in
+//! [`form`].
+//!
+//! All about a kind of stage is in its own file and folder: what it is ([`Definition`]), which keys it
+//! has and how they are checked, what it computes ([`Stage`]). A table is a function of the stage's
+//! `VERSION`, its parameters and its input tables, and of nothing else: no clock, no environment, no
+//! thread number.
+
+pub mod aggregate;
+pub mod caveats;
+pub mod columns;
+pub mod correct;
+pub mod ensemble;
+pub mod error;
+pub mod fit;
+pub mod form;
+pub mod generate;
+pub mod given;
+pub mod grids;
+pub mod measure;
+pub mod solve;
+pub mod spectrum_files;
+mod stage;
+pub mod summary;
+pub mod surface_files;
+mod work;
+
+use std::borrow::Cow;
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use asperity_tables::column::Column;
+
+pub use error::StageError;
+pub use given::Given;
+pub use stage::{
+    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, beside_coordinates,
+    stacked,
+};
+pub use work::Work;
+
+/// What kind of work a stage does; the word after `kind =` in a manifest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Draws surfaces or reads measured ones.
+    Generate,
+    /// Presses surfaces, load after load.
+    Solve,
+    /// Counts contacts, or heights, and measures surfaces.
+    Measure,
+    /// Corrects the contact area for the mesh.
+    Correct,
+    /// Fits laws to the pooled surfaces of one parameter point.
+    Fit,
+    /// Reduces tables to statistics.
+    Aggregate,
+}
+
+impl Kind {
+    /// Every kind, in the order of a study.
+    pub const ALL: [Kind; 6] = [
+        Kind::Generate,
+        Kind::Solve,
+        Kind::Measure,
+        Kind::Correct,
+        Kind::Fit,
+        Kind::Aggregate,
+    ];
+
+    /// What is known of a kind without its parameters.
+    pub fn definition(self) -> &'static Definition {
+        match self {
+            Kind::Generate => &generate::STAGE,
+            Kind::Solve => &solve::STAGE,
+            Kind::Measure => &measure::STAGE,
+            Kind::Correct => &correct::STAGE,
+            Kind::Fit => &fit::STAGE,
+            Kind::Aggregate => &aggregate::STAGE,
+        }
+    }
+
+    /// The word used in manifests, tables and recipes.
+    pub fn name(self) -> &'static str {
+        self.definition().name
+    }
+
+    /// The version of the stage's numbers.
+    pub fn version(self) -> u32 {
+        self.definition().version
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
+
+/// Every column that stages of a kind may add to the coordinates that they carry on.
+pub fn columns_of(kind: Kind) -> Vec<Column> {
+    (kind.definition().columns)()
+}
+
+/// What the rows of a stage's table are about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rows {
+    /// Surfaces that can be pressed.
+    Surfaces,
+    /// Surfaces described by their modes alone.
+    Spectra,
+    /// Surfaces under loads.
+    Loads,
+    /// Contact maps, measured.
+    Contacts,
+    /// Bins of contact pressures.
+    PressureDistributions,
+    /// Bins of gaps.
+    GapDistributions,
+    /// Bins of clusters of contact.
+    ClusterDistributions,
+    /// Bins of heights.
+    Heights,
+    /// Wavenumbers of surfaces.
+    PowerSpectra,
+    /// Wavenumbers of their profiles.
+    ProfileSpectra,
+    /// Lags of surfaces.
+    Autocorrelations,
+    /// Scales of surfaces.
+    Scales,
+    /// Planes that cut surfaces.
+    BearingCurves,
+    /// Surfaces and their roughness parameters.
+    Roughness,
+    /// Areas, corrected for the mesh.
+    Corrections,
+    /// Fits.
+    Fits,
+    /// Whatever was reduced.
+    Statistics,
+}
+
+impl Rows {
+    /// All of them.
+    pub const ALL: [Rows; 17] = [
+        Rows::Surfaces,
+        Rows::Spectra,
+        Rows::Loads,
+        Rows::Contacts,
+        Rows::PressureDistributions,
+        Rows::GapDistributions,
+        Rows::ClusterDistributions,
+        Rows::Heights,
+        Rows::PowerSpectra,
+        Rows::ProfileSpectra,
+        Rows::Autocorrelations,
+        Rows::Scales,
+        Rows::BearingCurves,
+        Rows::Roughness,
+        Rows::Corrections,
+        Rows::Fits,
+        Rows::Statistics,
+    ];
+
+    /// What messages call them.
+    pub fn name(self) -> &'static str {
+        match self {
+            Rows::Surfaces => "surfaces",
+            Rows::Spectra => "surfaces without heights",
+            Rows::Loads => "solved loads",
+            Rows::Contacts => "measured contacts",
+            Rows::PressureDistributions => "distributions of pressures",
+            Rows::GapDistributions => "distributions of gaps",
+            Rows::ClusterDistributions => "distributions of clusters",
+            Rows::Heights => "measured heights",
+            Rows::PowerSpectra => "power spectra",
+            Rows::ProfileSpectra => "power spectra of profiles",
+            Rows::Autocorrelations => "autocorrelations",
+            Rows::Scales => "slopes and curvatures by scale",
+            Rows::BearingCurves => "bearing curves",
+            Rows::Roughness => "roughness parameters",
+            Rows::Corrections => "corrected areas",
+            Rows::Fits => "fits",
+            Rows::Statistics => "statistics",
+        }
+    }
+}
+
+/// Everything that a task reads of its manifest: enough to compute it again from its inputs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Recipe {
+    /// Draw or read one surface.
+    Generate(generate::Params),
+    /// Press one surface through one block of loads.
+    Solve(Arc<solve::Params>),
+    /// Measure one solved block, or one surface.
+    Measure(measure::Params),
+    /// Correct one measured block.
+    Correct(Arc<correct::Params>),
+    /// Fit one parameter point, or all points together.
+    Fit(Arc<fit::Params>),
+    /// Reduce whole tables.
+    Aggregate(Arc<aggregate::Params>),
+}
+
+/// What a stage can do, its recipe can.
+impl Deref for Recipe {
+    type Target = dyn Stage;
+
+    fn deref(&self) -> &(dyn Stage + 'static) {
+        match self {
+            Recipe::Generate(params) => params,
+            Recipe::Solve(params) => params.as_ref(),
+            Recipe::Measure(params) => params,
+            Recipe::Correct(params) => params.as_ref(),
+            Recipe::Fit(params) => params.as_ref(),
+            Recipe::Aggregate(params) => params.as_ref(),
+        }
+    }
+}
+
+impl Recipe {
+    /// The recipe that later keys are built on: without what only adds columns that no later stage
+    /// reads, so that keeping more never recomputes them.
+    pub fn identity(&self) -> Cow<'_, Recipe> {
+        match self.identity_recipe() {
+            Some(recipe) => Cow::Owned(recipe),
+            None => Cow::Borrowed(self),
+        }
+    }
+
+    /// Whether one task draws all surfaces of a parameter point.
+    pub fn pools_surfaces(&self) -> bool {
+        self.reach() == Reach::Point && self.footprint() != Footprint::NONE
+    }
+}

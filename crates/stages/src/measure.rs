@@ -1,0 +1,274 @@
+//! Counts contacts, or heights, and measures surfaces.
+//!
+//! How a density of heights varies between surfaces takes the histograms of a thousand of them, and
+//! nobody looks at those one by one: as rows they would be millions. `pool` counts all surfaces of a
+//! parameter point in one task that keeps sums alone. More surfaces count the old ones again, which
+//! takes seconds, for they are drawn and not solved.
+
+use std::borrow::Cow;
+
+mod contacts;
+pub mod distributions;
+pub mod keys;
+pub mod statistics;
+mod stiffness;
+
+use serde::Serialize;
+
+use super::columns::*;
+use super::summary::range;
+use super::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
+    StageError, beside_coordinates, generate, grids, stacked,
+};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::histogram::{Histogram, Pool};
+use asperity_manifest::diagnostics::counted;
+use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
+use asperity_tables::parquet::Columns;
+use asperity_tables::table::Table;
+
+use contacts::Besides;
+pub use distributions::Distribution;
+use statistics::Statistic;
+
+/// Raise it when the numbers change, or what columns say of themselves.
+pub const VERSION: u32 = 4;
+
+/// Counts contacts, or heights, and measures surfaces.
+pub const STAGE: Definition = Definition {
+    name: "measure",
+    version: VERSION,
+    reads: Reads {
+        rows: &[Rows::Loads, Rows::Surfaces],
+        from: Cow::Borrowed("either `solve` or `generate` stages"),
+    },
+    makes: |read| match read? {
+        Rows::Surfaces => Some(Rows::Heights),
+        _ => Some(Rows::Contacts),
+    },
+    columns: || {
+        let contacts = contacts::columns(Besides {
+            rectangles: true,
+            yields: true,
+            flows: true,
+            stiffness: true,
+        });
+        let of_surfaces = statistics::all_columns();
+        let distributions = distributions::all_columns();
+        let lists: [&[Column]; 5] = [
+            &contacts,
+            &distributions,
+            &HEIGHT_MEASURES,
+            &POOLED_HEIGHTS[1..],
+            &of_surfaces,
+        ];
+        lists.concat()
+    },
+    summary: |table| {
+        let rows = Some(counted(table.rows(), "row"));
+        let area = range(table, AREA_FRACTION.name, "contact covers")?;
+        let heights = range(table, BIN.name, "heights from")?;
+        let pressures = range(table, CONTACT_PRESSURE.name, "pressures from")?;
+        let gaps = range(table, GAP.name, "gaps from")?;
+        let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
+        let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
+        let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
+        let parts = [
+            rows, area, pressures, gaps, heights, spectrum, slopes, roughness,
+        ];
+        Ok(parts.into_iter().flatten().collect())
+    },
+};
+
+/// What is measured; it follows from what the stage reads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "of", rename_all = "lowercase")]
+pub enum Params {
+    /// Contact maps, from a solve stage.
+    Contacts {
+        /// Whether the stiffness of the interface is measured, too; a recipe says so where it is, as it was
+        /// before there was a choice.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        stiffness: bool,
+    },
+    /// The distribution of heights, from a generate stage.
+    Heights {
+        /// Number of bins.
+        bins: u32,
+        /// Half width of the histogram, in rms heights.
+        range: f64,
+    },
+    /// How that distribution varies between the surfaces of a parameter point.
+    Pool {
+        /// Number of bins.
+        bins: u32,
+        /// Half width of the histograms, in rms heights.
+        range: f64,
+    },
+    /// Another statistic of each surface.
+    #[serde(untagged)]
+    Surface(Statistic),
+    /// A distribution under each load, from a solve stage.
+    #[serde(untagged)]
+    Distribution(Distribution),
+}
+
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Measure
+    }
+
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        if let Params::Pool { bins, range } = *self {
+            return pool(inputs, bins as usize, range, context);
+        }
+        let [input] = inputs else {
+            unreachable!("the plan measures one table at a time")
+        };
+        match *self {
+            Params::Heights { bins, range } => heights(input, bins as usize, range, context),
+            Params::Surface(statistic) => measured(input, statistic, context),
+            Params::Distribution(distribution) => distribution.of(input),
+            Params::Contacts { stiffness } => contacts::of(&input.table, stiffness),
+            Params::Pool { .. } => unreachable!("pools were told apart"),
+        }
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        Ok(match self {
+            Params::Contacts { stiffness } => {
+                let solved = stacked(inputs)?;
+                let besides = Besides {
+                    rectangles: grids::has_rectangles(&solved),
+                    yields: solved.has(SATURATED_NODES.name),
+                    flows: solved.has(FLOW_STOP.name),
+                    stiffness: *stiffness,
+                };
+                beside_coordinates(&contacts::columns(besides), inputs)?
+            }
+            Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
+            Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
+            Params::Distribution(distribution) => {
+                beside_coordinates(distribution.columns(), inputs)?
+            }
+            Params::Pool { .. } => {
+                let points = stacked(inputs)?.in_role(Role::Parameter);
+                let names = points.names();
+                points.beside(&Table::empty(&POOLED_HEIGHTS).without(&names))
+            }
+        })
+    }
+
+    fn reach(&self) -> Reach {
+        match self {
+            Params::Contacts { .. }
+            | Params::Distribution(_)
+            | Params::Heights { .. }
+            | Params::Surface(_) => Reach::Single,
+            Params::Pool { .. } => Reach::Point,
+        }
+    }
+
+    /// Pooled surfaces are drawn again, whether or not their heights were kept.
+    fn columns_read(&self) -> Columns {
+        match self {
+            Params::Contacts { .. }
+            | Params::Distribution(_)
+            | Params::Heights { .. }
+            | Params::Surface(_) => Columns::All,
+            Params::Pool { .. } => Columns::Light,
+        }
+    }
+
+    /// A surface drawn again, or the labels of clusters.
+    fn footprint(&self) -> Footprint {
+        let beside = match self {
+            Params::Surface(statistic) => statistic.bytes_per_node(),
+            Params::Contacts { .. }
+            | Params::Distribution(_)
+            | Params::Heights { .. }
+            | Params::Pool { .. } => 0.0,
+        };
+        Footprint {
+            work: 36.0 + beside,
+            table: 0.0,
+        }
+    }
+
+    /// A surface is drawn again to look at its heights; of contact there are bits to count.
+    fn effort(&self, extent: Extent) -> Effort {
+        Effort::pairs(match self {
+            Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
+            Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
+            Params::Surface(statistic) => 6.0 + statistic.pairs(),
+        })
+    }
+}
+
+fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
+    let surface = drawn(input).surface(&input.table, context.sources, context.threads)?;
+    let histogram = Histogram::of(&surface, bins, range);
+    let columns = vec![
+        (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
+        (
+            COUNT,
+            integers(histogram.bins.iter().map(|bin| bin.count as i64)),
+        ),
+        (DENSITY, reals(histogram.bins.iter().map(|bin| bin.density))),
+    ];
+    let rows = vec![0; histogram.bins.len()];
+    Ok(input.table.coordinates().pick(&rows).with(columns))
+}
+
+fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
+    let params = drawn(input);
+    let surface = params.surface(&input.table, context.sources, context.threads)?;
+    let (rows, columns) = statistic.of(&surface, &params.origin);
+    Ok(input.table.coordinates().pick(&vec![0; rows]).with(columns))
+}
+
+fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
+    let histogram = |input: &Input| {
+        if (context.interrupted)() {
+            return Err(StageError::Interrupted);
+        }
+        let surface = drawn(input).draw(context.sources, &Threads::one())?;
+        Ok(Pool::of(&Histogram::of(&surface, bins, range)))
+    };
+    let mut pooled = Pool::default();
+    // As many at a time as there are threads, which others may need after these.
+    for inputs in inputs.chunks(context.threads.count()) {
+        let mut pools: Vec<_> = inputs.iter().map(|input| (input, None)).collect();
+        let crew = context.threads.crew_of(inputs.len());
+        crew.each(
+            &mut Vec::new(),
+            || (),
+            &mut pools,
+            |(), (input, pool)| {
+                *pool = Some(histogram(input));
+            },
+        );
+        for (_, pool) in pools {
+            pooled = pooled.and(pool.expect("all were measured")?);
+        }
+    }
+    let bins = pooled.bins();
+    let surfaces = i64::from(pooled.surfaces());
+    let columns = vec![
+        (BIN, reals(bins.iter().map(|bin| bin.center))),
+        (SURFACES, integers(bins.iter().map(|_| surfaces))),
+        (DENSITY_MEAN, reals(bins.iter().map(|bin| bin.mean))),
+        (DENSITY_SD, optional_reals(bins.iter().map(|bin| bin.sd))),
+        (DENSITY_NORMAL, reals(bins.iter().map(|bin| bin.normal))),
+    ];
+    let point = inputs[0].table.in_role(Role::Parameter);
+    Ok(point.pick(&vec![0; bins.len()]).with(columns))
+}
+
+fn drawn<'a>(input: &Input<'a>) -> &'a generate::Params {
+    let Recipe::Generate(drawn) = input.recipe else {
+        unreachable!("the study lets surfaces alone be measured so")
+    };
+    drawn
+}

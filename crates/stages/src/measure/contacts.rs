@@ -1,0 +1,223 @@
+//! What is measured of contact maps under each load: areas, edges, clusters, percolation, stiffness.
+
+use arrow::array::Array;
+
+use super::stiffness;
+use crate::columns::*;
+use crate::grids;
+use crate::grids::Grids;
+use crate::{StageError, solve};
+use asperity_contact::grid::Grid;
+use asperity_contact::morphology::area::ContactArea;
+use asperity_contact::morphology::clusters::Clusters;
+use asperity_contact::morphology::map::ContactMap;
+use asperity_tables::column::{Column, flags, integers, optional_reals, reals};
+use asperity_tables::table::Table;
+
+/// What has been solved for and stands beside what is measured, as far as it is there; so does the flow.
+const CARRIED: [Column; 6] = [
+    SATURATED_NODES,
+    SATURATED_FRACTION,
+    MEAN_GAP,
+    MEAN_YIELDED_DEPTH,
+    ENERGY,
+    STOP,
+];
+
+/// What the table has columns of, besides what all have.
+#[derive(Debug, Clone, Copy)]
+pub struct Besides {
+    pub rectangles: bool,
+    pub yields: bool,
+    pub flows: bool,
+    pub stiffness: bool,
+}
+
+/// What is measured of contact maps, beside coordinates.
+pub fn columns(besides: Besides) -> Vec<Column> {
+    let mut measures = CONTACT_MEASURES.to_vec();
+    let gap = measures.iter().position(|column| *column == MEAN_GAP);
+    let gap = gap.expect("it is measured");
+    if besides.flows {
+        measures.splice(gap + 1..gap + 1, FLOW);
+    }
+    if besides.stiffness {
+        measures.insert(gap, STIFFNESS);
+    }
+    if besides.yields {
+        let gap = measures.iter().position(|column| *column == MEAN_GAP);
+        let gap = gap.expect("it is measured");
+        measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
+        measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
+    }
+    if besides.rectangles {
+        let before = measures.iter().position(|column| *column == SWITCHES);
+        let place = before.unwrap_or(measures.len());
+        measures.splice(place..place, SWITCHES_ALONG_AXES);
+    }
+    measures
+}
+
+/// What is measured of the contact maps of one block of loads, with the stiffness or without.
+pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
+    let grids = Grids::of(solved)?;
+    let maps = solved.bytes(CONTACT.name)?;
+    let boundary = solve::boundary::of(solved);
+    let measured = (0..solved.rows())
+        .map(|row| {
+            let grid = grids.grid(row)?;
+            let map = ContactMap::from_bytes(grid.nodes(), maps.value(row));
+            let map = map.map_err(StageError::Map)?.within(boundary);
+            Ok(Contact::of(grid, &map))
+        })
+        .collect::<Result<Vec<_>, StageError>>()?;
+
+    let real = |value: &dyn Fn(usize, &Contact) -> f64| {
+        reals(
+            measured
+                .iter()
+                .enumerate()
+                .map(|(row, contact)| value(row, contact)),
+        )
+    };
+    let area = |value: fn(&ContactArea) -> usize| {
+        integers(measured.iter().map(|contact| value(&contact.area) as i64))
+    };
+    let contact = |value: fn(&Clusters) -> usize| {
+        integers(
+            measured
+                .iter()
+                .map(|contact| value(&contact.contact) as i64),
+        )
+    };
+    let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
+    let load = solved.reals(LOAD.name)?;
+    let pressure = solved.reals(PRESSURE.name)?;
+    let mut columns = vec![
+        (AREA_FRACTION, real(&|_, contact| contact.area.fraction())),
+        (CONTACT_NODES, area(|area| area.contact_nodes)),
+        (SWITCHES_ALONG_ROWS, area(|area| area.switches_along_rows)),
+        (
+            SWITCHES_ALONG_COLUMNS,
+            area(|area| area.switches_along_columns),
+        ),
+    ];
+    if grids::has_rectangles(solved) {
+        columns.extend([
+            (SWITCHES_X, area(|area| area.switches_along_columns)),
+            (SWITCHES_Y, area(|area| area.switches_along_rows)),
+        ]);
+    }
+    columns.extend([
+        (SWITCHES, area(ContactArea::switches)),
+        (
+            PERIMETER_MANHATTAN,
+            real(&|_, contact| contact.area.manhattan_perimeter(contact.grid)),
+        ),
+        (
+            PERIMETER_EUCLIDEAN,
+            real(&|_, contact| contact.area.euclidean_perimeter(contact.grid)),
+        ),
+        (EDGE_NODES_4, area(|area| area.edge_nodes_4)),
+        (EDGE_NODES_8, area(|area| area.edge_nodes_8)),
+        (INTERIOR_NODES, area(|area| area.interior_nodes)),
+        (CLUSTERS, contact(|clusters| clusters.count)),
+        (LARGEST_CLUSTER, contact(|clusters| clusters.largest)),
+        (PERCOLATES_X, flag(|contact| contact.contact.around_x)),
+        (PERCOLATES_Y, flag(|contact| contact.contact.around_y)),
+        (GAP_PERCOLATES_X, flag(|contact| contact.gap.around_x)),
+        (GAP_PERCOLATES_Y, flag(|contact| contact.gap.around_y)),
+        (
+            MEAN_CONTACT_PRESSURE,
+            optional_reals(measured.iter().enumerate().map(|(row, contact)| {
+                let touches = contact.area.contact_nodes > 0;
+                touches.then(|| pressure.value(row) / contact.area.fraction())
+            })),
+        ),
+        (
+            SECANT,
+            real(&|row, contact| contact.area.fraction() / load.value(row)),
+        ),
+    ]);
+    if stiffness {
+        columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
+    }
+    let carried = CARRIED.iter().chain(&FLOW).map(|column| column.name);
+    let carried = solved.only(&carried.collect::<Vec<_>>());
+    Ok(solved.coordinates().with(columns).beside(&carried))
+}
+
+/// Computes the stiffness at each load of a block, in units of E* over the longer side. The
+/// approach of the bodies is the mean displacement of the elastic surface (free boundary only) plus
+/// the mean yielded depth, less the mean gap.
+fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageError> {
+    let pressures = solved.reals(PRESSURE.name)?;
+    let gaps = solved.reals(MEAN_GAP.name)?;
+    let moduli = solved.reals(EFFECTIVE_MODULUS.name)?;
+    let stops = solved.texts(STOP.name)?;
+    let [displacements, depths] =
+        [MEAN_DISPLACEMENT, MEAN_YIELDED_DEPTH].map(|column| solved.reals(column.name).ok());
+    let approach = |row| stiffness::Approach {
+        pressure: pressures.value(row),
+        approach: [displacements, depths]
+            .into_iter()
+            .flatten()
+            .filter(|depths| depths.is_valid(row))
+            .fold(-gaps.value(row), |sum, depths| sum + depths.value(row)),
+        is_solved: stops.value(row) != solve::GIVEN_UP,
+    };
+    let loads: Vec<_> = (0..solved.rows()).map(approach).collect();
+    let found = stiffness::of_block(&loads).into_iter().enumerate();
+    found
+        .map(|(row, stiffness)| {
+            let side = grids.grid(row)?.cell().longer_side();
+            Ok(stiffness.map(|stiffness| stiffness * side / moduli.value(row)))
+        })
+        .collect()
+}
+
+/// One contact map, measured.
+struct Contact {
+    grid: Grid,
+    area: ContactArea,
+    contact: Clusters,
+    gap: Clusters,
+}
+
+impl Contact {
+    fn of(grid: Grid, map: &ContactMap) -> Contact {
+        Contact {
+            grid,
+            area: ContactArea::of(map),
+            contact: Clusters::of_contact(map),
+            gap: Clusters::of_gap(map),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_tables::column::{bytes, texts};
+
+    #[test]
+    fn nothing_in_contact_has_no_mean_pressure() {
+        let map = |pressures: [f64; 4]| ContactMap::of_pressures([2, 2], &pressures).to_bytes();
+        let maps = [map([0.0; 4]), map([0.0, 3.0, 0.0, 5.0])];
+        let ones = || reals([1.0; 2]);
+        let columns = vec![
+            (NODES, integers([2; 2])),
+            (SIDE, ones()),
+            (LOAD, ones()),
+            (PRESSURE, reals([2.0; 2])),
+            (MEAN_GAP, ones()),
+            (ENERGY, ones()),
+            (STOP, texts(["converged"; 2])),
+            (CONTACT, bytes(&maps)),
+        ];
+        let measured = of(&Table::new(2, columns), false).unwrap();
+        let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
+        assert!(means.is_null(0), "not infinite");
+        assert_eq!(means.value(1), 4.0);
+    }
+}

@@ -1,0 +1,327 @@
+//! How pressures, gaps and clusters of contact are distributed under each load.
+//!
+//! One row for each surface, load and bin. Pressures and gaps have been counted by the task that
+//! solved for them; clusters are found in its contact maps. `aggregate` by load and bin has their mean
+//! over surfaces with its interval: counts of surfaces are independent, those of nodes are not.
+
+use std::f64::consts::{LN_10, PI};
+
+use arrow::array::{Array, ArrayRef, AsArray};
+use arrow::datatypes::Float64Type;
+use serde::Serialize;
+
+use crate::columns::*;
+use crate::grids::Grids;
+use crate::{Input, Recipe, Rows, StageError, solve};
+use asperity_contact::distribution::EqualBins;
+use asperity_contact::grid::Grid;
+use asperity_contact::morphology::clusters::Cluster;
+use asperity_contact::morphology::map::ContactMap;
+use asperity_contact::theory::persson;
+use asperity_tables::column::{Column, integers, optional_reals, reals};
+use asperity_tables::table::Table;
+
+/// What is distributed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "of", rename_all = "lowercase")]
+pub enum Distribution {
+    /// Pressures in contact.
+    Pressures,
+    /// Gaps out of contact.
+    Gaps,
+    /// Areas of clusters of contact.
+    Clusters {
+        /// Bins for each factor of ten.
+        bins: u32,
+    },
+}
+
+/// Every column of every distribution.
+pub fn all_columns() -> Vec<Column> {
+    [
+        &PRESSURE_DISTRIBUTION[..],
+        &GAP_DISTRIBUTION,
+        &CLUSTER_DISTRIBUTION,
+    ]
+    .concat()
+}
+
+impl Distribution {
+    /// What its rows are about.
+    pub fn rows(&self) -> Rows {
+        match self {
+            Distribution::Pressures => Rows::PressureDistributions,
+            Distribution::Gaps => Rows::GapDistributions,
+            Distribution::Clusters { .. } => Rows::ClusterDistributions,
+        }
+    }
+
+    /// Its columns beside the coordinates of the loads.
+    pub fn columns(&self) -> &'static [Column] {
+        match self {
+            Distribution::Pressures => &PRESSURE_DISTRIBUTION,
+            Distribution::Gaps => &GAP_DISTRIBUTION,
+            Distribution::Clusters { .. } => &CLUSTER_DISTRIBUTION,
+        }
+    }
+
+    /// The distribution under each load of a solved block.
+    ///
+    /// # Errors
+    /// When the block lacks a column, or holds a damaged map.
+    pub fn of(&self, solved: &Input) -> Result<Table, StageError> {
+        let Recipe::Solve(block) = solved.recipe else {
+            unreachable!("the study lets loads alone be measured so")
+        };
+        let bins = |bins: Option<EqualBins>| bins.expect("the study has asked for them");
+        let (rows, columns) = match *self {
+            Distribution::Pressures => pressures(&solved.table, bins(block.pressure_bins))?,
+            Distribution::Gaps => gaps(&solved.table, bins(block.gap_bins))?,
+            Distribution::Clusters { bins } => clusters(&solved.table, bins)?,
+        };
+        Ok(solved.table.coordinates().pick(&rows).with(columns))
+    }
+}
+
+/// Which load each row is about, and the columns beside it.
+type Distributed = (Vec<usize>, Vec<(Column, ArrayRef)>);
+
+/// One bin under one load.
+struct Counted {
+    load: usize,
+    bin: u32,
+    nodes: u64,
+    beyond: u64,
+    /// Nodes for a probability density of one in the bin.
+    unit: f64,
+}
+
+/// The counts of a column, load by load and bin by bin.
+fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counted>, StageError> {
+    let grids = Grids::of(solved)?;
+    let lists = solved.lists(column.name)?;
+    let mut counted = Vec::with_capacity(lists.len() * bins.count as usize);
+    for load in 0..lists.len() {
+        let counts = lists.value(load);
+        let counts = counts.as_primitive::<Float64Type>().values();
+        let unit = bins.width() * grids.grid(load)?.count() as f64;
+        let beyond = counts[bins.count as usize] as u64;
+        counted.extend((0..bins.count).map(|bin| Counted {
+            load,
+            bin,
+            nodes: counts[bin as usize] as u64,
+            beyond,
+            unit,
+        }));
+    }
+    Ok(counted)
+}
+
+fn pressures(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError> {
+    let counted = counted(solved, PRESSURE_COUNTS, bins)?;
+    let loads = solved.reals(LOAD.name)?;
+    let persson = |of: &Counted| {
+        let [low, high] = [of.bin, of.bin + 1].map(|edge| bins.edge(edge));
+        persson::share_between(loads.value(of.load), low, high) / bins.width()
+    };
+    let columns = vec![
+        (
+            CONTACT_PRESSURE,
+            reals(counted.iter().map(|of| bins.center(of.bin))),
+        ),
+        (
+            PRESSURE_BIN_WIDTH,
+            reals(counted.iter().map(|_| bins.width())),
+        ),
+        (
+            PRESSURE_NODES,
+            integers(counted.iter().map(|of| of.nodes as i64)),
+        ),
+        (PRESSURE_DENSITY, density(&counted)),
+        (PRESSURE_DENSITY_PERSSON, reals(counted.iter().map(persson))),
+        (PRESSURE_NODES_BEYOND, beyond(&counted)),
+    ];
+    Ok((counted.iter().map(|of| of.load).collect(), columns))
+}
+
+fn gaps(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError> {
+    let counted = counted(solved, GAP_COUNTS, bins)?;
+    let columns = vec![
+        (GAP, reals(counted.iter().map(|of| bins.center(of.bin)))),
+        (GAP_BIN_WIDTH, reals(counted.iter().map(|_| bins.width()))),
+        (
+            GAP_NODES,
+            integers(counted.iter().map(|of| of.nodes as i64)),
+        ),
+        (GAP_DENSITY, density(&counted)),
+        (GAP_NODES_BEYOND, beyond(&counted)),
+    ];
+    Ok((counted.iter().map(|of| of.load).collect(), columns))
+}
+
+fn density(counted: &[Counted]) -> ArrayRef {
+    reals(counted.iter().map(|of| of.nodes as f64 / of.unit))
+}
+
+fn beyond(counted: &[Counted]) -> ArrayRef {
+    integers(counted.iter().map(|of| of.beyond as i64))
+}
+
+/// Sums over the clusters in a bin of areas.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct InBin {
+    clusters: u32,
+    nodes: u64,
+    perimeter: f64,
+    compactness: f64,
+    /// Clusters with an edge: all but one that fills a periodic cell.
+    with_edge: u32,
+}
+
+fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageError> {
+    let grids = Grids::of(solved)?;
+    let maps = solved.bytes(CONTACT.name)?;
+    let boundary = solve::boundary::of(solved);
+    let (mut loads, mut centers, mut found) = (Vec::new(), Vec::new(), Vec::new());
+    let mut nodes = Vec::new();
+    for load in 0..solved.rows() {
+        let grid = grids.grid(load)?;
+        let map = ContactMap::from_bytes(grid.nodes(), maps.value(load));
+        let map = map.map_err(StageError::Map)?.within(boundary);
+        let edges = area_edges(grid, bins_a_decade);
+        let bins = in_bins(&Cluster::each(&map), grid, &edges);
+        for (bin, sums) in bins.into_iter().enumerate() {
+            loads.push(load);
+            centers.push((edges[bin] * edges[bin + 1]).sqrt());
+            nodes.push(grid.count() as f64);
+            found.push(sums);
+        }
+    }
+    let width = LN_10 / f64::from(bins_a_decade);
+    let mean = |sum: f64, of: u32| (of > 0).then(|| sum / f64::from(of));
+    let columns = vec![
+        (CLUSTER_AREA, reals(centers)),
+        (
+            CLUSTER_NUMBER,
+            integers(found.iter().map(|bin| i64::from(bin.clusters))),
+        ),
+        (
+            CLUSTER_DENSITY,
+            reals(found.iter().map(|bin| f64::from(bin.clusters) / width)),
+        ),
+        (
+            CLUSTER_AREA_SHARE,
+            reals(
+                found
+                    .iter()
+                    .zip(&nodes)
+                    .map(|(bin, nodes)| bin.nodes as f64 / nodes),
+            ),
+        ),
+        (
+            CLUSTER_PERIMETER,
+            optional_reals(found.iter().map(|bin| mean(bin.perimeter, bin.clusters))),
+        ),
+        (
+            CLUSTER_COMPACTNESS,
+            optional_reals(found.iter().map(|bin| mean(bin.compactness, bin.with_edge))),
+        ),
+    ];
+    Ok((loads, columns))
+}
+
+/// Ends of bins of areas over the nominal one, ascending to 1, the first of which holds one node.
+fn area_edges(grid: Grid, bins_a_decade: u32) -> Vec<f64> {
+    let smallest = 1.0 / grid.count() as f64;
+    let edge = |bin: u32| libm::exp10(-f64::from(bin) / f64::from(bins_a_decade));
+    let bins = (1..).find(|bin| edge(*bin) <= smallest);
+    let bins = bins.expect("edges go to zero");
+    (0..=bins).rev().map(edge).collect()
+}
+
+fn in_bins(clusters: &[Cluster], grid: Grid, edges: &[f64]) -> Vec<InBin> {
+    let last = edges.len() - 2;
+    let mut bins = vec![InBin::default(); last + 1];
+    let nodes = grid.count() as f64;
+    for cluster in clusters {
+        let share = cluster.nodes as f64 / nodes;
+        let above = edges.partition_point(|edge| *edge <= share);
+        let bin = &mut bins[above.saturating_sub(1).min(last)];
+        let perimeter = cluster.euclidean_perimeter(grid);
+        bin.clusters += 1;
+        bin.nodes += cluster.nodes as u64;
+        bin.perimeter += perimeter;
+        if perimeter > 0.0 {
+            let area = share * grid.cell().area();
+            bin.compactness += 4.0 * PI * area / (perimeter * perimeter);
+            bin.with_edge += 1;
+        }
+    }
+    bins
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the map of a square whose nodes (i, j) touch where `contact` holds.
+    fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
+        let touches = |node: usize| f64::from(u8::from(contact(node / nodes, node % nodes)));
+        let pressures: Vec<f64> = (0..nodes * nodes).map(touches).collect();
+        ContactMap::of_pressures([nodes; 2], &pressures)
+    }
+
+    #[test]
+    fn bins_of_areas_reach_from_one_node_to_the_whole_map() {
+        for (nodes, bins_a_decade) in [(1, 5), (2, 1), (10, 5), (64, 7), (1000, 3)] {
+            let grid = Grid::square(nodes, 2.0).unwrap();
+            let edges = area_edges(grid, bins_a_decade);
+            assert_eq!(edges.last(), Some(&1.0));
+            assert!(edges[0] <= 1.0 / grid.count() as f64);
+            assert!(edges.is_sorted());
+            let bin = |nodes| {
+                let cluster = Cluster {
+                    nodes,
+                    ..Cluster::default()
+                };
+                let bins = in_bins(&[cluster], grid, &edges);
+                bins.iter().position(|bin| bin.clusters == 1)
+            };
+            assert_eq!(bin(1), Some(0));
+            assert_eq!(bin(grid.count()), Some(edges.len() - 2));
+        }
+    }
+
+    #[test]
+    fn a_large_disc_is_compact_and_a_square_more_so() {
+        let grid = Grid::square(256, 1.0).unwrap();
+        let compactness = |contact: &dyn Fn(usize, usize) -> bool| {
+            let clusters = Cluster::each(&map(256, contact));
+            let bins = in_bins(&clusters, grid, &[0.0, 1.0]);
+            bins[0].compactness
+        };
+        let from_middle = |index: usize| index as f64 - 127.5;
+        let disc = compactness(&|i, j| from_middle(i).hypot(from_middle(j)) < 80.0);
+        // Its edge in the metric of the mesh is that of the square around it.
+        assert!((disc - 1.0).abs() < 0.01, "{disc}");
+        let square = compactness(&|i, j| i.max(j) < 50);
+        assert!((square - 4.0 / PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn full_contact_is_one_cluster_without_an_edge() {
+        let grid = Grid::square(16, 1.0).unwrap();
+        let full = Cluster::each(&map(16, |_, _| true));
+        let bins = in_bins(&full, grid, &area_edges(grid, 5));
+        let last = bins.last().expect("there are bins");
+        assert_eq!((last.clusters, last.nodes, last.with_edge), (1, 256, 0));
+    }
+
+    #[test]
+    fn a_distribution_is_written_by_its_word() {
+        let written = |of| serde_json::to_string(&super::super::Params::Distribution(of)).unwrap();
+        assert_eq!(written(Distribution::Gaps), r#"{"of":"gaps"}"#);
+        let clusters = Distribution::Clusters { bins: 5 };
+        assert_eq!(written(clusters), r#"{"of":"clusters","bins":5}"#);
+    }
+}

@@ -1,0 +1,283 @@
+//! Statistics of surfaces: power spectra, autocorrelation, slopes and curvatures by scale, bearing
+//! curve, roughness parameters.
+//!
+//! One row for each surface and wavenumber, lag, scale or height, beside the coordinates of the
+//! surface. Heights are taken as the surface has them: levelled, filled or filtered they are where
+//! surfaces are made. Maps that are not periodic are windowed for spectra, and nothing else.
+
+use std::f64::consts::TAU;
+
+use arrow::array::ArrayRef;
+use serde::Serialize;
+
+use super::super::Rows;
+use crate::columns::*;
+use crate::generate::Origin;
+use asperity_contact::grid::Boundary;
+use asperity_contact::topography::autocorrelation::Autocorrelation;
+use asperity_contact::topography::bearing;
+use asperity_contact::topography::lines::Axis;
+use asperity_contact::topography::periodic::Edges;
+use asperity_contact::topography::power_spectrum;
+use asperity_contact::topography::roughness::Roughness;
+use asperity_contact::topography::scales;
+use asperity_contact::topography::surface::Surface;
+use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
+
+/// A statistic of one surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "of", rename_all = "kebab-case")]
+pub enum Statistic {
+    /// The power spectral density, over rings of wavevectors.
+    Spectrum,
+    /// That of profiles along x and y.
+    ProfileSpectrum,
+    /// The autocorrelation along x and y, and over all directions.
+    Autocorrelation,
+    /// Slope and curvature by scale, along x and y.
+    Scales,
+    /// The bearing curve.
+    Bearing {
+        /// Number of steps between its planes.
+        bins: u32,
+        /// The highest plane, in rms heights.
+        range: f64,
+    },
+    /// Parameters of ISO 25178.
+    Roughness,
+}
+
+/// Every column of every statistic.
+pub fn all_columns() -> Vec<Column> {
+    let mut columns: Vec<Column> = Vec::new();
+    for statistic in Statistic::EACH {
+        let own = statistic.columns().into_iter();
+        columns.extend(
+            own.filter(|column| !columns.contains(column))
+                .collect::<Vec<_>>(),
+        );
+    }
+    columns
+}
+
+/// Columns and their values; all of one length.
+type Measured = Vec<(Column, ArrayRef)>;
+
+impl Statistic {
+    const EACH: [Statistic; 6] = [
+        Statistic::Spectrum,
+        Statistic::ProfileSpectrum,
+        Statistic::Autocorrelation,
+        Statistic::Scales,
+        Statistic::Bearing {
+            bins: 1,
+            range: 1.0,
+        },
+        Statistic::Roughness,
+    ];
+
+    /// What its rows are about.
+    pub fn rows(&self) -> Rows {
+        match self {
+            Statistic::Spectrum => Rows::PowerSpectra,
+            Statistic::ProfileSpectrum => Rows::ProfileSpectra,
+            Statistic::Autocorrelation => Rows::Autocorrelations,
+            Statistic::Scales => Rows::Scales,
+            Statistic::Bearing { .. } => Rows::BearingCurves,
+            Statistic::Roughness => Rows::Roughness,
+        }
+    }
+
+    /// Its columns beside the coordinates of the surface.
+    pub fn columns(&self) -> Vec<Column> {
+        match self {
+            Statistic::Spectrum => {
+                vec![WAVENUMBER, MODES, DEGREES_OF_FREEDOM, SPECTRAL_DENSITY]
+            }
+            Statistic::ProfileSpectrum => vec![ALONG, WAVENUMBER, PROFILE_DENSITY],
+            Statistic::Autocorrelation => vec![ALONG, LAG, AUTOCORRELATION],
+            Statistic::Scales => vec![ALONG, DISTANCE, SLOPE_AT_SCALE, CURVATURE_AT_SCALE],
+            Statistic::Bearing { .. } => vec![BEARING_LEVEL, HEIGHT, BEARING_SHARE],
+            Statistic::Roughness => ROUGHNESS.to_vec(),
+        }
+    }
+
+    /// Measures a surface, and how many rows that makes.
+    pub fn of(&self, surface: &Surface, origin: &Origin) -> (usize, Measured) {
+        let boundary = match origin.is_open() {
+            true => Boundary::Free,
+            false => Boundary::Periodic,
+        };
+        match *self {
+            Statistic::Spectrum => spectrum(surface, origin, boundary),
+            Statistic::ProfileSpectrum => profile_spectrum(surface, boundary),
+            Statistic::Autocorrelation => autocorrelation(surface, boundary),
+            Statistic::Scales => slopes_and_curvatures(surface, boundary),
+            Statistic::Bearing { bins, range } => bearing_curve(surface, bins, range),
+            Statistic::Roughness => roughness(surface, boundary),
+        }
+    }
+
+    /// Pairs of transforms that it costs, of the nodes of the surface.
+    pub fn pairs(&self) -> f64 {
+        match self {
+            Statistic::Autocorrelation => 5.0,
+            _ => 2.0,
+        }
+    }
+
+    /// Bytes that it needs for each node beside the surface.
+    pub fn bytes_per_node(&self) -> f64 {
+        match self {
+            // Four times the nodes where the map is not periodic, and their spectrum.
+            Statistic::Autocorrelation => 100.0,
+            _ => 28.0,
+        }
+    }
+}
+
+fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, Measured) {
+    let longer_side = surface.grid().cell().longer_side();
+    let rings = power_spectrum::rings(surface, boundary);
+    let independent = match origin {
+        Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_SHARE,
+        // Its modes are real, and those that one axis reflects into each other are one.
+        Origin::File(file) if file.edges == Edges::Mirror => 0.25,
+        _ => 1.0,
+    };
+    let columns = vec![
+        (
+            WAVENUMBER,
+            reals(rings.iter().map(|ring| ring.wavenumber(longer_side))),
+        ),
+        (MODES, integers(rings.iter().map(|ring| ring.modes.into()))),
+        (
+            DEGREES_OF_FREEDOM,
+            reals(rings.iter().map(|ring| independent * f64::from(ring.modes))),
+        ),
+        (
+            SPECTRAL_DENSITY,
+            reals(rings.iter().map(|ring| ring.density)),
+        ),
+    ];
+    (rings.len(), columns)
+}
+
+fn profile_spectrum(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
+    let rows = Axis::BOTH.into_iter().flat_map(|axis| {
+        let side = axis.of(surface.grid().cell().size());
+        let densities = power_spectrum::of_profiles(surface, axis, boundary);
+        let waves = (1..).map(f64::from).zip(densities);
+        waves.map(move |(waves, density)| (axis.name(), [TAU * waves / side, density]))
+    });
+    beside_direction(rows, [WAVENUMBER, PROFILE_DENSITY])
+}
+
+fn autocorrelation(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
+    let correlation = Autocorrelation::of(surface, boundary);
+    let spacing = surface.grid().spacing();
+    let along_axes = Axis::BOTH.into_iter().flat_map(|axis| {
+        let step = axis.of(spacing);
+        let lags = (0..).map(f64::from).zip(correlation.along(axis));
+        lags.map(move |(lag, value)| (axis.name(), [step * lag, value]))
+    });
+    let step = spacing[0].max(spacing[1]);
+    let rings = correlation.rings().into_iter();
+    let rings = rings.map(|ring| ("radial", [step * f64::from(ring.steps), ring.value]));
+    beside_direction(along_axes.chain(rings), [LAG, AUTOCORRELATION])
+}
+
+fn slopes_and_curvatures(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
+    let rows = Axis::BOTH.into_iter().flat_map(|axis| {
+        let step = axis.of(surface.grid().spacing());
+        let scales = scales::along(surface, axis, boundary).into_iter();
+        scales.map(move |scale| {
+            let distance = step * scale.steps as f64;
+            (axis.name(), [distance, scale.slope, scale.curvature])
+        })
+    });
+    beside_direction(rows, [DISTANCE, SLOPE_AT_SCALE, CURVATURE_AT_SCALE])
+}
+
+fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) {
+    let levels = bearing::levels(surface, bins as usize, range);
+    let columns = vec![
+        (BEARING_LEVEL, reals(levels.iter().map(|level| level.level))),
+        (HEIGHT, reals(levels.iter().map(|level| level.height))),
+        (BEARING_SHARE, reals(levels.iter().map(|level| level.share))),
+    ];
+    (levels.len(), columns)
+}
+
+fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
+    let Roughness {
+        sq,
+        sa,
+        sz,
+        ssk,
+        sku,
+        sdq,
+    } = Roughness::of(surface, boundary);
+    let values = [Some(sq), Some(sa), Some(sz), ssk, sku, Some(sdq)];
+    let columns = ROUGHNESS.into_iter().zip(values);
+    let columns = columns.map(|(column, value)| (column, optional_reals([value])));
+    (1, columns.collect())
+}
+
+/// Rows that name their direction.
+fn beside_direction<const N: usize>(
+    rows: impl Iterator<Item = (&'static str, [f64; N])>,
+    columns: [Column; N],
+) -> (usize, Measured) {
+    let (directions, values): (Vec<_>, Vec<_>) = rows.unzip();
+    let count = directions.len();
+    let mut measured = vec![(ALONG, texts(directions))];
+    for (place, column) in columns.into_iter().enumerate() {
+        measured.push((column, reals(values.iter().map(|row| row[place]))));
+    }
+    (count, measured)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::PerAxis;
+    use asperity_contact::grid::Grid;
+    use asperity_contact::topography::shapes::Shape;
+
+    #[test]
+    fn every_statistic_has_the_columns_that_it_promises() {
+        let shape = Shape::WaveSum {
+            amplitude: 0.1,
+            waves: 2,
+        };
+        let origin = Origin::Shape {
+            nodes: PerAxis::same(16),
+            shape,
+        };
+        let surface = shape.draw(Grid::square(16, 1.0).unwrap());
+        for statistic in Statistic::EACH {
+            let (rows, measured) = statistic.of(&surface, &origin);
+            let columns: Vec<Column> = measured.iter().map(|(column, _)| *column).collect();
+            assert_eq!(columns, statistic.columns());
+            assert!(rows > 0);
+            assert!(measured.iter().all(|(_, values)| values.len() == rows));
+        }
+    }
+
+    #[test]
+    fn a_statistic_is_written_by_its_word() {
+        let written = |statistic: Statistic| {
+            serde_json::to_string(&super::super::Params::Surface(statistic)).unwrap()
+        };
+        assert_eq!(written(Statistic::Spectrum), r#"{"of":"spectrum"}"#);
+        let bearing = Statistic::Bearing {
+            bins: 100,
+            range: 4.0,
+        };
+        assert_eq!(
+            written(bearing),
+            r#"{"of":"bearing","bins":100,"range":4.0}"#
+        );
+    }
+}

@@ -1,0 +1,331 @@
+//! What has been solved for, in the user's units and as a table.
+
+mod checkpoint;
+mod distributions;
+mod flows;
+
+use arrow::array::{ArrayRef, Float64Builder};
+
+use super::hardness::{GivenHardness, SurfaceHardness};
+use super::{GIVEN_UP, Params, PressureUnit, Pressures, StageError};
+use crate::columns::*;
+use asperity_contact::grid::{Boundary, Grid};
+use asperity_contact::morphology::map::ContactMap;
+use asperity_contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop, Watch};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::Surface;
+use asperity_manifest::decimal;
+use asperity_tables::column::{Column, bytes, integers, lists, reals, texts};
+use asperity_tables::table::Table;
+
+pub use distributions::Distributions;
+pub use flows::Flows;
+
+/// From the solver's units to the user's.
+pub struct Scales {
+    pub nodes: [usize; 2],
+    /// The longer side of the cell.
+    side: f64,
+    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
+    slope: f64,
+    /// E* × rms slope.
+    pressure: f64,
+}
+
+impl Scales {
+    pub fn of(grid: Grid, rms_slope: f64, effective_modulus: f64) -> Scales {
+        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
+        Scales {
+            nodes: grid.nodes(),
+            side: grid.cell().longer_side(),
+            slope,
+            pressure: effective_modulus * slope,
+        }
+    }
+
+    pub fn reduced(&self, surface: Surface) -> Vec<f64> {
+        let unit = self.side * self.slope;
+        let mut heights = surface.into_heights();
+        heights.iter_mut().for_each(|height| *height /= unit);
+        heights
+    }
+
+    /// The unit of lengths: side × rms slope.
+    pub fn length(&self) -> f64 {
+        self.side * self.slope
+    }
+
+    /// The unit of pressures: E* × rms slope.
+    pub fn pressure(&self) -> f64 {
+        self.pressure
+    }
+
+    /// A pressure in units of E* × rms slope; blocks in either unit agree on it.
+    pub fn reduced_pressure(&self, given: f64, unit: PressureUnit) -> f64 {
+        match unit {
+            PressureUnit::Relative => given,
+            PressureUnit::Absolute => decimal::nearest(given / self.pressure),
+        }
+    }
+
+    /// The mean pressure of a load.
+    pub fn mean_pressure(&self, load: f64) -> f64 {
+        decimal::nearest(load * self.pressure)
+    }
+
+    /// A hardness on this surface.
+    pub fn hardness(&self, given: GivenHardness) -> Result<SurfaceHardness, HardnessError> {
+        let GivenHardness { pressure, unit } = given;
+        Ok(SurfaceHardness {
+            pressure: match unit {
+                PressureUnit::Relative => decimal::nearest(pressure * self.pressure),
+                PressureUnit::Absolute => pressure,
+            },
+            reduced: Hardness::new(self.reduced_pressure(pressure, unit))?,
+            given: unit,
+        })
+    }
+}
+
+/// What has been computed so far.
+#[derive(Default)]
+pub struct Solved {
+    hardness: Option<SurfaceHardness>,
+    /// What unit pressure does to each node, where displacements are absolute.
+    under_unit_pressure: Option<Vec<f64>>,
+    /// The mean over the map of what the pressure does to it.
+    displacements: Vec<f64>,
+    loads: Vec<f64>,
+    outcomes: Vec<Outcome>,
+    maps: Vec<Vec<u8>>,
+    pressures: Float64Builder,
+    kept: Vec<usize>,
+    distributions: Distributions,
+    flows: Option<Flows>,
+    /// What is known of asperities, row by row.
+    of_asperities: Vec<(Column, ArrayRef)>,
+}
+
+/// What the table of a block has columns of, besides what all have.
+#[derive(Debug, Clone, Copy)]
+pub struct Besides {
+    pub boundary: Boundary,
+    pub asperities: bool,
+    pub flow: bool,
+    /// The unit in which loads are given.
+    pub load_unit: PressureUnit,
+    /// The unit in which the hardness is given, if the material yields.
+    pub hardness: Option<PressureUnit>,
+}
+
+/// What is solved for, beside coordinates.
+pub fn columns(besides: Besides) -> Vec<Column> {
+    let Besides {
+        boundary,
+        asperities,
+        flow,
+        load_unit,
+        hardness,
+    } = besides;
+    let mut columns = SOLVED.to_vec();
+    let mut insert_after = |column: Column, new: &[Column]| {
+        let place = columns.iter().position(|other| *other == column);
+        let place = 1 + place.expect("it is solved for");
+        columns.splice(place..place, new.iter().copied());
+    };
+    if flow {
+        insert_after(MEAN_GAP, &FLOW);
+    }
+    if let Some(unit) = hardness {
+        insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
+        insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
+        insert_after(MAX_PAIRS, &unit.hardness_columns());
+    }
+    if asperities {
+        insert_after(CONTACT_NODES, &OF_ASPERITIES);
+        insert_after(MAX_PAIRS, &[INTERACTION]);
+    }
+    if boundary == Boundary::Free {
+        insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
+        insert_after(MAX_PAIRS, &[BOUNDARY]);
+    }
+    for own in load_unit.load_columns() {
+        let listed = columns.iter_mut().find(|column| column.name == own.name);
+        *listed.expect("both are solved for") = own;
+    }
+    columns
+}
+
+impl Solved {
+    /// Of a body of this hardness, if it yields, that unit pressure displaces so, if displacements are
+    /// absolute.
+    pub fn of(
+        hardness: Option<SurfaceHardness>,
+        under_unit_pressure: Option<Vec<f64>>,
+        distributions: Distributions,
+        flows: Option<Flows>,
+    ) -> Solved {
+        Solved {
+            hardness,
+            under_unit_pressure,
+            distributions,
+            flows,
+            ..Solved::default()
+        }
+    }
+
+    /// The same with columns of asperities.
+    pub fn with(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
+        Solved {
+            of_asperities,
+            ..self
+        }
+    }
+
+    /// Counts pressures and gaps of the load that is pushed next, and finds what flows through them, as
+    /// far as that is asked for.
+    ///
+    /// # Errors
+    /// When it is told to stop.
+    pub fn look_at_maps(
+        &mut self,
+        solver: &mut Solver,
+        watch: &dyn Watch,
+    ) -> Result<(), StageError> {
+        self.distributions.count_pressures(solver.pressure());
+        if !self.distributions.counts_gaps() && self.flows.is_none() {
+            return Ok(());
+        }
+        let pressures = solver.pressure().to_vec();
+        let gap = solver.gap_under(&pressures);
+        self.distributions.count_gaps(&gap, &pressures);
+        if let Some(flows) = &mut self.flows {
+            let found = flows.find(&gap, &pressures, watch);
+            found.ok_or(StageError::Interrupted)?;
+        }
+        Ok(())
+    }
+
+    pub fn push(
+        &mut self,
+        load: f64,
+        outcome: Outcome,
+        pressures: &[f64],
+        keep: bool,
+        scales: &Scales,
+        threads: &Threads,
+    ) {
+        if let Some(sunk) = &self.under_unit_pressure {
+            let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
+            self.displacements.push(sum / pressures.len() as f64);
+        }
+        self.loads.push(load);
+        self.outcomes.push(outcome);
+        let contact = ContactMap::of_pressures_on(threads, scales.nodes, pressures);
+        self.maps.push(contact.to_bytes());
+        self.kept.push(if keep { pressures.len() } else { 0 });
+        if keep {
+            for &pressure in pressures {
+                let touches = pressure > 0.0;
+                self.pressures
+                    .append_option(touches.then_some(pressure * scales.pressure));
+            }
+        }
+    }
+
+    /// Which nodes are in contact under a load, by its number, as the column of contact maps has it.
+    pub fn contact(&self, load: usize) -> Option<&[u8]> {
+        self.maps.get(load).map(Vec::as_slice)
+    }
+
+    /// The rows so far; pressure fields that were kept go into it and are kept no longer.
+    pub fn table(&mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
+        let count = self.loads.len();
+        let column = |value: fn(&Outcome) -> f64, unit: f64| {
+            reals(self.outcomes.iter().map(|outcome| value(outcome) * unit))
+        };
+        let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
+        let hardness = self.hardness.iter();
+        let hardness = hardness.flat_map(SurfaceHardness::coordinates);
+        let place = params.setting().into_iter().chain(hardness);
+        let mut columns: Vec<(Column, ArrayRef)> = place
+            .map(|(column, value)| (column, value.repeated(count)))
+            .collect();
+        let pressures = match params.load_unit {
+            PressureUnit::Relative => {
+                let of_loads = self.loads.iter();
+                reals(of_loads.map(|&load| scales.mean_pressure(load)))
+            }
+            PressureUnit::Absolute => reals(params.loads[..count].iter().copied()),
+        };
+        let [load, pressure] = params.load_unit.load_columns();
+        columns.extend([
+            (load, reals(self.loads.iter().copied())),
+            (pressure, pressures),
+            (CONTACT_NODES, whole(|outcome| outcome.contact_nodes as i64)),
+        ]);
+        columns.append(&mut self.of_asperities);
+        if self.hardness.is_some() {
+            let saturated = self.outcomes.iter().map(|outcome| outcome.saturated_nodes);
+            let all = (scales.nodes[0] * scales.nodes[1]) as f64;
+            let shares = saturated.clone().map(|nodes| nodes as f64 / all);
+            columns.extend([
+                (
+                    SATURATED_NODES,
+                    integers(saturated.map(|nodes| nodes as i64)),
+                ),
+                (SATURATED_FRACTION, reals(shares)),
+            ]);
+        }
+        columns.push((
+            MEAN_GAP,
+            column(|outcome| outcome.mean_gap, scales.length()),
+        ));
+        if self.under_unit_pressure.is_some() {
+            let displacements = self.displacements.iter();
+            let absolute = reals(displacements.map(|value| value * scales.length()));
+            columns.push((MEAN_DISPLACEMENT, absolute));
+        }
+        if self.hardness.is_some() {
+            let depth = column(|outcome| outcome.yielded_depth, scales.length());
+            columns.push((MEAN_YIELDED_DEPTH, depth));
+        }
+        if let Some(flows) = &self.flows {
+            let gaps: Vec<f64> = self.outcomes.iter().map(|load| load.mean_gap).collect();
+            columns.extend(flows.columns(&gaps, scales.length()));
+        }
+        columns.extend([
+            (
+                ENERGY,
+                column(|outcome| outcome.energy, scales.pressure * scales.length()),
+            ),
+            (
+                PEAK_PRESSURE,
+                column(|outcome| outcome.peak_pressure, scales.pressure),
+            ),
+            (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
+            (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
+            (
+                STOP,
+                texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
+            ),
+            (CONTACT, bytes(&self.maps)),
+        ]);
+        if params.pressures != Pressures::None {
+            let values = self.pressures.finish();
+            columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
+        }
+        columns.extend(self.distributions.columns());
+        surface.coordinates().pick(&vec![0; count]).with(columns)
+    }
+}
+
+/// The word in the `stop` column.
+fn stop_name(stop: Stop) -> &'static str {
+    match stop {
+        Stop::Converged => "converged",
+        Stop::FullContact => "full-contact",
+        Stop::PairLimit => GIVEN_UP,
+        Stop::Interrupted => "interrupted",
+    }
+}

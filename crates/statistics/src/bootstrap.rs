@@ -1,0 +1,445 @@
+//! Intervals of fitted parameters, by resampling whole surfaces.
+//!
+//! The areas of one surface under neighbouring loads are strongly correlated, so loads are never
+//! drawn one by one: a replicate takes each surface a number of times, and all its loads with it.
+//!
+//! The interval is the estimate and Student's t of n − 1 degrees of freedom times the standard
+//! error, which is √(n/(n − 1)) standard deviations of the replicates: drawing from n surfaces
+//! knows neither Student's tail nor the last degree of freedom. Parameters that are positive have
+//! it of their logarithms, for replicates of few skewed surfaces may be far out. Of nominal 95 %,
+//! 600 experiments (300 at fifty) cover the exponent μ of the evolution law with κ given, and the least convex κ
+//! (areas that scatter by 5 %, normal and lognormal; in the tests, 20 loads up to 0.06):
+//!
+//! | surfaces | percentile | basic | studentised | Student's t |
+//! |---|---|---|---|---|
+//! | μ, 5 | 81, 79 | 81, 87 | 92, 92 | 93, 96 |
+//! | 10 | 89, 87 | 89, 92 | 94, 90 | 93, 96 |
+//! | 20 | 92, 90 | 92, 94 | 94, 90 | 94, 95 |
+//! | 50 | 92, 92 | 92, 94 | | 94, 94 |
+//! | κ, 5 | 80, 68 | 79, 72 | | 92, 88 |
+//! | 10 | 89, 77 | 87, 80 | | 93, 88 |
+//! | 20 | 90, 78 | 90, 83 | | 93, 86 |
+//! | 50 | 91, 78 | 91, 82 | | 92, 82 |
+//!
+//! What is missing of κ under skewed scatter is no fault of the interval: the weights of the fit
+//! are the scatter of the same surfaces, heavier where areas are small, and bias it.
+//! Studentised intervals (each replicate with its own jackknife error) are also the widest at five
+//! surfaces, by 1.6 beside Student's, and take n times as many fits.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use super::FitError;
+use super::student::two_sided_quantile;
+
+/// Share of the replicates that must give a fit: intervals of the fortunate rest would mislead.
+const LEAST_SUCCESS: f64 = 0.9;
+
+/// How to resample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bootstrap {
+    /// Number of resamples; none for no intervals.
+    pub replicates: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Probability that an interval should cover the truth, between 0 and 1.
+    pub level: f64,
+}
+
+/// Surfaces to resample, which may belong to several ensembles.
+///
+/// Points of a sweep share random numbers, so that the surface of one seed and realization counts
+/// once, however many points it is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resample {
+    /// Number of surfaces in all ensembles together.
+    pub units: usize,
+    /// Number of surfaces of the smallest ensemble, which sets the degrees of freedom of Student's
+    /// t.
+    pub fewest: usize,
+}
+
+impl Resample {
+    /// Counts the surfaces of ensembles, each of which is a list of ascending numbers.
+    pub fn of<'a>(ensembles: impl Iterator<Item = &'a [usize]> + Clone) -> Resample {
+        let last = ensembles.clone().filter_map(|units| units.last());
+        Resample {
+            units: last.max().map_or(0, |last| last + 1),
+            fewest: ensembles.map(<[usize]>::len).min().unwrap_or(0),
+        }
+    }
+}
+
+/// A parameter, as the whole sample has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Estimate {
+    /// It is above zero whatever the sample, and its logarithm scatters evenly.
+    Positive(f64),
+    /// It may have either sign.
+    Real(f64),
+}
+
+/// What resampling says of one parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+    /// Standard error; of a positive parameter, that of its logarithm times the estimate.
+    pub standard_error: f64,
+}
+
+impl Interval {
+    /// Interval of a parameter without an estimate.
+    pub const UNKNOWN: Interval = Interval {
+        lower: f64::NAN,
+        upper: f64::NAN,
+        standard_error: f64::NAN,
+    };
+}
+
+/// Intervals of all parameters of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intervals {
+    /// In the order of the parameters; `None` for a single surface, without replicates, or if
+    /// more than a tenth of them failed.
+    pub intervals: Option<Vec<Interval>>,
+    /// Replicates drawn.
+    pub replicates: usize,
+    /// Replicates whose fit failed.
+    pub failed: usize,
+}
+
+impl Bootstrap {
+    /// Refits every replicate; `refit` maps the multiplicities of the surfaces to parameters, in the
+    /// order of their estimates.
+    ///
+    /// Two calls with as many surfaces draw the same replicates, so the differences of paired
+    /// curves (the same realizations under other cutoffs) may be taken inside one `refit`.
+    pub fn intervals(
+        &self,
+        surfaces: usize,
+        estimates: &[Estimate],
+        mut refit: impl FnMut(&[u32]) -> Result<Vec<f64>, FitError>,
+    ) -> Intervals {
+        let resample = Resample {
+            units: surfaces,
+            fewest: surfaces,
+        };
+        self.of_units(resample, estimates, |_, times| refit(times))
+    }
+
+    /// Like [`Bootstrap::intervals`], for several ensembles that share surfaces. `refit` receives
+    /// the number of the replicate and the multiplicity of each surface, which is the same in all
+    /// ensembles.
+    pub fn of_units(
+        &self,
+        resample: Resample,
+        estimates: &[Estimate],
+        mut refit: impl FnMut(usize, &[u32]) -> Result<Vec<f64>, FitError>,
+    ) -> Intervals {
+        if resample.fewest < 2 || self.replicates == 0 {
+            return Intervals {
+                intervals: None,
+                replicates: 0,
+                failed: 0,
+            };
+        }
+        let mut times = vec![0; resample.units];
+        let mut successes = Vec::with_capacity(self.replicates);
+        for replicate in 0..self.replicates {
+            self.draw(replicate, &mut times);
+            successes.extend(refit(replicate, &times));
+        }
+        let enough = successes.len() as f64 >= LEAST_SUCCESS * self.replicates as f64;
+        Intervals {
+            intervals: enough.then(|| self.about(estimates, &successes, resample.fewest)),
+            replicates: self.replicates,
+            failed: self.replicates - successes.len(),
+        }
+    }
+
+    /// Draws how many times each surface appears in a replicate, as a function of the seed, the
+    /// replicate and the number of surfaces alone: more replicates keep the earlier ones.
+    pub fn draw(&self, replicate: usize, multiplicities: &mut [u32]) {
+        let surfaces = multiplicities.len() as u64;
+        let mut key = [0; 32];
+        key[..8].copy_from_slice(&self.seed.to_le_bytes());
+        key[8..16].copy_from_slice(&surfaces.to_le_bytes());
+        let mut random = ChaCha8Rng::from_seed(key);
+        random.set_stream(replicate as u64);
+        multiplicities.fill(0);
+        for _ in 0..surfaces {
+            // High word of the product: uniform to 2⁻⁶⁴ n, and the same in every release of rand.
+            let drawn = (u128::from(random.next_u64()) * u128::from(surfaces)) >> 64;
+            multiplicities[drawn as usize] += 1;
+        }
+    }
+
+    fn about(
+        &self,
+        estimates: &[Estimate],
+        replicates: &[Vec<f64>],
+        surfaces: usize,
+    ) -> Vec<Interval> {
+        let freedom = surfaces - 1;
+        let lost = (surfaces as f64 / freedom as f64).sqrt();
+        let quantile = two_sided_quantile(self.level, freedom as u32);
+        let interval = |(parameter, estimate): (usize, &Estimate)| {
+            let error = |of: fn(f64) -> f64| {
+                let values: Vec<f64> = replicates.iter().map(|fit| of(fit[parameter])).collect();
+                lost * standard_deviation(&values)
+            };
+            match *estimate {
+                Estimate::Positive(value) => {
+                    let relative = error(f64::ln);
+                    let factor = (quantile * relative).exp();
+                    Interval {
+                        lower: value / factor,
+                        upper: value * factor,
+                        standard_error: value * relative,
+                    }
+                }
+                Estimate::Real(value) => {
+                    let standard_error = error(|value| value);
+                    Interval {
+                        lower: value - quantile * standard_error,
+                        upper: value + quantile * standard_error,
+                        standard_error,
+                    }
+                }
+            }
+        };
+        estimates.iter().enumerate().map(interval).collect()
+    }
+}
+
+fn standard_deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (squares / (count - 1.0).max(1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::evolution::{EvolutionProblem, Kappa, Quantity};
+    use super::super::examples::{normal, scattered, uniform};
+    use super::super::{Curves, Window};
+    use super::*;
+    use asperity_contact::theory::law::ContactEvolution;
+
+    const BOOTSTRAP: Bootstrap = Bootstrap {
+        replicates: 400,
+        seed: 7,
+        level: 0.9,
+    };
+
+    fn mean_of(values: &[f64]) -> impl Fn(&[u32]) -> Result<Vec<f64>, FitError> {
+        move |times| {
+            let sum: f64 = values
+                .iter()
+                .zip(times)
+                .map(|(v, &t)| v * f64::from(t))
+                .sum();
+            Ok(vec![sum / values.len() as f64])
+        }
+    }
+
+    fn interval_of_the_mean(values: &[f64]) -> Interval {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        BOOTSTRAP
+            .intervals(values.len(), &[Estimate::Real(mean)], mean_of(values))
+            .intervals
+            .expect("no failures")[0]
+    }
+
+    #[test]
+    fn every_replicate_has_as_many_surfaces_as_the_sample() {
+        let mut multiplicities = vec![0; 13];
+        for replicate in 0..100 {
+            BOOTSTRAP.draw(replicate, &mut multiplicities);
+            assert_eq!(multiplicities.iter().sum::<u32>(), 13);
+        }
+    }
+
+    #[test]
+    fn surfaces_are_drawn_evenly() {
+        let (mut multiplicities, mut total) = (vec![0; 5], vec![0; 5]);
+        for replicate in 0..4000 {
+            BOOTSTRAP.draw(replicate, &mut multiplicities);
+            total
+                .iter_mut()
+                .zip(&multiplicities)
+                .for_each(|(total, times)| *total += times);
+        }
+        // Binomial with 20000 trials of probability 1/5: a standard deviation of 57.
+        assert!(
+            total.iter().all(|&total| total.abs_diff(4000) < 200),
+            "{total:?}"
+        );
+    }
+
+    #[test]
+    fn more_replicates_keep_the_earlier_ones() {
+        let drawn = |replicates| {
+            let mut drawn = Vec::new();
+            Bootstrap {
+                replicates,
+                ..BOOTSTRAP
+            }
+            .intervals(6, &[Estimate::Real(0.0)], |times| {
+                drawn.push(times.to_vec());
+                Ok(vec![0.0])
+            });
+            drawn
+        };
+        assert_eq!(drawn(200)[..50], drawn(50));
+    }
+
+    #[test]
+    fn seed_changes_the_draws() {
+        let drawn = |seed| {
+            let mut multiplicities = vec![0; 20];
+            Bootstrap { seed, ..BOOTSTRAP }.draw(0, &mut multiplicities);
+            multiplicities
+        };
+        assert_ne!(drawn(1), drawn(2));
+    }
+
+    #[test]
+    fn resampling_never_mixes_loads_of_different_surfaces() {
+        // Every surface is proportional to the load, so every mean of whole surfaces is.
+        let loads = vec![0.1, 0.2, 0.4];
+        let areas = (1..=7)
+            .map(|k| loads.iter().map(|y| f64::from(k) * y).collect())
+            .collect();
+        let data = Curves::new(loads, areas)
+            .expect("well formed")
+            .area_data(Window::ALL);
+        let mut multiplicities = vec![0; 7];
+        for replicate in 0..100 {
+            BOOTSTRAP.draw(replicate, &mut multiplicities);
+            let mean = data.resampled_mean(&multiplicities);
+            assert!((mean[1] / mean[0] - 2.0).abs() < 1e-14);
+            assert!((mean[2] / mean[0] - 4.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn intervals_of_the_mean_cover_it_at_the_nominal_rate_however_few_the_surfaces() {
+        for surfaces in [5, 10, 30] {
+            let experiments = 1000;
+            let covered = (0..experiments).filter(|&experiment| {
+                let interval = interval_of_the_mean(&normal(experiment, surfaces));
+                interval.lower <= 0.0 && 0.0 <= interval.upper
+            });
+            // Binomial: 0.0095 over 1000 experiments of nominal 0.9. Percentiles of resamples
+            // cover 0.78 at five surfaces.
+            let rate = covered.count() as f64 / experiments as f64;
+            assert!((rate - 0.9).abs() < 0.03, "{surfaces}: covered {rate}");
+        }
+    }
+
+    #[test]
+    fn intervals_of_fitted_parameters_cover_them_with_few_surfaces() {
+        let law = ContactEvolution {
+            kappa: 2.75,
+            beta: 1.2,
+            mu: 0.6,
+        };
+        for surfaces in [5, 10] {
+            let (experiments, mut covered) = (200, [0; 2]);
+            for experiment in 0..experiments {
+                let loads = uniform(0.06, 20);
+                let curves = scattered(law, loads, surfaces, (0.05, 0.003), experiment);
+                let problem =
+                    EvolutionProblem::new(&curves, Quantity::Area, Window::ALL).expect("20 loads");
+                let kappa = Kappa::Given(law.kappa);
+                let fit = problem.fit(kappa).expect("a law that bends");
+                let found = problem.bootstrap(kappa, &fit, &BOOTSTRAP).intervals;
+                let found = found.expect("no failures");
+                for (place, truth) in [law.beta, law.mu].into_iter().enumerate() {
+                    let Interval { lower, upper, .. } = found[place + 1];
+                    covered[place] += u32::from(lower <= truth && truth <= upper);
+                }
+            }
+            // Binomial: 0.021 over 200 experiments of nominal 0.9.
+            for count in covered {
+                let rate = f64::from(count) / experiments as f64;
+                assert!(
+                    (rate - 0.9).abs() < 0.065,
+                    "{surfaces}: covered {covered:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn intervals_of_positive_parameters_are_factors_about_the_estimate() {
+        let values: Vec<f64> = normal(4, 8).iter().map(|draw| draw.exp()).collect();
+        let mean = values.iter().sum::<f64>() / 8.0;
+        let outcome = BOOTSTRAP.intervals(8, &[Estimate::Positive(mean)], mean_of(&values));
+        let interval = outcome.intervals.expect("no failures")[0];
+        assert!(interval.lower > 0.0);
+        let product = interval.lower * interval.upper;
+        assert!((product / (mean * mean) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn intervals_narrow_as_one_over_the_root_of_the_number_of_surfaces() {
+        let width = |surfaces: usize| {
+            let widths = (0..20).map(|experiment| {
+                let interval = interval_of_the_mean(&normal(experiment, surfaces));
+                interval.upper - interval.lower
+            });
+            widths.sum::<f64>() / 20.0
+        };
+        // Each mean width is known to some 2 %.
+        // Student's t adds 3 % at 25 surfaces.
+        assert!((width(25) / width(100) - 2.06).abs() < 0.15);
+        // ±1.66 standard errors.
+        assert!((width(100) - 0.332).abs() < 0.03);
+    }
+
+    #[test]
+    fn standard_error_is_that_of_the_mean() {
+        let error = interval_of_the_mean(&normal(3, 100)).standard_error;
+        // 1/√100, known to 1/√200 from the sample and 1/√800 from the replicates.
+        assert!((error - 0.1).abs() < 0.02);
+    }
+
+    #[test]
+    fn failed_replicates_are_counted_and_too_many_leave_no_interval() {
+        let failing_every = |period: usize| {
+            let mut calls = 0;
+            BOOTSTRAP.intervals(4, &[Estimate::Positive(1.0)], |_| {
+                calls += 1;
+                if calls % period == 0 {
+                    Err(FitError::Kappa { kappa: 0.0 })
+                } else {
+                    Ok(vec![1.0])
+                }
+            })
+        };
+        let few = failing_every(20);
+        assert_eq!((few.failed, few.intervals.is_some()), (20, true));
+        let many = failing_every(4);
+        assert_eq!((many.failed, many.intervals), (100, None));
+    }
+
+    #[test]
+    fn single_surface_or_no_replicates_give_no_interval() {
+        let intervals = |bootstrap: Bootstrap, surfaces| {
+            let outcome = bootstrap.intervals(surfaces, &[Estimate::Real(1.0)], |_| Ok(vec![1.0]));
+            outcome.intervals
+        };
+        assert_eq!(intervals(BOOTSTRAP, 1), None);
+        let none = Bootstrap {
+            replicates: 0,
+            ..BOOTSTRAP
+        };
+        assert_eq!(intervals(none, 5), None);
+    }
+}

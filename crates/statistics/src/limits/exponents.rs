@@ -1,0 +1,213 @@
+//! The search for free exponents: variable projection of Golub & Pereyra (1973), the derivatives
+//! after Kaufman (1975). At given exponents limit and coefficients follow by linear least squares, so
+//! that only the logarithms of the exponents are searched.
+
+use std::cell::RefCell;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::linear::Design;
+use super::{EXPONENTS, LimitFit, LimitProblem, TermForm};
+use crate::FitError;
+use crate::least_squares::{Residuals, minimize};
+
+/// Where searches start: one alone ends in a minor minimum now and then.
+const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
+
+/// Fits to some of the points; there are more than parameters.
+pub fn fit(
+    problem: &LimitProblem,
+    forms: &[TermForm],
+    means: &[f64],
+    used: &[bool],
+    start: Option<&LimitFit>,
+    free: usize,
+) -> Result<LimitFit, FitError> {
+    let places: Vec<usize> = (0..used.len()).filter(|&i| used[i]).collect();
+    let data = places.iter().map(|&i| means[i] * problem.scales[i]);
+    let search = Search {
+        problem,
+        forms,
+        data: DVector::from_iterator(places.len(), data),
+        places: &places,
+        terms: (0..forms.len())
+            .filter(|&term| forms[term] == TermForm::FreePower)
+            .collect(),
+        last: RefCell::new(None),
+    };
+    let exponents = match search.terms.len() {
+        0 => Ok(Vec::new()),
+        1 => search.minimum::<1>(start),
+        2 => search.minimum::<2>(start),
+        3 => search.minimum::<3>(start),
+        _ => search.minimum::<4>(start),
+    }?;
+    search.outcome(&exponents, free)
+}
+
+struct Search<'a> {
+    problem: &'a LimitProblem,
+    forms: &'a [TermForm],
+    /// Means over standard errors.
+    data: DVector<f64>,
+    /// The points that are used.
+    places: &'a [usize],
+    /// The terms with a free exponent.
+    terms: Vec<usize>,
+    /// The last exponents' design, for residuals and derivatives are asked for one after the other.
+    last: RefCell<Option<(Vec<f64>, Solved)>>,
+}
+
+/// What follows from exponents.
+struct Solved {
+    columns: DMatrix<f64>,
+    design: Design,
+    solution: DVector<f64>,
+}
+
+impl Search<'_> {
+    /// The free exponents with the least χ².
+    fn minimum<const P: usize>(&self, start: Option<&LimitFit>) -> Result<Vec<f64>, FitError> {
+        let known = start.map(|fit| {
+            let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0);
+            let logarithms: Vec<f64> = self.terms.iter().map(of_term).map(libm::log).collect();
+            std::array::from_fn(|i| logarithms.get(i).copied().unwrap_or(0.0))
+        });
+        let starts = match known {
+            Some(known) => vec![known],
+            None => STARTS.map(|exponent| [libm::log(exponent); P]).to_vec(),
+        };
+        let mut best: Option<([f64; P], f64)> = None;
+        let mut stray = None;
+        for start in starts {
+            let found = minimize(self, start);
+            let exponents = found.parameters.map(libm::exp);
+            let chi_square = match self.solved(&exponents) {
+                Some(solved) if found.converged => self.left(&solved).norm_squared(),
+                _ => {
+                    stray = stray.or(self.outside(&exponents));
+                    continue;
+                }
+            };
+            if best.is_none_or(|(_, least)| chi_square < least) {
+                best = Some((found.parameters, chi_square));
+            }
+        }
+        let (logarithms, _) = best.ok_or(stray.unwrap_or(FitError::NotConverged))?;
+        Ok(logarithms.iter().copied().map(libm::exp).collect())
+    }
+
+    fn outcome(&self, exponents: &[f64], free: usize) -> Result<LimitFit, FitError> {
+        if let Some(error) = self.outside(exponents) {
+            return Err(error);
+        }
+        let solved = self.solved(exponents).ok_or(FitError::DependentTerms)?;
+        let chi_square = self.left(&solved).norm_squared();
+        let all = (0..self.forms.len()).map(|term| self.exponent(term, exponents));
+        Ok(LimitFit {
+            limit: solved.solution[0],
+            coefficients: solved.solution.iter().skip(1).copied().collect(),
+            exponents: all.collect(),
+            chi_square,
+            free,
+        })
+    }
+
+    /// Whose exponent has run away, if any has.
+    fn outside(&self, exponents: &[f64]) -> Option<FitError> {
+        let [least, most] = EXPONENTS;
+        let mut all = exponents.iter().zip(&self.terms);
+        let (&exponent, &term) = all.find(|(one, _)| **one < least || **one > most)?;
+        Some(FitError::NoExponent { term, exponent })
+    }
+
+    /// The exponent of a term, none of a logarithm.
+    fn exponent(&self, term: usize, free: &[f64]) -> Option<f64> {
+        match self.forms[term] {
+            TermForm::Power(exponent) => Some(exponent),
+            TermForm::Logarithm => None,
+            TermForm::FreePower => {
+                let place = self.terms.iter().position(|&other| other == term)?;
+                free.get(place).copied()
+            }
+        }
+    }
+
+    fn solved(&self, exponents: &[f64]) -> Option<Solved> {
+        let columns = self.columns(exponents);
+        let design = Design::new(columns.clone())?;
+        let solution = design.solve(&self.data);
+        Some(Solved {
+            columns,
+            design,
+            solution,
+        })
+    }
+
+    fn columns(&self, exponents: &[f64]) -> DMatrix<f64> {
+        DMatrix::from_fn(self.places.len(), 1 + self.forms.len(), |row, column| {
+            let place = self.places[row];
+            let scale = self.problem.scales[place];
+            if column == 0 {
+                return scale;
+            }
+            let small = self.problem.points[place].small[column - 1];
+            scale
+                * match self.exponent(column - 1, exponents) {
+                    Some(exponent) => libm::pow(small, exponent),
+                    None => libm::log(small),
+                }
+        })
+    }
+
+    fn left(&self, solved: &Solved) -> DVector<f64> {
+        &solved.columns * &solved.solution - &self.data
+    }
+
+    /// Works with the design of some exponents, which is kept until others are asked for.
+    fn with<T>(&self, exponents: Vec<f64>, work: impl FnOnce(&Solved) -> T) -> Option<T> {
+        let mut last = self.last.borrow_mut();
+        if last.as_ref().is_none_or(|(known, _)| *known != exponents) {
+            *last = self.solved(&exponents).map(|solved| (exponents, solved));
+        }
+        last.as_ref().map(|(_, solved)| work(solved))
+    }
+}
+
+impl<const P: usize> Residuals<P> for Search<'_> {
+    fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    fn residuals(&self, logarithms: [f64; P], into: &mut [f64]) {
+        let exponents = logarithms.map(libm::exp).to_vec();
+        let left = self.with(exponents, |solved| self.left(solved));
+        match left {
+            Some(left) => into.copy_from_slice(left.as_slice()),
+            // The search backs off from what is no number.
+            None => into.fill(f64::NAN),
+        }
+    }
+
+    fn gradients(&self, logarithms: [f64; P], into: &mut [[f64; P]]) {
+        let exponents = logarithms.map(libm::exp).to_vec();
+        let known = self.with(exponents.clone(), |solved| {
+            for (place, &term) in self.terms.iter().enumerate() {
+                // ∂(c xᵉ)/∂ ln e = c e xᵉ ln x
+                let factor = solved.solution[1 + term] * exponents[place];
+                let column = solved.columns.column(1 + term);
+                let logarithm =
+                    |row: usize| libm::log(self.problem.points[self.places[row]].small[term]);
+                let change =
+                    DVector::from_fn(column.len(), |row, _| factor * column[row] * logarithm(row));
+                let change = solved.design.residual(&change);
+                for (gradient, one) in into.iter_mut().zip(change.iter()) {
+                    gradient[place] = *one;
+                }
+            }
+        });
+        if known.is_none() {
+            into.fill([f64::NAN; P]);
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! What the mesh adds to the contact area: the same surface under the same load on several meshes.
+//!
+//! A solved contact is too large by a share of its edge, A_N = A* + c S_d Δx: the area counted on
+//! the mesh against Manhattan perimeter × mesh step is a line whose value at zero is the area on
+//! an infinitely fine mesh, and whose slope is the coefficient that a correction should have.
+
+use super::FitError;
+use super::bootstrap::{Bootstrap, Estimate, Intervals};
+use super::least_squares::line;
+
+/// A line through two meshes leaves nothing to judge it by.
+pub const LEAST_MESHES: usize = 3;
+
+/// One surface under one load, on meshes one finer than the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refinement {
+    /// S_d Δx on each mesh, as a fraction of the cell.
+    edges: Vec<f64>,
+    /// Area fraction counted on each mesh.
+    areas: Vec<f64>,
+}
+
+/// The line of one surface under one load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshLimit {
+    /// A*: the area fraction where the edge of the mesh vanishes.
+    pub area: f64,
+    /// c: the share of S_d Δx that the mesh adds.
+    pub coefficient: f64,
+}
+
+impl Refinement {
+    /// Areas and edges, mesh by mesh.
+    ///
+    /// # Errors
+    /// With fewer than three meshes, without contact on one of them, or if all edges are equal.
+    pub fn new(edges: Vec<f64>, areas: Vec<f64>) -> Result<Self, FitError> {
+        let meshes = areas.len();
+        if meshes < LEAST_MESHES {
+            return Err(FitError::TooFewMeshes {
+                found: meshes,
+                needed: LEAST_MESHES,
+            });
+        }
+        let equal = edges.iter().all(|&edge| edge == edges[0]);
+        if equal || areas.iter().any(|&area| area <= 0.0) {
+            return Err(FitError::NoEdges);
+        }
+        Ok(Self { edges, areas })
+    }
+
+    /// Number of meshes.
+    pub fn meshes(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// The line by least squares.
+    pub fn fit(&self) -> MeshLimit {
+        let (coefficient, area) =
+            line(&self.edges, &self.areas).expect("the edges of a refinement differ");
+        MeshLimit { area, coefficient }
+    }
+
+    /// The limit if the coefficient is known.
+    fn limit(&self, coefficient: f64) -> f64 {
+        mean(&self.areas) - coefficient * mean(&self.edges)
+    }
+
+    /// (A_N − c S_d Δx)/A* − 1 on each mesh: what a correction by `coefficient` leaves.
+    fn errors(&self, coefficient: f64, limit: f64) -> impl Iterator<Item = f64> {
+        let corrected = self.areas.iter().zip(&self.edges);
+        corrected.map(move |(area, edge)| (area - coefficient * edge) / limit - 1.0)
+    }
+
+    /// Covariance of area and edge, and variance of the edge, in units of the mean area: sums of
+    /// such terms weigh light and heavy loads alike.
+    fn moments(&self) -> (f64, f64) {
+        let (edge, area) = (mean(&self.edges), mean(&self.areas));
+        let pairs = self.edges.iter().zip(&self.areas);
+        let sums = pairs.fold((0.0, 0.0), |(covariance, variance), (e, a)| {
+            (
+                covariance + (e - edge) * (a - area),
+                variance + (e - edge).powi(2),
+            )
+        });
+        (sums.0 / (area * area), sums.1 / (area * area))
+    }
+}
+
+/// One coefficient for several surfaces, each under one load or more.
+#[derive(Debug, Clone)]
+pub struct MeshProblem<'a> {
+    /// The refinements of each surface.
+    surfaces: Vec<Vec<&'a Refinement>>,
+}
+
+impl<'a> MeshProblem<'a> {
+    /// Pools the refinements of surfaces; there is at least one.
+    pub fn new(surfaces: Vec<Vec<&'a Refinement>>) -> Self {
+        Self { surfaces }
+    }
+
+    /// The common coefficient, each surface and load having a limit of its own.
+    pub fn coefficient(&self) -> f64 {
+        self.pooled(&vec![1; self.surfaces.len()])
+    }
+
+    /// Mean of the limits that go with a coefficient.
+    pub fn mean_limit(&self, coefficient: f64) -> f64 {
+        let limits: Vec<f64> = self.all().map(|one| one.limit(coefficient)).collect();
+        mean(&limits)
+    }
+
+    /// Root mean square of what a correction leaves, relative to the limits of the common fit.
+    pub fn rms_error(&self, correction: f64) -> f64 {
+        let fitted = self.coefficient();
+        let errors = self
+            .all()
+            .flat_map(|one| one.errors(correction, one.limit(fitted)));
+        let squares: Vec<f64> = errors.map(|error| error * error).collect();
+        mean(&squares).sqrt()
+    }
+
+    /// Number of areas.
+    pub fn data(&self) -> usize {
+        self.all().map(Refinement::meshes).sum()
+    }
+
+    /// Interval of the common coefficient, resampling whole surfaces.
+    pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
+        let every = vec![1; self.surfaces.len()];
+        let estimates = [Estimate::Real(self.pooled(&every))];
+        bootstrap.intervals(self.surfaces.len(), &estimates, |multiplicities| {
+            Ok(vec![self.pooled(multiplicities)])
+        })
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Refinement> {
+        self.surfaces.iter().flatten().copied()
+    }
+
+    /// Covariance of area and edge and variance of the edge, of each surface: their sums over the
+    /// surfaces, one over the other, are the coefficient.
+    pub fn moments(&self) -> Vec<(f64, f64)> {
+        let of_surface = |surface: &Vec<&Refinement>| {
+            let moments = surface.iter().map(|one| one.moments());
+            moments.fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
+        };
+        self.surfaces.iter().map(of_surface).collect()
+    }
+
+    fn pooled(&self, multiplicities: &[u32]) -> f64 {
+        let (mut covariance, mut variance) = (0.0, 0.0);
+        for (surface, &times) in self.surfaces.iter().zip(multiplicities) {
+            for one in surface {
+                let moments = one.moments();
+                covariance += f64::from(times) * moments.0;
+                variance += f64::from(times) * moments.1;
+            }
+        }
+        covariance / variance
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::examples::normal;
+    use super::*;
+    use asperity_contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+
+    const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];
+
+    /// Areas that a mesh makes larger by `coefficient` of their edges, and `noise`.
+    fn refinement(limit: f64, coefficient: f64, noise: &[f64]) -> Refinement {
+        let areas = EDGES
+            .iter()
+            .enumerate()
+            .map(|(i, edge)| limit + coefficient * edge + noise.get(i).unwrap_or(&0.0));
+        Refinement::new(EDGES.to_vec(), areas.collect()).expect("well formed")
+    }
+
+    fn pooled(refinements: &[Refinement]) -> MeshProblem<'_> {
+        MeshProblem::new(refinements.iter().map(|one| vec![one]).collect())
+    }
+
+    #[test]
+    fn areas_on_a_line_give_their_limit_and_coefficient_exactly() {
+        let fit = refinement(0.135, 0.104, &[]).fit();
+        assert!((fit.area - 0.135).abs() < 1e-15);
+        assert!((fit.coefficient - 0.104).abs() < 1e-14);
+    }
+
+    #[test]
+    fn surfaces_share_a_coefficient_and_keep_their_limits() {
+        let surfaces = [0.02, 0.135, 0.8].map(|limit| refinement(limit, 0.104, &[]));
+        let problem = pooled(&surfaces);
+        let found = problem.coefficient();
+        assert!((found - 0.104).abs() < 1e-14);
+        assert!((problem.mean_limit(found) - (0.02 + 0.135 + 0.8) / 3.0).abs() < 1e-15);
+        assert_eq!(problem.data(), 12);
+    }
+
+    #[test]
+    fn a_correction_leaves_the_edge_times_what_it_misses() {
+        let surfaces = [refinement(0.135, 0.104, &[])];
+        let problem = pooled(&surfaces);
+        let mean_square = EDGES.iter().map(|edge| edge * edge).sum::<f64>() / 4.0;
+        for correction in [0.0, YASTREBOV_2017, PI_OVER_EIGHT] {
+            let exact = (correction - 0.104).abs() * mean_square.sqrt() / 0.135;
+            assert!((problem.rms_error(correction) - exact).abs() < 1e-13);
+        }
+        assert!(problem.rms_error(0.104) < 1e-13);
+    }
+
+    #[test]
+    fn intervals_of_the_coefficient_cover_it_at_about_the_nominal_rate() {
+        let bootstrap = Bootstrap {
+            replicates: 300,
+            seed: 7,
+            level: 0.9,
+        };
+        let experiments = 200;
+        let covered = (0..experiments).filter(|&experiment| {
+            let noise = normal(experiment, 4 * 20);
+            let surfaces: Vec<_> = noise
+                .chunks(4)
+                .map(|four| {
+                    let four: Vec<f64> = four.iter().map(|z| 0.002 * z).collect();
+                    refinement(0.135, 0.104, &four)
+                })
+                .collect();
+            let intervals = pooled(&surfaces).bootstrap(&bootstrap).intervals;
+            let interval = intervals.expect("no failures")[0];
+            interval.lower <= 0.104 && 0.104 <= interval.upper
+        });
+        // Binomial: 0.021 over 200 experiments.
+        let rate = covered.count() as f64 / f64::from(experiments as u32);
+        assert!((rate - 0.9).abs() < 0.065, "covered {rate}");
+    }
+
+    #[test]
+    fn two_meshes_and_equal_edges_are_no_refinement() {
+        let two = Refinement::new(vec![0.2, 0.1], vec![0.14, 0.13]).unwrap_err();
+        assert!(two.to_string().contains("2 meshes"), "{two}");
+        let full = Refinement::new(vec![0.0; 3], vec![1.0; 3]).unwrap_err();
+        assert_eq!(full, FitError::NoEdges);
+    }
+}

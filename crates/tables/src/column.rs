@@ -1,0 +1,384 @@
+//! What a column holds: name, role, type, unit and meaning, said once and carried into every file.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::sync::Arc;
+
+use arrow::array::{
+    Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
+    LargeListArray, StringArray,
+};
+use arrow::buffer::OffsetBuffer;
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata};
+use serde::Serialize;
+
+/// What a column holds, said once and carried into every file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Column {
+    /// Its name, in whole words.
+    pub name: &'static str,
+    /// What it is for.
+    pub role: Role,
+    /// The type of its values.
+    pub kind: ColumnKind,
+    /// Unit of its values; `1` for pure numbers, empty where units make no sense.
+    pub unit: &'static str,
+    /// One phrase that says what it means.
+    pub meaning: &'static str,
+}
+
+/// What a column is for. The first four place a row in the study and go on into later stages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// What surfaces of one statistical ensemble share, and what is done to all of them alike.
+    Parameter,
+    /// It tells surfaces of one ensemble apart.
+    Surface,
+    /// It tells states of one surface apart.
+    Load,
+    /// The value of a coordinate in another unit. It goes on with the row and tells no rows apart.
+    Derived,
+    /// It was computed.
+    Result,
+    /// It was computed and fills disks: it stays in the store.
+    Heavy,
+}
+
+/// The type of a column's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// 64-bit floating point.
+    Real,
+    /// 64-bit integer.
+    Integer,
+    /// True or false.
+    Flag,
+    /// UTF-8.
+    Text,
+    /// Bytes.
+    Bytes,
+    /// Lists of 64-bit floating-point numbers.
+    Reals,
+}
+
+impl Column {
+    /// A column whose values are the same for all surfaces of an ensemble.
+    pub const fn parameter(
+        name: &'static str,
+        kind: ColumnKind,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Column {
+        Column {
+            name,
+            role: Role::Parameter,
+            kind,
+            unit,
+            meaning,
+        }
+    }
+
+    /// The same column in another role.
+    pub const fn with_role(self, role: Role) -> Column {
+        Column { role, ..self }
+    }
+
+    /// A computed column.
+    pub const fn result(
+        name: &'static str,
+        kind: ColumnKind,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Column {
+        Column {
+            name,
+            role: Role::Result,
+            kind,
+            unit,
+            meaning,
+        }
+    }
+
+    /// A computed column that stays in the store.
+    pub const fn heavy(
+        name: &'static str,
+        kind: ColumnKind,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Column {
+        Column {
+            name,
+            role: Role::Heavy,
+            kind,
+            unit,
+            meaning,
+        }
+    }
+
+    /// The column as Arrow knows it; role, unit and meaning are its metadata.
+    pub fn field(&self) -> Field {
+        let metadata = described(self.role, self.unit, self.meaning);
+        Field::new(self.name, self.kind.data_type(), true).with_metadata(metadata)
+    }
+}
+
+/// What a column is for, its unit and its meaning, as files carry them.
+pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
+    Metadata::new()
+        .with("role", role.name())
+        .with("unit", unit)
+        .with("meaning", meaning)
+}
+
+/// What a file says of a column.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Description {
+    /// Its name.
+    pub name: String,
+    /// The type of its values.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// `parameter`, `surface`, `load`, `derived`, `result` or `heavy`.
+    pub role: String,
+    /// Unit of its values.
+    pub unit: String,
+    /// One phrase that says what it means.
+    pub meaning: String,
+}
+
+impl From<&Field> for Description {
+    fn from(field: &Field) -> Description {
+        let entry = |name: &str| field.metadata().get(name).cloned().unwrap_or_default();
+        Description {
+            name: field.name().clone(),
+            kind: match field.data_type() {
+                DataType::Float64 => "real",
+                DataType::Int64 => "integer",
+                DataType::Boolean => "flag",
+                DataType::Utf8 => "text",
+                DataType::LargeBinary => "bytes",
+                _ => "reals",
+            },
+            role: entry("role"),
+            unit: entry("unit"),
+            meaning: entry("meaning"),
+        }
+    }
+}
+
+impl Role {
+    const ALL: [Role; 6] = [
+        Role::Parameter,
+        Role::Surface,
+        Role::Load,
+        Role::Derived,
+        Role::Result,
+        Role::Heavy,
+    ];
+
+    /// The word in a field's metadata.
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::Parameter => "parameter",
+            Role::Surface => "surface",
+            Role::Load => "load",
+            Role::Derived => "derived",
+            Role::Result => "result",
+            Role::Heavy => "heavy",
+        }
+    }
+
+    /// The role that a field's metadata name, if it is a column of ours.
+    pub fn of(field: &Field) -> Option<Role> {
+        let name = field.metadata().get("role")?;
+        Role::ALL.into_iter().find(|role| role.name() == name)
+    }
+
+    /// Whether columns of this role place a row in the study.
+    pub fn is_coordinate(self) -> bool {
+        matches!(
+            self,
+            Role::Parameter | Role::Surface | Role::Load | Role::Derived
+        )
+    }
+
+    /// Returns whether a column has this role, and not the `other` one, in stacked tables that
+    /// disagree.
+    ///
+    /// A column that tells surfaces apart in one table tells them apart in the stack, and a
+    /// coordinate of one table stays a coordinate beside tables in which it is derived.
+    pub fn prevails_over(self, other: Role) -> bool {
+        match other {
+            Role::Parameter => self == Role::Surface,
+            Role::Derived => self != Role::Derived && self.is_coordinate(),
+            _ => false,
+        }
+    }
+}
+
+/// One value that places rows.
+#[derive(Debug, Clone)]
+pub enum Value {
+    /// Of a real column.
+    Real(f64),
+    /// Of an integer column.
+    Integer(i64),
+    /// Of a column of text.
+    Text(String),
+}
+
+impl Value {
+    /// A column that holds it in each of so many rows.
+    pub fn repeated(&self, rows: usize) -> ArrayRef {
+        match self {
+            Value::Real(value) => reals(std::iter::repeat_n(*value, rows)),
+            Value::Integer(value) => integers(std::iter::repeat_n(*value, rows)),
+            Value::Text(value) => texts(std::iter::repeat_n(value, rows)),
+        }
+    }
+
+    /// The value of a row; none if it is null, or of a type that places no rows.
+    pub fn of(array: &dyn Array, row: usize) -> Option<Value> {
+        if array.is_null(row) {
+            return None;
+        }
+        let real = array.as_primitive_opt::<Float64Type>();
+        let integer = || array.as_primitive_opt::<Int64Type>();
+        let text = || array.as_string_opt::<i32>();
+        real.map(|values| Value::Real(values.value(row)))
+            .or_else(|| integer().map(|values| Value::Integer(values.value(row))))
+            .or_else(|| text().map(|values| Value::Text(values.value(row).to_owned())))
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Real(value) => write!(formatter, "{value}"),
+            Value::Integer(value) => write!(formatter, "{value}"),
+            Value::Text(value) => write!(formatter, "{value}"),
+        }
+    }
+}
+
+/// Numbers by size and before text.
+impl Ord for Value {
+    fn cmp(&self, other: &Value) -> Ordering {
+        match (self, other) {
+            (Value::Integer(one), Value::Integer(other)) => one.cmp(other),
+            (Value::Real(one), Value::Real(other)) => one.total_cmp(other),
+            (Value::Text(one), Value::Text(other)) => one.cmp(other),
+            (one, other) => one.rank().cmp(&other.rank()),
+        }
+    }
+}
+
+impl Value {
+    /// A column holds values of one type; between types the order has no meaning.
+    fn rank(&self) -> u8 {
+        match self {
+            Value::Integer(_) => 0,
+            Value::Real(_) => 1,
+            Value::Text(_) => 2,
+        }
+    }
+}
+
+impl PartialOrd for Value {
+    fn partial_cmp(&self, other: &Value) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Value) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Value {}
+
+impl ColumnKind {
+    /// Every kind.
+    pub const ALL: [ColumnKind; 6] = [
+        ColumnKind::Real,
+        ColumnKind::Integer,
+        ColumnKind::Flag,
+        ColumnKind::Text,
+        ColumnKind::Bytes,
+        ColumnKind::Reals,
+    ];
+
+    /// Whether columns of our tables may be of this type.
+    pub fn holds(found: &DataType) -> bool {
+        let is_found = |kind: ColumnKind| kind.data_type() == *found;
+        ColumnKind::ALL.into_iter().any(is_found)
+    }
+
+    /// Its type in Arrow.
+    pub fn data_type(self) -> DataType {
+        match self {
+            ColumnKind::Real => DataType::Float64,
+            ColumnKind::Integer => DataType::Int64,
+            ColumnKind::Flag => DataType::Boolean,
+            ColumnKind::Text => DataType::Utf8,
+            ColumnKind::Bytes => DataType::LargeBinary,
+            ColumnKind::Reals => DataType::LargeList(element()),
+        }
+    }
+}
+
+/// A column of real numbers.
+pub fn reals(values: impl IntoIterator<Item = f64>) -> ArrayRef {
+    Arc::new(Float64Array::from_iter_values(values))
+}
+
+/// A column of real numbers, some of them not known.
+pub fn optional_reals(values: impl IntoIterator<Item = Option<f64>>) -> ArrayRef {
+    Arc::new(Float64Array::from_iter(values))
+}
+
+/// A column of integers.
+pub fn integers(values: impl IntoIterator<Item = i64>) -> ArrayRef {
+    Arc::new(Int64Array::from_iter_values(values))
+}
+
+/// A column of truth values.
+pub fn flags(values: impl IntoIterator<Item = bool>) -> ArrayRef {
+    Arc::new(BooleanArray::from_iter(values.into_iter().map(Some)))
+}
+
+/// A column of truth values, some of them not known.
+pub fn optional_flags(values: impl IntoIterator<Item = Option<bool>>) -> ArrayRef {
+    Arc::new(BooleanArray::from_iter(values))
+}
+
+/// A column of text.
+pub fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
+    Arc::new(StringArray::from_iter_values(values))
+}
+
+/// A column of text, some of it not known.
+pub fn optional_texts(values: impl IntoIterator<Item = Option<String>>) -> ArrayRef {
+    Arc::new(StringArray::from_iter(values))
+}
+
+/// A column of bytes.
+pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
+    Arc::new(LargeBinaryArray::from_iter_values(values))
+}
+
+/// A column of lists: all values end to end, and how many belong to each row.
+pub fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
+    let offsets = OffsetBuffer::from_lengths(lengths);
+    Arc::new(LargeListArray::new(
+        element(),
+        offsets,
+        Arc::new(values),
+        None,
+    ))
+}
+
+fn element() -> Arc<Field> {
+    Arc::new(Field::new("element", DataType::Float64, true))
+}

@@ -1,0 +1,26 @@
+//! Tables whose columns say what they mean, as Parquet files and in a store that keeps each once.
+//!
+//! The crate knows no physics and no manifest: a table is columns with a unit, a meaning and a role,
+//! and a key is the digest of whatever made the table.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`column`] | description of a column: name, unit, meaning, role, type |
+//! | [`table`] | a table in memory, with typed access to its columns |
+//! | [`cells`] | values of single cells as text |
+//! | [`stacking`] | tables put under one another |
+//! | [`parquet`] | files of tables, with digests that reveal damage; files of others, with bounded memory |
+//! | [`source`] | tables on disk that are read column by column |
+//! | [`store`] | finished tables by key, locks, records of what made them, checkpoints |
+//! | [`checkpoints`] | what a long task needs in order to save its state |
+//! | [`parallel`] | work on several threads that end with the call |
+
+pub mod cells;
+pub mod checkpoints;
+pub mod column;
+pub mod parallel;
+pub mod parquet;
+pub mod source;
+pub mod stacking;
+pub mod store;
+pub mod table;

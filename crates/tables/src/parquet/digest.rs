@@ -1,0 +1,254 @@
+//! Digests of a file within it, where readers of Parquet never look: before its footer.
+//!
+//! The file of a task has one digest of all its other bytes. A table of results, of which parts are
+//! read, has one of each column chunk, and one of these digests and of everything that is in no
+//! chunk, so that whoever reads a column need not read the others to know that it is as it was
+//! written.
+
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+
+use bytes::Bytes;
+use parquet::file::metadata::ParquetMetaData;
+
+/// Bytes of the digest before the footer.
+const DIGEST: usize = blake3::OUT_LEN;
+/// Bytes of the digest of a column chunk, as many as those of a key.
+const OF_A_CHUNK: usize = 16;
+/// Bytes of the footer's length and the closing mark.
+pub(super) const TAIL: usize = 8;
+/// How a file begins.
+pub(super) const MARK: &[u8] = b"PAR1";
+
+/// What of a file was digested together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Digested {
+    /// All of it.
+    Whole,
+    /// Each column chunk.
+    Chunks,
+}
+
+impl Digested {
+    /// The word in a file's metadata.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Digested::Whole => "whole",
+            Digested::Chunks => "column chunks",
+        }
+    }
+}
+
+/// Puts a digest of a Parquet file before its footer; nothing if it has none.
+pub fn seal(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
+    let footer = footer_start(&bytes)?;
+    let digest = blake3::hash(&bytes);
+    bytes.splice(footer..footer, *digest.as_bytes());
+    Some(bytes)
+}
+
+/// Puts digests of the column chunks of a Parquet file, and of all else, before its footer; nothing
+/// if it is not what `metadata` say.
+pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> Option<Vec<u8>> {
+    let footer = footer_start(&bytes)?;
+    let chunks = Chunks::of(metadata, footer)?;
+    let mut digests = Vec::with_capacity(chunks.ranges.len() * OF_A_CHUNK + DIGEST);
+    for range in &chunks.ranges {
+        digests.extend_from_slice(&of_chunk(&bytes[range.clone()]));
+    }
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(MARK).update(&bytes[chunks.end..footer]);
+    hasher.update(&digests).update(&bytes[footer..]);
+    digests.extend_from_slice(hasher.finalize().as_bytes());
+    bytes.splice(footer..footer, digests);
+    Some(bytes)
+}
+
+/// Seals a file on disk, with one column chunk in memory at a time.
+///
+/// # Errors
+/// When the file cannot be read or written.
+pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io::Result<()> {
+    let read = |range: Range<usize>| {
+        let mut bytes = vec![0; range.len()];
+        file.read_exact_at(&mut bytes, range.start as u64)?;
+        Ok::<_, io::Error>(bytes)
+    };
+    let malformed =
+        || io::Error::other("a finished file has a footer, and column chunks before it");
+    let length = usize::try_from(file.metadata()?.len()).map_err(io::Error::other)?;
+    let chunks = Chunks::of(metadata, length).ok_or_else(malformed)?;
+    let mut digests = Vec::with_capacity(chunks.ranges.len() * OF_A_CHUNK + DIGEST);
+    for range in &chunks.ranges {
+        digests.extend_from_slice(&of_chunk(&read(range.clone())?));
+    }
+    let end = read(chunks.end..length)?;
+    let footer = footer_start(&end).ok_or_else(malformed)?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(MARK).update(&end[..footer]);
+    hasher.update(&digests).update(&end[footer..]);
+    digests.extend_from_slice(hasher.finalize().as_bytes());
+    digests.extend_from_slice(&end[footer..]);
+    file.write_all_at(&digests, (chunks.end + footer) as u64)
+}
+
+/// Whether the bytes of a whole file are those that were written.
+pub(super) fn holds(bytes: &Bytes, metadata: &ParquetMetaData, digested: Digested) -> bool {
+    match digested {
+        Digested::Whole => holds_whole(bytes),
+        Digested::Chunks if !bytes.starts_with(MARK) => false,
+        Digested::Chunks => {
+            let chunks = ChunkDigests::verified(bytes, 0, metadata);
+            chunks.is_some_and(|chunks| {
+                let mut all = 0..chunks.ranges.len();
+                all.all(|chunk| chunks.holds(chunk, &bytes[chunks.ranges[chunk].clone()]))
+            })
+        }
+    }
+}
+
+fn holds_whole(bytes: &Bytes) -> bool {
+    let Some((footer, start)) =
+        footer_start(bytes).and_then(|footer| Some((footer, footer.checked_sub(DIGEST)?)))
+    else {
+        return false;
+    };
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&bytes[..start]).update(&bytes[footer..]);
+    hasher.finalize().as_bytes() == &bytes[start..footer]
+}
+
+/// Where the column chunks of a file lie: one after the other from its opening mark on.
+#[derive(Debug)]
+struct Chunks {
+    ranges: Vec<Range<usize>>,
+    end: usize,
+}
+
+impl Chunks {
+    fn of(metadata: &ParquetMetaData, footer: usize) -> Option<Chunks> {
+        let groups = metadata.row_groups().iter();
+        let chunks = groups.flat_map(|group| group.columns());
+        let mut end = MARK.len();
+        let mut ranges = Vec::new();
+        for chunk in chunks {
+            let (start, length) = chunk.byte_range();
+            let start = usize::try_from(start).ok().filter(|start| *start == end)?;
+            end = start.checked_add(usize::try_from(length).ok()?)?;
+            ranges.push(start..end);
+        }
+        (end <= footer).then_some(Chunks { ranges, end })
+    }
+}
+
+/// The digests of a file's column chunks, which are as they were written.
+#[derive(Debug)]
+pub(super) struct ChunkDigests {
+    /// Where each chunk lies, row group after row group.
+    pub ranges: Vec<Range<usize>>,
+    digests: Bytes,
+}
+
+impl ChunkDigests {
+    /// What the end of a file says of its chunks; nothing if it is not as it was written. `end`
+    /// begins at byte `start` of the file, at or before the end of the last chunk.
+    pub fn verified(end: &Bytes, start: usize, metadata: &ParquetMetaData) -> Option<ChunkDigests> {
+        let footer = footer_start(end)?;
+        let top = footer.checked_sub(DIGEST)?;
+        let chunks = Chunks::of(metadata, start.checked_add(top)?)?;
+        let digests = top.checked_sub(chunks.ranges.len().checked_mul(OF_A_CHUNK)?)?;
+        let indexes = chunks.end.checked_sub(start)?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(MARK).update(end.get(indexes..top)?);
+        hasher.update(&end[footer..]);
+        (hasher.finalize().as_bytes() == &end[top..footer]).then(|| ChunkDigests {
+            ranges: chunks.ranges,
+            digests: end.slice(digests..top),
+        })
+    }
+
+    /// Whether these are the bytes of a chunk.
+    pub fn holds(&self, chunk: usize, bytes: &[u8]) -> bool {
+        let start = chunk * OF_A_CHUNK;
+        self.digests[start..start + OF_A_CHUNK] == of_chunk(bytes)
+    }
+}
+
+fn of_chunk(bytes: &[u8]) -> [u8; OF_A_CHUNK] {
+    let mut digest = [0; OF_A_CHUNK];
+    digest.copy_from_slice(&blake3::hash(bytes).as_bytes()[..OF_A_CHUNK]);
+    digest
+}
+
+/// Where the footer begins in the last bytes of a file; its length stands before the closing mark.
+pub(super) fn footer_start(bytes: &[u8]) -> Option<usize> {
+    let tail = bytes.len().checked_sub(TAIL)?;
+    let length = bytes[tail..].first_chunk::<4>()?;
+    let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+    tail.checked_sub(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Columns, Metadata, ParquetError, decode_bytes, encode};
+    use super::*;
+    use crate::column::{Column, ColumnKind, optional_reals, reals};
+    use crate::store::key::{Digest, TaskKey};
+    use crate::table::Table;
+
+    const GAP: Column = Column::result("gap", ColumnKind::Real, "1", "gap");
+    const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
+
+    fn table() -> Table {
+        let gaps = (0..100).map(|row| (row % 3 > 0).then_some(f64::from(row)));
+        let areas = (0..100).map(f64::from);
+        Table::new(100, vec![(GAP, optional_reals(gaps)), (AREA, reals(areas))])
+    }
+
+    /// The file of a task and that of a stage.
+    fn files() -> [Vec<u8>; 2] {
+        let of_task = Metadata {
+            key: Some(TaskKey::of("test", 1, Digest::of(&()), &[])),
+            entries: Vec::new(),
+        };
+        [of_task, Metadata::default()].map(|metadata| encode(&table(), &metadata))
+    }
+
+    #[test]
+    fn no_bit_can_be_flipped() {
+        for bytes in files() {
+            decode_bytes(bytes.clone().into(), Columns::All).unwrap();
+            for position in 0..bytes.len() {
+                let mut flipped = bytes.clone();
+                flipped[position] ^= 1 << (position % 8);
+                let read = decode_bytes(flipped.into(), Columns::All);
+                assert!(
+                    matches!(read, Err(ParquetError::Digest)),
+                    "{position}: {read:?}"
+                );
+            }
+        }
+    }
+
+    /// The reader of Parquet panics at some of them.
+    #[test]
+    fn a_forged_file_with_the_right_digest_is_a_table_or_an_error() {
+        let [mut opened, _] = files();
+        let footer = footer_start(&opened).unwrap();
+        opened.drain(footer - DIGEST..footer);
+        let mut malformed = 0;
+        for position in 0..opened.len() {
+            for bit in 0..8 {
+                let mut forged = opened.clone();
+                forged[position] ^= 1 << bit;
+                let Some(forged) = seal(forged) else { continue };
+                if let Err(ParquetError::Malformed) = decode_bytes(forged.into(), Columns::All) {
+                    malformed += 1;
+                }
+            }
+        }
+        assert!(malformed > 0);
+    }
+}

@@ -1,0 +1,365 @@
+//! Parts of a table: some of its columns, or its first rows, verified as they are read.
+
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::sync::Arc;
+
+use arrow::datatypes::{Schema, SchemaRef};
+use bytes::{Buf, Bytes};
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::errors::ParquetError as ReaderError;
+use parquet::file::metadata::ParquetMetaData;
+use parquet::file::reader::{ChunkReader, Length};
+use parquet::file::statistics::Statistics;
+
+use super::decode::{self, collected, columns_of, digested, read_metadata, unless_it_panics};
+use super::digest::{ChunkDigests, Digested, MARK, footer_start};
+use super::schema::Known;
+use super::{Metadata, ParquetError, footer};
+use crate::parallel;
+use crate::table::Table;
+
+/// Smallest size of the values, in bytes, at which columns are read on several threads.
+const WORTH_THREADS: i64 = 1 << 20;
+
+/// Bytes at the end of a file that are read first; more if its footer takes more.
+const END: usize = 1 << 16;
+
+/// A table on the disk, of which parts are read.
+///
+/// Its footer has been verified when there is one of these; each column chunk is when it is read.
+#[derive(Debug)]
+pub struct TableFile {
+    bytes: Source,
+    known: Known,
+    metadata: Metadata,
+}
+
+/// Where column chunks come from.
+#[derive(Debug)]
+enum Source {
+    /// A file, and what its chunks must be like.
+    File(File, ChunkDigests),
+    /// The verified bytes of a file that is digested as a whole.
+    Memory(Bytes),
+}
+
+impl TableFile {
+    /// The table in a file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no Parquet, or its footer is damaged; one that is digested
+    /// as a whole, when any of it is.
+    pub fn open(file: File) -> Result<TableFile, ParquetError> {
+        let length = file.metadata()?.len();
+        let end = end_of(&file, length, END)?;
+        let footer = unless_it_panics(|| footer(&end, &file, length)).map_err(damaged)?;
+        let (bytes, footer) = match digested(&footer) {
+            Digested::Chunks => {
+                let digests = unless_it_panics(|| digests(&end, &file, length, &footer));
+                let digests = digests.map_err(damaged)?;
+                (Source::File(file, digests), footer)
+            }
+            Digested::Whole => {
+                let bytes = decode::read(file)?;
+                let footer = decode::verified(&bytes)?;
+                (Source::Memory(bytes), footer)
+            }
+        };
+        let metadata = read_metadata(&footer);
+        let known = unless_it_panics(|| columns_of(footer))?;
+        Ok(TableFile {
+            bytes,
+            known,
+            metadata,
+        })
+    }
+
+    /// Verifies all bytes, with one column chunk in memory at a time, and returns the metadata.
+    ///
+    /// # Errors
+    /// When it is damaged.
+    pub fn verified(self) -> Result<Metadata, ParquetError> {
+        if let Source::File(file, digests) = &self.bytes {
+            let mut bytes = vec![0; MARK.len()];
+            file.read_exact_at(&mut bytes, 0)?;
+            let mut are_whole = bytes == MARK;
+            for (chunk, range) in digests.ranges.iter().enumerate() {
+                bytes.resize(range.len(), 0);
+                file.read_exact_at(&mut bytes, range.start as u64)?;
+                are_whole &= digests.holds(chunk, &bytes);
+            }
+            if !are_whole {
+                return Err(ParquetError::Digest);
+            }
+        }
+        Ok(self.metadata)
+    }
+
+    /// What the file says of itself.
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// All its columns.
+    pub fn schema(&self) -> &SchemaRef {
+        &self.known.schema
+    }
+
+    /// The number of its rows.
+    pub fn rows(&self) -> usize {
+        let rows = self.footer().file_metadata().num_rows();
+        usize::try_from(rows).unwrap_or(0)
+    }
+
+    fn footer(&self) -> &ParquetMetaData {
+        self.known.arrow.metadata()
+    }
+
+    /// Some columns, by their places in the schema and in that order, in the first rows.
+    ///
+    /// # Errors
+    /// When what is read of the file is damaged.
+    pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, ParquetError> {
+        let rows = rows.min(self.rows());
+        let mut left = rows;
+        let groups = (0..self.groups()).take_while(|&group| {
+            let is_needed = left > 0;
+            left = left.saturating_sub(self.rows_of(group));
+            is_needed
+        });
+        self.read(columns, &groups.collect::<Vec<_>>(), rows)
+    }
+
+    /// Some columns of one row group.
+    ///
+    /// # Errors
+    /// When what is read of the file is damaged.
+    pub fn group(&self, columns: &[usize], group: usize) -> Result<Table, ParquetError> {
+        self.read(columns, &[group], self.rows_of(group))
+    }
+
+    /// The number of row groups.
+    pub fn groups(&self) -> usize {
+        self.footer().num_row_groups()
+    }
+
+    /// The number of rows of a row group.
+    pub fn rows_of(&self, group: usize) -> usize {
+        let rows = self.footer().row_group(group).num_rows();
+        usize::try_from(rows).unwrap_or(0)
+    }
+
+    /// Whether all rows hold the same in a column, as far as the file says it: the smallest and the
+    /// largest value of each row group. Real numbers may hide one that is none behind them.
+    pub fn is_constant(&self, column: usize) -> Option<bool> {
+        let leaf = self.leaf(column)?;
+        let groups = self.footer().row_groups().iter();
+        let statistics = groups.map(|group| group.column(leaf).statistics());
+        let statistics: Vec<&Statistics> = statistics.collect::<Option<_>>()?;
+        let ends = statistics
+            .iter()
+            .flat_map(|group| [group.min_bytes_opt(), group.max_bytes_opt()]);
+        let ends: Vec<&[u8]> = ends.collect::<Option<_>>()?;
+        let is_exact = |group: &&Statistics| {
+            matches!(group, Statistics::Int64(_)) && group.null_count_opt() == Some(0)
+        };
+        match ends.iter().all(|end| *end == ends[0]) {
+            false => Some(false),
+            true => statistics.iter().all(is_exact).then_some(true),
+        }
+    }
+
+    /// Some columns of some row groups, which have so many rows together, or more.
+    fn read(
+        &self,
+        columns: &[usize],
+        groups: &[usize],
+        rows: usize,
+    ) -> Result<Table, ParquetError> {
+        let read = |&column: &usize| {
+            let part = self.part(column, groups)?;
+            unless_it_panics(|| self.column(part, column, groups, rows))
+        };
+        let tables = match self.size(columns, groups) < WORTH_THREADS {
+            true => columns.iter().map(read).collect(),
+            false => parallel::map(columns, read),
+        };
+        let tables = tables
+            .into_iter()
+            .collect::<Result<Vec<Table>, ParquetError>>()?;
+        let fields = columns
+            .iter()
+            .map(|&column| self.schema().fields()[column].clone());
+        let schema = Schema::new(fields.collect::<Vec<_>>());
+        let arrays = tables.iter().map(|table| table.batch().column(0).clone());
+        Ok(Table::of(rows, schema, arrays.collect()))
+    }
+
+    /// Returns the uncompressed size of some columns in some row groups, in bytes, as the file
+    /// states it.
+    fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
+        let leaves: Vec<usize> = columns
+            .iter()
+            .filter_map(|&column| self.leaf(column))
+            .collect();
+        let groups = groups.iter().map(|&group| self.footer().row_group(group));
+        let sizes = groups.flat_map(|group| {
+            let leaves = leaves.iter();
+            leaves.map(|&leaf| group.column(leaf).uncompressed_size())
+        });
+        sizes.fold(0, i64::saturating_add)
+    }
+
+    /// The verified bytes of a column in some row groups.
+    fn part(&self, column: usize, groups: &[usize]) -> Result<Part, ParquetError> {
+        let (file, digests) = match &self.bytes {
+            Source::Memory(bytes) => return Ok(Part::whole(bytes.clone())),
+            Source::File(file, digests) => (file, digests),
+        };
+        let footer = self.footer();
+        let width = footer.file_metadata().schema_descr().num_columns();
+        let leaf = self.leaf(column).ok_or(ParquetError::Malformed)?;
+        let chunks = groups.iter().map(|group| {
+            let chunk = group * width + leaf;
+            let range = digests.ranges.get(chunk).ok_or(ParquetError::Malformed)?;
+            let mut bytes = vec![0; range.len()];
+            file.read_exact_at(&mut bytes, range.start as u64)?;
+            match digests.holds(chunk, &bytes) {
+                true => Ok((range.start, Bytes::from(bytes))),
+                false => Err(ParquetError::Digest),
+            }
+        });
+        Ok(Part(Arc::new(chunks.collect::<Result<_, _>>()?)))
+    }
+
+    /// Where the values of a column are among those of all columns.
+    fn leaf(&self, column: usize) -> Option<usize> {
+        let schema = self.footer().file_metadata().schema_descr();
+        (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == column)
+    }
+
+    fn column(
+        &self,
+        part: Part,
+        column: usize,
+        groups: &[usize],
+        rows: usize,
+    ) -> Result<Table, ParquetError> {
+        let arrow = self.known.arrow.clone();
+        let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(part, arrow);
+        let mask = ProjectionMask::roots(builder.parquet_schema(), [column]);
+        let reader = builder
+            .with_projection(mask)
+            .with_row_groups(groups.to_vec())
+            .with_limit(rows)
+            .with_batch_size(rows.max(1))
+            .build()?;
+        let field = self.schema().fields()[column].clone();
+        let table = collected(reader, Arc::new(Schema::new(vec![field])))?;
+        match table.rows() == rows {
+            true => Ok(table),
+            false => Err(ParquetError::Malformed),
+        }
+    }
+}
+
+fn damaged(error: ParquetError) -> ParquetError {
+    match error {
+        ParquetError::Read(error) => ParquetError::Read(error),
+        _ => ParquetError::Digest,
+    }
+}
+
+/// The last bytes of a file.
+fn end_of(file: &File, length: u64, wanted: usize) -> Result<Bytes, ParquetError> {
+    let wanted = length.min(wanted as u64);
+    let mut bytes = vec![0; usize::try_from(wanted).unwrap_or(usize::MAX)];
+    file.read_exact_at(&mut bytes, length - wanted)?;
+    Ok(bytes.into())
+}
+
+/// The footer of a file that ends like this, not yet verified.
+fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
+    let mut end = end.clone();
+    if footer_start(&end).is_none() {
+        let wanted = end.last_chunk::<8>().map_or(0, |tail| {
+            let length = u32::from_le_bytes([tail[0], tail[1], tail[2], tail[3]]);
+            length as usize + tail.len()
+        });
+        end = end_of(file, length, wanted)?;
+    }
+    footer::read(&end)
+}
+
+/// What the end of a file says of its chunks.
+fn digests(
+    end: &Bytes,
+    file: &File,
+    length: u64,
+    footer: &ParquetMetaData,
+) -> Result<ChunkDigests, ParquetError> {
+    let file_length = usize::try_from(length).map_err(|_| ParquetError::Malformed)?;
+    let verified = |end: &Bytes| ChunkDigests::verified(end, file_length - end.len(), footer);
+    if let Some(digests) = verified(end) {
+        return Ok(digests);
+    }
+    // Perhaps the last bytes were too few.
+    let groups = footer.row_groups().iter();
+    let last = groups.flat_map(|group| group.columns()).last();
+    let chunks_end = last.map_or(0, |chunk| {
+        let (start, length) = chunk.byte_range();
+        start.saturating_add(length)
+    });
+    let wanted = usize::try_from(length.saturating_sub(chunks_end)).unwrap_or(0);
+    let end = end_of(file, length, wanted)?;
+    verified(&end).ok_or(ParquetError::Digest)
+}
+
+/// The bytes of a file as far as they are needed.
+#[derive(Clone)]
+struct Part(Arc<Vec<(usize, Bytes)>>);
+
+impl Part {
+    fn whole(bytes: Bytes) -> Part {
+        Part(Arc::new(vec![(0, bytes)]))
+    }
+
+    /// From a place in the file to the end of the chunk there.
+    fn from(&self, start: u64) -> Result<Bytes, ReaderError> {
+        let found = self.0.iter().find_map(|(first, bytes)| {
+            let offset = usize::try_from(start).ok()?.checked_sub(*first)?;
+            (offset <= bytes.len()).then(|| bytes.slice(offset..))
+        });
+        found.ok_or_else(|| ReaderError::General(format!("byte {start} is of no column read")))
+    }
+}
+
+impl Length for Part {
+    fn len(&self) -> u64 {
+        let ends = self.0.iter().map(|(first, bytes)| first + bytes.len());
+        ends.max().unwrap_or(0) as u64
+    }
+}
+
+impl ChunkReader for Part {
+    type T = bytes::buf::Reader<Bytes>;
+
+    fn get_read(&self, start: u64) -> Result<Self::T, ReaderError> {
+        Ok(self.from(start)?.reader())
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ReaderError> {
+        let bytes = self.from(start)?;
+        match bytes.len() >= length {
+            true => Ok(bytes.slice(..length)),
+            false => Err(ReaderError::EOF(format!(
+                "{length} bytes from byte {start} on"
+            ))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,168 @@
+//! A table that is read as far as it is needed: out of a file, or out of memory.
+
+use std::path::{Path, PathBuf};
+
+use arrow::array::Array;
+use arrow::datatypes::SchemaRef;
+
+use super::parquet::{Metadata, ParquetError, TableFile};
+use super::table::Table;
+use crate::store::StoreError;
+use crate::store::files::open_table;
+
+/// Rows under named columns, wherever they are.
+#[derive(Debug)]
+pub struct TableSource(Place);
+
+#[derive(Debug)]
+enum Place {
+    Memory(Table),
+    File(PathBuf, TableFile),
+}
+
+impl From<Table> for TableSource {
+    fn from(table: Table) -> TableSource {
+        TableSource(Place::Memory(table))
+    }
+}
+
+impl TableSource {
+    /// The table in a file, and what the file says of itself.
+    ///
+    /// # Errors
+    /// When the file is missing, unreadable or no table of this program.
+    pub fn open(path: &Path) -> Result<(TableSource, Metadata), StoreError> {
+        let file = open_table(path)?;
+        let metadata = file.metadata().clone();
+        let place = Place::File(path.to_owned(), file);
+        Ok((TableSource(place), metadata))
+    }
+
+    /// Its columns.
+    pub fn schema(&self) -> SchemaRef {
+        match &self.0 {
+            Place::Memory(table) => table.batch().schema(),
+            Place::File(_, file) => file.schema().clone(),
+        }
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        let schema = self.schema();
+        let fields = schema.fields().iter();
+        fields.map(|field| field.name().clone()).collect()
+    }
+
+    /// The number of its rows.
+    pub fn rows(&self) -> usize {
+        match &self.0 {
+            Place::Memory(table) => table.rows(),
+            Place::File(_, file) => file.rows(),
+        }
+    }
+
+    /// All of it.
+    ///
+    /// # Errors
+    /// When it is damaged.
+    pub fn table(&self) -> Result<Table, StoreError> {
+        let all: Vec<usize> = (0..self.schema().fields().len()).collect();
+        self.first(&all, self.rows())
+    }
+
+    /// Some columns, by their places and in that order, in the first rows.
+    ///
+    /// # Errors
+    /// When what is read of it is damaged.
+    pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, StoreError> {
+        match &self.0 {
+            Place::Memory(table) => {
+                let rows = rows.min(table.rows());
+                Ok(table.project(columns).slice(0..rows))
+            }
+            Place::File(path, file) => file.first(columns, rows).map_err(|e| damaged(path, e)),
+        }
+    }
+
+    /// Some columns, part after part from the first row to the last, each of which fits into memory.
+    pub fn parts<'a>(
+        &'a self,
+        columns: &'a [usize],
+    ) -> impl Iterator<Item = Result<Table, StoreError>> + 'a {
+        (0..self.count()).map(move |part| self.part(columns, part))
+    }
+
+    /// Number of parts.
+    pub fn count(&self) -> usize {
+        match &self.0 {
+            Place::Memory(_) => 1,
+            Place::File(_, file) => file.groups(),
+        }
+    }
+
+    /// The number of rows of a part.
+    pub fn rows_of(&self, part: usize) -> usize {
+        match &self.0 {
+            Place::Memory(table) => table.rows(),
+            Place::File(_, file) => file.rows_of(part),
+        }
+    }
+
+    /// Reads some columns of a part.
+    ///
+    /// # Errors
+    /// When they are damaged.
+    pub fn part(&self, columns: &[usize], part: usize) -> Result<Table, StoreError> {
+        match &self.0 {
+            Place::Memory(table) => Ok(table.project(columns)),
+            Place::File(path, file) => file.group(columns, part).map_err(|e| damaged(path, e)),
+        }
+    }
+
+    /// Whether all rows hold the same in a column.
+    ///
+    /// # Errors
+    /// When the column is damaged.
+    pub fn is_constant(&self, column: usize) -> Result<bool, StoreError> {
+        if let Place::File(_, file) = &self.0
+            && let Some(constant) = file.is_constant(column)
+        {
+            return Ok(constant);
+        }
+        let table = self.first(&[column], self.rows())?;
+        let values = table.batch().column(0);
+        let pairs = values.len().saturating_sub(1);
+        // Each value is that of the next row.
+        Ok(values.slice(0, pairs).to_data() == values.slice(values.len() - pairs, pairs).to_data())
+    }
+}
+
+fn damaged(path: &Path, error: ParquetError) -> StoreError {
+    let path = path.to_owned();
+    match error {
+        ParquetError::Read(source) => StoreError::Read { path, source },
+        source => StoreError::Damaged { path, source },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::column::{Column, ColumnKind, reals};
+
+    fn is_constant(values: &[f64]) -> bool {
+        let area = Column::result("area", ColumnKind::Real, "1", "area");
+        let values = reals(values.iter().copied());
+        let source = TableSource::from(Table::new(values.len(), vec![(area, values)]));
+        source.is_constant(0).unwrap()
+    }
+
+    #[test]
+    fn a_column_is_constant_if_each_value_is_that_of_the_next_row() {
+        assert!(is_constant(&[]));
+        assert!(is_constant(&[2.0]));
+        assert!(is_constant(&[2.0, 2.0, 2.0]));
+        assert!(!is_constant(&[2.0, 2.0, 3.0]));
+        assert!(!is_constant(&[2.0, f64::NAN]));
+    }
+}

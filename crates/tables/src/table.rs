@@ -1,0 +1,403 @@
+//! A table: rows under named, typed and explained columns.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use arrow::array::{
+    Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
+    LargeListArray, StringArray, UInt32Array, new_null_array,
+};
+use arrow::compute::take;
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
+use arrow::record_batch::{RecordBatch, RecordBatchOptions};
+
+use super::column::{Column, Description, Role, Value};
+
+/// Rows under named columns; cheap to clone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table(RecordBatch);
+
+/// A table is not what its reader needs.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// A column is missing.
+    #[error("the table has no column `{name}`")]
+    Missing {
+        /// The column.
+        name: String,
+    },
+    /// A column has another type.
+    #[error("column `{name}` holds {found}, not {expected}")]
+    Type {
+        /// The column.
+        name: String,
+        /// Its type.
+        found: DataType,
+        /// The type that its reader needs.
+        expected: &'static str,
+    },
+    /// A number is infinite or NaN.
+    #[error("column `{name}` would hold {value} in row {row}")]
+    NotFinite {
+        /// The column.
+        name: String,
+        /// The row, counted from 1.
+        row: usize,
+        /// The number.
+        value: f64,
+    },
+    /// Tables cannot be joined.
+    #[error("tables do not fit together")]
+    Arrow(#[from] arrow::error::ArrowError),
+}
+
+impl Table {
+    /// Puts columns of equal length side by side.
+    ///
+    /// # Panics
+    /// When lengths or types contradict the columns: a stage has a bug.
+    pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
+        let (fields, arrays): (Vec<_>, Vec<_>) = columns
+            .into_iter()
+            .map(|(column, array)| (column.field(), array))
+            .unzip();
+        Table::of(rows, Schema::new(fields), arrays)
+    }
+
+    /// One row.
+    pub fn row(cells: &[(Column, Value)]) -> Table {
+        let cells = cells.iter();
+        Table::new(
+            1,
+            cells
+                .map(|(column, value)| (*column, value.repeated(1)))
+                .collect(),
+        )
+    }
+
+    /// No rows under these columns.
+    pub fn empty(columns: &[Column]) -> Table {
+        let none = |column: &Column| new_null_array(&column.kind.data_type(), 0);
+        Table::new(0, columns.iter().map(|c| (*c, none(c))).collect())
+    }
+
+    /// Puts columns side by side whose fields are not known beforehand.
+    ///
+    /// # Panics
+    /// As [`Table::new`].
+    pub fn of(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
+        let options = RecordBatchOptions::new().with_row_count(Some(rows));
+        let batch = RecordBatch::try_new_with_options(Arc::new(schema), arrays, &options)
+            .expect("columns have the type and length that their stage declares");
+        Table(batch)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.0.num_rows()
+    }
+
+    /// The columns' names, in order.
+    pub fn names(&self) -> Vec<&str> {
+        let fields = self.0.schema_ref().fields();
+        fields.iter().map(|field| field.name().as_str()).collect()
+    }
+
+    /// What its columns mean, in order.
+    pub fn descriptions(&self) -> Vec<Description> {
+        let fields = self.0.schema_ref().fields().iter();
+        fields.map(|field| field.as_ref().into()).collect()
+    }
+
+    /// Returns the size of the rows in bytes, also where they share memory with other tables.
+    pub fn bytes_held(&self) -> usize {
+        let columns = self.0.columns().iter();
+        let sizes = columns.map(|array| array.to_data().get_slice_memory_size().unwrap_or(0));
+        sizes.sum()
+    }
+
+    /// The table as Arrow knows it.
+    pub fn batch(&self) -> &RecordBatch {
+        &self.0
+    }
+
+    /// A column of real numbers.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn reals(&self, name: &str) -> Result<&Float64Array, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_primitive_opt::<Float64Type>();
+        found.ok_or_else(|| type_error(name, array, "real numbers"))
+    }
+
+    /// A column of integers.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn integers(&self, name: &str) -> Result<&Int64Array, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_primitive_opt::<Int64Type>();
+        found.ok_or_else(|| type_error(name, array, "integers"))
+    }
+
+    /// A column of text.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn texts(&self, name: &str) -> Result<&StringArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_string_opt::<i32>();
+        found.ok_or_else(|| type_error(name, array, "text"))
+    }
+
+    /// A column of flags.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn flags(&self, name: &str) -> Result<&BooleanArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_boolean_opt();
+        found.ok_or_else(|| type_error(name, array, "flags"))
+    }
+
+    /// A column of bytes.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn bytes(&self, name: &str) -> Result<&LargeBinaryArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_binary_opt::<i64>();
+        found.ok_or_else(|| type_error(name, array, "bytes"))
+    }
+
+    /// A column of lists of real numbers.
+    ///
+    /// # Errors
+    /// When the column is missing or of another type.
+    pub fn lists(&self, name: &str) -> Result<&LargeListArray, TableError> {
+        let array = self.column(name)?;
+        let found = array.as_list_opt::<i64>();
+        found.ok_or_else(|| type_error(name, array, "lists of real numbers"))
+    }
+
+    /// Whether there is a column of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.column_by_name(name).is_some()
+    }
+
+    fn column(&self, name: &str) -> Result<&ArrayRef, TableError> {
+        self.0
+            .column_by_name(name)
+            .ok_or_else(|| TableError::Missing {
+                name: name.to_owned(),
+            })
+    }
+
+    /// Checks that every number of the table is finite or null, those of lists too.
+    ///
+    /// # Errors
+    /// When one is infinite or NaN.
+    pub fn check_finite(&self) -> Result<(), TableError> {
+        let fields = self.0.schema_ref().fields().iter();
+        for (field, array) in fields.zip(self.0.columns()) {
+            let lists = array.as_list_opt::<i64>();
+            let numbers = lists.map_or(array, LargeListArray::values);
+            let Some(numbers) = numbers.as_primitive_opt::<Float64Type>() else {
+                continue;
+            };
+            let mut values = numbers.iter().enumerate();
+            let found = values.find_map(|(index, value)| {
+                let value = value.filter(|value| !value.is_finite())?;
+                Some((index, value))
+            });
+            if let Some((index, value)) = found {
+                let offsets = lists.map(LargeListArray::value_offsets);
+                let row = offsets.map_or(index + 1, |offsets| {
+                    offsets.partition_point(|&offset| offset <= index as i64)
+                });
+                let name = field.name().clone();
+                return Err(TableError::NotFinite { name, row, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// The columns that later stages carry on: where in the study each row belongs.
+    pub fn coordinates(&self) -> Table {
+        self.keep(|_, role| role.is_some_and(Role::is_coordinate))
+    }
+
+    /// The columns of one role.
+    pub fn in_role(&self, wanted: Role) -> Table {
+        self.keep(|_, role| role == Some(wanted))
+    }
+
+    /// All columns but those of one role.
+    pub fn not_in_role(&self, unwanted: Role) -> Table {
+        self.keep(|_, role| role != Some(unwanted))
+    }
+
+    /// These columns alone, in the table's order.
+    pub fn only(&self, names: &[&str]) -> Table {
+        self.keep(|name, _| names.contains(&name))
+    }
+
+    /// All columns but these.
+    pub fn without(&self, names: &[&str]) -> Table {
+        self.keep(|name, _| !names.contains(&name))
+    }
+
+    /// Returns the table with the columns whose name and role are wanted.
+    pub fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
+        let schema = self.0.schema_ref();
+        let chosen: Vec<usize> = (0..schema.fields().len())
+            .filter(|&index| {
+                let field = schema.field(index);
+                wanted(field.name(), Role::of(field))
+            })
+            .collect();
+        let batch = self.0.project(&chosen);
+        Table(batch.expect("the indices come from the schema"))
+    }
+
+    /// The rows at these indices, in this order; indices may recur.
+    pub fn pick(&self, rows: &[usize]) -> Table {
+        let indices = UInt32Array::from_iter_values(
+            rows.iter()
+                .map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
+        );
+        let arrays =
+            self.0.columns().iter().map(|array| {
+                take(array, &indices, None).expect("the indices lie within the table")
+            });
+        let schema = self.0.schema_ref().as_ref().clone();
+        Table::of(rows.len(), schema, arrays.collect())
+    }
+
+    /// The columns at these places, in this order.
+    pub fn project(&self, columns: &[usize]) -> Table {
+        let batch = self.0.project(columns);
+        Table(batch.expect("the places are those of columns"))
+    }
+
+    /// Some rows that follow one another; nothing is copied.
+    pub fn slice(&self, rows: Range<usize>) -> Table {
+        Table(self.0.slice(rows.start, rows.len()))
+    }
+
+    /// The columns that hold the same in every row, as one row.
+    pub fn common(&self) -> Table {
+        let is_common = |name: &str| {
+            let values = self.0.column_by_name(name).map(|array| array.to_data());
+            values.is_some_and(|values| {
+                (1..values.len()).all(|row| values.slice(row, 1) == values.slice(0, 1))
+            })
+        };
+        self.keep(|name, _| is_common(name)).pick(&[0])
+    }
+
+    /// This table with more columns on its right.
+    pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
+        let schema = self.0.schema_ref();
+        let mut fields: Vec<Field> = schema.fields().iter().map(|f| f.as_ref().clone()).collect();
+        let mut arrays = self.0.columns().to_vec();
+        for (column, array) in columns {
+            fields.push(column.field());
+            arrays.push(array);
+        }
+        Table::of(self.rows(), Schema::new(fields), arrays)
+    }
+
+    /// This table with other values in one of its columns.
+    pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
+        let schema = self.0.schema_ref();
+        let arrays = schema.fields().iter().zip(self.0.columns());
+        let arrays = arrays.map(|(field, array)| match field.name() == name {
+            true => values.clone(),
+            false => array.clone(),
+        });
+        Table::of(self.rows(), schema.as_ref().clone(), arrays.collect())
+    }
+
+    /// This table with the columns of another of as many rows on its right.
+    pub fn beside(&self, other: &Table) -> Table {
+        let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
+        let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
+        let arrays = [self.0.columns(), other.0.columns()].concat();
+        Table::of(self.rows(), Schema::new(fields), arrays)
+    }
+}
+
+impl From<RecordBatch> for Table {
+    fn from(batch: RecordBatch) -> Table {
+        Table(batch)
+    }
+}
+
+fn type_error(name: &str, array: &ArrayRef, expected: &'static str) -> TableError {
+    TableError::Type {
+        name: name.to_owned(),
+        found: array.data_type().clone(),
+        expected,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::column::{ColumnKind, bytes, lists, optional_reals, reals};
+    use super::*;
+
+    const LOAD: Column = Column::parameter("load", ColumnKind::Real, "1", "load");
+    const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
+    const MAP: Column = Column::heavy("map", ColumnKind::Bytes, "", "map");
+
+    fn table() -> Table {
+        Table::new(
+            2,
+            vec![
+                (LOAD, reals([0.1, 0.2])),
+                (AREA, reals([0.3, 0.5])),
+                (MAP, bytes([[1u8], [3u8]])),
+            ],
+        )
+    }
+
+    #[test]
+    fn coordinates_go_on_alone() {
+        assert_eq!(table().coordinates().names(), ["load"]);
+    }
+
+    #[test]
+    fn picked_rows_come_in_the_order_asked_for() {
+        let picked = table().pick(&[1, 0, 1]);
+        assert_eq!(picked.reals("area").unwrap().values(), &[0.5, 0.3, 0.5]);
+    }
+
+    #[test]
+    fn numbers_are_finite_or_null() {
+        let gap = Column::result("gap", ColumnKind::Real, "1", "gap");
+        let of = |values: [Option<f64>; 3]| Table::new(3, vec![(gap, optional_reals(values))]);
+        assert!(of([Some(1e308), None, Some(0.0)]).check_finite().is_ok());
+        for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let error = of([Some(1.0), None, Some(odd)]).check_finite().unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                format!("column `gap` would hold {odd} in row 3")
+            );
+        }
+        let heights = Column::heavy("heights", ColumnKind::Reals, "", "heights");
+        let values = Float64Array::from(vec![1.0, 2.0, f64::NAN, 4.0]);
+        let lists = Table::new(2, vec![(heights, lists(values, [2, 2]))]);
+        let error = lists.check_finite().unwrap_err();
+        assert!(matches!(error, TableError::NotFinite { row: 2, .. }));
+    }
+
+    #[test]
+    fn a_missing_column_and_a_wrong_type_are_named() {
+        let missing = table().reals("pressure").unwrap_err();
+        assert_eq!(missing.to_string(), "the table has no column `pressure`");
+        let wrong = table().texts("load").unwrap_err();
+        assert_eq!(wrong.to_string(), "column `load` holds Float64, not text");
+    }
+}

@@ -1,0 +1,90 @@
+//! Files that instruments and other programs wrote, as others have read them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::{Statistics, read};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/topography")
+}
+
+/// A number, and none for what is missing.
+fn number(cell: &str) -> Option<f64> {
+    (!cell.is_empty()).then(|| cell.parse().unwrap())
+}
+
+#[test]
+fn files_are_read_as_others_read_them() {
+    let truth = fs::read_to_string(folder().join("truth.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = truth
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').collect())
+        .collect();
+    assert!(rows.len() > 8);
+    for (index, row) in rows.iter().enumerate() {
+        // A file may have several channels of one name.
+        let before = rows[..index].iter().filter(|other| other[..2] == row[..2]);
+        agrees(row, before.count());
+    }
+}
+
+#[track_caller]
+fn agrees(row: &[&str], before: usize) {
+    let [name, channel] = [row[0], row[1]];
+    let bytes = fs::read(folder().join(name)).unwrap();
+    let file = read(&bytes).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    let mut named = file
+        .channels()
+        .iter()
+        .filter(|known| known.name() == channel);
+    let channel = named.nth(before).unwrap_or(&file.channels()[0]);
+    let map = channel.map();
+    let statistics = Statistics::of(&map);
+    let heights = statistics.heights.unwrap();
+    let corners = statistics.corners;
+    let sides = channel.size().sides().unwrap();
+    let found = [
+        Some(map.nodes()[0] as f64),
+        Some(map.nodes()[1] as f64),
+        Some(sides[0]),
+        Some(sides[1]),
+        Some(statistics.missing as f64),
+        Some(heights.rms_height),
+        Some(heights.lowest),
+        Some(heights.highest),
+        corners.first,
+        corners.x_end,
+        corners.y_end,
+        corners.last,
+    ];
+    for (column, found) in found.into_iter().enumerate() {
+        let expected = number(row[2 + column]);
+        // Sides and rms heights are sums and products, and their order is the reader's.
+        let tolerance = if [2, 3, 5].contains(&column) {
+            1e-9
+        } else {
+            1e-12
+        };
+        let agree = match (found, expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() <= tolerance * expected.abs(),
+            (found, expected) => found.is_none() && expected.is_none(),
+        };
+        assert!(
+            agree,
+            "{name}, column {column}: {found:?}, expected {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn gwyddions_rows_run_along_x() {
+    let bytes = fs::read(folder().join("test.gwy")).unwrap();
+    let map = read(&bytes).unwrap().channels()[0].map();
+    // As `gwyfile`, which wrote it, has them, to five digits: row 44, column 33.
+    assert!((map.get(33, 44).unwrap() - 8.5301e-4).abs() < 1e-8);
+    assert!((map.get(0, 0).unwrap() - 8.2494e-4).abs() < 1e-8);
+    let rms = Statistics::of(&map).heights.unwrap().rms_height;
+    assert!((rms - 1.87711262e-4).abs() < 5e-13);
+}

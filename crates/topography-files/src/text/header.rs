@@ -1,0 +1,223 @@
+//! What stands above the numbers.
+
+use crate::error::FormatError;
+use crate::unit::{Unit, ratio};
+
+// Words for one thing, in small letters; those in other languages are Gwyddion's, whose interface
+// translates what it exports.
+const CHANNEL: &[&str] = &[
+    "channel",
+    "kanál",
+    "kanal",
+    "canal",
+    "canale",
+    "チャネル",
+    "채널",
+    "канал",
+];
+const WIDTH: &[&str] = &[
+    "width",
+    "x-length",
+    "šířka",
+    "breite",
+    "anchura",
+    "largeur",
+    "larghezza",
+    "幅",
+    "폭",
+    "largura",
+    "ширина",
+];
+const HEIGHT: &[&str] = &[
+    "height",
+    "y-length",
+    "výška",
+    "höhe",
+    "altura",
+    "hauteur",
+    "altezza",
+    "高さ",
+    "높이",
+    "высота",
+];
+const VALUE_UNIT: &[&str] = &[
+    "value units",
+    "z-unit",
+    "unit data",
+    "jednotky hodnot",
+    "einheiten",
+    "unités",
+    "unità valore",
+    "値の単位",
+    "값 단위",
+    "unidades de valor",
+    "единицы измерения",
+];
+const UNIT_X: &[&str] = &["x-unit", "unit x", "lateral units"];
+const UNIT_Y: &[&str] = &["y-unit", "unit y", "lateral units"];
+const NODES_X: &[&str] = &["x-pixels", "w", "nx"];
+const NODES_Y: &[&str] = &["y-pixels", "h", "ny"];
+const STEP_X: &[&str] = &["pixel size", "scale x"];
+const STEP_Y: &[&str] = &["scale y", "pixel size", "scale x"];
+/// SPIP's factor from numbers to nanometres.
+const NANOMETRES: &[&str] = &["bit2nm"];
+/// What a factor from numbers to heights is called, before and behind its unit.
+const FACTOR: [&str; 2] = ["height conversion factor (->", ")"];
+
+/// The lines above the numbers, as names and values.
+#[derive(Debug, Clone, Default)]
+pub struct Header {
+    entries: Vec<(String, String)>,
+}
+
+/// What a header comes to.
+#[derive(Debug, Clone)]
+pub struct Description {
+    pub name: Option<String>,
+    pub lateral: Unit,
+    pub height: Unit,
+    /// From numbers to heights in their unit.
+    pub factor: f64,
+    /// Sides in the lateral unit, of a map of so many nodes.
+    pub sides: Option<[f64; 2]>,
+}
+
+impl Header {
+    /// Adds a line: `name: value`, `name = value`, or several `name=value`.
+    pub fn add(&mut self, line: &str) {
+        let line = line.trim_start_matches(['#', '%', ' ', '\t']);
+        let words = || line.split_whitespace();
+        if words().count() > 1 && words().all(|word| word.contains('=')) {
+            words().for_each(|word| self.add_entry(word));
+        } else {
+            self.add_entry(line);
+        }
+    }
+
+    fn add_entry(&mut self, text: &str) {
+        if let Some((name, value)) = text.split_once([':', '=', '：']) {
+            let name = name.trim().to_lowercase();
+            self.entries.push((name, value.trim().to_owned()));
+        }
+    }
+
+    /// Whether the line starts the header of another map.
+    pub fn starts_with(line: &str) -> bool {
+        let mut header = Header::default();
+        header.add(line);
+        [CHANNEL, WIDTH]
+            .iter()
+            .any(|names| header.get(names).is_some())
+    }
+
+    /// Whether it gives sides or numbers of nodes, as only those of a matrix do.
+    pub fn is_of_matrix(&self) -> bool {
+        let known = [WIDTH, HEIGHT, NODES_X, NODES_Y, STEP_X];
+        known.iter().any(|names| self.get(names).is_some())
+    }
+
+    /// What the entries come to for a map of so many columns and lines.
+    ///
+    /// # Errors
+    /// When a number cannot be read, or contradicts the matrix.
+    pub fn describe(&self, nodes: [usize; 2]) -> Result<Description, FormatError> {
+        self.agrees(NODES_X, nodes[0])?;
+        self.agrees(NODES_Y, nodes[1])?;
+        let (height, factor) = self.height()?;
+        let x = self.side(WIDTH, STEP_X, UNIT_X, nodes[0])?;
+        let y = self.side(HEIGHT, STEP_Y, UNIT_Y, nodes[1])?;
+        let given = [&x, &y].map(|side| side.as_ref().and_then(|(_, unit)| unit.clone()));
+        let [unit_x, unit_y] = given;
+        let of_format = || self.get(&["file format"]).map(|_| "nm".to_owned());
+        let unit = |unit: Option<String>| unit.or_else(of_format);
+        let unit_x = unit(unit_x.or_else(|| self.get(UNIT_X).map(str::to_owned)));
+        let unit_x = unit_x.or(height.clone());
+        let unit_y = unit(unit_y).or(unit_x.clone());
+        let text = |unit: &Option<String>| unit.clone().unwrap_or_default();
+        let sides = match (x, y) {
+            (Some((x, _)), Some((y, _))) => {
+                let ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
+                    let allowed = format!("as that of x, `{}`", text(&unit_x));
+                    FormatError::value("unit of y", text(&unit_y), &allowed)
+                })?;
+                Some([x, y * ratio])
+            }
+            _ => None,
+        };
+        Ok(Description {
+            name: self.get(CHANNEL).map(str::to_owned),
+            lateral: Unit::of(&text(&unit_x)),
+            height: Unit::of(&text(&height)),
+            factor,
+            sides,
+        })
+    }
+
+    /// The last value that one of the names has.
+    fn get(&self, names: &[&str]) -> Option<&str> {
+        let of = |wanted: &&str| {
+            let mut entries = self.entries.iter().rev();
+            entries.find(|(name, _)| name == wanted)
+        };
+        names.iter().find_map(of).map(|(_, value)| value.as_str())
+    }
+
+    /// The number of nodes, if it is given, is that of the matrix.
+    fn agrees(&self, names: &[&str], found: usize) -> Result<(), FormatError> {
+        match self.get(names) {
+            Some(text) if text.parse() != Ok(found) => {
+                let allowed = format!("{found}, as many as there are");
+                Err(FormatError::value(names[0], text, &allowed))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The unit of heights, and the factor from numbers to them.
+    fn height(&self) -> Result<(Option<String>, f64), FormatError> {
+        let conversion = self.entries.iter().find_map(|(name, value)| {
+            let unit = name.strip_prefix(FACTOR[0])?.strip_suffix(FACTOR[1])?;
+            Some((unit.trim().to_owned(), value))
+        });
+        if let Some((unit, value)) = conversion {
+            let (factor, _) = quantity("height conversion factor", value)?;
+            return Ok((Some(unit), factor));
+        }
+        let unit = self.get(VALUE_UNIT).filter(|unit| !unit.is_empty());
+        match (unit, self.get(NANOMETRES)) {
+            (None, Some(value)) => {
+                let (factor, _) = quantity("bit2nm", value)?;
+                Ok((Some("nm".to_owned()), factor))
+            }
+            (unit, _) => Ok((unit.map(str::to_owned), 1.0)),
+        }
+    }
+
+    /// A side and its unit, by itself or from the size of a pixel.
+    fn side(
+        &self,
+        side: &[&str],
+        step: &[&str],
+        unit: &[&str],
+        nodes: usize,
+    ) -> Result<Option<(f64, Option<String>)>, FormatError> {
+        let (name, value, times) = match (self.get(side), self.get(step)) {
+            (Some(value), _) => (side[0], value, 1.0),
+            (None, Some(value)) => (step[0], value, nodes as f64),
+            (None, None) => return Ok(None),
+        };
+        let (number, own) = quantity(name, value)?;
+        let unit = own.or_else(|| self.get(unit).map(str::to_owned));
+        Ok(Some((number * times, unit)))
+    }
+}
+
+/// A number and the unit behind it, as in `10 µm`.
+fn quantity(name: &str, text: &str) -> Result<(f64, Option<String>), FormatError> {
+    let end = text.find(|letter: char| !letter.is_ascii_digit() && !"+-.,eE".contains(letter));
+    let (number, unit) = text.split_at(end.unwrap_or(text.len()));
+    let number = number.replacen(',', ".", 1).parse::<f64>();
+    let number = number.map_err(|_| FormatError::value(name, text, "a number, and its unit"))?;
+    let unit = unit.trim();
+    Ok((number, (!unit.is_empty()).then(|| unit.to_owned())))
+}
