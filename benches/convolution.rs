@@ -72,13 +72,11 @@ fn rustfft_transforms<T: Real>(bencher: Bencher, nodes: usize) {
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn triad<T: Real>(bencher: Bencher, nodes: usize) {
     let [mut a, b, c] = [0.0, 1.0, 2.0].map(|value| vec![T::nearest(value); nodes * nodes]);
-    bencher
-        .counter(BytesCount::new(3 * nodes * nodes * size_of::<T>()))
-        .bench_local(|| {
-            let s = black_box(T::nearest(0.5));
-            for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
-                *a = *b + s * *c;
-            }
-            black_box(&mut a);
-        });
+    bencher.counter(BytesCount::new(3 * nodes * nodes * size_of::<T>())).bench_local(|| {
+        let s = black_box(T::nearest(0.5));
+        for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
+            *a = *b + s * *c;
+        }
+        black_box(&mut a);
+    });
 }

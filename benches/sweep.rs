@@ -27,9 +27,8 @@ fn main() {
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
         let before = bare_pair(grid);
         let begun = Instant::now();
-        let pairs: u32 = loads()
-            .map(|load| solver.press(load, &Settings::default(), &|| false).pairs)
-            .sum();
+        let pairs: u32 =
+            loads().map(|load| solver.press(load, &Settings::default(), &|| false).pairs).sum();
         let seconds = begun.elapsed().as_secs_f64();
         let bare = 0.5 * (before + bare_pair(grid));
         let pair = seconds / f64::from(pairs);
@@ -39,10 +38,7 @@ fn main() {
             pair / bare
         );
     }
-    println!(
-        "\nten loads to 0.1 E* × rms slope, spectrum 4 to {}",
-        nodes / 16
-    );
+    println!("\nten loads to 0.1 E* × rms slope, spectrum 4 to {}", nodes / 16);
     println!("   pairs  seconds  ratio");
     let mut elastic = None;
     for (name, body) in bodies() {
@@ -98,13 +94,7 @@ fn loads() -> impl Iterator<Item = f64> {
 
 fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> Vec<f64> {
     let surface = RandomSurface {
-        spectrum: Spectrum {
-            hurst: 0.8,
-            k_lower,
-            k_rolloff: k_lower,
-            k_upper,
-            anisotropy: None,
-        },
+        spectrum: Spectrum { hurst: 0.8, k_lower, k_rolloff: k_lower, k_upper, anisotropy: None },
         amplitude: Amplitude::Gaussian,
         rms_slope: 1.0,
         seed: 2015,

@@ -63,13 +63,7 @@ pub use asperity_stages::aggregate::sql::silence_panics;
 #[command(version, about, long_about, propagate_version = true)]
 struct Arguments {
     /// Folder of finished work: `store/`, `results/STUDY/STAGE.parquet` and `plans/`.
-    #[arg(
-        long,
-        global = true,
-        value_name = "DIR",
-        env = "ASPERITY_DATA",
-        default_value = "data"
-    )]
+    #[arg(long, global = true, value_name = "DIR", env = "ASPERITY_DATA", default_value = "data")]
     data: PathBuf,
 
     #[command(subcommand)]

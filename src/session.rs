@@ -134,11 +134,7 @@ impl Session<'static> {
 impl Session<'_> {
     /// The same, with somebody who hears what happens.
     pub fn observed_by(self, observer: &dyn Observer) -> Session<'_> {
-        Session {
-            manifest: self.manifest,
-            data: self.data,
-            observer,
-        }
+        Session { manifest: self.manifest, data: self.data, observer }
     }
 
     /// Where the manifest is.

@@ -56,10 +56,8 @@ pub fn pages(plan: Option<&Plan>, results: &Path) -> Result<Vec<Finding>, StoreE
     let mut folders = listing::folders(results)?;
     folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
     let changed = folders.iter().flat_map(|folder| seal::changed(folder));
-    let findings = changed.map(|path| Finding {
-        cause: StoreError::Changed { path },
-        quarantined: None,
-    });
+    let findings =
+        changed.map(|path| Finding { cause: StoreError::Changed { path }, quarantined: None });
     Ok(findings.collect())
 }
 
@@ -77,10 +75,7 @@ pub fn check(tables: &[Found], store: &Store, checked: &(dyn Fn() + Sync)) -> Ve
 fn check_one(table: &Found, store: &Store) -> Option<Finding> {
     let cause = read(table, store).err()?;
     if !cause.is_mendable() {
-        return Some(Finding {
-            cause,
-            quarantined: None,
-        });
+        return Some(Finding { cause, quarantined: None });
     }
     let quarantined = match table.what {
         What::Task(key) => store.quarantine(key),
@@ -88,10 +83,7 @@ fn check_one(table: &Found, store: &Store) -> Option<Finding> {
     };
     match quarantined {
         Ok(None) => None,
-        quarantined => Some(Finding {
-            cause,
-            quarantined: quarantined.ok().flatten(),
-        }),
+        quarantined => Some(Finding { cause, quarantined: quarantined.ok().flatten() }),
     }
 }
 

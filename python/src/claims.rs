@@ -25,10 +25,7 @@ fn one<'py>(py: Python<'py>, study: &StudyClaims, claim: &Claim) -> PyResult<Bou
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
             let all = judgement.bounds.len();
-            let bounds = judgement
-                .bounds
-                .iter()
-                .map(|bound| quantity(py, bound, all));
+            let bounds = judgement.bounds.iter().map(|bound| quantity(py, bound, all));
             dict.set_item("verdict", judgement.verdict.name())?;
             dict.set_item("quantities", bounds.collect::<PyResult<Vec<_>>>()?)?;
             let more = study.more_surfaces(claim, judgement);

@@ -24,7 +24,5 @@ pub fn main(py: Python<'_>, line: Vec<OsString>, program: Option<PathBuf>) -> u8
 /// What the standard library says to the system and to nobody else.
 fn number(code: ExitCode) -> u8 {
     let mut numbers = 0..=u8::MAX;
-    numbers
-        .find(|number| ExitCode::from(*number) == code)
-        .unwrap_or(1)
+    numbers.find(|number| ExitCode::from(*number) == code).unwrap_or(1)
 }

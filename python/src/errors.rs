@@ -15,9 +15,7 @@ fn exception(
     name: &str,
     arguments: impl for<'py> pyo3::call::PyCallArgs<'py>,
 ) -> PyErr {
-    let class = py
-        .import("asperity.errors")
-        .and_then(|module| module.getattr(name));
+    let class = py.import("asperity.errors").and_then(|module| module.getattr(name));
     match class.and_then(|class| class.call1(arguments)) {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,

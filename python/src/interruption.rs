@@ -35,9 +35,7 @@ pub fn watched<T: Send + 'static>(
     mut look: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<T> {
     let (sender, receiver) = channel();
-    thread::Builder::new()
-        .name("asperity".to_owned())
-        .spawn(move || sender.send(work()))?;
+    thread::Builder::new().name("asperity".to_owned()).spawn(move || sender.send(work()))?;
     let receiver = Mutex::new(receiver);
     let wait = |time: Duration| {
         let receiver = receiver.lock().expect("no panic happens while it is held");
@@ -68,10 +66,7 @@ pub struct Signals {
 
 impl Signals {
     pub fn new() -> Signals {
-        Signals {
-            asked: Cell::new(Instant::now()),
-            heard: Cell::new(None),
-        }
+        Signals { asked: Cell::new(Instant::now()), heard: Cell::new(None) }
     }
 
     /// Whether work should end.

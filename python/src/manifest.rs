@@ -22,7 +22,5 @@ pub fn toml(py: Python<'_>, tables: &Bound<'_, PyDict>) -> PyResult<String> {
 #[pyfunction]
 pub fn study_name(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<String> {
     let study = Study::parse(text, "manifest", &folder, claim_names);
-    study
-        .map(|study| study.name)
-        .map_err(|errors| manifest_error(py, &errors))
+    study.map(|study| study.name).map_err(|errors| manifest_error(py, &errors))
 }

@@ -21,9 +21,7 @@ pub struct Pressing(Mutex<direct::Pressing>);
 
 impl Pressing {
     fn lock(&self) -> MutexGuard<'_, direct::Pressing> {
-        self.0
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     fn field<'py>(
@@ -43,10 +41,7 @@ impl Pressing {
 #[pymethods]
 impl Pressing {
     #[new]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the module's own call has them all"
-    )]
+    #[expect(clippy::too_many_arguments, reason = "the module's own call has them all")]
     fn new(
         py: Python<'_>,
         heights: PyReadonlyArray2<'_, f64>,

@@ -39,9 +39,7 @@ pub struct Advance {
 
 impl Listener {
     fn heard(&self) -> MutexGuard<'_, Heard> {
-        self.0
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// What should be known and has not been handed on.

@@ -69,13 +69,7 @@ impl Session {
             let plan = asperity::plan::Plan::of(&study);
             let stages = plan.stages.iter().map(|stage| stage.name.clone()).collect();
             let warnings = study.warnings().iter().map(plain).collect();
-            Ok((
-                plan.study,
-                stages,
-                plan.tasks.len(),
-                study.grows(),
-                warnings,
-            ))
+            Ok((plan.study, stages, plan.tasks.len(), study.grows(), warnings))
         });
         Ok(answer?.0)
     }
@@ -160,11 +154,7 @@ impl Session {
         output: Option<PathBuf>,
         replace: bool,
     ) -> PyResult<(PathBuf, PathBuf)> {
-        let options = ReportOptions {
-            output,
-            replace,
-            ..ReportOptions::default()
-        };
+        let options = ReportOptions { output, replace, ..ReportOptions::default() };
         let (report, _) = self.ask(py, move |session| session.report(&options))?;
         Ok((report.page, report.figures))
     }
@@ -180,15 +170,8 @@ fn status_dict<'py>(py: Python<'py>, status: &Status) -> PyResult<Bound<'py, PyD
     for stage in status.stages() {
         let name = &stage.count.stage.name;
         let reasons = stage.groups.iter().map(|group| {
-            let causes = group
-                .causes
-                .iter()
-                .map(|cause| plain(status.told(cause, name)));
-            (
-                group.tasks.len(),
-                status.seconds(group),
-                causes.collect::<Vec<_>>(),
-            )
+            let causes = group.causes.iter().map(|cause| plain(status.told(cause, name)));
+            (group.tasks.len(), status.seconds(group), causes.collect::<Vec<_>>())
         });
         let dict = PyDict::new(py);
         dict.set_item("name", name)?;
@@ -222,9 +205,7 @@ fn advance_dict<'py>(py: Python<'py>, advance: &Advance) -> PyResult<Bound<'py, 
 }
 
 fn report_dict<'py>(py: Python<'py>, report: &RunReport) -> PyResult<Bound<'py, PyDict>> {
-    let RunReport {
-        sampled, outcome, ..
-    } = report;
+    let RunReport { sampled, outcome, .. } = report;
     let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
     let stages = PyList::empty(py);
     for (place, stage) in sampled.plan.stages.iter().enumerate() {

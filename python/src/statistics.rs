@@ -37,10 +37,7 @@ pub fn statistics(
         ("rms_slope", Some(moments.rms_slope())),
         ("nayak", moments.nayak()),
         ("skewness", roughness.ssk),
-        (
-            "excess_kurtosis",
-            roughness.sku.map(|kurtosis| kurtosis - 3.0),
-        ),
+        ("excess_kurtosis", roughness.sku.map(|kurtosis| kurtosis - 3.0)),
         ("sa", Some(roughness.sa)),
         ("sz", Some(roughness.sz)),
         ("summit_density", Some(moments.summit_density())),
@@ -50,11 +47,8 @@ pub fn statistics(
 }
 
 /// Angular wavenumber, spectral density and number of modes of each ring.
-type Spectrum<'py> = (
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<i64>>,
-);
+type Spectrum<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>);
 
 /// The power spectral density over rings of wavevectors.
 #[pyfunction]

@@ -32,13 +32,7 @@ pub fn draw<'py>(
     let drawn = drawn.map_err(|error| direct_error(py, &error))?;
     let grid = drawn.surface.grid();
     let heights = map(py, drawn.surface.into_heights(), grid.nodes())?;
-    Ok((
-        heights,
-        grid.cell().size(),
-        drawn.rms_slope,
-        drawn.is_periodic,
-        drawn.row.into(),
-    ))
+    Ok((heights, grid.cell().size(), drawn.rms_slope, drawn.is_periodic, drawn.row.into()))
 }
 
 /// What a file holds: heights (NaN where missing), sides, unit of the heights, whether sides are in
@@ -61,15 +55,9 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyR
     let file = file.map_err(|error| surface_error(py, &error))?;
     let place = match &channel {
         Some(channel) => file.find(channel).map_err(|error| {
-            let names = file
-                .channels()
-                .iter()
-                .map(|channel| format!("`{}`", channel.name()));
+            let names = file.channels().iter().map(|channel| format!("`{}`", channel.name()));
             let names: Vec<String> = names.collect();
-            value_error(
-                py,
-                format!("{error}; its channels are {}", names.join(", ")),
-            )
+            value_error(py, format!("{error}; its channels are {}", names.join(", ")))
         })?,
         None => file.first_heights().ok_or_else(|| {
             let message = format!("`{}` has no channel of heights", path.display());
@@ -107,12 +95,8 @@ pub fn level<'py>(
     size: [f64; 2],
     form: &str,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let form = named(
-        py,
-        [Level::None, Level::Mean, Level::Plane, Level::Quadric],
-        Level::name,
-        form,
-    )?;
+    let form =
+        named(py, [Level::None, Level::Mean, Level::Plane, Level::Quadric], Level::name, form)?;
     let scan = scan(py, &heights, size)?;
     let nodes = scan.grid().nodes();
     let levelled = py.detach(|| form.level(scan));
@@ -128,12 +112,7 @@ pub fn fill<'py>(
     method: &str,
     is_periodic: bool,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let method = named(
-        py,
-        [Fill::Harmonic, Fill::Nearest, Fill::Lowest],
-        Fill::name,
-        method,
-    )?;
+    let method = named(py, [Fill::Harmonic, Fill::Nearest, Fill::Lowest], Fill::name, method)?;
     let scan = scan(py, &heights, size)?;
     let nodes = scan.grid().nodes();
     let filled = py.detach(|| method.fill(scan, is_periodic));

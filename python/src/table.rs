@@ -58,15 +58,8 @@ impl Table {
     /// Name, type, role, unit and meaning of every column.
     fn descriptions(&self) -> Vec<(String, &'static str, String, String, String)> {
         let described = self.0.descriptions().into_iter();
-        let described = described.map(|column| {
-            (
-                column.name,
-                column.kind,
-                column.role,
-                column.unit,
-                column.meaning,
-            )
-        });
+        let described = described
+            .map(|column| (column.name, column.kind, column.role, column.unit, column.meaning));
         described.collect()
     }
 
@@ -74,10 +67,8 @@ impl Table {
     /// are lists of Python's.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(array) = self.0.batch().column_by_name(name) else {
-            let message = format!(
-                "the table has no column `{name}`: {}",
-                self.0.names().join(", ")
-            );
+            let message =
+                format!("the table has no column `{name}`: {}", self.0.names().join(", "));
             return Err(unknown_name(py, message));
         };
         values(py, array.as_ref())
@@ -96,9 +87,7 @@ impl Table {
             _ if array.is_null(row) => String::new(),
             DataType::Float64 => {
                 let number = array.as_primitive::<Float64Type>().value(row);
-                format!("{number:.6e}")
-                    .parse()
-                    .map_or(String::new(), |n: f64| n.to_string())
+                format!("{number:.6e}").parse().map_or(String::new(), |n: f64| n.to_string())
             }
             DataType::LargeBinary => format!("{} bytes", array.as_binary::<i64>().value(row).len()),
             DataType::LargeList(_) => format!("{} values", array.as_list::<i64>().value(row).len()),

@@ -67,9 +67,7 @@ pub fn asperities<'py>(
         contacts.collect()
     });
     let column = |of: fn(&Contact) -> f64| {
-        let values = contacts
-            .iter()
-            .map(|contact| contact.as_ref().map_or(f64::NAN, of));
+        let values = contacts.iter().map(|contact| contact.as_ref().map_or(f64::NAN, of));
         PyArray1::from_iter(py, values)
     };
     Ok([
@@ -171,9 +169,7 @@ pub fn corrected_area(
         return Err(value_error(py, "a contact map needs a node".to_owned()));
     }
     let touches = contact.as_slice()?.iter();
-    let pressures: Vec<f64> = touches
-        .map(|touches| f64::from(u8::from(*touches)))
-        .collect();
+    let pressures: Vec<f64> = touches.map(|touches| f64::from(u8::from(*touches))).collect();
     let boundary = match is_periodic {
         true => Boundary::Periodic,
         false => Boundary::Free,
@@ -181,10 +177,5 @@ pub fn corrected_area(
     let map = ContactMap::of_pressures(shape, &pressures).within(boundary);
     let counted = ContactArea::of(&map).counted();
     let [lower, upper] = counted.bounds();
-    Ok([
-        counted.fraction(),
-        counted.corrected(coefficient),
-        lower,
-        upper,
-    ])
+    Ok([counted.fraction(), counted.corrected(coefficient), lower, upper])
 }

@@ -72,9 +72,9 @@ fn text(advice: &StudyAdvice) -> String {
 }
 
 fn of_fit(fit: &AdvisedFit) -> String {
-    let error = fit.standard_error.map_or_else(String::new, |error| {
-        format!(" ± {} (standard error)", digits(error))
-    });
+    let error = fit
+        .standard_error
+        .map_or_else(String::new, |error| format!(" ± {} (standard error)", digits(error)));
     let mut text = format!(
         "{}: {}\n  limit {:.4}{error}, {}; {}\n",
         fit.stage,
@@ -87,11 +87,7 @@ fn of_fit(fit: &AdvisedFit) -> String {
         "  {:28}  {:>6}  {:>18}  {:>14}  {}\n",
         "one more octave of", "points", "cost", "standard error", "doubling"
     );
-    let best = fit
-        .steps
-        .iter()
-        .filter_map(AdvisedStep::gain)
-        .fold(0.0, f64::max);
+    let best = fit.steps.iter().filter_map(AdvisedStep::gain).fold(0.0, f64::max);
     for step in &fit.steps {
         let after = match (fit.standard_error, step.factor) {
             (Some(error), Some(factor)) => digits(error * factor),

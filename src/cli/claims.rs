@@ -40,10 +40,7 @@ struct Told<'a> {
 
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = super::session(&arguments.manifest, data).claims()?;
-    let told = Told {
-        manifest: &arguments.manifest,
-        study: &study,
-    };
+    let told = Told { manifest: &arguments.manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,

@@ -45,17 +45,10 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
 fn text(described: &[DescribedColumns]) -> String {
     let mut text = String::new();
     let mut known: Vec<&Description> = Vec::new();
-    for DescribedColumns {
-        stage,
-        kind,
-        columns,
-    } in described
-    {
+    for DescribedColumns { stage, kind, columns } in described {
         let is_new = |column: &&Description| !known.contains(column);
         let new: Vec<&Description> = columns.iter().filter(is_new).collect();
-        let name = stage
-            .as_ref()
-            .map_or_else(String::new, |stage| format!("{stage} · "));
+        let name = stage.as_ref().map_or_else(String::new, |stage| format!("{stage} · "));
         let shared = match columns.len() - new.len() {
             0 => String::new(),
             shared => format!(", and {shared} of the above"),
@@ -68,8 +61,7 @@ fn text(described: &[DescribedColumns]) -> String {
 
 fn grid(columns: &[&Description]) -> String {
     let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING)
-        .set_content_arrangement(ContentArrangement::Dynamic);
+    grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
     for column in columns {
         grid.add_row([&column.name, &column.unit, &column.meaning]);
     }

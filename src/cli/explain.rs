@@ -72,11 +72,7 @@ fn text(status: &Status, stage: &StageStatus) -> String {
             [_] => String::new(),
             _ => format!(", {}", core_hours(status.seconds(group))),
         };
-        let told: Vec<_> = group
-            .causes
-            .iter()
-            .map(|cause| status.told(cause, name))
-            .collect();
+        let told: Vec<_> = group.causes.iter().map(|cause| status.told(cause, name)).collect();
         text += &format!("  {tasks}{cost}: {}\n", told.join("; "));
     }
     let more = stage.groups.len().saturating_sub(MOST_REASONS);

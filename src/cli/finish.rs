@@ -71,9 +71,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     match finished.outcome {
         FinishOutcome::SubmittedAgain(round) => {
             let numbers = ranges(round.elements);
-            let array = round
-                .array
-                .map_or_else(String::new, |job| format!(" as job {job}"));
+            let array = round.array.map_or_else(String::new, |job| format!(" as job {job}"));
             writeln!(
                 out,
                 "elements {numbers} are submitted again{array}; job {} finishes",

@@ -29,10 +29,7 @@ fn cost(status: &Status) -> String {
         _ if at_once < cores => format!(", up to {} to a surface", cores.div_ceil(at_once)),
         _ => ", one to a surface, and several to the last ones".to_owned(),
     };
-    format!(
-        "{cost} expected: {wall} on {}{shared}",
-        counted(cores, "core")
-    )
+    format!("{cost} expected: {wall} on {}{shared}", counted(cores, "core"))
 }
 
 /// Time of one core, with two digits that mean something.

@@ -69,10 +69,7 @@ pub fn write(
     if !hidden.is_empty() {
         let names: Vec<&str> = hidden.iter().map(|column| column.name.as_str()).collect();
         let more = counted(hidden.len(), "more column");
-        let text = format!(
-            "… {more}, `--columns NAME,…` for any of these: {}",
-            names.join(", ")
-        );
+        let text = format!("… {more}, `--columns NAME,…` for any of these: {}", names.join(", "));
         writeln!(out, "{}", wrapped(&text))?;
     }
     Ok(())

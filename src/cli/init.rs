@@ -31,21 +31,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let manifest = PathBuf::from(format!("{name}.toml"));
     if !write_new(&manifest, &template(name))? {
-        let message = format!(
-            "`{}` is there already; give the study another name",
-            manifest.display()
-        );
+        let message =
+            format!("`{}` is there already; give the study another name", manifest.display());
         return Err(Misused(message).into());
     }
     let schema = format!("{:#}\n", schema());
     let is_new = write_new(Path::new(SCHEMA), &schema)?;
     let mut out = stdout();
     writeln!(out, "manifest  {}", manifest.display())?;
-    writeln!(
-        out,
-        "schema    {SCHEMA}{}",
-        if is_new { "" } else { ", as it was" }
-    )?;
+    writeln!(out, "schema    {SCHEMA}{}", if is_new { "" } else { ", as it was" })?;
     writeln!(out, "next      asperity run {}", manifest.display())?;
     Ok(ExitCode::SUCCESS)
 }
@@ -56,9 +50,6 @@ fn write_new(path: &Path, text: &str) -> Result<bool, StoreError> {
     match created.and_then(|mut file| file.write_all(text.as_bytes())) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
-        Err(source) => Err(StoreError::Write {
-            path: path.to_owned(),
-            source,
-        }),
+        Err(source) => Err(StoreError::Write { path: path.to_owned(), source }),
     }
 }

@@ -22,10 +22,8 @@ pub struct Arguments {
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let folder = &arguments.output;
     make_folder(folder)?;
-    clap_mangen::generate_to(C::command(), folder).map_err(|source| StoreError::Write {
-        path: folder.clone(),
-        source,
-    })?;
+    clap_mangen::generate_to(C::command(), folder)
+        .map_err(|source| StoreError::Write { path: folder.clone(), source })?;
     writeln!(stdout(), "{}", folder.join("asperity.1").display())?;
     Ok(ExitCode::SUCCESS)
 }

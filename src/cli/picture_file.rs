@@ -68,8 +68,5 @@ fn beginning(path: &Path, most: usize) -> Result<Option<Vec<u8>>, StoreError> {
 }
 
 fn unwritten(path: &Path, source: io::Error) -> StoreError {
-    StoreError::Write {
-        path: path.to_owned(),
-        source,
-    }
+    StoreError::Write { path: path.to_owned(), source }
 }

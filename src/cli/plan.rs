@@ -51,12 +51,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         json["warnings"] = json!(status.warnings);
         writeln!(out, "{json:#}")?;
     } else {
-        writeln!(
-            out,
-            "{}\n{}",
-            table(&status, &stages),
-            forecast::text(&status)
-        )?;
+        writeln!(out, "{}\n{}", table(&status, &stages), forecast::text(&status))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -65,23 +60,18 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
 fn reasons(status: &Status, stage: &StageStatus) -> Vec<String> {
     let told = |group: &Group| {
         let causes = group.causes.iter();
-        let told: Vec<_> = causes
-            .map(|cause| status.told(cause, &stage.count.stage.name))
-            .collect();
+        let told: Vec<_> =
+            causes.map(|cause| status.told(cause, &stage.count.stage.name)).collect();
         told.join("; ")
     };
     stage.groups.iter().map(told).collect()
 }
 
 fn table(status: &Status, stages: &[StageStatus]) -> String {
-    let names = stages
-        .iter()
-        .map(|stage| stage.count.stage.name.chars().count());
+    let names = stages.iter().map(|stage| stage.count.stage.name.chars().count());
     let width = names.max().unwrap_or(0).max("stage".len());
-    let mut lines = vec![format!(
-        "{:width$}  {:9}  {:>8}  {:>8}  why",
-        "stage", "kind", "cached", "to run"
-    )];
+    let mut lines =
+        vec![format!("{:width$}  {:9}  {:>8}  {:>8}  why", "stage", "kind", "cached", "to run")];
     for stage in stages {
         let count = &stage.count;
         let why = match reasons(status, stage).as_slice() {

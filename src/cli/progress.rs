@@ -24,10 +24,7 @@ pub struct Console {
 
 impl Observer for Console {
     fn hear(&self, event: Event<'_>) {
-        let mut progress = self
-            .progress
-            .lock()
-            .expect("no panic happens while it is held");
+        let mut progress = self.progress.lock().expect("no panic happens while it is held");
         match (event, progress.as_mut()) {
             (Event::Begun(batch), _) => *progress = Some(Progress::new(batch)),
             (Event::Started(task), Some(progress)) => progress.started(task),
@@ -62,11 +59,7 @@ impl Progress {
             let begun = begun(total, batch.cached, batch.plan.tasks.len());
             warn(&format!("{}: {begun}", batch.plan.study));
         }
-        Progress {
-            run: RunProgress::new(batch),
-            bar,
-            last_line: Instant::now(),
-        }
+        Progress { run: RunProgress::new(batch), bar, last_line: Instant::now() }
     }
 
     fn started(&self, task: usize) {
@@ -144,10 +137,7 @@ mod tests {
     #[test]
     fn what_is_left_for_later_is_not_cached() {
         assert_eq!(begun(2, 33, 35), "2 tasks to run, 33 cached");
-        assert_eq!(
-            begun(1, 0, 35),
-            "1 task to run, 0 cached, 34 left for later"
-        );
+        assert_eq!(begun(1, 0, 35), "1 task to run, 0 cached, 34 left for later");
     }
 
     #[test]

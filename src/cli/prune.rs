@@ -72,12 +72,8 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
 
 fn alone(data: &DataFolder) -> Result<Lock, Failure> {
     let store = data.store();
-    let in_use = || {
-        format!(
-            "`{}` is in use by another process; prune it afterwards",
-            store.display()
-        )
-    };
+    let in_use =
+        || format!("`{}` is in use by another process; prune it afterwards", store.display());
     Ok(Lock::alone(&store)?.ok_or_else(in_use)?)
 }
 
@@ -112,9 +108,7 @@ impl Shares {
 
     fn total(&self) -> (usize, u64) {
         let shares = self.0.values();
-        shares.fold((0, 0), |(files, bytes), share| {
-            (files + share.0, bytes + share.1)
-        })
+        shares.fold((0, 0), |(files, bytes), share| (files + share.0, bytes + share.1))
     }
 
     fn json(&self, deleted: bool) -> serde_json::Value {

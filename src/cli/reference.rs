@@ -34,10 +34,8 @@ pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure
     ];
     for (name, page) in pages {
         let path = arguments.output.join(name);
-        fs::write(&path, page).map_err(|source| StoreError::Write {
-            path: path.clone(),
-            source,
-        })?;
+        fs::write(&path, page)
+            .map_err(|source| StoreError::Write { path: path.clone(), source })?;
         writeln!(stdout(), "{}", path.display())?;
     }
     Ok(ExitCode::SUCCESS)

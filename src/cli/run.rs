@@ -120,18 +120,13 @@ impl Arguments {
             selection: selection.unwrap_or_default(),
             replace: self.replace,
             job: self.job.clone(),
-            checkpoint_every: self
-                .checkpoint_every
-                .map(u64::from)
-                .map(Duration::from_secs),
+            checkpoint_every: self.checkpoint_every.map(u64::from).map(Duration::from_secs),
         }
     }
 }
 
 fn as_json(report: &RunReport) -> serde_json::Value {
-    let RunReport {
-        sampled, outcome, ..
-    } = report;
+    let RunReport { sampled, outcome, .. } = report;
     let plan = &sampled.plan;
     let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
     let counts = StageCount::all(plan, &report.missing);
@@ -204,10 +199,8 @@ mod tests {
     #[test]
     fn what_to_do_depends_on_why_nothing_can_be_stored() {
         let advice = |kind: io::ErrorKind| {
-            let error = StoreError::Write {
-                path: PathBuf::from("data/store"),
-                source: kind.into(),
-            };
+            let error =
+                StoreError::Write { path: PathBuf::from("data/store"), source: kind.into() };
             let outcome = RunOutcome {
                 failed: vec![(0, error.into())],
                 halted: true,

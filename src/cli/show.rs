@@ -76,8 +76,7 @@ fn write_head(out: &mut impl Write, table: &Table, rows: usize) -> Result<(), Fa
     )?;
     // One line per column: a row of forty columns would not fit any terminal.
     let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING)
-        .set_content_arrangement(ContentArrangement::Dynamic);
+    grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
     for (name, array) in table.names().iter().zip(batch.columns()) {
         let values = (0..shown).map(|row| value(array.as_ref(), row));
         grid.add_row(std::iter::once((*name).to_owned()).chain(values));
@@ -91,19 +90,12 @@ fn value(array: &dyn Array, row: usize) -> String {
         return "–".to_owned();
     }
     match array.data_type() {
-        DataType::LargeBinary => counted(
-            array
-                .as_binary::<i64>()
-                .value_length(row)
-                .try_into()
-                .unwrap_or(0),
-            "byte",
-        ),
+        DataType::LargeBinary => {
+            counted(array.as_binary::<i64>().value_length(row).try_into().unwrap_or(0), "byte")
+        }
         DataType::LargeList(_) => counted(array.as_list::<i64>().value(row).len(), "value"),
         DataType::Float64 => {
-            let number = array
-                .as_primitive::<arrow::datatypes::Float64Type>()
-                .value(row);
+            let number = array.as_primitive::<arrow::datatypes::Float64Type>().value(row);
             short(number)
         }
         _ => array_value_to_string(array, row).unwrap_or_default(),
@@ -132,9 +124,6 @@ mod tests {
     #[test]
     fn numbers_are_shown_with_six_digits_and_no_tail() {
         let shown = [0.0, 0.5, 1234.0, 0.123456789, 1.5e-7, 2.5e9].map(short);
-        assert_eq!(
-            shown,
-            ["0", "0.5", "1234", "0.123457", "1.50000e-7", "2.50000e9"]
-        );
+        assert_eq!(shown, ["0", "0.5", "1234", "0.123457", "1.50000e-7", "2.50000e9"]);
     }
 }

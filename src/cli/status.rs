@@ -81,12 +81,7 @@ fn text(progress: &Progress) -> String {
     text += "\n";
     text += &progress.queue.as_ref().map_or_else(String::new, queued);
     for failed in progress.failures.iter().take(SHOWN) {
-        text += &format!(
-            "failed: {} {}: {}\n",
-            failed.stage,
-            &failed.task[..8],
-            failed.reason
-        );
+        text += &format!("failed: {} {}: {}\n", failed.stage, &failed.task[..8], failed.reason);
     }
     let more = progress.failures.len().saturating_sub(SHOWN);
     if more > 0 {
@@ -96,12 +91,7 @@ fn text(progress: &Progress) -> String {
 }
 
 fn queued(queue: &Queue) -> String {
-    let Queue {
-        running,
-        waiting,
-        reasons,
-        finish,
-    } = queue;
+    let Queue { running, waiting, reasons, finish } = queue;
     if *running + *waiting == 0 && finish.is_none() {
         return "queue: no job of the study\n".to_owned();
     }
@@ -110,11 +100,7 @@ fn queued(queue: &Queue) -> String {
         true => String::new(),
         false => format!(" ({})", reasons.join(", ")),
     };
-    let last = finish
-        .as_ref()
-        .map_or_else(String::new, |finish| format!(", the last job {finish}"));
-    format!(
-        "queue: {} run, {waiting} wait{why}{last}\n",
-        counted(*running, "element")
-    )
+    let last =
+        finish.as_ref().map_or_else(String::new, |finish| format!(", the last job {finish}"));
+    format!("queue: {} run, {waiting} wait{why}{last}\n", counted(*running, "element"))
 }

@@ -121,10 +121,7 @@ pub fn run(
     if arguments.dry_run {
         let scripts = &planned.scripts;
         for (path, text) in [
-            (
-                Submission::element_script(&planned.folder),
-                &scripts.element,
-            ),
+            (Submission::element_script(&planned.folder), &scripts.element),
             (Submission::finish_script(&planned.folder), &scripts.finish),
         ] {
             writeln!(out, "==> {} <==\n{text}", path.display())?;
@@ -133,12 +130,7 @@ pub fn run(
         return Ok(ExitCode::SUCCESS);
     }
     let submission = session.submit(&planned)?;
-    write!(
-        out,
-        "{}{}",
-        expected(&planned),
-        submitted(&planned, &submission, &arguments.manifest)
-    )?;
+    write!(out, "{}{}", expected(&planned), submitted(&planned, &submission, &arguments.manifest))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -146,10 +138,7 @@ impl Arguments {
     /// What the command line says; else the file beside the manifest, and else that of the user.
     fn settings(&self) -> Result<Settings, Failure> {
         let mut settings = self.cluster.settings();
-        let beside = self
-            .manifest
-            .parent()
-            .map(|folder| folder.join(settings::FILE));
+        let beside = self.manifest.parent().map(|folder| folder.join(settings::FILE));
         for path in beside.into_iter().chain(of_user()) {
             let read = Settings::read(&path).map_err(crate::session::SessionError::from)?;
             settings = settings.or(read.unwrap_or_default());
@@ -180,21 +169,14 @@ impl ClusterArguments {
 /// Where the user's configuration is, as the XDG Base Directory Specification has it.
 fn of_user() -> Option<PathBuf> {
     let named = env::var_os("XDG_CONFIG_HOME").filter(|folder| Path::new(folder).is_absolute());
-    let folder = named
-        .map(PathBuf::from)
-        .or_else(|| Some(env::home_dir()?.join(".config")));
+    let folder = named.map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".config")));
     Some(folder?.join("asperity").join(settings::FILE))
 }
 
 fn hours(word: &str) -> Result<f64, Misused> {
-    let hours = word
-        .parse()
-        .ok()
-        .filter(|hours: &f64| *hours > 0.0 && *hours <= MOST_HOURS);
+    let hours = word.parse().ok().filter(|hours: &f64| *hours > 0.0 && *hours <= MOST_HOURS);
     hours.ok_or_else(|| {
-        Misused(format!(
-            "must be a number of hours above 0 and at most {MOST_HOURS}"
-        ))
+        Misused(format!("must be a number of hours above 0 and at most {MOST_HOURS}"))
     })
 }
 
@@ -260,9 +242,6 @@ mod tests {
 
     #[test]
     fn hours_are_told_in_the_unit_that_suits_them() {
-        assert_eq!(
-            [0.001, 0.5, 1.25, 48.0].map(in_hours),
-            ["4 s", "30 min", "1.2 h", "48.0 h"]
-        );
+        assert_eq!([0.001, 0.5, 1.25, 48.0].map(in_hours), ["4 s", "30 min", "1.2 h", "48.0 h"]);
     }
 }

@@ -12,24 +12,15 @@ pub fn text(
     tables: &[PublishedTable],
     only: Option<&[usize]>,
 ) -> Result<String, Failure> {
-    let width = plan
-        .stages
-        .iter()
-        .map(|stage| stage.name.chars().count())
-        .max()
-        .unwrap_or(0);
+    let width = plan.stages.iter().map(|stage| stage.name.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     let left = match only {
         Some(_) => "left for later",
         None => "missing",
     };
     let is_asked_for = |stage: &PlannedStage| {
-        let is_wanted = |only: &[usize]| {
-            stage
-                .tasks
-                .iter()
-                .any(|task| only.binary_search(task).is_ok())
-        };
+        let is_wanted =
+            |only: &[usize]| stage.tasks.iter().any(|task| only.binary_search(task).is_ok());
         only.is_none_or(is_wanted)
     };
     let stages = plan.stages.iter().zip(tables);

@@ -63,14 +63,9 @@ struct Described<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let path = &arguments.file;
-    let bytes = read_regular(path, LARGEST).map_err(|source| SurfaceFileError::Read {
-        path: path.clone(),
-        source,
-    })?;
-    let file = read(&bytes).map_err(|source| Unreadable {
-        path: path.clone(),
-        source,
-    })?;
+    let bytes = read_regular(path, LARGEST)
+        .map_err(|source| SurfaceFileError::Read { path: path.clone(), source })?;
+    let file = read(&bytes).map_err(|source| Unreadable { path: path.clone(), source })?;
     let chosen = chosen(&file, arguments.channel.as_deref())?;
     let listed: Vec<usize> = match arguments.channel {
         Some(_) => vec![chosen],
@@ -84,11 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         if let Some(output) = arguments.output.as_ref().filter(|_| index == chosen) {
             picture_file::write(output, &draw(&map), arguments.replace)?;
         }
-        described.push(Described {
-            number: index + 1,
-            channel,
-            statistics: Statistics::of(&map),
-        });
+        described.push(Described { number: index + 1, channel, statistics: Statistics::of(&map) });
     }
     let mut out = stdout();
     match arguments.json {

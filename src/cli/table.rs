@@ -55,9 +55,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let session = super::session(&arguments.manifest, data);
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
         (Some(query), _) => session.sql(query)?.into(),
-        (None, stage) => session
-            .tables()?
-            .open(stage.as_deref().unwrap_or_default())?,
+        (None, stage) => session.tables()?.open(stage.as_deref().unwrap_or_default())?,
     };
     let columns = chosen(&table, &arguments.columns)?;
     let mut out = stdout();

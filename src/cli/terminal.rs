@@ -43,11 +43,7 @@ impl Output {
 
     /// Writes data that programs read: exact to the byte, unless they go to a terminal.
     pub fn write_data(&mut self, data: &[u8]) -> io::Result<()> {
-        if self.0.is_terminal() {
-            self.write_all(data)
-        } else {
-            self.0.write_all(data)
-        }
+        if self.0.is_terminal() { self.write_all(data) } else { self.0.write_all(data) }
     }
 }
 

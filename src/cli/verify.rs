@@ -24,9 +24,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let reading = arguments.manifest.as_deref();
-    let reading = reading
-        .map(|manifest| super::session(manifest, data).reading())
-        .transpose()?;
+    let reading = reading.map(|manifest| super::session(manifest, data).reading()).transpose()?;
     let plan = reading.map(|reading| reading.plan);
     let store = data.look()?;
     let tables = verify::tables(plan.as_ref(), &data.store(), &data.results())?;
@@ -39,11 +37,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let mut out = stdout();
     if arguments.json {
         let damaged: Vec<_> = findings.iter().map(as_json).collect();
-        writeln!(
-            out,
-            "{:#}",
-            json!({ "checked": tables.len(), "damaged": damaged })
-        )?;
+        writeln!(out, "{:#}", json!({ "checked": tables.len(), "damaged": damaged }))?;
     } else {
         for Finding { cause, quarantined } in &findings {
             let fate = match quarantined {

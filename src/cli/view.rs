@@ -117,11 +117,7 @@ fn task(arguments: &Arguments, data: &DataFolder) -> Result<(TaskKey, SurfaceFil
     };
     let session = super::session(&arguments.what, data);
     let tables = session.tables()?;
-    let choice = TaskChoice {
-        stage,
-        coordinates: &arguments.coordinates,
-        load: arguments.load,
-    };
+    let choice = TaskChoice { stage, coordinates: &arguments.coordinates, load: arguments.load };
     let key = choice.task(&tables.table(stage)?)?;
     if !tables.reading.archive.store().has(key) {
         return Err(format!(

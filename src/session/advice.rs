@@ -78,10 +78,7 @@ impl Session<'_> {
     /// As [`Session::reading`], and when a table is damaged.
     pub fn advice(&self) -> Result<StudyAdvice, SessionError> {
         let reading = self.reading()?;
-        let mut advice = StudyAdvice {
-            fits: Vec::new(),
-            without: 0,
-        };
+        let mut advice = StudyAdvice { fits: Vec::new(), without: 0 };
         for (place, stage) in reading.plan.stages.iter().enumerate() {
             if stage.kind == Kind::Fit {
                 of_stage(&reading, place, stage, &mut advice)?;
@@ -98,16 +95,13 @@ fn of_stage(
     advice: &mut StudyAdvice,
 ) -> Result<(), SessionError> {
     let plan = &reading.plan;
-    let recipes = stage
-        .tasks
-        .iter()
-        .filter_map(|&task| match &plan.tasks[task].recipe {
-            Recipe::Fit(params) => match &params.law {
-                Law::Limits(choices) => Some((task, params.as_ref(), choices.as_ref())),
-                _ => None,
-            },
+    let recipes = stage.tasks.iter().filter_map(|&task| match &plan.tasks[task].recipe {
+        Recipe::Fit(params) => match &params.law {
+            Law::Limits(choices) => Some((task, params.as_ref(), choices.as_ref())),
             _ => None,
-        });
+        },
+        _ => None,
+    });
     let recipes: Vec<(usize, &fit::Params, &LimitChoices)> = recipes.collect();
     if recipes.is_empty() {
         return Ok(());
@@ -150,10 +144,7 @@ fn told(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices)
     let own = Point::of_row(&parameters, group.row);
     let all = Point::of_row(&parameters.common(), 0);
     let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
-    let distinct = own
-        .beyond(&all)
-        .without(&over)
-        .without(&[K_ROLLOFF.name, COEFFICIENT.name]);
+    let distinct = own.beyond(&all).without(&over).without(&[K_ROLLOFF.name, COEFFICIENT.name]);
     let load = load.map(|load| format!("load {load}"));
     let distinct = Some(distinct.to_string()).filter(|text| !text.is_empty());
     let parts = [Some(choices.of.to_string()), load, distinct];
@@ -165,22 +156,14 @@ fn steps(advised: &Advised, costs: &Costs) -> Vec<AdvisedStep> {
         term: None,
         doubled: vec!["realizations".to_owned()],
         points: advised.points.len(),
-        seconds: advised
-            .points
-            .iter()
-            .map(|point| costs.of_point(point, &[]))
-            .sum(),
+        seconds: advised.points.iter().map(|point| costs.of_point(point, &[])).sum(),
         factor: Some(0.5_f64.sqrt()),
     };
     let step = |octave: &Octave| AdvisedStep {
         term: Some(octave.term.clone()),
         doubled: octave.doubled.clone(),
         points: octave.from.len(),
-        seconds: octave
-            .from
-            .iter()
-            .map(|point| costs.of_point(point, &octave.doubled))
-            .sum(),
+        seconds: octave.from.iter().map(|point| costs.of_point(point, &octave.doubled)).sum(),
         factor: octave.narrowing,
     };
     advised.octaves.iter().map(step).chain([again]).collect()
@@ -217,11 +200,7 @@ impl<'a> Costs<'a> {
             }
             points.push(point);
         }
-        Costs {
-            plan,
-            model: CostModel::default(),
-            tasks,
-        }
+        Costs { plan, model: CostModel::default(), tasks }
     }
 
     /// Seconds of one core for a point with some parameters doubled.

@@ -89,12 +89,8 @@ fn seconds_of_one_surface(plan: &Plan) -> f64 {
             }
         }
     }
-    let hangs_on_surfaces = |kind: Kind| {
-        matches!(
-            kind,
-            Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct
-        )
-    };
+    let hangs_on_surfaces =
+        |kind: Kind| matches!(kind, Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct);
     let own = plan.tasks.iter().enumerate();
     let own = own.filter(|(_, task)| hangs_on_surfaces(task.recipe.kind()));
     let own: Vec<usize> = own.map(|(task, _)| task).collect();

@@ -139,12 +139,7 @@ impl fmt::Display for Notice<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Notice::Study(warning) => write!(formatter, "{warning}"),
-            Notice::ScarceMemory {
-                largest,
-                at_once,
-                jobs,
-                allowance,
-            } => {
+            Notice::ScarceMemory { largest, at_once, jobs, allowance } => {
                 let largest = largest.display().si();
                 write!(
                     formatter,
@@ -167,23 +162,14 @@ impl fmt::Display for Notice<'_> {
                 path.display()
             ),
             Notice::NotRemembered(error) => {
-                write!(
-                    formatter,
-                    "{}; `explain` will not know this run",
-                    chain(*error)
-                )
+                write!(formatter, "{}; `explain` will not know this run", chain(*error))
             }
             Notice::Recalled(path) => write!(
                 formatter,
                 "surface file `{}` cannot be read; its tables are those of it as it was",
                 path.display()
             ),
-            Notice::Incomplete {
-                stage,
-                finished,
-                tasks,
-                manifest,
-            } => write!(
+            Notice::Incomplete { stage, finished, tasks, manifest } => write!(
                 formatter,
                 "`{stage}` is not complete, {finished} of {} computed; `asperity run {}` goes on",
                 counted(*tasks, "task"),

@@ -16,10 +16,7 @@ use asperity_tables::table::{Table, TableError};
 /// The tasks that a run could not compute, a row each.
 pub fn of_run(session: &Session, plan: &Plan, outcome: &RunOutcome) -> Result<Table, TableError> {
     let command = |key| command(session, key);
-    let failures = Failures {
-        plan,
-        command: &command,
-    };
+    let failures = Failures { plan, command: &command };
     failures.of_run(outcome)
 }
 
@@ -39,15 +36,10 @@ pub fn write(
         return Ok(None);
     }
     let command = |key| command(session, key);
-    let failures = Failures {
-        plan,
-        command: &command,
-    };
+    let failures = Failures { plan, command: &command };
     let now = stacked(&[failed, failures.of_loads(tables)?])?;
     // What cannot be read of earlier failures is lost, and no failure of this run.
-    let kept = before
-        .ok()
-        .map(|before| failures.kept(&before, &now, tried, store));
+    let kept = before.ok().map(|before| failures.kept(&before, &now, tried, store));
     let kept = kept.and_then(Result::ok);
     let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
     Ok(failures::write(&all.unwrap_or(now), &folder, study)?)

@@ -65,11 +65,9 @@ impl Session<'_> {
     ) -> Result<Finished, SessionError> {
         let study = self.study()?.name;
         let folder = self.data.cluster_of(&study);
-        let mut submission =
-            Submission::read(&folder)?.ok_or_else(|| SessionError::NotSubmitted {
-                study: study.clone(),
-                manifest: self.manifest.clone(),
-            })?;
+        let mut submission = Submission::read(&folder)?.ok_or_else(|| {
+            SessionError::NotSubmitted { study: study.clone(), manifest: self.manifest.clone() }
+        })?;
         let silent = self.silent(&study, &submission)?;
         while !stop.load(Ordering::Relaxed) {
             let (elements, seconds) = self.left(submission.elements)?;
@@ -88,10 +86,8 @@ impl Session<'_> {
                 return Ok(Finished { silent, outcome });
             }
             // More surfaces may be drawn once these are there: the next turn sees them.
-            let whole = RunOptions {
-                selection: Selection::Shard(Shard::WHOLE),
-                ..options.run.clone()
-            };
+            let whole =
+                RunOptions { selection: Selection::Shard(Shard::WHOLE), ..options.run.clone() };
             if self.run(&whole, stop)?.outcome.computed.is_empty() {
                 break;
             }
@@ -146,9 +142,5 @@ fn without_failed(plan: &Plan, missing: &[usize], receipts: &[Receipt]) -> Vec<u
         is_lost[task] = failed.contains(planned.key.to_string().as_str())
             || planned.inputs.iter().any(|&input| is_lost[input]);
     }
-    missing
-        .iter()
-        .copied()
-        .filter(|&task| !is_lost[task])
-        .collect()
+    missing.iter().copied().filter(|&task| !is_lost[task]).collect()
 }

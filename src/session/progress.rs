@@ -86,10 +86,8 @@ impl Session<'_> {
         let queue = self.own_queue(&study.name)?;
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
-        let places: HashMap<String, usize> = missing
-            .iter()
-            .map(|&task| (plan.tasks[task].key.to_string(), task))
-            .collect();
+        let places: HashMap<String, usize> =
+            missing.iter().map(|&task| (plan.tasks[task].key.to_string(), task)).collect();
         let place = |key: &String| places.get(key).copied();
         let under_way = at_work.iter().flat_map(|receipt| &receipt.under_way);
         let running: HashSet<usize> = under_way.filter_map(place).collect();
@@ -125,9 +123,7 @@ impl Session<'_> {
             hours_left: (cores > 0).then(|| core_hours_left / cores as f64),
             cores,
             queue: queue.map(|queue| Queue::of(&queue)),
-            failures: failures
-                .filter(|failed| place(&failed.task).is_some())
-                .collect(),
+            failures: failures.filter(|failed| place(&failed.task).is_some()).collect(),
         })
     }
 
@@ -162,9 +158,7 @@ impl Queue {
                 }
             }
         }
-        counts
-            .reasons
-            .retain(|reason| !matches!(reason.as_str(), "" | "None"));
+        counts.reasons.retain(|reason| !matches!(reason.as_str(), "" | "None"));
         counts
     }
 }
@@ -192,7 +186,5 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
         job.is_none_or(|job| latest.get(job) == Some(&receipt.begun))
     };
     let receipts = receipts.iter().filter(|receipt| receipt.may_be_at_work());
-    receipts
-        .filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs))
-        .collect()
+    receipts.filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs)).collect()
 }

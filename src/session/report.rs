@@ -42,11 +42,9 @@ pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, Sessi
     let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
     let rows = reading.all()?;
     let mut warnings = reading.study.warnings();
-    warnings.extend(exceeded_hardness::warnings(
-        &reading.study,
-        &reading.plan,
-        |stage| Ok::<_, SessionError>(rows[stage].table.clone()),
-    )?);
+    warnings.extend(exceeded_hardness::warnings(&reading.study, &reading.plan, |stage| {
+        Ok::<_, SessionError>(rows[stage].table.clone())
+    })?);
     let subject = Subject {
         plan: &reading.plan,
         rows: &rows,
@@ -57,10 +55,5 @@ pub fn write(session: &Session, options: &ReportOptions) -> Result<Report, Sessi
     };
     let beside = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(beside);
-    Ok(asperity_report::write(
-        &subject,
-        options.bars,
-        &folder,
-        existing,
-    )?)
+    Ok(asperity_report::write(&subject, options.bars, &folder, existing)?)
 }

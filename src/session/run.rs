@@ -250,12 +250,7 @@ impl<'a> PreparedRun<'a> {
         let largest = memory::of_largest(plan, wanted);
         let at_once = (room.0 / largest.0.max(1)).max(1);
         if at_once < jobs as u64 {
-            self.notice(Notice::ScarceMemory {
-                largest,
-                at_once,
-                jobs,
-                allowance: self.memory,
-            });
+            self.notice(Notice::ScarceMemory { largest, at_once, jobs, allowance: self.memory });
         }
         Resources {
             cores: memory::threads(plan, wanted, room, self.jobs),
@@ -306,10 +301,7 @@ impl<'a> PreparedRun<'a> {
 
     /// Names files in the places of tables that were not as a run had written them.
     fn tell_edited(&self, tables: &[PublishedTable]) {
-        for PublishedTable {
-            path, quarantined, ..
-        } in tables
-        {
+        for PublishedTable { path, quarantined, .. } in tables {
             if let Some(quarantined) = quarantined {
                 self.notice(Notice::Edited { path, quarantined });
             }

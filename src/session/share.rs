@@ -48,12 +48,7 @@ pub struct SharedStudy {
 pub fn write(session: &Session, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
     // The files of surfaces must be there: they go along.
     let data = session.data();
-    let reading = Reading::of(
-        session.study()?,
-        data.look()?,
-        &data.results(),
-        &PaperClaims,
-    )?;
+    let reading = Reading::of(session.study()?, data.look()?, &data.results(), &PaperClaims)?;
     let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
     let path = options.output.clone().unwrap_or_else(named);
     if !options.replace && path.symlink_metadata().is_ok() {
@@ -78,10 +73,5 @@ pub fn write(session: &Session, options: &ShareOptions) -> Result<SharedStudy, S
     let (tables, stored) = (contents.tables, contents.stored);
     contents.write(&path, &selection)?;
     let size = path.metadata().map_or(0, |metadata| metadata.len());
-    Ok(SharedStudy {
-        archive: path,
-        size,
-        tables,
-        stored,
-    })
+    Ok(SharedStudy { archive: path, size, tables, stored })
 }

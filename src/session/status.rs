@@ -60,11 +60,7 @@ impl<'a> StageCount<'a> {
         let count = |stage: &'a PlannedStage| {
             let is_missing = |task: &&usize| missing.binary_search(task).is_ok();
             let to_run = stage.tasks.iter().filter(is_missing).count();
-            StageCount {
-                stage,
-                cached: stage.tasks.len() - to_run,
-                to_run,
-            }
+            StageCount { stage, cached: stage.tasks.len() - to_run, to_run }
         };
         plan.stages.iter().map(count).collect()
     }
@@ -82,11 +78,7 @@ pub struct Sharing {
 impl Status {
     /// Looks at the store and the study's record, and writes nothing.
     pub(super) fn of(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
-        let SampledStudy {
-            study,
-            plan,
-            stages,
-        } = sampled;
+        let SampledStudy { study, plan, stages } = sampled;
         let missing = runner::missing(&plan, store);
         let now = Record::of(&study, &plan, &missing);
         Status {
@@ -131,10 +123,7 @@ impl Status {
         let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
         let meshes = solved.map(|task| task.nodes[0] * task.nodes[1]);
         let each = meshes.map(Threads::worthwhile).max().unwrap_or(1);
-        Sharing {
-            at_once: at_once.unwrap_or(0).clamp(1, cores),
-            each: each.min(cores),
-        }
+        Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
     /// The least memory that computing everything missing takes: the program, and the largest task.

@@ -87,13 +87,9 @@ impl Session<'_> {
             folder: absolute(&self.data.cluster_of(&study.name)),
         };
         let processors = receipts.iter().filter(|receipt| !receipt.pace.is_empty());
-        let processors: BTreeSet<&str> = processors
-            .map(|receipt| receipt.processor.as_str())
-            .collect();
-        let extras = Extras {
-            report: options.report,
-            replace: options.replace,
-        };
+        let processors: BTreeSet<&str> =
+            processors.map(|receipt| receipt.processor.as_str()).collect();
+        let extras = Extras { report: options.report, replace: options.replace };
         Ok(PlannedSubmission {
             study: study.name.clone(),
             scripts: Scripts::of(&study.name, &sizing, &options.settings, &places, extras)?,
@@ -111,14 +107,7 @@ impl Session<'_> {
     /// When jobs of the study are in the queue already, Slurm is not here or does not take them, or
     /// the folder cannot be written.
     pub fn submit(&self, planned: &PlannedSubmission) -> Result<Submission, SessionError> {
-        let PlannedSubmission {
-            study,
-            sizing,
-            scripts,
-            folder,
-            settings,
-            ..
-        } = planned;
+        let PlannedSubmission { study, sizing, scripts, folder, settings, .. } = planned;
         if let Some(queued) = queued(study)?.first() {
             return Err(SessionError::InQueue {
                 study: study.clone(),
@@ -142,9 +131,7 @@ impl Session<'_> {
             write_whole(&path, text.as_bytes(), Existing::Replace, folder)?;
         }
         let elements = sizing.hours.keys().copied().collect();
-        submission
-            .submitted
-            .push(submit_round(folder, elements, 0)?);
+        submission.submitted.push(submit_round(folder, elements, 0)?);
         submission.write(folder)?;
         Ok(submission)
     }
@@ -157,11 +144,7 @@ impl Session<'_> {
         let queued = queued(&self.study()?.name)?;
         let own = self.submitted_jobs()?;
         let jobs: BTreeSet<Job> = queued.iter().map(|queued| queued.array).collect();
-        let jobs: Vec<Job> = jobs
-            .into_iter()
-            .filter(|job| own.contains(job))
-            .rev()
-            .collect();
+        let jobs: Vec<Job> = jobs.into_iter().filter(|job| own.contains(job)).rev().collect();
         if !jobs.is_empty() {
             // The one that finishes comes first: it would begin once the array has ended.
             slurm::cancel(&jobs)?;
@@ -211,11 +194,7 @@ pub(super) fn submit_round(
             return Err(error.into());
         }
     };
-    Ok(Round {
-        array,
-        elements,
-        finish,
-    })
+    Ok(Round { array, elements, finish })
 }
 
 /// What work costs where these receipts are from; where there are none, here.

@@ -52,11 +52,10 @@ impl<'a> Tables<'a> {
         let names = self.names();
         let place = names.iter().position(|stage| *stage == name);
         let place = place.ok_or_else(|| UnknownName::stage(name, &names))?;
-        self.read(&plan.stages[place])?
-            .ok_or_else(|| SessionError::NotComputed {
-                stage: name.to_owned(),
-                manifest: self.session.manifest().to_owned(),
-            })
+        self.read(&plan.stages[place])?.ok_or_else(|| SessionError::NotComputed {
+            stage: name.to_owned(),
+            manifest: self.session.manifest().to_owned(),
+        })
     }
 
     /// The answer to a query in which every stage is a table, and so are the failures. Only columns
@@ -106,14 +105,8 @@ impl<'a> Tables<'a> {
 fn refused(error: QueryError) -> SessionError {
     match error {
         QueryError::Refused(reason) => SessionError::Query(reason),
-        QueryError::Unknown {
-            message,
-            name,
-            known,
-        } => SessionError::Unknown(UnknownName {
-            message,
-            name,
-            known,
-        }),
+        QueryError::Unknown { message, name, known } => {
+            SessionError::Unknown(UnknownName { message, name, known })
+        }
     }
 }

@@ -15,10 +15,7 @@ const FEWEST_DIGITS: usize = 4;
 pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
     let key = only(&digits, data.look()?.finished(&digits)?)?;
-    let none = || TaskNameError::NotFinished {
-        word: word.to_owned(),
-        store: data.store(),
-    };
+    let none = || TaskNameError::NotFinished { word: word.to_owned(), store: data.store() };
     Ok(key.ok_or_else(none)?)
 }
 
@@ -54,10 +51,7 @@ fn only(
     match meant.as_slice() {
         [] => Ok(None),
         [key] => Ok(Some(*key)),
-        _ => Err(TaskNameError::Ambiguous {
-            digits: digits.to_owned(),
-            keys: meant,
-        }),
+        _ => Err(TaskNameError::Ambiguous { digits: digits.to_owned(), keys: meant }),
     }
 }
 
@@ -89,10 +83,7 @@ mod tests {
     #[test]
     fn digits_that_begin_several_keys_are_refused_with_these_keys() {
         let refused = among_keys("01234567").unwrap_err();
-        assert!(
-            refused.contains(KEYS[0]) && refused.contains(KEYS[1]),
-            "{refused}"
-        );
+        assert!(refused.contains(KEYS[0]) && refused.contains(KEYS[1]), "{refused}");
         assert!(!refused.contains(KEYS[2]), "{refused}");
     }
 
@@ -100,10 +91,7 @@ mod tests {
     fn words_that_are_no_digits_and_too_few_digits_are_no_keys() {
         for word in ["", "fed", "../etc", "fedcx"] {
             let refused = among_keys(word).unwrap_err();
-            assert!(
-                refused.starts_with(&format!("`{word}` is no key")),
-                "{refused}"
-            );
+            assert!(refused.starts_with(&format!("`{word}` is no key")), "{refused}");
         }
     }
 }

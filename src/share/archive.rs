@@ -63,19 +63,14 @@ pub struct Archive<W: Write + Seek> {
 
 /// Returns whether a file is an archive of a study: a ZIP file with the list of checksums.
 pub fn is_archive(path: &Path) -> bool {
-    let archive = File::open(path)
-        .ok()
-        .and_then(|file| ZipArchive::new(file).ok());
+    let archive = File::open(path).ok().and_then(|file| ZipArchive::new(file).ok());
     archive.is_some_and(|archive| archive.index_for_name(CHECKSUMS).is_some())
 }
 
 impl<W: Write + Seek> Archive<W> {
     /// An empty one.
     pub fn new(output: W) -> Archive<W> {
-        Archive {
-            zip: ZipWriter::new(output),
-            checksums: String::new(),
-        }
+        Archive { zip: ZipWriter::new(output), checksums: String::new() }
     }
 
     /// Adds a file, at a path with `/` between folders.
@@ -107,10 +102,7 @@ impl<W: Write + Seek> Archive<W> {
             hash.update(&chunk[..length]);
             self.zip.write_all(&chunk[..length])?;
         }
-        let digits = hash
-            .finalize()
-            .into_iter()
-            .map(|byte| format!("{byte:02x}"));
+        let digits = hash.finalize().into_iter().map(|byte| format!("{byte:02x}"));
         let digits: String = digits.collect();
         self.checksums += &format!("{digits}  {path}\n");
         Ok(())
@@ -137,9 +129,7 @@ mod tests {
         let file = folder.path().join("table.parquet");
         std::fs::write(&file, "rows").unwrap();
         let mut archive = Archive::new(Cursor::new(Vec::new()));
-        archive
-            .add("a/text.txt", &Source::Bytes(b"abc".to_vec()))
-            .unwrap();
+        archive.add("a/text.txt", &Source::Bytes(b"abc".to_vec())).unwrap();
         archive.add("b/table.parquet", &Source::File(file)).unwrap();
         archive.finish().unwrap().into_inner()
     }

@@ -166,16 +166,8 @@ impl Contents {
             let source = Source::File(folder.join(named));
             self.add(place, source, Role::Input, "input that the manifest names")?;
         }
-        let (place, source) = (
-            self.places.manifest.clone(),
-            Source::File(manifest.to_owned()),
-        );
-        self.add(
-            place,
-            source,
-            Role::Manifest,
-            "manifest: what was asked for",
-        )
+        let (place, source) = (self.places.manifest.clone(), Source::File(manifest.to_owned()));
+        self.add(place, source, Role::Manifest, "manifest: what was asked for")
     }
 
     /// The tables of the stages; the tasks that have rows in them.
@@ -201,11 +193,7 @@ impl Contents {
                     manifest: manifest.to_owned(),
                 });
             }
-            let what = format!(
-                "table of the stage `{}`: {}",
-                stage.name,
-                words::does(stage.kind)
-            );
+            let what = format!("table of the stage `{}`: {}", stage.name, words::does(stage.kind));
             self.add_table(&rows.path, &stage.name, &what)?;
             finished.extend(rows.tasks);
             self.tables += 1;
@@ -218,11 +206,7 @@ impl Contents {
         }
         let failures = data.table(&self.study, names::FAILURES);
         if failures.is_file() {
-            self.add_table(
-                &failures,
-                names::FAILURES,
-                "what could not be computed, and why",
-            )?;
+            self.add_table(&failures, names::FAILURES, "what could not be computed, and why")?;
         }
         Ok(finished)
     }
@@ -247,12 +231,7 @@ impl Contents {
             let place = store::path(Path::new("data/store"), key);
             let place = place.to_string_lossy().into_owned();
             let source = Source::File(store.path(key));
-            self.add(
-                place,
-                source,
-                Role::Other,
-                "table of one task, with its maps",
-            )?;
+            self.add(place, source, Role::Other, "table of one task, with its maps")?;
             there += 1;
         }
         self.stored = Some((there, all));
@@ -293,12 +272,7 @@ impl Contents {
             incomplete: &self.incomplete,
         });
         let readme = Source::Bytes(readme.into_bytes());
-        self.add(
-            README.to_owned(),
-            readme,
-            Role::Other,
-            "how to use the archive",
-        )
+        self.add(README.to_owned(), readme, Role::Other, "how to use the archive")
     }
 
     fn add(
@@ -310,11 +284,7 @@ impl Contents {
     ) -> Result<(), ShareError> {
         let about = about.to_owned();
         let is_own = [CHECKSUMS, research_object::FILE].contains(&&*place);
-        let file = File {
-            source,
-            role,
-            about,
-        };
+        let file = File { source, role, about };
         match is_own || self.files.insert(place.clone(), file).is_some() {
             true => Err(ShareError::Clash { place }),
             false => Ok(()),

@@ -31,9 +31,7 @@ impl Day {
     pub fn of(moment: SystemTime) -> Day {
         let seconds = moment.duration_since(UNIX_EPOCH);
         let seconds = seconds.map_or(0, |since| since.as_secs().try_into().unwrap_or(0));
-        Day(DateTime::from_timestamp(seconds, 0)
-            .unwrap_or_default()
-            .date_naive())
+        Day(DateTime::from_timestamp(seconds, 0).unwrap_or_default().date_naive())
     }
 }
 

@@ -60,9 +60,7 @@ impl Places {
         let files = ways.iter();
         Ok(Places {
             manifest: place(0, &[name.into_owned()]),
-            files: files
-                .map(|(path, way)| ((*path).clone(), place(way.up, &way.down)))
-                .collect(),
+            files: files.map(|(path, way)| ((*path).clone(), place(way.up, &way.down))).collect(),
         })
     }
 
@@ -97,10 +95,7 @@ impl Way {
 }
 
 fn unplaceable(path: &Path, why: &'static str) -> Unplaceable {
-    Unplaceable {
-        path: path.to_owned(),
-        why,
-    }
+    Unplaceable { path: path.to_owned(), why }
 }
 
 /// The names of the folders above a file, the root's first.

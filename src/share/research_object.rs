@@ -56,9 +56,7 @@ pub struct Whole<'a> {
 pub fn metadata(whole: &Whole, files: &[Described]) -> String {
     let of = |role: Role| {
         let files = files.iter().filter(move |file| file.role == role);
-        files
-            .map(|file| reference(&address(&file.path)))
-            .collect::<Vec<_>>()
+        files.map(|file| reference(&address(&file.path))).collect::<Vec<_>>()
     };
     let manifest = of(Role::Manifest);
     let mut graph = vec![
@@ -191,12 +189,7 @@ mod tests {
     use super::*;
 
     fn described(path: &str, role: Role) -> Described {
-        Described {
-            path: path.to_owned(),
-            size: 3,
-            role,
-            about: String::new(),
-        }
+        Described { path: path.to_owned(), size: 3, role, about: String::new() }
     }
 
     fn graph(license: Option<&str>) -> Vec<Value> {
@@ -219,26 +212,16 @@ mod tests {
     #[test]
     fn whatever_is_referred_to_is_there_once() {
         let graph = graph(Some("CC-BY-4.0"));
-        let known: Vec<&str> = graph
-            .iter()
-            .map(|entity| entity["@id"].as_str().unwrap())
-            .collect();
+        let known: Vec<&str> = graph.iter().map(|entity| entity["@id"].as_str().unwrap()).collect();
         let outside = "https://w3id.org/ro/crate/1.1";
         for entity in &graph {
             let id = entity["@id"].as_str().unwrap();
-            assert_eq!(
-                known.iter().filter(|known| **known == id).count(),
-                1,
-                "{id}"
-            );
+            assert_eq!(known.iter().filter(|known| **known == id).count(), 1, "{id}");
             let values = entity.as_object().unwrap().values();
             let lists =
                 values.flat_map(|value| value.as_array().cloned().unwrap_or(vec![value.clone()]));
             for named in lists.filter_map(|value| Some(value.get("@id")?.as_str()?.to_owned())) {
-                assert!(
-                    known.contains(&named.as_str()) || named == outside,
-                    "{named}"
-                );
+                assert!(known.contains(&named.as_str()) || named == outside, "{named}");
             }
         }
     }
@@ -249,10 +232,7 @@ mod tests {
         let run = graph.iter().find(|entity| entity["@id"] == "#run").unwrap();
         let inputs = json!([{ "@id": "small.toml" }, { "@id": "maps/Gr%C3%B6%C3%9Fe%201.x3p" }]);
         assert_eq!(run["object"], inputs);
-        assert_eq!(
-            run["result"],
-            json!({ "@id": "data/results/small/area.parquet" })
-        );
+        assert_eq!(run["result"], json!({ "@id": "data/results/small/area.parquet" }));
     }
 
     #[test]

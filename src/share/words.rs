@@ -25,9 +25,7 @@ pub struct Facts<'a> {
 
 /// The page for people.
 pub fn readme(facts: &Facts) -> String {
-    let Facts {
-        study, manifest, ..
-    } = facts;
+    let Facts { study, manifest, .. } = facts;
     let runs = match facts.stored {
         Some((there, all)) if there == all => {
             "has nothing to do: all tables of its tasks are in data/store/"

@@ -10,10 +10,7 @@ const UNTIL: &str = "sem(area.area_fraction) < 4 %";
 
 /// The small study with this for a number of surfaces, and with means of what they depend on.
 fn study(realizations: &str) -> String {
-    let study = STUDY.replace(
-        "realizations = 2",
-        &format!("realizations = {realizations}"),
-    );
+    let study = STUDY.replace("realizations = 2", &format!("realizations = {realizations}"));
     format!(
         "{study}
 [stage.means]
@@ -26,9 +23,7 @@ statistics = [\"mean\", \"sem\"]
 }
 
 fn growing(at_most: u32) -> String {
-    study(&format!(
-        "{{ at_least = 3, at_most = {at_most}, until = \"{UNTIL}\" }}"
-    ))
+    study(&format!("{{ at_least = 3, at_most = {at_most}, until = \"{UNTIL}\" }}"))
 }
 
 /// What `plan --json` says of the surfaces.
@@ -45,9 +40,7 @@ fn largest_error(bench: &Bench) -> (f64, i64) {
     let means = bench.table("small", "means");
     let column = |name: &str| means.reals(name).unwrap().values().to_vec();
     let errors = column("area_fraction_sem").into_iter();
-    let errors = errors
-        .zip(column("area_fraction_mean"))
-        .map(|(error, mean)| error / mean);
+    let errors = errors.zip(column("area_fraction_mean")).map(|(error, mean)| error / mean);
     let counts = means.integers("count").unwrap().values().to_vec();
     assert!(counts.iter().all(|count| *count == counts[0]), "{counts:?}");
     (errors.fold(0.0, f64::max), counts[0])
@@ -58,19 +51,13 @@ fn surfaces_are_drawn_until_the_mean_is_known_and_no_more() {
     let bench = Bench::new();
     let manifest = growing(200);
     let before = planned(&bench, &manifest);
-    assert_eq!(
-        (&before["surfaces"], &before["holds"]),
-        (&3.into(), &Value::Null)
-    );
+    assert_eq!((&before["surfaces"], &before["holds"]), (&3.into(), &Value::Null));
     bench.run(&manifest);
     let (error, surfaces) = largest_error(&bench);
     assert!(error < 0.04, "{error}");
     assert!((4..200).contains(&surfaces), "{surfaces}");
     let after = planned(&bench, &manifest);
-    assert_eq!(
-        (&after["surfaces"], &after["holds"]),
-        (&surfaces.into(), &true.into())
-    );
+    assert_eq!((&after["surfaces"], &after["holds"]), (&surfaces.into(), &true.into()));
     assert!(bench.run(&manifest).values().all(is_idle));
     // Fewer do not do.
     let fewer = Bench::new();
@@ -88,11 +75,7 @@ fn threads_and_what_was_there_before_change_no_byte() {
     later.run(&study("5"));
     later.run(&manifest);
     for stage in ["area", "law", "means"] {
-        assert_eq!(
-            later.table("small", stage),
-            one.table("small", stage),
-            "{stage}"
-        );
+        assert_eq!(later.table("small", stage), one.table("small", stage), "{stage}");
     }
 }
 
@@ -122,41 +105,20 @@ fn a_damaged_table_that_the_number_depends_on_is_computed_again() {
     assert_eq!(planned(&bench, &manifest)["holds"], Value::Null);
     bench.run(&manifest);
     let mended = bench.files();
-    assert!(
-        files
-            .iter()
-            .all(|(name, bytes)| mended.get(name) == Some(bytes))
-    );
+    assert!(files.iter().all(|(name, bytes)| mended.get(name) == Some(bytes)));
 }
 
 #[test]
 fn wrong_conditions_are_met_with_place_and_advice() {
     let until = |condition: &str| {
-        study(&format!(
-            "{{ at_least = 3, at_most = 9, until = \"{condition}\" }}"
-        ))
+        study(&format!("{{ at_least = 3, at_most = 9, until = \"{condition}\" }}"))
     };
     let wrong = [
-        (
-            until("sem(aera.area_fraction) < 1 %"),
-            "did you mean `area`?",
-        ),
-        (
-            until("sem(area.area_fractoin) < 1 %"),
-            "did you mean `area_fraction`?",
-        ),
-        (
-            until("sem(law.kappa) < 1 %"),
-            "`law` has no rows for each surface",
-        ),
-        (
-            until("area_fraction < 1 %"),
-            "must be `sem(STAGE.COLUMN) < 0.5 %`",
-        ),
-        (
-            study("{ at_least = 3, until = \"sem(area.secant) < 1 %\" }"),
-            "lacks `at_most`",
-        ),
+        (until("sem(aera.area_fraction) < 1 %"), "did you mean `area`?"),
+        (until("sem(area.area_fractoin) < 1 %"), "did you mean `area_fraction`?"),
+        (until("sem(law.kappa) < 1 %"), "`law` has no rows for each surface"),
+        (until("area_fraction < 1 %"), "must be `sem(STAGE.COLUMN) < 0.5 %`"),
+        (study("{ at_least = 3, until = \"sem(area.secant) < 1 %\" }"), "lacks `at_most`"),
         (
             study("{ at_least = 9, at_most = 3, until = \"sem(area.secant) < 1 %\" }"),
             "`at_least = 9` lies above `at_most = 3`",
@@ -169,10 +131,7 @@ fn wrong_conditions_are_met_with_place_and_advice() {
         let output = bench.output(&["check", path.to_str().unwrap()]);
         let told = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(
-            told.contains(advice) && told.contains("study.toml:12:"),
-            "{told}"
-        );
+        assert!(told.contains(advice) && told.contains("study.toml:12:"), "{told}");
     }
 }
 
@@ -184,9 +143,7 @@ fn prune_keeps_the_surfaces_that_were_drawn_where_a_table_that_asked_for_them_is
     let before = bench.files();
     let areas = bench.table("small", "area");
     let task = areas.texts("task").unwrap().value(0).to_owned();
-    let missing = bench
-        .data()
-        .join(format!("store/{}/{task}.parquet", &task[..2]));
+    let missing = bench.data().join(format!("store/{}/{task}.parquet", &task[..2]));
     std::fs::remove_file(missing).unwrap();
     let path = bench.write(&manifest);
     let output = bench.output(&["prune", "--yes", path.to_str().unwrap()]);

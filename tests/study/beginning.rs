@@ -31,17 +31,10 @@ fn a_new_manifest_runs_as_it_is_and_is_never_overwritten() {
 #[test]
 fn the_schema_lies_where_the_first_line_of_the_manifest_says() {
     let bench = Bench::new();
-    let init = bench
-        .asperity(&["init"])
-        .current_dir(bench.path(""))
-        .output()
-        .unwrap();
+    let init = bench.asperity(&["init"]).current_dir(bench.path("")).output().unwrap();
     assert!(init.status.success());
     let manifest = fs::read_to_string(bench.path("study.toml")).unwrap();
-    let named = manifest
-        .lines()
-        .next()
-        .and_then(|line| line.strip_prefix("#:schema ./"));
+    let named = manifest.lines().next().and_then(|line| line.strip_prefix("#:schema ./"));
     let beside = fs::read(bench.path(named.unwrap())).unwrap();
     assert_eq!(text(&beside), text(&bench.output(&["schema"]).stdout));
 }

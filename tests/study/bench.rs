@@ -82,17 +82,12 @@ impl Bench {
     /// The command, on this bench's data.
     pub fn asperity(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_asperity"));
-        command
-            .args(arguments)
-            .env("ASPERITY_DATA", self.data())
-            .env("NO_COLOR", "1");
+        command.args(arguments).env("ASPERITY_DATA", self.data()).env("NO_COLOR", "1");
         command
     }
 
     pub fn output(&self, arguments: &[&str]) -> Output {
-        self.asperity(arguments)
-            .output()
-            .expect("the command starts")
+        self.asperity(arguments).output().expect("the command starts")
     }
 
     /// Runs a manifest that must succeed; how much of each stage was computed.
@@ -105,22 +100,14 @@ impl Bench {
         let mut arguments = vec!["run", path.to_str().expect("plain path"), "--json"];
         arguments.extend(options);
         let output = self.output(&arguments);
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         counts(&output.stdout)
     }
 
     pub fn plan(&self, manifest: &str) -> BTreeMap<String, Count> {
         let path = self.write(manifest);
         let output = self.output(&["plan", path.to_str().expect("plain path"), "--json"]);
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         counts(&output.stdout)
     }
 
@@ -128,9 +115,7 @@ impl Bench {
     pub fn table(&self, study: &str, stage: &str) -> Table {
         let name = format!("data/results/{study}/{stage}.parquet");
         let file = File::open(self.path(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
-        parquet::decode(file, Columns::All)
-            .expect("a table of results")
-            .0
+        parquet::decode(file, Columns::All).expect("a table of results").0
     }
 
     /// The table of a stage's first task with its maps.
@@ -140,9 +125,7 @@ impl Bench {
         let key = key.value(0);
         let store = self.data().join("store").join(&key[..2]);
         let file = File::open(store.join(format!("{key}.parquet"))).expect("a finished task");
-        parquet::decode(file, Columns::All)
-            .expect("a table of the store")
-            .0
+        parquet::decode(file, Columns::All).expect("a table of the store").0
     }
 
     /// Every file of the data, by its path within it.
@@ -160,9 +143,8 @@ pub fn assert_same_files(
     expected: &BTreeMap<PathBuf, Vec<u8>>,
 ) {
     let names = found.keys().chain(expected.keys());
-    let differing: BTreeSet<&PathBuf> = names
-        .filter(|name| found.get(*name) != expected.get(*name))
-        .collect();
+    let differing: BTreeSet<&PathBuf> =
+        names.filter(|name| found.get(*name) != expected.get(*name)).collect();
     assert!(differing.is_empty(), "these files differ: {differing:?}");
 }
 
@@ -203,10 +185,7 @@ pub fn counts(json: &[u8]) -> BTreeMap<String, Count> {
 pub fn left_behind() -> String {
     let mut process = Command::new("true").spawn().expect("it starts");
     process.wait().expect("it ends");
-    let writer = Writer {
-        process: process.id(),
-        ..Writer::own()
-    };
+    let writer = Writer { process: process.id(), ..Writer::own() };
     writer.prefix() + "aB3dEf"
 }
 

@@ -8,9 +8,8 @@ use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 fn rows_of_old_tasks(new: &Table, old: &Table) -> Table {
     let known: Vec<_> = old.texts("task").unwrap().iter().flatten().collect();
     let tasks = new.texts("task").unwrap();
-    let rows: Vec<usize> = (0..new.rows())
-        .filter(|&row| known.contains(&tasks.value(row)))
-        .collect();
+    let rows: Vec<usize> =
+        (0..new.rows()).filter(|&row| known.contains(&tasks.value(row))).collect();
     new.pick(&rows)
 }
 
@@ -25,19 +24,13 @@ fn by_task(table: &Table) -> Table {
 fn keeps_its_rows(bench: &Bench, before: &[(&str, Table)]) {
     for (stage, old) in before {
         let new = bench.table("small", stage);
-        assert_eq!(
-            by_task(&rows_of_old_tasks(&new, old)),
-            by_task(old),
-            "{stage}"
-        );
+        assert_eq!(by_task(&rows_of_old_tasks(&new, old)), by_task(old), "{stage}");
     }
 }
 
 fn tables(bench: &Bench) -> Vec<(&'static str, Table)> {
     let stages = ["surfaces", "light", "area", "corrected"];
-    stages
-        .map(|stage| (stage, bench.table("small", stage)))
-        .into()
+    stages.map(|stage| (stage, bench.table("small", stage))).into()
 }
 
 #[test]
@@ -45,10 +38,7 @@ fn a_study_ends_with_one_table_per_stage() {
     let bench = Bench::new();
     let counts = bench.run(STUDY);
     let computed = |stage: &str| counts[stage].computed;
-    assert_eq!(
-        ["surfaces", "light", "area", "corrected"].map(computed),
-        [4, 4, 4, 4]
-    );
+    assert_eq!(["surfaces", "light", "area", "corrected"].map(computed), [4, 4, 4, 4]);
     assert_eq!(["law", "curves"].map(computed), [2, 1]);
     let rows = |stage: &str| bench.table("small", stage).rows();
     let all = ["surfaces", "light", "area", "corrected", "law", "curves"];
@@ -72,11 +62,7 @@ fn more_realizations_compute_the_new_surfaces_and_what_pools_them() {
     let before = tables(&bench);
     let counts = bench.run(&STUDY.replace("realizations = 2", "realizations = 3"));
     for stage in ["surfaces", "light", "area", "corrected"] {
-        assert_eq!(
-            (counts[stage].cached, counts[stage].computed),
-            (4, 2),
-            "{stage}"
-        );
+        assert_eq!((counts[stage].cached, counts[stage].computed), (4, 2), "{stage}");
     }
     assert_eq!((counts["law"].computed, counts["curves"].computed), (2, 1));
     keeps_its_rows(&bench, &before);
@@ -90,19 +76,12 @@ fn one_more_cutoff_leaves_the_other_spectra_and_their_fits_alone() {
     let fits = bench.table("small", "law");
     let counts = bench.run(&STUDY.replace("k_upper = [4, 8]", "k_upper = [4, 6, 8]"));
     for stage in ["surfaces", "light", "area", "corrected"] {
-        assert_eq!(
-            (counts[stage].cached, counts[stage].computed),
-            (4, 2),
-            "{stage}"
-        );
+        assert_eq!((counts[stage].cached, counts[stage].computed), (4, 2), "{stage}");
     }
     assert_eq!((counts["law"].cached, counts["law"].computed), (2, 1));
     keeps_its_rows(&bench, &before);
     let new_fits = bench.table("small", "law");
-    assert_eq!(
-        by_task(&rows_of_old_tasks(&new_fits, &fits)),
-        by_task(&fits)
-    );
+    assert_eq!(by_task(&rows_of_old_tasks(&new_fits, &fits)), by_task(&fits));
 }
 
 #[test]
@@ -224,11 +203,7 @@ fn every_parameter_of_a_block_of_loads_changes_its_key() {
     ] {
         let counts = bench.plan(&STUDY.replace(old, new));
         assert!(is_idle(&counts["surfaces"]), "{new}");
-        assert_eq!(
-            (counts["light"].cached, counts["area"].cached),
-            (0, 0),
-            "{new}"
-        );
+        assert_eq!((counts["light"].cached, counts["area"].cached), (0, 0), "{new}");
     }
 }
 
@@ -238,18 +213,10 @@ fn keeping_heights_or_pressures_recomputes_nothing_that_follows() {
     bench.run(&STUDY.replace("hurst = 0.8", "hurst = 0.8\nheights = \"redraw\""));
     let kept = bench.plan(STUDY);
     assert_eq!(kept["surfaces"].cached, 0);
-    assert!(
-        ["light", "area", "corrected", "law", "curves"]
-            .iter()
-            .all(|s| is_idle(&kept[*s]))
-    );
+    assert!(["light", "area", "corrected", "law", "curves"].iter().all(|s| is_idle(&kept[*s])));
     let pressures = bench.plan(&STUDY.replace("steps = 4 }", "steps = 4 }\npressures = \"all\""));
     assert_eq!(pressures["light"].cached, 0);
-    assert!(
-        ["area", "corrected", "law", "curves"]
-            .iter()
-            .all(|s| is_idle(&pressures[*s]))
-    );
+    assert!(["area", "corrected", "law", "curves"].iter().all(|s| is_idle(&pressures[*s])));
 }
 
 #[test]
@@ -258,11 +225,7 @@ fn kept_and_redrawn_heights_give_the_same_contacts() {
     kept.run(STUDY);
     redrawn.run(&STUDY.replace("hurst = 0.8", "hurst = 0.8\nheights = \"redraw\""));
     for stage in ["light", "area", "corrected", "law", "curves"] {
-        assert_eq!(
-            kept.table("small", stage),
-            redrawn.table("small", stage),
-            "{stage}"
-        );
+        assert_eq!(kept.table("small", stage), redrawn.table("small", stage), "{stage}");
     }
 }
 
@@ -330,10 +293,7 @@ fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {
         std::fs::write(path, "nothing").unwrap();
     }
     let counts = bench.run(&many(9));
-    assert_eq!(
-        [counts["surfaces"].computed, counts["nayak"].computed],
-        [2, 1]
-    );
+    assert_eq!([counts["surfaces"].computed, counts["nayak"].computed], [2, 1]);
     let anew = Bench::new();
     anew.run(&many(9));
     for stage in ["surfaces", "nayak"] {
@@ -342,9 +302,5 @@ fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {
         assert!(bytes[0] == bytes[1], "{stage}");
     }
     let checked = bench.output(&["verify"]);
-    assert!(
-        text(&checked.stdout).contains("16 damaged"),
-        "{}",
-        text(&checked.stdout)
-    );
+    assert!(text(&checked.stdout).contains("16 damaged"), "{}", text(&checked.stdout));
 }

@@ -57,9 +57,7 @@ fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
 /// How many loads were solved, of those whose ends another run has told: within a load shares are told
 /// by the clock.
 fn loads(told: &[f64], by_another: &[f64]) -> usize {
-    told.iter()
-        .filter(|share| by_another.contains(share))
-        .count()
+    told.iter().filter(|share| by_another.contains(share)).count()
 }
 
 #[test]
@@ -90,11 +88,7 @@ fn a_block_whose_process_was_killed_goes_on_from_its_checkpoint() {
     let manifest = bench.write(&study);
     let arguments = ["run", manifest.to_str().unwrap(), "--checkpoint-every", "0"];
     let mut run = bench.asperity(&arguments);
-    let mut run = run
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let checkpoints = bench.data().join("store/checkpoints");
     let is_kept = || fs::read_dir(&checkpoints).is_ok_and(|kept| kept.count() > 0);
     while !is_kept() {
@@ -116,12 +110,7 @@ fn a_checkpoint_that_is_damaged_is_as_good_as_none() {
     let bench = Bench::new();
     run_until(&bench, STUDY, 0.5);
     let folder = bench.data().join("store/checkpoints");
-    let path = fs::read_dir(&folder)
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap()
-        .path();
+    let path = fs::read_dir(&folder).unwrap().next().unwrap().unwrap().path();
     let mut bytes = fs::read(&path).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;

@@ -69,15 +69,9 @@ fn a_file_describes_its_columns_in_plain_json_too() {
     let told: Value = serde_json::from_str(metadata.get("columns").unwrap()).unwrap();
     let columns = bench.table("small", "curves").descriptions();
     assert_eq!(told, json!(columns));
-    let mean = told
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|column| column["name"] == "area_corrected_mean");
-    assert_eq!(
-        mean.unwrap()["meaning"],
-        "mean of: estimate of the true share of the area"
-    );
+    let mean =
+        told.as_array().unwrap().iter().find(|column| column["name"] == "area_corrected_mean");
+    assert_eq!(mean.unwrap()["meaning"], "mean of: estimate of the true share of the area");
 }
 
 #[test]
@@ -92,10 +86,8 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
 "#;
     bench.run(&format!("{STUDY}{query}"));
     let columns = bench.table("small", "doubled").descriptions();
-    let said: Vec<[&str; 3]> = columns
-        .iter()
-        .map(|column| [&*column.role, &*column.unit, &*column.meaning])
-        .collect();
+    let said: Vec<[&str; 3]> =
+        columns.iter().map(|column| [&*column.role, &*column.unit, &*column.meaning]).collect();
     assert_eq!(
         said[..3],
         [
@@ -123,25 +115,13 @@ fn columns_are_listed_for_a_stage_a_study_and_any_study() {
     assert!(stage.contains("kappa_standard_error"), "{stage}");
     assert!(!stage.contains("largest_cluster"), "{stage}");
     let study: Value = serde_json::from_str(&told(&["columns", path, "--json"])).unwrap();
-    let names: Vec<&str> = study
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|s| s["stage"].as_str().unwrap())
-        .collect();
-    assert_eq!(
-        names,
-        ["surfaces", "light", "area", "corrected", "law", "curves"]
-    );
+    let names: Vec<&str> =
+        study.as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
+    assert_eq!(names, ["surfaces", "light", "area", "corrected", "law", "curves"]);
     let any = told(&["columns"]);
-    for name in [
-        "heights",
-        "full_contact_load",
-        "pressures",
-        "density_sd",
-        "erf_scale",
-        "area_persson",
-    ] {
+    for name in
+        ["heights", "full_contact_load", "pressures", "density_sd", "erf_scale", "area_persson"]
+    {
         assert!(any.contains(name), "{name} in\n{any}");
     }
     let wrong = bench.output(&["columns", path, "corected"]);

@@ -66,59 +66,28 @@ fn tasks(bench: &Bench, manifest: &str) -> Vec<Value> {
 fn plan_lists_every_task_once_with_what_it_takes_to_run_it_alone() {
     let bench = Bench::new();
     let planned = tasks(&bench, STUDY);
-    let keys: BTreeSet<&str> = planned
-        .iter()
-        .map(|task| task["task"].as_str().unwrap())
-        .collect();
+    let keys: BTreeSet<&str> = planned.iter().map(|task| task["task"].as_str().unwrap()).collect();
     assert_eq!((planned.len(), keys.len()), (19, 19));
     assert!(planned.iter().all(|task| task["state"] == "missing"));
-    assert!(
-        planned
-            .iter()
-            .all(|task| task["core_seconds"].as_f64() > Some(0.0))
-    );
-    let of = |stage: &str| {
-        planned
-            .iter()
-            .filter(|task| task["stage"] == stage)
-            .collect::<Vec<_>>()
-    };
+    assert!(planned.iter().all(|task| task["core_seconds"].as_f64() > Some(0.0)));
+    let of = |stage: &str| planned.iter().filter(|task| task["stage"] == stage).collect::<Vec<_>>();
     let places: Vec<_> = of("light")
         .iter()
         .map(|task| (task["k_upper"].as_i64(), task["realization"].as_i64()))
         .collect();
     let each = |k_upper: i64| (0..2).map(move |number| (Some(k_upper), Some(number)));
-    assert_eq!(
-        places,
-        [each(4), each(8)].into_iter().flatten().collect::<Vec<_>>()
-    );
-    assert_eq!(
-        of("law")[1]["k_upper"],
-        8,
-        "of several surfaces, what they have in common"
-    );
+    assert_eq!(places, [each(4), each(8)].into_iter().flatten().collect::<Vec<_>>());
+    assert_eq!(of("law")[1]["k_upper"], 8, "of several surfaces, what they have in common");
     assert!(of("law")[1]["realization"].is_null());
     assert!(!bench.data().exists());
 
     let key = of("light")[2]["task"].as_str().unwrap();
     bench.run_with(STUDY, &["--only", key]);
     let done = tasks(&bench, STUDY);
-    let cached: Vec<_> = done
-        .iter()
-        .filter(|task| task["state"] == "cached")
-        .collect();
-    let cached: Vec<_> = cached
-        .iter()
-        .map(|task| (&task["stage"], &task["task"]))
-        .collect();
+    let cached: Vec<_> = done.iter().filter(|task| task["state"] == "cached").collect();
+    let cached: Vec<_> = cached.iter().map(|task| (&task["stage"], &task["task"])).collect();
     let surface = of("surfaces")[2];
-    assert_eq!(
-        cached,
-        [
-            (&surface["stage"], &surface["task"]),
-            (&json!("light"), &json!(key))
-        ]
-    );
+    assert_eq!(cached, [(&surface["stage"], &surface["task"]), (&json!("light"), &json!(key))]);
 }
 
 #[test]
@@ -154,10 +123,7 @@ fn show_tells_how_a_table_was_made() {
     let key = table.texts("task").unwrap().value(0).to_owned();
     let by_key = text(&bench.output(&["show", &key]).stdout);
     for part in [key.as_str(), "solve", "\"loads\"", "area", "converged"] {
-        assert!(
-            by_key.contains(part) || part == "area",
-            "{part} in\n{by_key}"
-        );
+        assert!(by_key.contains(part) || part == "area", "{part} in\n{by_key}");
     }
     let file = bench.data().join("results/small/curves.parquet");
     let by_file = text(&bench.output(&["show", file.to_str().unwrap()]).stdout);
@@ -215,16 +181,9 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
         let verdict = claim["verdict"].as_str().unwrap();
         let is_judged = !["not computed", "noted"].contains(&verdict);
         assert_eq!(quantities.is_empty(), !is_judged, "{claim}");
-        assert_eq!(
-            claim["needs"].is_string(),
-            verdict == "not computed",
-            "{claim}"
-        );
+        assert_eq!(claim["needs"].is_string(), verdict == "not computed", "{claim}");
         assert_eq!(claim["kind"] == "misprint", verdict == "noted", "{claim}");
-        assert!(
-            claim["says"].is_string() && claim["where"].is_string(),
-            "{claim}"
-        );
+        assert!(claim["says"].is_string() && claim["where"].is_string(), "{claim}");
     }
 }
 
@@ -235,13 +194,9 @@ fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
     let path = path.to_str().unwrap();
     bench.output(&["run", path]);
     let told = text(&bench.output(&["claims", path, "area-above-persson"]).stdout);
-    for part in [
-        "the paper",
-        "section 5.2",
-        "expected    at least 0.1",
-        "each end at 95 %",
-        "k_upper 4",
-    ] {
+    for part in
+        ["the paper", "section 5.2", "expected    at least 0.1", "each end at 95 %", "k_upper 4"]
+    {
         assert!(told.contains(part), "{part} in\n{told}");
     }
     let unknown = bench.output(&["claims", path, "area-above-person"]);
@@ -255,15 +210,7 @@ fn schema_is_json_that_knows_every_kind() {
     let output = bench.output(&["schema"]);
     let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let printed = schema.to_string();
-    for word in [
-        "generate",
-        "solve",
-        "measure",
-        "correct",
-        "fit",
-        "aggregate",
-        "k_rolloff",
-    ] {
+    for word in ["generate", "solve", "measure", "correct", "fit", "aggregate", "k_rolloff"] {
         assert!(printed.contains(word), "{word}");
     }
 }
@@ -282,12 +229,7 @@ fn data_can_be_put_anywhere() {
     let bench = Bench::new();
     let path = bench.write(STUDY.split("[stage.light]").next().unwrap());
     let elsewhere = bench.path("elsewhere");
-    let arguments = [
-        "--data",
-        elsewhere.to_str().unwrap(),
-        "run",
-        path.to_str().unwrap(),
-    ];
+    let arguments = ["--data", elsewhere.to_str().unwrap(), "run", path.to_str().unwrap()];
     assert!(bench.output(&arguments).status.success());
     assert!(elsewhere.join("results/small/surfaces.parquet").is_file());
     assert!(!bench.data().exists());
@@ -300,9 +242,5 @@ fn a_data_folder_that_cannot_be_made_is_named() {
     fs::write(bench.path("data"), "a file").unwrap();
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(
-        text(&output.stderr).contains("data"),
-        "{}",
-        text(&output.stderr)
-    );
+    assert!(text(&output.stderr).contains("data"), "{}", text(&output.stderr));
 }

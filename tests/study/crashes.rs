@@ -83,11 +83,8 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
     let Some(disk) = Disk::mount(&bench.data()) else {
         return;
     };
-    let blocks: u64 = undisturbed
-        .files()
-        .values()
-        .map(|bytes| bytes.len().div_ceil(4096) as u64)
-        .sum();
+    let blocks: u64 =
+        undisturbed.files().values().map(|bytes| bytes.len().div_ceil(4096) as u64).sum();
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut sizes: Vec<u64> = (0..TIMES).map(|_| random.random_range(1..blocks)).collect();
     sizes.sort_unstable();
@@ -139,9 +136,8 @@ fn what_a_killed_process_left_goes_as_soon_as_nobody_can_own_it() {
     bench.run(STUDY);
     let before = bench.files();
     let folders = ["store/unfinished", "results/small", "results/small/figures"];
-    let left: Vec<PathBuf> = folders
-        .map(|folder| bench.data().join(folder).join(left_behind()))
-        .into();
+    let left: Vec<PathBuf> =
+        folders.map(|folder| bench.data().join(folder).join(left_behind())).into();
     fs::create_dir(bench.data().join("results/small/figures")).unwrap();
     for path in &left {
         fs::write(path, "half a table").unwrap();

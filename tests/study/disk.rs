@@ -24,10 +24,7 @@ impl Disk {
             Err(error) => error.to_string(),
         };
         // Not by `println`, which tests that pass keep to themselves.
-        let line = format!(
-            "NOT TESTED, because no disk can be mounted: {}\n",
-            why.trim()
-        );
+        let line = format!("NOT TESTED, because no disk can be mounted: {}\n", why.trim());
         stderr().write_all(line.as_bytes()).expect("somebody hears");
         None
     }

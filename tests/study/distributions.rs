@@ -70,20 +70,14 @@ fn distributions_integrate_to_what_is_measured_of_the_map() {
     let fractions = reals(&area, "area_fraction");
 
     let pressures = table("pressures");
-    let (density, middle) = (
-        reals(&pressures, "pressure_density"),
-        reals(&pressures, "contact_pressure"),
-    );
+    let (density, middle) =
+        (reals(&pressures, "pressure_density"), reals(&pressures, "contact_pressure"));
     let covered = sums(&pressures, loads, |row| density[row] * 0.05);
     let borne = sums(&pressures, loads, |row| density[row] * middle[row] * 0.05);
     for (load, given) in reals(&area, "load").into_iter().enumerate() {
         assert!((covered[load] - fractions[load]).abs() < 1e-12);
         // Nodes lie anywhere in their bins.
-        assert!(
-            (borne[load] - given).abs() < 0.005,
-            "{} {given}",
-            borne[load]
-        );
+        assert!((borne[load] - given).abs() < 0.005, "{} {given}", borne[load]);
     }
 
     let gaps = table("gaps");
@@ -94,11 +88,7 @@ fn distributions_integrate_to_what_is_measured_of_the_map() {
     for (load, mean_gap) in reals(&solved, "mean_gap").into_iter().enumerate() {
         assert!((open[load] + fractions[load] - 1.0).abs() < 1e-12);
         let expected = mean_gap / rms_height[load / 14];
-        assert!(
-            (mean[load] - expected).abs() < 0.04,
-            "{} {expected}",
-            mean[load]
-        );
+        assert!((mean[load] - expected).abs() < 0.04, "{} {expected}", mean[load]);
     }
 
     let clusters = table("clusters");
@@ -132,10 +122,7 @@ fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
     bench.run(&light);
     let fits = bench.table("spread", "threshold");
     let status = fits.texts("status").unwrap().value(0).to_owned();
-    assert!(
-        status.starts_with("3 of 3 surfaces are not seen"),
-        "{status}"
-    );
+    assert!(status.starts_with("3 of 3 surfaces are not seen"), "{status}");
 }
 
 #[test]
@@ -158,10 +145,7 @@ fn along_a_grain_the_gap_percolates_longer_than_across() {
     }
     let grain = PRESSED
         .replace("k_upper = 16", "k_upper = 16\nanisotropy = { ratio = 4 }")
-        .replace(
-            "from = 0.1, to = 0.8, steps = 14",
-            "from = 0.0, to = 1.2, steps = 48",
-        );
+        .replace("from = 0.1, to = 0.8, steps = 14", "from = 0.0, to = 1.2, steps = 48");
     bench.run_with(&grain, &["--replace"]);
     let stretched = stage("threshold");
     for quantity in ["load", "area", "area_corrected"] {

@@ -10,31 +10,21 @@ use crate::bench::{Bench, STUDY, assert_same_files, counts, is_idle};
 
 /// A study that takes long enough to be killed in its middle.
 fn longer() -> String {
-    STUDY
-        .replace("nodes = 32", "nodes = 128")
-        .replace("realizations = 2", "realizations = 3")
+    STUDY.replace("nodes = 32", "nodes = 128").replace("realizations = 2", "realizations = 3")
 }
 
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
     let undisturbed = Bench::new();
     undisturbed.run(&longer());
-    let total: u64 = undisturbed
-        .plan(&longer())
-        .values()
-        .map(|count| count.cached)
-        .sum();
+    let total: u64 = undisturbed.plan(&longer()).values().map(|count| count.cached).sum();
 
     let bench = Bench::new();
     let manifest = bench.write(&longer());
     let arguments = ["run", manifest.to_str().unwrap(), "--jobs", "1"];
     for delay in [15, 30, 60, 90, 120] {
-        let mut child = bench
-            .asperity(&arguments)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut child =
+            bench.asperity(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         sleep(Duration::from_millis(delay));
         child.kill().unwrap();
         child.wait().unwrap();
@@ -55,12 +45,8 @@ fn an_interrupted_run_says_so_and_goes_on_later() {
     let bench = Bench::new();
     let manifest = bench.write(&longer().replace("nodes = 128", "nodes = 512"));
     let arguments = ["run", manifest.to_str().unwrap()];
-    let child = bench
-        .asperity(&arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let child =
+        bench.asperity(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     sleep(Duration::from_millis(300));
     let kill = std::process::Command::new("kill")
         .args(["-INT", &child.id().to_string()])
@@ -79,11 +65,7 @@ fn two_runs_at_once_agree() {
     let arguments = ["run", manifest.to_str().unwrap(), "--json", "--jobs", "1"];
     let start = || {
         let mut command = bench.asperity(&arguments);
-        command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     };
     let runs = [start(), start()].map(|child| child.wait_with_output().unwrap());
     assert!(runs.iter().all(|output| output.status.success()));
@@ -165,11 +147,7 @@ fn a_damaged_file_is_set_aside_and_computed_again() {
 
             let mut files = bench.files();
             let aside = format!("{}.damaged", name.display());
-            assert_eq!(
-                files.remove(Path::new(&aside)),
-                Some(bytes),
-                "{how}: {told}"
-            );
+            assert_eq!(files.remove(Path::new(&aside)), Some(bytes), "{how}: {told}");
             assert!(files == whole, "{how}");
         }
     }
@@ -184,10 +162,7 @@ fn a_damaged_input_of_a_new_task_is_computed_again_before_it_is_read() {
         fs::write(victim, "").unwrap();
     }
     let counts = bench.run(STUDY);
-    assert_eq!(
-        (counts["surfaces"].computed, counts["light"].computed),
-        (4, 4)
-    );
+    assert_eq!((counts["surfaces"].computed, counts["light"].computed), (4, 4));
     let undisturbed = Bench::new();
     undisturbed.run(STUDY);
     let mut files = bench.files();

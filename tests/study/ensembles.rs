@@ -118,10 +118,7 @@ fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
     let path = bench.path("study.toml");
     let told = bench.output(&["claims", path.to_str().unwrap()]);
     let told = String::from_utf8(told.stdout).unwrap();
-    assert!(
-        told.contains("left out: 40 rows with tolerance 0.5"),
-        "{told}"
-    );
+    assert!(told.contains("left out: 40 rows with tolerance 0.5"), "{told}");
 }
 
 /// Whatever is swept, to two values each.
@@ -157,19 +154,12 @@ fn plan_and_tables_agree_on_parameter_points_whatever_is_swept() {
         let bench = Bench::new();
         bench.run(&manifest);
         // Surfaces of two seeds are of one point, everything else makes two of one.
-        let (points, surfaces) = if sweep.contains("seed") {
-            (2, 4)
-        } else {
-            (4, 2)
-        };
+        let (points, surfaces) = if sweep.contains("seed") { (2, 4) } else { (4, 2) };
         let corrections = 2;
         let law = bench.table("small", "law");
         assert_eq!(law.rows(), corrections * points, "{sweep}");
         let pooled = law.integers("surfaces").unwrap().values();
-        assert!(
-            pooled.iter().all(|&pooled| pooled == surfaces),
-            "{sweep}: {pooled:?}"
-        );
+        assert!(pooled.iter().all(|&pooled| pooled == surfaces), "{sweep}: {pooled:?}");
         let curves = bench.table("small", "curves");
         let counted: i64 = curves.integers("count").unwrap().values().iter().sum();
         let rows = bench.table("small", "corrected").rows();
@@ -241,10 +231,7 @@ fn an_ensemble_under_pressures_in_pascals_has_one_mean_a_pressure() {
     assert!(slopes[0] != slopes[5], "surfaces differ in slope");
     let pressures = area.reals("pressure").unwrap().values();
     let given = [1e8, 3e8, 5e8, 1e9, 2e9];
-    assert!(
-        pressures.iter().all(|pressure| given.contains(pressure)),
-        "{pressures:?}"
-    );
+    assert!(pressures.iter().all(|pressure| given.contains(pressure)), "{pressures:?}");
     let means = bench.table("pascals", "means");
     assert_eq!(means.reals("pressure").unwrap().values(), &given);
     assert_eq!(means.integers("surfaces").unwrap().values(), &[4; 5]);

@@ -30,35 +30,21 @@ fn reasons(explained: &Value, stage: &str) -> Vec<String> {
         let causes: Vec<_> = causes.map(cause).collect();
         format!("{} {}", reason["tasks"], causes.join(" + "))
     };
-    stage["reasons"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(told)
-        .collect()
+    stage["reasons"].as_array().unwrap().iter().map(told).collect()
 }
 
 fn cause(cause: &Value) -> String {
     let text = |value: &Value| value.as_str().unwrap_or("–").to_owned();
     let field = |field: &Value| match field.get("value") {
         Some(value) => format!(" {}={}", text(&field["field"]), text(value)),
-        None => format!(
-            " {}:{}→{}",
-            text(&field["field"]),
-            text(&field["old"]),
-            text(&field["new"])
-        ),
+        None => {
+            format!(" {}:{}→{}", text(&field["field"]), text(&field["old"]), text(&field["new"]))
+        }
     };
     let fields = cause["fields"].as_array();
     let fields: String = fields.into_iter().flatten().map(field).collect();
-    let name = cause
-        .get("name")
-        .map_or(String::new(), |name| format!(" {}", text(name)));
-    format!(
-        "{} {}{fields}{name}",
-        text(&cause["stage"]),
-        text(&cause["why"])
-    )
+    let name = cause.get("name").map_or(String::new(), |name| format!(" {}", text(name)));
+    format!("{} {}{fields}{name}", text(&cause["stage"]), text(&cause["why"]))
 }
 
 const STAGES: [&str; 6] = ["surfaces", "light", "area", "corrected", "law", "curves"];
@@ -79,10 +65,7 @@ fn a_study_that_never_ran_says_so() {
 #[test]
 fn cosmetic_edits_leave_nothing_to_do() {
     let bench = finished();
-    let cosmetic = format!(
-        "# A comment.\n{}",
-        STUDY.replace("hurst = 0.8", "hurst = 0.80")
-    );
+    let cosmetic = format!("# A comment.\n{}", STUDY.replace("hurst = 0.8", "hurst = 0.80"));
     let path = bench.write(&cosmetic);
     for command in ["explain", "plan"] {
         let output = bench.output(&[command, path.to_str().unwrap()]);
@@ -94,16 +77,9 @@ fn cosmetic_edits_leave_nothing_to_do() {
 #[test]
 fn more_realizations_are_new_and_reach_what_pools_them() {
     let bench = finished();
-    let explained = explain(
-        &bench,
-        &STUDY.replace("realizations = 2", "realizations = 4"),
-    );
+    let explained = explain(&bench, &STUDY.replace("realizations = 2", "realizations = 4"));
     let new = "surfaces new realization=2 … 3";
-    assert_all(
-        &explained,
-        &["surfaces", "light", "area", "corrected"],
-        &[&format!("4 {new}")],
-    );
+    assert_all(&explained, &["surfaces", "light", "area", "corrected"], &[&format!("4 {new}")]);
     assert_eq!(reasons(&explained, "law"), [format!("2 {new}")]);
     assert_eq!(reasons(&explained, "curves"), [format!("1 {new}")]);
 }
@@ -111,10 +87,7 @@ fn more_realizations_are_new_and_reach_what_pools_them() {
 #[test]
 fn fewer_realizations_are_missed_by_what_pools_them() {
     let bench = finished();
-    let explained = explain(
-        &bench,
-        &STUDY.replace("realizations = 2", "realizations = 1"),
-    );
+    let explained = explain(&bench, &STUDY.replace("realizations = 2", "realizations = 1"));
     assert_all(&explained, &["surfaces", "light", "area", "corrected"], &[]);
     let fewer = "surfaces fewer realization=1";
     assert_eq!(reasons(&explained, "law"), [format!("2 {fewer}")]);
@@ -138,10 +111,7 @@ fn a_point_less_is_missed_by_what_pools_all() {
     let bench = finished();
     let explained = explain(&bench, &STUDY.replace("[4, 8]", "[8]"));
     assert_eq!(reasons(&explained, "law"), [""; 0]);
-    assert_eq!(
-        reasons(&explained, "curves"),
-        ["1 surfaces fewer k_upper=4"]
-    );
+    assert_eq!(reasons(&explained, "curves"), ["1 surfaces fewer k_upper=4"]);
 }
 
 #[test]
@@ -160,25 +130,18 @@ fn a_changed_parameter_is_told_with_its_old_and_new_value() {
         &["surfaces", "light", "area", "corrected"],
         &["4 surfaces changed hurst:0.8→0.7"],
     );
-    let explained = explain(
-        &bench,
-        &STUDY.replace("steps = 4", "steps = 4, from = 0.02"),
-    );
+    let explained = explain(&bench, &STUDY.replace("steps = 4", "steps = 4, from = 0.02"));
     assert_all(&explained, &["surfaces"], &[]);
     let told = reasons(&explained, "light");
-    assert!(
-        told[0].starts_with("4 light changed loads:0.025, "),
-        "{told:?}"
-    );
+    assert!(told[0].starts_with("4 light changed loads:0.025, "), "{told:?}");
     assert_eq!(reasons(&explained, "area"), told);
 }
 
 #[test]
 fn edits_of_two_stages_are_told_together() {
     let bench = finished();
-    let edited = STUDY
-        .replace("hurst = 0.8", "hurst = 0.7")
-        .replace(r#"["mean", "sd"]"#, r#"["mean"]"#);
+    let edited =
+        STUDY.replace("hurst = 0.8", "hurst = 0.7").replace(r#"["mean", "sd"]"#, r#"["mean"]"#);
     let explained = explain(&bench, &edited);
     assert_eq!(
         reasons(&explained, "curves"),
@@ -191,10 +154,7 @@ fn keeping_more_of_a_surface_reaches_no_later_stage() {
     let bench = finished();
     let kept = STUDY.replace("hurst = 0.8", "hurst = 0.8\nheights = \"redraw\"");
     let explained = explain(&bench, &kept);
-    assert_eq!(
-        reasons(&explained, "surfaces"),
-        ["4 surfaces changed heights:keep→redraw"]
-    );
+    assert_eq!(reasons(&explained, "surfaces"), ["4 surfaces changed heights:keep→redraw"]);
     assert_all(&explained, &["light", "area", "law", "curves"], &[]);
 }
 
@@ -217,10 +177,7 @@ fn a_stage_that_is_no_longer_read_is_told() {
     let reading = |names: &str| {
         let heavy = "[stage.heavy]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.3]\n";
         let area = "[stage.area]\nkind = \"measure\"\nfrom = ";
-        STUDY.replace(
-            &format!("{area}\"light\""),
-            &format!("{heavy}{area}{names}"),
-        )
+        STUDY.replace(&format!("{area}\"light\""), &format!("{heavy}{area}{names}"))
     };
     bench.run(&reading("[\"light\", \"heavy\"]"));
     let explained = explain(&bench, &reading("\"heavy\""));
@@ -228,10 +185,7 @@ fn a_stage_that_is_no_longer_read_is_told() {
     bench.run(&reading("\"heavy\""));
     fs::remove_dir_all(bench.path("data/store")).unwrap();
     let explained = explain(&bench, &reading("[\"light\", \"heavy\"]"));
-    assert_eq!(
-        reasons(&explained, "area"),
-        ["4 area reads-more light", "4 area missing"]
-    );
+    assert_eq!(reasons(&explained, "area"), ["4 area reads-more light", "4 area missing"]);
 }
 
 #[test]
@@ -242,11 +196,7 @@ fn a_renamed_stage_is_still_known() {
         .replace("from = \"light\"", "from = \"pressed\"")
         .replace("hurst = 0.8", "hurst = 0.7");
     let explained = explain(&bench, &renamed);
-    assert_all(
-        &explained,
-        &["pressed", "area"],
-        &["4 surfaces changed hurst:0.8→0.7"],
-    );
+    assert_all(&explained, &["pressed", "area"], &["4 surfaces changed hurst:0.8→0.7"]);
 }
 
 #[test]
@@ -261,10 +211,7 @@ fn a_missing_file_a_damaged_one_and_one_not_computed_yet_are_told_apart() {
     fs::remove_file(&gone).unwrap();
     fs::rename(&damaged, damaged.with_extension("parquet.damaged")).unwrap();
     let explained = explain(&bench, STUDY);
-    assert_eq!(
-        reasons(&explained, "corrected"),
-        ["1 corrected missing", "1 corrected damaged"]
-    );
+    assert_eq!(reasons(&explained, "corrected"), ["1 corrected missing", "1 corrected damaged"]);
     assert_all(&explained, &["law", "curves"], &[]);
 
     // What a run leaves that was killed.
@@ -272,10 +219,7 @@ fn a_missing_file_a_damaged_one_and_one_not_computed_yet_are_told_apart() {
     let text = fs::read_to_string(&record).unwrap();
     fs::write(&record, text.replace("\"finished\":4", "\"finished\":2")).unwrap();
     let explained = explain(&bench, STUDY);
-    assert_eq!(
-        reasons(&explained, "corrected")[0],
-        "1 corrected unfinished"
-    );
+    assert_eq!(reasons(&explained, "corrected")[0], "1 corrected unfinished");
 }
 
 #[test]
@@ -299,10 +243,7 @@ fn a_record_that_cannot_be_read_costs_explanations_only() {
     fs::write(bench.path("data/plans/small.json"), "nonsense").unwrap();
     assert!(bench.run(STUDY).values().all(is_idle));
     let explained = explain(&bench, &STUDY.replace("hurst = 0.8", "hurst = 0.7"));
-    assert_eq!(
-        reasons(&explained, "surfaces"),
-        ["4 surfaces changed hurst:0.8→0.7"]
-    );
+    assert_eq!(reasons(&explained, "surfaces"), ["4 surfaces changed hurst:0.8→0.7"]);
 }
 
 #[test]
@@ -328,10 +269,7 @@ fn one_stage_can_be_asked_for_and_a_wrong_name_is_met_with_the_right_one() {
     let manifest = path.to_str().unwrap();
     let one = bench.output(&["explain", manifest, "area"]);
     let told = String::from_utf8_lossy(&one.stdout).into_owned();
-    assert!(
-        told.contains("4 tasks: upstream `surfaces`: hurst 0.8 → 0.7"),
-        "{told}"
-    );
+    assert!(told.contains("4 tasks: upstream `surfaces`: hurst 0.8 → 0.7"), "{told}");
     assert!(!told.contains("light"), "{told}");
     let wrong = bench.output(&["explain", manifest, "aera"]);
     assert_eq!(wrong.status.code(), Some(2));

@@ -27,17 +27,12 @@ impl Blocked {
         let obstacle = bench.data().join("store").join(&key[..2]);
         let obstacle = obstacle.join(format!("{key}.parquet"));
         fs::create_dir_all(&obstacle).unwrap();
-        Blocked {
-            bench,
-            key,
-            obstacle,
-        }
+        Blocked { bench, key, obstacle }
     }
 
     fn run(&self) -> Output {
         let path = self.bench.write(STUDY);
-        self.bench
-            .output(&["run", path.to_str().unwrap(), "--json"])
+        self.bench.output(&["run", path.to_str().unwrap(), "--json"])
     }
 }
 
@@ -75,12 +70,7 @@ fn a_failed_task_is_a_row_and_so_is_what_needs_it_and_everything_else_is_compute
         assert_eq!(*reason, expected);
     }
     let told = text(&output.stderr);
-    for part in [
-        "stage `light`, nodes=32",
-        "k_upper=4",
-        "realization=0",
-        "--only",
-    ] {
+    for part in ["stage `light`, nodes=32", "k_upper=4", "realization=0", "--only"] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
 }
@@ -118,11 +108,7 @@ fn the_command_in_a_row_computes_its_task_and_the_row_goes() {
     let command = column(&blocked.bench.table("small", "failures"), "command").remove(0);
     let words: Vec<&str> = command.split(' ').collect();
     let again = || blocked.bench.output(&words[1..]);
-    assert_eq!(
-        again().status.code(),
-        Some(1),
-        "the obstacle is still there"
-    );
+    assert_eq!(again().status.code(), Some(1), "the obstacle is still there");
     let left = blocked.bench.table("small", "failures");
     assert_eq!(left.rows(), 5, "and four tasks still wait");
 
@@ -148,10 +134,7 @@ fn one_task_is_computed_alone_with_what_it_needs() {
     let done = bench.run_with(STUDY, &["--only", &key[..12]]);
     let done = ["surfaces", "light", "area", "corrected"].map(|stage| done[stage].computed);
     assert_eq!(done, [1, 1, 1, 0]);
-    assert_eq!(
-        column(&bench.table("small", "area"), "task"),
-        vec![key.clone(); 4]
-    );
+    assert_eq!(column(&bench.table("small", "area"), "task"), vec![key.clone(); 4]);
     let again = bench.run_with(STUDY, &["--only", &key]);
     assert_eq!(again["area"].computed, 1);
     assert_eq!(again["light"].computed, 0);

@@ -23,8 +23,7 @@ fn study() -> String {
 }
 
 fn is_table(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension == "parquet")
+    path.extension().is_some_and(|extension| extension == "parquet")
 }
 
 /// One bit flipped, or the end cut off.
@@ -45,9 +44,7 @@ fn strike<'a>(
     within: &str,
     random: &mut ChaCha8Rng,
 ) -> Vec<&'a PathBuf> {
-    let tables = files
-        .keys()
-        .filter(|path| is_table(path) && path.starts_with(within));
+    let tables = files.keys().filter(|path| is_table(path) && path.starts_with(within));
     let tables: Vec<_> = tables.collect();
     let victims: Vec<_> = tables.sample(random, FAULTS).copied().collect();
     assert_eq!(victims.len(), FAULTS);
@@ -156,10 +153,7 @@ fn verify_tells_scripts_what_it_found() {
     let aside = format!("{}.damaged", victim.display());
     assert_eq!(damaged["damaged"][0]["aside"], aside);
     let cause = damaged["damaged"][0]["cause"].as_str().unwrap();
-    assert!(
-        cause.contains("does not hold the table of stage `area` of study `small`"),
-        "{cause}"
-    );
+    assert!(cause.contains("does not hold the table of stage `area` of study `small`"), "{cause}");
 }
 
 /// The command for somebody who may not write everywhere, as root may.
@@ -187,10 +181,7 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     let manifest = bench.write(STUDY);
     let run = ["run", manifest.to_str().unwrap()];
     let all = |mode: u32| {
-        let folders = bench
-            .files()
-            .into_keys()
-            .map(|path| bench.data().join(path));
+        let folders = bench.files().into_keys().map(|path| bench.data().join(path));
         let folders = folders.map(|path| path.parent().unwrap().to_owned());
         for folder in folders.chain([bench.data(), bench.data().join("store")]) {
             fs::set_permissions(folder, fs::Permissions::from_mode(mode)).unwrap();
@@ -203,16 +194,11 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     let output = by_anybody(&bench, &run);
     let message = told(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(
-        message.contains(bench.data().join("store").to_str().unwrap()),
-        "{message}"
-    );
+    assert!(message.contains(bench.data().join("store").to_str().unwrap()), "{message}");
     assert!(message.contains("Permission denied"), "{message}");
     assert!(message.contains("stopped after 0 of"), "{message}");
     let files = bench.files().into_keys();
-    let victim = files
-        .map(|path| bench.data().join(path))
-        .find(|path| is_table(path));
+    let victim = files.map(|path| bench.data().join(path)).find(|path| is_table(path));
     let victim = victim.unwrap();
     fs::write(&victim, "damaged").unwrap();
     let output = by_anybody(&bench, &["verify"]);

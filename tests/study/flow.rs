@@ -51,12 +51,7 @@ fn a_gap_leaks_while_it_percolates_and_less_under_each_load() {
             }
         }
     }
-    assert!(
-        reals("flow_residual")
-            .iter()
-            .flatten()
-            .all(|residual| residual <= 1e-6)
-    );
+    assert!(reals("flow_residual").iter().flatten().all(|residual| residual <= 1e-6));
     assert_kept(&bench, "leaking", &bench.path("study.toml"));
 }
 
@@ -132,10 +127,7 @@ fn the_old_name_of_the_stiffness_is_answered_with_the_new_one() {
     let path = bench.write(&reduced);
     let output = bench.output(&["check", path.to_str().unwrap()]);
     let told = text(&output.stderr);
-    assert!(
-        told.contains("did you mean \"stiffness_finite_difference\"?"),
-        "{told}"
-    );
+    assert!(told.contains("did you mean \"stiffness_finite_difference\"?"), "{told}");
 }
 
 #[test]

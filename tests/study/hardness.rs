@@ -49,10 +49,7 @@ from = "contact"
 /// The tables of contacts and of areas with these lines in the stage that presses.
 fn pressed(lines: &str) -> (Bench, [Table; 2]) {
     let bench = Bench::new();
-    let manifest = SMALL.replace(
-        "from = \"rough\"\n",
-        &format!("from = \"rough\"\n{lines}\n"),
-    );
+    let manifest = SMALL.replace("from = \"rough\"\n", &format!("from = \"rough\"\n{lines}\n"));
     bench.run(&manifest);
     let tables = ["contact", "area"].map(|stage| bench.table("yielding", stage));
     (bench, tables)
@@ -79,10 +76,7 @@ fn a_hardness_in_either_unit_is_the_same() {
     let loads = SMALL.replace("0.2, 2.0, 4.0]", "0.2]");
     let run = |lines: &str| {
         let bench = Bench::new();
-        bench.run(&loads.replace(
-            "from = \"rough\"\n",
-            &format!("from = \"rough\"\n{lines}\n"),
-        ));
+        bench.run(&loads.replace("from = \"rough\"\n", &format!("from = \"rough\"\n{lines}\n")));
         ["contact", "area"].map(|stage| without_keys(&bench.table("yielding", stage)))
     };
     let relative = run("hardness = [0.3, 0.8]\nhardness_unit = \"relative\"");
@@ -111,14 +105,9 @@ fn what_saturates_bears_no_more_than_the_load_and_the_rest_must_touch_for_it() {
         // 4.1 in units of E* × rms slope: the last load is nearly all that it bears.
         let lines = format!("hardness = 0.164\nboundary = \"{boundary}\"");
         let (_, [contact, area]) = pressed(&lines);
-        let [hardness, pressure, shares, peaks, depths] = [
-            "hardness",
-            "pressure",
-            "saturated_fraction",
-            "peak_pressure",
-            "mean_yielded_depth",
-        ]
-        .map(|name| reals(&contact, name));
+        let [hardness, pressure, shares, peaks, depths] =
+            ["hardness", "pressure", "saturated_fraction", "peak_pressure", "mean_yielded_depth"]
+                .map(|name| reals(&contact, name));
         let areas = reals(&area, "area_fraction");
         assert!(shares.iter().any(|share| *share > 0.1), "{shares:?}");
         for row in 0..contact.rows() {
@@ -150,10 +139,7 @@ sql = "SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact WHERE hardnes
     let bench = Bench::new();
     bench.run(SMALL);
     let points = "cases = [{}, { hardness = 0.2 }, { hardness = 0.3 }]";
-    let with_cases = SMALL.replace(
-        "from = \"rough\"\n",
-        &format!("from = \"rough\"\n{points}\n"),
-    );
+    let with_cases = SMALL.replace("from = \"rough\"\n", &format!("from = \"rough\"\n{points}\n"));
     let counts_of = bench.run(&format!("{with_cases}{curves}"));
     // What nothing bounds is the recipe that it was.
     assert_eq!(counts_of["contact"].cached, 2);
@@ -167,10 +153,7 @@ sql = "SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact WHERE hardnes
     let asked = bench.table("yielding", "asked");
     assert_eq!(asked.rows(), 2);
     let nodes = asked.integers("nodes").unwrap();
-    assert!(
-        nodes.value(0) > nodes.value(1),
-        "the softer one yields more"
-    );
+    assert!(nodes.value(0) > nodes.value(1), "the softer one yields more");
 }
 
 #[test]
@@ -200,10 +183,7 @@ loads = [0.4, 0.99, 1.27, 1.5]
     };
     let yields = wave(1.7678);
     let contact = counts(&yields, "contact_nodes");
-    assert!(
-        contact[0] < 1024 && contact[1..] == [1024; 3],
-        "{contact:?}"
-    );
+    assert!(contact[0] < 1024 && contact[1..] == [1024; 3], "{contact:?}");
     let saturated = counts(&yields, "saturated_nodes");
     assert_eq!(saturated[..2], [0, 0]);
     assert!(0 < saturated[2] && saturated[2] < saturated[3]);
@@ -211,10 +191,7 @@ loads = [0.4, 0.99, 1.27, 1.5]
         assert!((0.0..1e-15).contains(gap), "{gap}");
     }
     let stops = yields.texts("stop").unwrap();
-    assert_eq!(
-        [1, 2].map(|row| stops.value(row)),
-        ["full-contact", "converged"]
-    );
+    assert_eq!([1, 2].map(|row| stops.value(row)), ["full-contact", "converged"]);
     assert_eq!(wave(1e3).rows(), 2);
 }
 
@@ -244,10 +221,7 @@ loads = [0.1, 0.3]
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
     let told = text(&output.stderr);
-    assert!(
-        told.contains("the material does not bear the load"),
-        "{told}"
-    );
+    assert!(told.contains("the material does not bear the load"), "{told}");
     assert!(told.contains("a mean pressure of 0.3"), "{told}");
     let contact = bench.table("overloaded", "contact");
     assert_eq!(reals(&contact, "hardness"), [0.009, 0.009]);
@@ -257,10 +231,7 @@ loads = [0.1, 0.3]
 fn pressures_beyond_the_hardness_of_bodies_are_told_and_change_nothing() {
     let bodies = |hardness: &str| {
         let body = "youngs_modulus = 2.0, poisson_ratio = 0.0";
-        SMALL.replace(
-            "effective_modulus = 2.0",
-            &format!("bodies = [{{ {body}{hardness} }}]"),
-        )
+        SMALL.replace("effective_modulus = 2.0", &format!("bodies = [{{ {body}{hardness} }}]"))
     };
     let bench = Bench::new();
     bench.run(&bodies(""));
@@ -305,25 +276,18 @@ fn pressures_beyond_the_hardness_of_bodies_are_told_and_change_nothing() {
 fn maps_of_a_page_are_of_one_hardness() {
     let bench = Bench::new();
     let two = "from = \"rough\"\nhardness = [0.012, 0.032]\n";
-    let manifest = SMALL
-        .replace("from = \"rough\"\n", two)
-        .replace("0.2, 2.0, 4.0]", "0.2]");
+    let manifest = SMALL.replace("from = \"rough\"\n", two).replace("0.2, 2.0, 4.0]", "0.2]");
     let path = bench.write(&manifest);
     bench.run(&manifest);
     let said = bench.output(&["report", path.to_str().unwrap(), "--json"]);
     let said: Value = serde_json::from_slice(&said.stdout).unwrap();
     let page = fs::read_to_string(said["page"].as_str().unwrap()).unwrap();
     let areas = page.split("data-area=\"").skip(1);
-    let areas: Vec<f64> = areas
-        .map(|told| told.split(' ').next().unwrap().parse().unwrap())
-        .collect();
+    let areas: Vec<f64> =
+        areas.map(|told| told.split(' ').next().unwrap().parse().unwrap()).collect();
     // Rows are in the order of hardnesses, surfaces and loads.
     let expected = &reals(&bench.table("yielding", "area"), "area_fraction")[..3];
-    assert_near(
-        &areas,
-        &expected.iter().map(|a| 100.0 * a).collect::<Vec<_>>(),
-        5e-3,
-    );
+    assert_near(&areas, &expected.iter().map(|a| 100.0 * a).collect::<Vec<_>>(), 5e-3);
     assert!(page.contains("hardness 0.012 ·"), "it says which");
     assert!(!page.contains("hardness_reduced 0.3 ·"));
     assert!(page.contains("not of materials with a hardness"));

@@ -63,12 +63,7 @@ statistics = ["max"]
 "#;
 
 fn values(table: &Table, name: &str) -> Vec<f64> {
-    table
-        .reals(name)
-        .unwrap()
-        .iter()
-        .map(Option::unwrap)
-        .collect()
+    table.reals(name).unwrap().iter().map(Option::unwrap).collect()
 }
 
 #[test]
@@ -91,10 +86,7 @@ fn statistics_of_surfaces_with_and_without_heights_are_different_work() {
     let bench = Bench::new();
     bench.run(SPECTRA);
     let without = bench.plan(&SPECTRA.replace("redraw", "none"));
-    assert_eq!(
-        (without["surfaces"].cached, without["table"].cached),
-        (0, 0)
-    );
+    assert_eq!((without["surfaces"].cached, without["table"].cached), (0, 0));
     bench.run(&SPECTRA.replace("redraw", "none"));
     assert!(bench.plan(SPECTRA).values().all(is_idle));
     let skewness = bench.table("spectra", "table");
@@ -114,10 +106,7 @@ fn summit_density_of_many_surfaces_is_that_of_the_lattice() {
     assert_eq!(table.rows(), 2);
     let sem = values(&table, "summit_density_integer_sem");
     let mean = values(&table, "summit_density_integer_mean");
-    for (row, lattice) in values(&table, "summit_density_lattice")
-        .into_iter()
-        .enumerate()
-    {
+    for (row, lattice) in values(&table, "summit_density_lattice").into_iter().enumerate() {
         // A mean of ratios: it is the ratio of means but for a bias of second order in the scatter,
         // at most some per cent of a spectrum with so few modes.
         assert!((mean[row] - lattice).abs() < 4.0 * sem[row] + 0.02 * lattice);
@@ -130,17 +119,12 @@ fn pooled_densities_are_mean_and_deviation_of_those_of_each_surface() {
     let bench = Bench::new();
     let counts = bench.run(DISTRIBUTION);
     assert_eq!((counts["each"].computed, counts["pooled"].computed), (6, 2));
-    let (each, pooled) = (
-        bench.table("distribution", "each"),
-        bench.table("distribution", "pooled"),
-    );
+    let (each, pooled) =
+        (bench.table("distribution", "each"), bench.table("distribution", "pooled"));
     assert_eq!((each.rows(), pooled.rows()), (120, 40));
     assert!(!pooled.has("surface") && !pooled.has("realization"));
     let densities = values(&each, "density");
-    let (means, deviations) = (
-        values(&pooled, "density_mean"),
-        values(&pooled, "density_sd"),
-    );
+    let (means, deviations) = (values(&pooled, "density_mean"), values(&pooled, "density_sd"));
     for (row, mean) in means.into_iter().enumerate() {
         let (point, bin) = (row / 20, row % 20);
         let of = [0, 1, 2].map(|surface| densities[20 * (3 * point + surface) + bin]);

@@ -61,12 +61,7 @@ fn every_quantity_and_every_form_has_a_row() {
         let sum: f64 = quantity.iter().map(|&row| weights.value(row)).sum();
         assert!((sum - 1.0).abs() < 1e-12);
     }
-    assert!(
-        fits.integers("data")
-            .unwrap()
-            .iter()
-            .all(|data| data == Some(6))
-    );
+    assert!(fits.integers("data").unwrap().iter().all(|data| data == Some(6)));
 }
 
 /// Mean gaps of every surface over the rms height of this very surface, which the query finds.
@@ -127,11 +122,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     assert!(advise(&[]).contains("without an answer as yet"));
     bench.run(LIMITS);
     let told = advise(&[]);
-    for part in [
-        "area_fraction / load, load 0.1",
-        "as many surfaces again",
-        "k_upper, nodes",
-    ] {
+    for part in ["area_fraction / load, load 0.1", "as many surfaces again", "k_upper, nodes"] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
     let advice: Value = serde_json::from_str(&advise(&["--json"])).unwrap();
@@ -170,8 +161,5 @@ fn a_page_draws_limits_of_every_quantity_and_tells_forms_apart() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    assert!(
-        !page.contains("1 / k_lower: power 1"),
-        "the same in all rows"
-    );
+    assert!(!page.contains("1 / k_lower: power 1"), "the same in all rows");
 }

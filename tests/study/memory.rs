@@ -47,12 +47,7 @@ fn a_worker_takes_no_more_memory_than_is_reckoned_with() {
     let path = bench.write(&manifest);
     let reckoned = least(&bench, &path);
     let mut run = bench.asperity(&["run", path.to_str().unwrap(), "--jobs", "1"]);
-    let taken = peak(
-        run.stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap(),
-    );
+    let taken = peak(run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
     assert!(taken <= reckoned.0, "{taken} bytes of {}", reckoned.0);
     assert!(2 * taken > reckoned.0, "{taken} bytes of {}", reckoned.0);
 }
@@ -62,14 +57,7 @@ fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
     let [scarce, ample] = [Bench::new(), Bench::new()];
     let run = |bench: &Bench, memory: &str| {
         let path = bench.write(STUDY);
-        let arguments = [
-            "run",
-            path.to_str().unwrap(),
-            "--jobs",
-            "2",
-            "--memory",
-            memory,
-        ];
+        let arguments = ["run", path.to_str().unwrap(), "--jobs", "2", "--memory", memory];
         let output = bench.output(&arguments);
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
@@ -98,9 +86,7 @@ fn a_size_that_is_none_is_refused() {
 
 /// A study that needs much memory, and time that nobody would wait for.
 fn huge() -> String {
-    STUDY
-        .replace("nodes = 32", "nodes = 8192")
-        .replace("k_upper = [4, 8]", "k_upper = 8")
+    STUDY.replace("nodes = 32", "nodes = 8192").replace("k_upper = [4, 8]", "k_upper = 8")
 }
 
 #[test]
@@ -144,10 +130,7 @@ fn few_addresses_refuse_a_task_and_break_none() {
     let output = limited(&bench, &path, 3_000_000);
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(
-        told.contains("that `ulimit -v` leaves the process: raise that limit"),
-        "{told}"
-    );
+    assert!(told.contains("that `ulimit -v` leaves the process: raise that limit"), "{told}");
 
     let manifest = STUDY.replace("nodes = 32", "nodes = 512");
     let megabytes = [200, 300, 400, 500, 600, 700, 800, 1000, 1500, 64_000];
@@ -159,10 +142,7 @@ fn few_addresses_refuse_a_task_and_break_none() {
         assert!(!told.contains("backtrace"), "{megabytes} MB: {told}");
         output.status.code().expect("no signal")
     });
-    assert!(
-        ends.is_sorted_by(|before, after| before >= after),
-        "{ends:?}"
-    );
+    assert!(ends.is_sorted_by(|before, after| before >= after), "{ends:?}");
     assert_eq!([ends[0], ends[9]], [2, 0], "{ends:?}");
 }
 
@@ -192,21 +172,9 @@ fn a_table_larger_than_the_memory_of_a_run_is_written_row_group_by_row_group() {
     let path = bench.write(LARGE);
     let allowed = ByteSize::mb(250);
     let memory = allowed.0.to_string();
-    let arguments = [
-        "run",
-        path.to_str().unwrap(),
-        "--jobs",
-        "1",
-        "--memory",
-        &memory,
-    ];
+    let arguments = ["run", path.to_str().unwrap(), "--jobs", "1", "--memory", &memory];
     let mut run = bench.asperity(&arguments);
-    let taken = peak(
-        run.stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap(),
-    );
+    let taken = peak(run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
     assert!(taken <= allowed.0, "{taken} bytes of {}", allowed.0);
     let table = bench.data().join("results/large/heights.parquet");
     let table = TableFile::open(File::open(table).unwrap()).unwrap();
@@ -224,8 +192,5 @@ fn an_aggregate_whose_tables_do_not_fit_says_what_they_take() {
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.contains("stage `mean`"), "{told}");
-    assert!(
-        told.contains("for the tables that it reads, more than the"),
-        "{told}"
-    );
+    assert!(told.contains("for the tables that it reads, more than the"), "{told}");
 }

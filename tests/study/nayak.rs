@@ -21,18 +21,10 @@ fn table(name: &str) -> Vec<Cell> {
     let path = format!("data/literature/yastrebov-2015-{name}.csv");
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
     let mut lines = text.lines();
-    assert_eq!(
-        lines.next(),
-        Some("hurst,k_lower,k_upper,numerical,analytic")
-    );
+    assert_eq!(lines.next(), Some("hurst,k_lower,k_upper,numerical,analytic"));
     let cell = |line: &str| {
-        let fields: Vec<f64> = line
-            .split(',')
-            .map(|field| field.parse().unwrap())
-            .collect();
-        let [hurst, k_lower, k_upper, numerical, analytic] = fields[..] else {
-            panic!("{line}")
-        };
+        let fields: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+        let [hurst, k_lower, k_upper, numerical, analytic] = fields[..] else { panic!("{line}") };
         Cell {
             spectrum: Spectrum {
                 hurst,

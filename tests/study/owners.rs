@@ -37,12 +37,7 @@ fn another_manifest_of_the_same_name_computes_nothing_unless_it_is_told_to_take_
     let before = bench.files();
     let others = STUDY.replace("seed = 7", "seed = 8");
     let told = is_refused(&bench, &others);
-    for part in [
-        "results/small`",
-        "study.toml`",
-        "rows of `surfaces`",
-        "--replace",
-    ] {
+    for part in ["results/small`", "study.toml`", "rows of `surfaces`", "--replace"] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
     // Who only looks is told the truth, and harms nobody.
@@ -58,10 +53,7 @@ fn another_manifest_of_the_same_name_computes_nothing_unless_it_is_told_to_take_
     let output = run(&bench, &other, &["--replace"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_eq!(counts(&output.stdout)["surfaces"].computed, 4);
-    assert!(
-        run(&bench, &other, &[]).status.success(),
-        "it is the owner now"
-    );
+    assert!(run(&bench, &other, &[]).status.success(), "it is the owner now");
     let first = bench.path("study.toml");
     assert_eq!(run(&bench, &first, &[]).status.code(), Some(2));
     assert!(run(&bench, &first, &["--replace"]).status.success());
@@ -113,24 +105,12 @@ fn a_copy_that_takes_anything_away_is_refused_with_what_would_be_lost() {
     let without_curves = STUDY.split("[stage.curves]").next().unwrap();
     for (other, lost) in [
         (without_curves.to_owned(), "stage `curves`"),
-        (
-            STUDY.replace("realizations = 2", "realizations = 1"),
-            "rows of `surfaces`",
-        ),
-        (
-            STUDY.replace("k_upper = [4, 8]", "k_upper = [4, 16]"),
-            "rows of `surfaces`",
-        ),
+        (STUDY.replace("realizations = 2", "realizations = 1"), "rows of `surfaces`"),
+        (STUDY.replace("k_upper = [4, 8]", "k_upper = [4, 16]"), "rows of `surfaces`"),
         (STUDY.replace("steps = 4", "steps = 5"), "rows of `light`"),
         (STUDY.replace("[0, 0.1]", "[0, 0.05]"), "rows of `law`"),
-        (
-            STUDY.replace("[\"none\", \"2017\"]", "\"2017\""),
-            "rows of `corrected`",
-        ),
-        (
-            STUDY.replace("stage.curves", "stage.means"),
-            "stage `curves`",
-        ),
+        (STUDY.replace("[\"none\", \"2017\"]", "\"2017\""), "rows of `corrected`"),
+        (STUDY.replace("stage.curves", "stage.means"), "stage `curves`"),
     ] {
         let told = is_refused(&bench, &other);
         assert!(told.contains(lost), "{lost} in\n{told}");

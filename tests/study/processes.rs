@@ -54,10 +54,7 @@ fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
     let refused = |output: &Output| {
         let told = text(&output.stderr);
         assert!(matches!(output.status.code(), Some(1 | 2)), "{told}");
-        assert!(
-            told.contains("allow more processes (`ulimit -u`)"),
-            "{told}"
-        );
+        assert!(told.contains("allow more processes (`ulimit -u`)"), "{told}");
         assert!(!told.contains("panicked"), "{told}");
     };
     refused(&alone);
@@ -67,22 +64,14 @@ fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
     refused(&limited(&bench, 2, &query).unwrap());
     for reader in [&["verify"][..], &["table", "area", "--csv"]] {
         let output = limited(&bench, 1, reader).unwrap();
-        assert!(
-            output.status.success(),
-            "{reader:?}: {}",
-            text(&output.stderr)
-        );
+        assert!(output.status.success(), "{reader:?}: {}", text(&output.stderr));
     }
     let cores = u32::try_from(available_parallelism().unwrap().get()).unwrap();
     // Besides, helpers, workers, the thread of a query and the one that hears signals.
     let enough = 4 * cores + 2;
     for command in [&["run"][..], &["report"], &query] {
         let output = limited(&bench, enough, command).unwrap();
-        assert!(
-            output.status.success(),
-            "{command:?}: {}",
-            text(&output.stderr)
-        );
+        assert!(output.status.success(), "{command:?}: {}", text(&output.stderr));
     }
     let free = Bench::new();
     free.run(STUDY);

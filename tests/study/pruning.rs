@@ -12,19 +12,11 @@ use crate::bench::{Bench, STUDY, assert_same_files, is_idle, left_behind, text};
 fn prune(bench: &Bench, arguments: &[&str]) -> BTreeMap<String, u64> {
     let arguments = [&["prune", "--json"], arguments].concat();
     let output = bench.output(&arguments);
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     let kinds = json["kinds"].as_array().unwrap().iter();
-    let kinds = kinds.map(|kind| {
-        (
-            kind["name"].as_str().unwrap().to_owned(),
-            kind["files"].as_u64().unwrap(),
-        )
-    });
+    let kinds = kinds
+        .map(|kind| (kind["name"].as_str().unwrap().to_owned(), kind["files"].as_u64().unwrap()));
     kinds.collect()
 }
 
@@ -38,18 +30,15 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
     bench.run(STUDY);
     let small = bench.files();
     // Another surface for each spectrum, and what pools them.
-    let larger = STUDY
-        .replace("realizations = 2", "realizations = 3")
-        .replace("\"small\"", "\"larger\"");
+    let larger =
+        STUDY.replace("realizations = 2", "realizations = 3").replace("\"small\"", "\"larger\"");
     bench.run(&larger);
     let both = bench.files();
     let small_manifest = bench.path("small.toml");
     fs::write(&small_manifest, STUDY).unwrap();
     let larger_manifest = bench.write(&larger);
-    let (small_manifest, larger_manifest) = (
-        small_manifest.to_str().unwrap(),
-        larger_manifest.to_str().unwrap(),
-    );
+    let (small_manifest, larger_manifest) =
+        (small_manifest.to_str().unwrap(), larger_manifest.to_str().unwrap());
 
     assert_eq!(prune(&bench, &[small_manifest, larger_manifest]), kinds([]));
     let unneeded = kinds([
@@ -94,16 +83,9 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
     fs::write(workshop.join(left_behind()), "half").unwrap();
     let elsewhere = workshop.join(".unfinished-1@another-machine-aB3dEf");
     fs::write(&elsewhere, "half").unwrap();
-    fs::write(
-        bench.data().join("results/small/law.parquet.damaged"),
-        "old",
-    )
-    .unwrap();
+    fs::write(bench.data().join("results/small/law.parquet.damaged"), "old").unwrap();
     fs::write(bench.data().join("store/notes.txt"), "mine").unwrap();
-    assert_eq!(
-        prune(&bench, &["--yes"]),
-        kinds([("set aside", 1), ("unfinished", 1)])
-    );
+    assert_eq!(prune(&bench, &["--yes"]), kinds([("set aside", 1), ("unfinished", 1)]));
     fs::remove_file(bench.data().join("store/notes.txt")).expect("what others put there stays");
     fs::remove_file(elsewhere).expect("nobody here knows whether it is still being written");
     assert_same_files(&bench.files(), &before);

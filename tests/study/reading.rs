@@ -28,9 +28,7 @@ fn all_that_is_read(bench: &Bench) -> Vec<(Option<i32>, String, String)> {
         ("columns", &["--json"]),
         ("claims", &["--json"]),
     ];
-    commands
-        .map(|(name, arguments)| command(bench, name, arguments))
-        .into()
+    commands.map(|(name, arguments)| command(bench, name, arguments)).into()
 }
 
 fn rows(bench: &Bench, stage: &str) -> (usize, String) {
@@ -55,10 +53,7 @@ fn results_alone_tell_what_they_told_beside_their_store_and_stay_as_they_are() {
     let bench = Bench::new();
     bench.run(STUDY);
     let with_store = all_that_is_read(&bench);
-    assert!(
-        with_store.iter().all(|(code, ..)| *code == Some(0)),
-        "{with_store:?}"
-    );
+    assert!(with_store.iter().all(|(code, ..)| *code == Some(0)), "{with_store:?}");
     remove(&bench, "store");
     remove(&bench, "plans");
     let before = bench.files();
@@ -87,11 +82,7 @@ fn each_task_is_read_from_where_it_is() {
     let tasks = tasks.texts("task").unwrap();
     let stored = |row: usize| {
         let key = tasks.value(row);
-        bench
-            .data()
-            .join("store")
-            .join(&key[..2])
-            .join(format!("{key}.parquet"))
+        bench.data().join("store").join(&key[..2]).join(format!("{key}.parquet"))
     };
     // Of one task only the published rows are left, of others only what is in the store …
     bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
@@ -121,12 +112,7 @@ fn a_run_without_its_store_takes_no_rows_away() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = results(&bench);
-    let key = bench
-        .table("small", "area")
-        .texts("task")
-        .unwrap()
-        .value(0)
-        .to_owned();
+    let key = bench.table("small", "area").texts("task").unwrap().value(0).to_owned();
     remove(&bench, "store");
     let done = bench.run_with(STUDY, &["--only", &key]);
     assert_eq!(done["area"].computed, 1);
@@ -141,19 +127,11 @@ fn a_run_without_its_store_takes_no_rows_away() {
     let area = bench.table("small", "area");
     let newest =
         (0..area.rows()).find(|&row| area.integers("realization").unwrap().value(row) == 2);
-    let newest = area
-        .texts("task")
-        .unwrap()
-        .value(newest.unwrap())
-        .to_owned();
+    let newest = area.texts("task").unwrap().value(newest.unwrap()).to_owned();
     bench.run(STUDY);
     remove(&bench, "store");
     bench.run_with(&larger, &["--only", &newest]);
-    assert_eq!(
-        bench.table("small", "area").rows(),
-        20,
-        "16 kept, and 4 of the new one"
-    );
+    assert_eq!(bench.table("small", "area").rows(), 20, "16 kept, and 4 of the new one");
     bench.run(&larger);
     assert!(results(&bench) == whole);
 }
@@ -220,10 +198,7 @@ fn a_surface_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
     fs::remove_file(bench.path("map.npy")).unwrap();
     let (read, told) = rows(&bench, "corrected");
     assert_eq!(read, whole.0);
-    assert!(
-        told.contains("surface file `map.npy` cannot be read"),
-        "{told}"
-    );
+    assert!(told.contains("surface file `map.npy` cannot be read"), "{told}");
     for name in ["columns", "claims", "report"] {
         let elsewhere = bench.path("elsewhere");
         let output = ["--output", elsewhere.to_str().unwrap()];
@@ -250,10 +225,7 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
     let bench = Bench::new();
     bench.run(STUDY);
     let folder = bench.path("paper");
-    let (page, figure) = (
-        folder.join("report.html"),
-        folder.join("figures/contact-maps.png"),
-    );
+    let (page, figure) = (folder.join("report.html"), folder.join("figures/contact-maps.png"));
     let report = |options: &[&str]| {
         let output = ["--output", folder.to_str().unwrap()];
         let (code, _, told) = command(&bench, "report", &[&output, options].concat());
@@ -263,10 +235,7 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
     fs::write(&figure, "mine").unwrap();
     let (code, told) = report(&[]);
     assert_eq!(code, Some(2), "{told}");
-    assert!(
-        told.contains("contact-maps.png` is not part of a report"),
-        "{told}"
-    );
+    assert!(told.contains("contact-maps.png` is not part of a report"), "{told}");
     assert_eq!(fs::read(&figure).unwrap(), b"mine");
     assert!(!page.exists());
     assert_eq!(report(&["--replace"]).0, Some(0));
@@ -285,10 +254,7 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
     fs::write(&page, "<html>mine</html>").unwrap();
     let (code, told) = report(&["--replace"]);
     assert_eq!(code, Some(2));
-    assert!(
-        told.contains("was not written by `asperity report`"),
-        "{told}"
-    );
+    assert!(told.contains("was not written by `asperity report`"), "{told}");
     assert_eq!(fs::read_to_string(&page).unwrap(), "<html>mine</html>");
 }
 
@@ -304,12 +270,7 @@ fn a_report_of_less_goes_elsewhere_or_asks() {
     let before = bench.files();
     let (code, _, told) = command(&bench, "report", &[]);
     assert_eq!(code, Some(2));
-    for part in [
-        "report.html` shows more",
-        "\"Contact maps\"",
-        "--replace",
-        "--output",
-    ] {
+    for part in ["report.html` shows more", "\"Contact maps\"", "--replace", "--output"] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
     assert_same_files(&bench.files(), &before);

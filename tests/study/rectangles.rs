@@ -18,10 +18,7 @@ fn solved_by_others(name: &str) -> String {
     let path = reference("rectangular-and-free/rectangular_and_free.csv");
     let csv = fs::read_to_string(path).unwrap();
     let of_surface = |line: &&str| line.starts_with("name,") || line.starts_with(name);
-    csv.lines()
-        .filter(of_surface)
-        .collect::<Vec<_>>()
-        .join("\n")
+    csv.lines().filter(of_surface).collect::<Vec<_>>().join("\n")
 }
 
 /// A bench with one of the surfaces beside its manifest.
@@ -71,10 +68,7 @@ fn assert_agrees(csv: &str, name: &str, found: impl Fn(usize) -> f64, tolerance:
     for (row, expected) in column(csv, name).into_iter().enumerate() {
         let found = found(row);
         let error = (found / expected - 1.0).abs();
-        assert!(
-            error <= tolerance,
-            "{name} in row {row}: {found} should be {expected}"
-        );
+        assert!(error <= tolerance, "{name} in row {row}: {found} should be {expected}");
     }
 }
 
@@ -82,19 +76,9 @@ fn agrees_with_independent_code(name: &str, size: [f64; 2], boundary: &str) {
     let csv = solved_by_others(name);
     let bench = bench_with(name);
     bench.run(&manifest(name, size, boundary));
-    let (area, contact) = (
-        bench.table("outside", "area"),
-        bench.table("outside", "contact"),
-    );
+    let (area, contact) = (bench.table("outside", "area"), bench.table("outside", "contact"));
     assert_eq!(area.rows(), column(&csv, "load").len());
-    for count in [
-        "nodes_x",
-        "nodes_y",
-        "contact_nodes",
-        "switches_x",
-        "switches_y",
-        "clusters",
-    ] {
+    for count in ["nodes_x", "nodes_y", "contact_nodes", "switches_x", "switches_y", "clusters"] {
         let found = area.integers(count).unwrap();
         assert_agrees(&csv, count, |row| found.value(row) as f64, 0.0);
     }
@@ -155,10 +139,7 @@ fn displacements_with_nothing_beyond_the_edges_are_absolute() {
         ["pressure", "mean_gap", "mean_displacement", "energy"].map(column);
     for row in 0..contact.rows() {
         let list = pressures.value(row);
-        let pressures = list
-            .as_primitive::<Float64Type>()
-            .iter()
-            .map(Option::unwrap_or_default);
+        let pressures = list.as_primitive::<Float64Type>().iter().map(Option::unwrap_or_default);
         let with_heights: f64 = pressures.zip(&heights).map(|(p, h)| p * h).sum();
         // In contact u = h + δ, elsewhere u = h + δ + g: ½⟨p u⟩ = ½⟨p h⟩ + ½⟨p⟩ δ.
         let offset = sunk[row] - mean_height - gap[row];
@@ -177,26 +158,12 @@ fn a_map_that_is_not_periodic_has_the_slope_of_its_differences() {
     // The waves of the map have a slope of 0.02; differences of those of 7 nodes and more see less.
     let slope = scan.reals("rms_slope").unwrap().value(0);
     assert!((0.95..0.995).contains(&(slope / 0.02)), "{slope}");
-    let load = bench
-        .table("outside", "contact")
-        .reals("load")
-        .unwrap()
-        .value(0);
-    assert!(
-        (load * slope / 1e-4 - 1.0).abs() < 1e-9,
-        "reduced by this slope"
-    );
+    let load = bench.table("outside", "contact").reals("load").unwrap().value(0);
+    assert!((load * slope / 1e-4 - 1.0).abs() < 1e-9, "reduced by this slope");
     for without_modes in ["effective_modes", "full_contact_load"] {
-        assert!(
-            scan.reals(without_modes).unwrap().is_null(0),
-            "{without_modes}"
-        );
+        assert!(scan.reals(without_modes).unwrap().is_null(0), "{without_modes}");
     }
-    let output = bench.output(&[
-        "columns",
-        bench.path("study.toml").to_str().unwrap(),
-        "scan",
-    ]);
+    let output = bench.output(&["columns", bench.path("study.toml").to_str().unwrap(), "scan"]);
     let told = text(&output.stdout);
     assert!(told.contains("differences between neighbours"), "{told}");
 }
@@ -248,10 +215,8 @@ fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
         assert_eq!(*slope, 1.0);
     }
     let corrected = bench.table("rough", "corrected");
-    let (areas, counted) = (
-        reals(&corrected, "area_corrected"),
-        reals(&corrected, "area_fraction"),
-    );
+    let (areas, counted) =
+        (reals(&corrected, "area_corrected"), reals(&corrected, "area_fraction"));
     let switches = corrected.integers("switches").unwrap();
     let names = corrected.texts("correction").unwrap();
     let c = (std::f64::consts::PI - 1.0 + std::f64::consts::LN_2) / 24.0;
@@ -266,9 +231,7 @@ fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
     // The same again is nothing to do, and the same with the pair written out neither.
     assert!(bench.run(ROUGH).values().all(is_idle));
     let before = tables(&bench);
-    let outright = ROUGH
-        .replace("[64, 32]", "[[64, 32]]")
-        .replace("[2.0, 1.0]", "[[2.0, 1.0]]");
+    let outright = ROUGH.replace("[64, 32]", "[[64, 32]]").replace("[2.0, 1.0]", "[[2.0, 1.0]]");
     assert!(bench.run(&outright).values().all(is_idle));
     assert_same_files(&tables(&bench), &before);
 }
@@ -289,10 +252,8 @@ fn squares_beside_rectangles_keep_their_columns() {
     );
     bench.run(&both);
     let area = bench.table("rough", "area");
-    let (squares, rectangles) = (
-        area.integers("nodes").unwrap(),
-        area.integers("nodes_x").unwrap(),
-    );
+    let (squares, rectangles) =
+        (area.integers("nodes").unwrap(), area.integers("nodes_x").unwrap());
     for row in 0..area.rows() {
         assert_ne!(squares.is_valid(row), rectangles.is_valid(row));
     }
@@ -302,16 +263,8 @@ fn squares_beside_rectangles_keep_their_columns() {
     other.run(&alone);
     let (all, of_squares) = (tables(&bench), tables(&other));
     for stage in ["surfaces", "contact", "area", "corrected"] {
-        for key in other
-            .table("rough", stage)
-            .texts("task")
-            .unwrap()
-            .iter()
-            .flatten()
-        {
-            let path = Path::new("store")
-                .join(&key[..2])
-                .join(format!("{key}.parquet"));
+        for key in other.table("rough", stage).texts("task").unwrap().iter().flatten() {
+            let path = Path::new("store").join(&key[..2]).join(format!("{key}.parquet"));
             assert!(of_squares.contains_key(&path), "{path:?}");
             assert!(all.get(&path) == of_squares.get(&path), "{stage}: {path:?}");
         }
@@ -336,11 +289,7 @@ fn size_of(bench: &Bench, arguments: &[&str]) -> ([u32; 2], Value) {
 fn pictures_of_rectangles_are_as_wide_as_x_and_as_high_as_y() {
     let bench = bench_with("p256x160_cells");
     bench.run(&manifest("p256x160_cells", [1.0, 1.25], "periodic"));
-    for arguments in [
-        &["scan"][..],
-        &["contact"],
-        &["contact", "--map", "pressures"],
-    ] {
+    for arguments in [&["scan"][..], &["contact"], &["contact", "--map", "pressures"]] {
         let (size, told) = size_of(&bench, arguments);
         // Cells of 1/256 × 1/128: two pixels high.
         assert_eq!(size, [256, 320], "{arguments:?}");
@@ -364,10 +313,7 @@ fn a_report_of_rectangles_has_their_maps_in_proportion() {
 fn both_boundaries_of_one_surface_are_two_parameter_points() {
     let bench = Bench::new();
     let both = ROUGH
-        .replace(
-            "loads = {",
-            "boundary = [\"periodic\", \"free\"]\nloads = {",
-        )
+        .replace("loads = {", "boundary = [\"periodic\", \"free\"]\nloads = {")
         .replace("k_upper = [8, 16]", "k_upper = 8");
     bench.run(&both);
     let contact = bench.table("rough", "contact");

@@ -10,22 +10,15 @@ use asperity::tables::table::Table;
 use crate::bench::Bench;
 
 pub fn reference(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("data/reference")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference").join(name)
 }
 
 /// A column of the reference by its name.
 pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let header = lines.next().expect("a header");
-    let index = header
-        .split(',')
-        .position(|n| n == name)
-        .expect("a column of that name");
-    lines
-        .map(|line| line.split(',').nth(index).unwrap().parse().unwrap())
-        .collect()
+    let index = header.split(',').position(|n| n == name).expect("a column of that name");
+    lines.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
 }
 
 #[track_caller]
@@ -42,11 +35,7 @@ fn an_imported_surface_has_the_contacts_that_another_code_finds() {
     let csv = fs::read_to_string(reference("s256_kl4_ks32_H08.csv")).unwrap();
     let loads = column(&csv, "p_norm");
     let bench = Bench::new();
-    fs::copy(
-        reference("s256_kl4_ks32_H08.npy"),
-        bench.path("surface.npy"),
-    )
-    .unwrap();
+    fs::copy(reference("s256_kl4_ks32_H08.npy"), bench.path("surface.npy")).unwrap();
     let manifest = format!(
         r#"
 [study]
@@ -83,20 +72,10 @@ from = "contact"
         let load = loads[row];
         let expected = (fraction * 65536.0).round();
         // A node on the edge of a contact may fall on either side within the tolerances.
-        assert!(
-            (nodes.value(row) as f64 - expected).abs() <= 1.0,
-            "nodes at {load}"
-        );
+        assert!((nodes.value(row) as f64 - expected).abs() <= 1.0, "nodes at {load}");
         let expected = column(&csv, "switches")[row];
-        assert!(
-            (switches.value(row) as f64 - expected).abs() <= 4.0,
-            "switches at {load}"
-        );
-        assert_eq!(
-            clusters.value(row) as f64,
-            column(&csv, "n_clusters")[row],
-            "at {load}"
-        );
+        assert!((switches.value(row) as f64 - expected).abs() <= 4.0, "switches at {load}");
+        assert_eq!(clusters.value(row) as f64, column(&csv, "n_clusters")[row], "at {load}");
         // Both codes stop with gaps wrong by some 1e-8 of rms slope × mesh step, here 1e-12.
         let expected = column(&csv, "mean_gap")[row];
         assert!((gaps.value(row) - expected).abs() < 1e-11, "gap at {load}");
@@ -114,8 +93,7 @@ fn maps_by_others(name: &str) -> Vec<Vec<bool>> {
     let bytes = fs::read(reference(&format!("hardness/{name}_maps.npy"))).unwrap();
     let bits = |byte: &u8| [7, 6, 5, 4, 3, 2, 1, 0].map(|bit| byte >> bit & 1 == 1);
     let maps = bytes[128..].chunks(128 * 128 / 8);
-    maps.map(|map| map.iter().flat_map(bits).collect())
-        .collect()
+    maps.map(|map| map.iter().flat_map(bits).collect()).collect()
 }
 
 #[test]
@@ -166,13 +144,8 @@ from = "contact"
             ("switches_along_rows", "switches_y"),
             ("clusters", "clusters"),
         ] {
-            let found: Vec<f64> = area
-                .integers(here)
-                .unwrap()
-                .values()
-                .iter()
-                .map(|&n| n as f64)
-                .collect();
+            let found: Vec<f64> =
+                area.integers(here).unwrap().values().iter().map(|&n| n as f64).collect();
             assert_eq!(found, of_others(there), "{name}: {here}");
         }
         let cells = 128.0 * 128.0;
@@ -187,11 +160,7 @@ from = "contact"
         assert_eq!(reals(&area, "saturated_fraction"), shares);
         assert_eq!(reals(&area, "hardness"), vec![hardness; shares.len()]);
         let contact = bench.with_maps("outside", "contact");
-        assert_near(
-            &reals(&contact, "peak_pressure"),
-            &of_others("peak_pressure"),
-            1e-12,
-        );
+        assert_near(&reals(&contact, "peak_pressure"), &of_others("peak_pressure"), 1e-12);
         let pressures = contact.lists("pressures").unwrap();
         for (load, maps) in maps_by_others(name).chunks(2).enumerate() {
             let list = pressures.value(load);

@@ -24,21 +24,10 @@ fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
     let drawn = said["drawn"].as_array().unwrap().len();
     assert!(drawn >= 7, "{said}");
     assert_eq!(page.matches("<figure ").count(), drawn);
-    for fetched in [
-        "src=\"http",
-        "href=\"http",
-        "<link",
-        "@import",
-        "src=\"figures",
-    ] {
+    for fetched in ["src=\"http", "href=\"http", "<link", "@import", "src=\"figures"] {
         assert!(!page.contains(fetched), "{fetched}");
     }
-    for part in [
-        "complete: all",
-        "realizations = 2",
-        "area.parquet",
-        "all 16 loads converged",
-    ] {
+    for part in ["complete: all", "realizations = 2", "area.parquet", "all 16 loads converged"] {
         assert!(page.contains(part), "{part}");
     }
 }
@@ -61,24 +50,17 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
     let area = bench.table("small", "area");
     let first = area.texts("surface").unwrap().value(0).to_owned();
     let surfaces = area.texts("surface").unwrap();
-    let rows: Vec<usize> = (0..area.rows())
-        .filter(|&row| surfaces.value(row) == first)
-        .collect();
-    for (told, column, unit) in [
-        ("load", "load", 1.0),
-        ("area", "area_fraction", 100.0),
-        ("gap", "mean_gap", 1.0),
-    ] {
+    let rows: Vec<usize> = (0..area.rows()).filter(|&row| surfaces.value(row) == first).collect();
+    for (told, column, unit) in
+        [("load", "load", 1.0), ("area", "area_fraction", 100.0), ("gap", "mean_gap", 1.0)]
+    {
         let values = area.reals(column).unwrap();
         let shown = beside_maps(sliders[0], told);
         assert_eq!(shown.len(), rows.len(), "{told}");
         for (row, shown) in rows.iter().zip(shown) {
             // Three digits.
             let expected = unit * values.value(*row);
-            assert!(
-                (shown - expected).abs() <= 5e-3 * expected,
-                "{told}: {shown}"
-            );
+            assert!((shown - expected).abs() <= 5e-3 * expected, "{told}: {shown}");
         }
     }
     let pictures = sliders[0].matches("src=\"data:image/png;base64,").count();
@@ -91,12 +73,8 @@ fn figures_are_the_same_bytes_again() {
     bench.run(STUDY);
     let figures = |bench: &Bench| {
         let folder = bench.data().join("results/small/figures");
-        let files = fs::read_dir(folder)
-            .unwrap()
-            .map(|file| file.unwrap().path());
-        let mut files: Vec<_> = files
-            .map(|path| (path.clone(), fs::read(path).unwrap()))
-            .collect();
+        let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+        let mut files: Vec<_> = files.map(|path| (path.clone(), fs::read(path).unwrap())).collect();
         files.sort();
         files
     };
@@ -104,16 +82,8 @@ fn figures_are_the_same_bytes_again() {
     let first = figures(&bench);
     report(&bench);
     assert!(first == figures(&bench));
-    assert!(
-        first
-            .iter()
-            .any(|(path, _)| path.ends_with("area-light.svg"))
-    );
-    assert!(
-        first
-            .iter()
-            .any(|(path, _)| path.ends_with("area-light.png"))
-    );
+    assert!(first.iter().any(|(path, _)| path.ends_with("area-light.svg")));
+    assert!(first.iter().any(|(path, _)| path.ends_with("area-light.png")));
 }
 
 #[test]
@@ -133,9 +103,7 @@ fn what_is_missing_is_named_with_the_lines_that_would_add_it() {
     bench.run(no_corrections);
     let (said, page) = report(&bench);
     let missing = said["missing"].as_array().unwrap();
-    let corrected = missing
-        .iter()
-        .find(|one| one["figure"] == "Corrected contact area");
+    let corrected = missing.iter().find(|one| one["figure"] == "Corrected contact area");
     assert!(corrected.is_some(), "{said}");
     // The lines are a stage that reads this study's measured contacts.
     let proposed = "[stage.corrected]\nkind = &quot;correct&quot;\nfrom = &quot;area&quot;";
@@ -147,9 +115,7 @@ fn a_figure_that_a_study_has_no_more_is_taken_away() {
     let bench = Bench::new();
     bench.run(STUDY);
     report(&bench);
-    let file = bench
-        .data()
-        .join("results/small/figures/area-corrected.svg");
+    let file = bench.data().join("results/small/figures/area-corrected.svg");
     assert!(file.exists());
     bench.run(&STUDY[..STUDY.find("[stage.corrected]").unwrap()]);
     report(&bench);
@@ -229,11 +195,9 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
     assert!(0.06 < heaviest && heaviest < 0.3, "{heaviest}");
     let (said, page) = report(&bench);
     let drawn = said["drawn"].as_array().unwrap();
-    for title in [
-        "Contact area under all loads",
-        "Area and mean gap against the mean pressure",
-        "Mean gap",
-    ] {
+    for title in
+        ["Contact area under all loads", "Area and mean gap against the mean pressure", "Mean gap"]
+    {
         assert!(drawn.iter().any(|one| one == title), "{title} in {said}");
     }
     // 50 GPa/(1 − 0.3²), and lengths and pressures with the prefixes that suit them.
@@ -257,11 +221,7 @@ fn scanned(bench: &Bench, further: &str) {
         for i in 0..24_i32 {
             let height = rough(i, j) + f64::from(3 * i - 2 * j);
             let missing = [(3, 4), (4, 4), (20, 9)].contains(&(i, j));
-            text += &if missing {
-                "nan ".to_owned()
-            } else {
-                format!("{height:.6} ")
-            };
+            text += &if missing { "nan ".to_owned() } else { format!("{height:.6} ") };
         }
         text += "\n";
     }
@@ -388,9 +348,7 @@ fn theories_beside_worn_surfaces_carry_a_caveat_with_its_numbers() {
 
     // Draws from an isotropic spectrum carry none.
     let bench = Bench::new();
-    let random = STUDY
-        .replace("k_lower = 2", "k_lower = 6")
-        .replace("[4, 8]", "[12, 16]");
+    let random = STUDY.replace("k_lower = 2", "k_lower = 6").replace("[4, 8]", "[12, 16]");
     bench.run(&random);
     let (_, page) = report(&bench);
     let said = page.split("isotropic Gaussian roughness").nth(1);
@@ -406,11 +364,7 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
     assert!(verify().status.success());
     let folder = bench.data().join("results/small");
     for (name, from, to) in [
-        (
-            "report.html",
-            "all 16 loads converged",
-            "all 17 loads converged",
-        ),
+        ("report.html", "all 16 loads converged", "all 17 loads converged"),
         ("figures/slope.svg", "load", "lead"),
     ] {
         let path = folder.join(name);
@@ -421,10 +375,7 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
         let said: Value = serde_json::from_slice(&output.stdout).unwrap();
         let damaged = said["damaged"].as_array().unwrap();
         assert_eq!(damaged.len(), 1, "{said}");
-        assert!(
-            damaged[0]["cause"].as_str().unwrap().contains(name),
-            "{said}"
-        );
+        assert!(damaged[0]["cause"].as_str().unwrap().contains(name), "{said}");
         assert!(path.exists());
         fs::write(&path, written).unwrap();
     }

@@ -42,11 +42,7 @@ fn x3p() -> Vec<u8> {
     );
     let nodes = (0..nodes_y).flat_map(|j| (0..nodes_x).map(move |i| (i, j)));
     let heights = nodes.flat_map(|(i, j)| {
-        let height = if is_hole(i, j) {
-            f64::NAN
-        } else {
-            height(i, j)
-        };
+        let height = if is_hole(i, j) { f64::NAN } else { height(i, j) };
         height.to_le_bytes()
     });
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
@@ -139,10 +135,7 @@ fn a_scan_with_holes_goes_all_the_way_to_a_report() {
         let levels: Vec<_> = table.texts("level").unwrap().iter().flatten().collect();
         assert_eq!(levels.iter().filter(|level| **level == "plane").count(), 2);
         let stops = table.texts("stop").unwrap();
-        assert!(
-            stops.iter().all(|stop| stop == Some("converged")),
-            "{stage}"
-        );
+        assert!(stops.iter().all(|stop| stop == Some("converged")), "{stage}");
     }
 
     let report = bench.output(&["report", manifest, "--json"]);
@@ -208,11 +201,7 @@ fn a_scan_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
     let manifest = bench.path("study.toml");
     let table = || {
         let output = bench.output(&["table", manifest.to_str().unwrap(), "corrected", "--csv"]);
-        (
-            output.status.code(),
-            text(&output.stdout),
-            text(&output.stderr),
-        )
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
     let whole = table();
     assert_eq!(whole.0, Some(0));
@@ -232,12 +221,7 @@ fn a_side_that_contradicts_the_file_needs_to_override_it() {
     bench.run(&side);
     let scan = bench.table("scanned", "scan");
     assert_eq!(scan.reals("side_x").unwrap().value(0), 48e-6);
-    assert!(
-        scan.texts("unit")
-            .unwrap()
-            .iter()
-            .all(|unit| unit == Some("m"))
-    );
+    assert!(scan.texts("unit").unwrap().iter().all(|unit| unit == Some("m")));
     // Overriding the file stretches the map and its moments.
     let wide = side.replace("48e-6, 40e-6", "480e-6, 400e-6");
     let refused = bench.output(&["check", bench.write(&wide).to_str().unwrap()]);

@@ -16,10 +16,7 @@ fn session(bench: &Bench, manifest: &str) -> Session<'static> {
 
 /// One task at a time, in the order of the plan.
 fn alone() -> RunOptions {
-    RunOptions {
-        jobs: NonZeroUsize::new(1),
-        ..RunOptions::default()
-    }
+    RunOptions { jobs: NonZeroUsize::new(1), ..RunOptions::default() }
 }
 
 fn run(session: &Session) -> RunReport {
@@ -98,29 +95,18 @@ fn what_is_refused_is_told_apart_from_what_went_wrong() {
     run(&session);
     assert_eq!(session.table("area").unwrap().rows(), 16);
     assert_eq!(session.failures().unwrap().rows(), 0);
-    let only = |key: &str| RunOptions {
-        selection: Selection::Task(key.to_owned()),
-        ..alone()
-    };
+    let only = |key: &str| RunOptions { selection: Selection::Task(key.to_owned()), ..alone() };
     let refused = |options: &RunOptions| session.prepare(options).map(drop).unwrap_err();
     let mut refusals = vec![
         session.table("aera").map(drop).unwrap_err(),
         session.sql("select none from area").map(drop).unwrap_err(),
-        session
-            .claims()
-            .unwrap()
-            .named("none")
-            .map(drop)
-            .unwrap_err(),
+        session.claims().unwrap().named("none").map(drop).unwrap_err(),
         refused(&only("no key")),
         refused(&only("0123456789abcdef0123456789abcdef")),
     ];
     assert!(refusals[0].to_string().contains("did you mean `area`?"));
     bench.write(&STUDY.replace("seed = 7", "seed = 8"));
-    refusals.push(refused(&RunOptions {
-        memory: Some(ByteSize(1)),
-        ..alone()
-    }));
+    refusals.push(refused(&RunOptions { memory: Some(ByteSize(1)), ..alone() }));
     for refusal in &refusals {
         assert!(refusal.is_misuse(), "{refusal:?}");
     }

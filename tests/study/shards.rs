@@ -34,9 +34,7 @@ fn receipts(bench: &Bench) -> Vec<Value> {
     let files = bench.files().into_iter();
     let own = files.filter(|(path, _)| path.starts_with("cluster/small/receipts"));
     let whole = own.filter(|(path, _)| path.extension().is_some_and(|end| end == "json"));
-    whole
-        .map(|(_, bytes)| serde_json::from_slice(&bytes).unwrap())
-        .collect()
+    whole.map(|(_, bytes)| serde_json::from_slice(&bytes).unwrap()).collect()
 }
 
 #[test]
@@ -74,9 +72,8 @@ fn a_shard_writes_tables_of_tasks_and_a_receipt_and_nothing_else() {
     let [receipt] = receipts.as_slice() else {
         panic!("one receipt, not {}", receipts.len());
     };
-    let tables = files
-        .keys()
-        .filter(|path| path.starts_with("store") && path.extension().is_some());
+    let tables =
+        files.keys().filter(|path| path.starts_with("store") && path.extension().is_some());
     assert_eq!(receipt["computed"].as_u64(), Some(tables.count() as u64));
     assert_eq!(receipt["shard"], "2/3");
     assert!(receipt["ended"].is_u64() && receipt["seconds"].as_f64() > Some(0.0));
@@ -95,31 +92,17 @@ fn a_shard_that_fails_says_in_its_receipt_what_failed_and_why() {
     let first: Value = serde_json::from_str(text(&plan.stdout).lines().next().unwrap()).unwrap();
     let key = first["task"].as_str().unwrap();
     fs::remove_dir_all(bench.data().join("store")).unwrap();
-    let place = bench
-        .data()
-        .join("store")
-        .join(&key[..2])
-        .join(format!("{key}.parquet"));
+    let place = bench.data().join("store").join(&key[..2]).join(format!("{key}.parquet"));
     fs::create_dir_all(&place).unwrap();
     let output = shard(&bench, &manifest, "1/1");
     assert_eq!(output.status.code(), Some(1));
     let receipts = receipts(&bench);
-    let failed = receipts
-        .iter()
-        .find(|receipt| receipt["failed"] != Value::Array(vec![]));
+    let failed = receipts.iter().find(|receipt| receipt["failed"] != Value::Array(vec![]));
     let failed = failed.unwrap()["failed"].as_array().unwrap().clone();
     assert_eq!((failed.len(), failed[0]["task"].as_str()), (1, Some(key)));
     assert_eq!(failed[0]["stage"], "surfaces");
-    assert!(
-        failed[0]["reason"]
-            .as_str()
-            .unwrap()
-            .contains(place.to_str().unwrap())
-    );
-    assert!(
-        !bench.data().join("results").exists(),
-        "failures are for the last run"
-    );
+    assert!(failed[0]["reason"].as_str().unwrap().contains(place.to_str().unwrap()));
+    assert!(!bench.data().join("results").exists(), "failures are for the last run");
 }
 
 #[test]
@@ -127,29 +110,15 @@ fn a_shard_out_of_time_says_so_and_goes_on_later() {
     let bench = Bench::new();
     let long = study().replace("nodes = 32", "nodes = 256");
     let manifest = bench.write(&long);
-    let arguments = [
-        "run",
-        manifest.to_str().unwrap(),
-        "--shard",
-        "1/1",
-        "--jobs",
-        "1",
-        "--job",
-        "12_1",
-    ];
-    let run = bench
-        .asperity(&arguments)
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
+    let arguments =
+        ["run", manifest.to_str().unwrap(), "--shard", "1/1", "--jobs", "1", "--job", "12_1"];
+    let run =
+        bench.asperity(&arguments).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
     while receipts(&bench).is_empty() {
         sleep(Duration::from_millis(5));
     }
     sleep(Duration::from_millis(100));
-    let killed = Command::new("kill")
-        .args(["-TERM", &run.id().to_string()])
-        .status();
+    let killed = Command::new("kill").args(["-TERM", &run.id().to_string()]).status();
     assert!(killed.unwrap().success());
     assert_eq!(run.wait_with_output().unwrap().status.code(), Some(143));
     let receipts = receipts(&bench);
@@ -170,22 +139,13 @@ fn prune_waits_for_elements_that_may_be_at_work_elsewhere() {
     let manifest = bench.write(&study());
     assert!(shard(&bench, &manifest, "1/2").status.success());
     let folder = bench.data().join("cluster/small/receipts");
-    let path = fs::read_dir(&folder)
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap()
-        .path();
+    let path = fs::read_dir(&folder).unwrap().next().unwrap().unwrap().path();
     let mut receipt: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     receipt["ended"] = Value::Null;
     receipt["machine"] = Value::from("node-08");
     fs::write(&path, receipt.to_string()).unwrap();
     let before = bench.files();
-    let other = bench.write(
-        &STUDY
-            .replace("small", "other")
-            .replace("seed = 7", "seed = 8"),
-    );
+    let other = bench.write(&STUDY.replace("small", "other").replace("seed = 7", "seed = 8"));
     let other = other.to_str().unwrap();
     let refused = bench.output(&["prune", other, "--yes"]);
     assert_eq!(refused.status.code(), Some(1));
@@ -195,12 +155,7 @@ fn prune_waits_for_elements_that_may_be_at_work_elsewhere() {
         "{told}"
     );
     assert_same_files(&bench.files(), &before);
-    assert!(
-        bench
-            .output(&["prune", other, "--yes", "--force"])
-            .status
-            .success()
-    );
+    assert!(bench.output(&["prune", other, "--yes", "--force"]).status.success());
     assert!(bench.files().keys().all(|path| path.ends_with("lock")));
 }
 
@@ -235,9 +190,8 @@ impl Hosts<'_> {
 
 /// Whether this process may give itself names and folders of its own.
 fn may_unshare() -> bool {
-    let command = Command::new("unshare")
-        .args(["--mount", "--uts", "hostname", "elsewhere"])
-        .output();
+    let command =
+        Command::new("unshare").args(["--mount", "--uts", "hostname", "elsewhere"]).output();
     command.is_ok_and(|output| output.status.success())
 }
 
@@ -259,15 +213,10 @@ fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_ot
     let manifest = bench.write(&study());
     // It makes the store, and the file that is locked.
     assert!(shard(&bench, &manifest, "1/1000000").status.success());
-    let foreign = bench
-        .data()
-        .join("store/unfinished/.unfinished-1@node-09-aB3dEf");
+    let foreign = bench.data().join("store/unfinished/.unfinished-1@node-09-aB3dEf");
     fs::create_dir_all(foreign.parent().unwrap()).unwrap();
     fs::write(&foreign, "half a table").unwrap();
-    let hosts = Hosts {
-        bench: &bench,
-        manifest,
-    };
+    let hosts = Hosts { bench: &bench, manifest };
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for kill in 0..kills() {
         if kill % 5 == 4 {
@@ -278,10 +227,7 @@ fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_ot
                 .filter(|path| path.extension().is_some_and(|end| end == "parquet"));
             tables.for_each(|path| fs::remove_file(bench.data().join(path)).unwrap());
         }
-        let mut runs = [
-            hosts.start("node-01", "--shard 1/2"),
-            hosts.start("node-02", ""),
-        ];
+        let mut runs = [hosts.start("node-01", "--shard 1/2"), hosts.start("node-02", "")];
         for run in &mut runs {
             sleep(Duration::from_millis(random.random_range(0..150)));
             run.kill().unwrap();
@@ -289,11 +235,9 @@ fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_ot
         }
         assert!(foreign.exists());
     }
-    for (host, arguments) in [
-        ("node-01", "--shard 1/2"),
-        ("node-02", "--shard 2/2"),
-        ("node-01", ""),
-    ] {
+    for (host, arguments) in
+        [("node-01", "--shard 1/2"), ("node-02", "--shard 2/2"), ("node-01", "")]
+    {
         assert!(hosts.start(host, arguments).wait().unwrap().success());
     }
     assert_eq!(fs::read(&foreign).unwrap(), b"half a table");
@@ -301,11 +245,7 @@ fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_ot
     // What the others may be writing still is not for one host to judge.
     found.retain(|path, _| {
         !path.starts_with("store/unfinished")
-            && !path
-                .file_name()
-                .unwrap()
-                .to_string_lossy()
-                .starts_with(".unfinished")
+            && !path.file_name().unwrap().to_string_lossy().starts_with(".unfinished")
     });
     assert_same_files(&found, &expected);
 }

@@ -52,12 +52,7 @@ fn an_archive_without_its_store_can_be_read_and_computes_the_same_bytes() {
     let read = ["table", manifest.to_str().unwrap(), "area", "--csv"];
     let (there, here) = (
         unpacked.output(&read),
-        bench.output(&[
-            "table",
-            bench.path("study.toml").to_str().unwrap(),
-            "area",
-            "--csv",
-        ]),
+        bench.output(&["table", bench.path("study.toml").to_str().unwrap(), "area", "--csv"]),
     );
     assert!(there.status.success(), "{}", text(&there.stderr));
     assert_eq!(there.stdout, here.stdout);
@@ -81,41 +76,19 @@ fn sha256sum_finds_every_file_as_it_was() {
     let unpacked = unpack(&share(&bench, "checked", &["--store"]));
     let check = |arguments: &[&str]| {
         let mut command = Command::new("sha256sum");
-        command
-            .args(arguments)
-            .current_dir(unpacked.path(""))
-            .output()
-            .unwrap()
+        command.args(arguments).current_dir(unpacked.path("")).output().unwrap()
     };
     let listed = fs::read_to_string(unpacked.path("SHA256SUMS")).unwrap();
     let files = walk(&unpacked.path("")).len();
     assert_eq!(listed.lines().count(), files - 1, "all but the list itself");
-    assert!(
-        check(&["--check", "--strict", "SHA256SUMS"])
-            .status
-            .success()
-    );
+    assert!(check(&["--check", "--strict", "SHA256SUMS"]).status.success());
     fs::write(unpacked.path("study.toml"), STUDY.replace("0.8", "0.7")).unwrap();
-    assert!(
-        !check(&["--check", "--strict", "SHA256SUMS"])
-            .status
-            .success()
-    );
+    assert!(!check(&["--check", "--strict", "SHA256SUMS"]).status.success());
 }
 
 fn walk(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    entries
-        .flat_map(|path| {
-            if path.is_dir() {
-                walk(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { walk(&path) } else { vec![path] }).collect()
 }
 
 #[test]
@@ -123,12 +96,7 @@ fn the_same_study_and_day_make_the_same_bytes() {
     let [first, second] = [Bench::new(), Bench::new()];
     let archives = [&first, &second].map(|bench| {
         bench.run(STUDY);
-        fs::read(share(
-            bench,
-            "again",
-            &["--store", "--license", "CC-BY-4.0"],
-        ))
-        .unwrap()
+        fs::read(share(bench, "again", &["--store", "--license", "CC-BY-4.0"])).unwrap()
     });
     assert!(archives[0] == archives[1]);
 }
@@ -151,12 +119,7 @@ fn the_description_names_every_file_and_the_day() {
         .collect();
     let own = ["ro-crate-metadata.json", "SHA256SUMS"];
     for path in walk(&unpacked.path("")) {
-        let path = path
-            .strip_prefix(unpacked.path(""))
-            .unwrap()
-            .to_str()
-            .unwrap()
-            .to_owned();
+        let path = path.strip_prefix(unpacked.path("")).unwrap().to_str().unwrap().to_owned();
         assert!(own.contains(&&*path) || parts.contains(&&*path), "{path}");
     }
     assert_eq!(parts.len(), walk(&unpacked.path("")).len() - own.len());
@@ -189,23 +152,14 @@ fn input_files_lie_where_the_manifest_finds_them() {
     let run = bench.output(&["run", manifest]);
     assert!(run.status.success(), "{}", text(&run.stderr));
     let archive = bench.path("scan.zip");
-    let shared = bench.output(&[
-        "share",
-        manifest,
-        "--store",
-        "--output",
-        archive.to_str().unwrap(),
-    ]);
+    let shared =
+        bench.output(&["share", manifest, "--store", "--output", archive.to_str().unwrap()]);
     assert!(shared.status.success(), "{}", text(&shared.stderr));
     let unpacked = unpack(&archive);
     let moved = unpacked.path("manifests/scan.toml");
     assert!(unpacked.path("maps/scan.x3p").is_file());
     let again = unpacked.output(&["run", moved.to_str().unwrap()]);
-    assert!(
-        text(&again.stdout).contains("nothing to do"),
-        "{}",
-        text(&again.stdout)
-    );
+    assert!(text(&again.stdout).contains("nothing to do"), "{}", text(&again.stdout));
 }
 
 #[test]
@@ -224,17 +178,11 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
     };
     bench.write(STUDY);
     let (code, told) = share(&bench);
-    assert!(
-        code == Some(2) && told.contains("`small` has no tables yet"),
-        "{told}"
-    );
+    assert!(code == Some(2) && told.contains("`small` has no tables yet"), "{told}");
     bench.run(STUDY);
     assert_eq!(share(&bench).0, Some(0));
     let (code, told) = share(&bench);
-    assert!(
-        code == Some(2) && told.contains("s.zip` is there already"),
-        "{told}"
-    );
+    assert!(code == Some(2) && told.contains("s.zip` is there already"), "{told}");
     fs::remove_file(bench.path("s.zip")).unwrap();
     fs::remove_file(bench.data().join("results/small/area.parquet")).unwrap();
     let (code, told) = share(&bench);
@@ -277,12 +225,8 @@ fn what_is_not_computed_is_told_of_and_the_rest_is_shared() {
     bench.write(&STUDY.replace("bootstrap = 20", "bootstrap = 21"));
     let manifest = bench.path("study.toml");
     let output = bench.path("s.zip");
-    let shared = bench.output(&[
-        "share",
-        manifest.to_str().unwrap(),
-        "--output",
-        output.to_str().unwrap(),
-    ]);
+    let shared =
+        bench.output(&["share", manifest.to_str().unwrap(), "--output", output.to_str().unwrap()]);
     let told = text(&shared.stderr);
     assert!(shared.status.success(), "{told}");
     assert!(told.contains("`law` is not complete"), "{told}");
@@ -302,17 +246,9 @@ fn a_damaged_table_is_not_shared() {
     fs::write(&table, bytes).unwrap();
     let manifest = bench.path("study.toml");
     let output = bench.path("s.zip");
-    let shared = bench.output(&[
-        "share",
-        manifest.to_str().unwrap(),
-        "--output",
-        output.to_str().unwrap(),
-    ]);
+    let shared =
+        bench.output(&["share", manifest.to_str().unwrap(), "--output", output.to_str().unwrap()]);
     assert!(!shared.status.success());
-    assert!(
-        text(&shared.stderr).contains("area"),
-        "{}",
-        text(&shared.stderr)
-    );
+    assert!(text(&shared.stderr).contains("area"), "{}", text(&shared.stderr));
     assert!(!output.exists());
 }

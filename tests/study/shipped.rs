@@ -24,21 +24,12 @@ pub fn all() -> Vec<PathBuf> {
 fn run(bench: &Bench, name: &str) {
     let path = manifests().join(name).with_extension("toml");
     let output = bench.output(&["run", path.to_str().unwrap()]);
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     columns::assert_kept(bench, name, &path);
 }
 
 fn column(table: &Table, name: &str) -> Vec<f64> {
-    table
-        .reals(name)
-        .unwrap()
-        .iter()
-        .map(|value| value.unwrap())
-        .collect()
+    table.reals(name).unwrap().iter().map(|value| value.unwrap()).collect()
 }
 
 #[test]
@@ -46,11 +37,7 @@ fn every_shipped_manifest_makes_sense() {
     let bench = Bench::new();
     for path in all() {
         let output = bench.output(&["check", path.to_str().unwrap()]);
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
 
@@ -63,9 +50,7 @@ fn validation_finds_the_closed_forms() {
     // The contact is a strip of whole rows: its width is right to one node on each edge,
     // of the 512 across the cell.
     let wave = table("westergaard");
-    let pairs = column(&wave, "area_fraction")
-        .into_iter()
-        .zip(column(&wave, "area_exact"));
+    let pairs = column(&wave, "area_fraction").into_iter().zip(column(&wave, "area_exact"));
     for (found, exact) in pairs {
         assert!((found - exact).abs() <= 2.0 / 512.0, "{found} {exact}");
     }
@@ -73,17 +58,9 @@ fn validation_finds_the_closed_forms() {
     // Discs of 9 to 36 nodes across: the area wavers by the nodes that come and go on the edge, a
     // few per cent at first; pressures at the centre hardly notice. Image forces are O((a/L)³).
     let hertz = table("hertz");
-    assert!(
-        column(&hertz, "area_error")
-            .iter()
-            .all(|error| error.abs() < 0.04)
-    );
+    assert!(column(&hertz, "area_error").iter().all(|error| error.abs() < 0.04));
     assert!(column(&hertz, "area_error").last().unwrap().abs() < 0.01);
-    assert!(
-        column(&hertz, "peak_pressure_error")
-            .iter()
-            .all(|error| error.abs() < 5e-3)
-    );
+    assert!(column(&hertz, "peak_pressure_error").iter().all(|error| error.abs() < 5e-3));
 
     // Both asymptotes hold to their own next order: at p̄/p* of 0.002 to 0.01 and above 0.95.
     let waves = table("waves");
@@ -95,31 +72,19 @@ fn validation_finds_the_closed_forms() {
     for row in 0..waves.rows() {
         if share[row] < 0.01 {
             seen[0] += 1;
-            assert!(
-                (area[row] / light[row] - 1.0).abs() < 0.03,
-                "{}",
-                share[row]
-            );
+            assert!((area[row] / light[row] - 1.0).abs() < 0.03, "{}", share[row]);
         }
         if share[row] > 0.95 {
             seen[1] += 1;
             let (found, limit) = (1.0 - area[row], 1.0 - full[row]);
-            assert!(
-                (found / limit - 1.0).abs() < 0.06,
-                "{}: {found} {limit}",
-                share[row]
-            );
+            assert!((found / limit - 1.0).abs() < 0.06, "{}: {found} {limit}", share[row]);
         }
     }
     assert!(seen.iter().all(|&count| count >= 3), "{seen:?}");
 
     // The face is drawn node by node: its area is that of a disc to a node in 16 000 per edge node.
     let punch = table("punch");
-    assert!(
-        column(&punch, "error")
-            .iter()
-            .all(|error| error.abs() < 2e-3)
-    );
+    assert!(column(&punch, "error").iter().all(|error| error.abs() < 2e-3));
 }
 
 #[test]

@@ -7,9 +7,7 @@ use crate::bench::{Bench, STUDY, text};
 
 /// A study that takes longer than it takes to stop it.
 fn long() -> String {
-    STUDY
-        .replace("nodes = 32", "nodes = 512")
-        .replace("realizations = 2", "realizations = 4")
+    STUDY.replace("nodes = 32", "nodes = 512").replace("realizations = 2", "realizations = 4")
 }
 
 /// Starts a run of the manifest, by way of a shell that does something before, and waits until

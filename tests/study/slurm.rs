@@ -33,10 +33,7 @@ impl Slurm {
     /// One that takes every script, with jobs from 11 on, and writes down what it was asked for.
     fn willing() -> Slurm {
         Slurm::with(&[
-            (
-                "sbatch",
-                "echo \"$@\" >> \"$LOG\"; echo $((10 + $(/usr/bin/wc -l < \"$LOG\")))",
-            ),
+            ("sbatch", "echo \"$@\" >> \"$LOG\"; echo $((10 + $(/usr/bin/wc -l < \"$LOG\")))"),
             ("squeue", "exit 0"),
             ("scancel", "echo cancel \"$@\" >> \"$LOG\""),
             ("scontrol", "echo 'MaxArraySize            = 4'"),
@@ -45,9 +42,7 @@ impl Slurm {
 
     fn output(&self, command: &str, options: &[&str]) -> Output {
         let manifest = self.manifest.to_str().unwrap();
-        let mut asperity = self
-            .bench
-            .asperity(&[&[command, manifest], options].concat());
+        let mut asperity = self.bench.asperity(&[&[command, manifest], options].concat());
         asperity
             // A machine of a cluster has commands of Slurm in the usual places.
             .env("PATH", self.bench.path("bin"))
@@ -70,9 +65,7 @@ impl Slurm {
             .replace(folder, "FOLDER")
             .replace(env!("CARGO_BIN_EXE_asperity"), "ASPERITY")
             .replace(
-                &text(&Command::new("hostname").output().unwrap().stdout)
-                    .trim()
-                    .to_owned(),
+                &text(&Command::new("hostname").output().unwrap().stdout).trim().to_owned(),
                 "HOST",
             )
     }
@@ -93,10 +86,7 @@ fn an_array_is_submitted_and_a_job_after_it_however_it_ends() {
     let lines: Vec<&str> = log.lines().collect();
     assert_eq!(lines.len(), 2, "{log}");
     assert!(lines[0].starts_with("--parsable --array="), "{log}");
-    assert!(
-        lines[0].ends_with("FOLDER/data/cluster/small/element.sh"),
-        "{log}"
-    );
+    assert!(lines[0].ends_with("FOLDER/data/cluster/small/element.sh"), "{log}");
     let last = "--parsable --dependency=afterany:11 FOLDER/data/cluster/small/finish.sh 0";
     assert_eq!(lines[1], last);
     let told = slurm.plain(&output.stdout);
@@ -112,10 +102,7 @@ fn a_dry_run_prints_the_scripts_and_writes_nothing() {
     let output = slurm.output("submit", &["--dry-run", "--partition", "short", "--report"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let told = text(&output.stdout);
-    assert!(
-        told.contains("#SBATCH --partition=short") && told.contains(" --report"),
-        "{told}"
-    );
+    assert!(told.contains("#SBATCH --partition=short") && told.contains(" --report"), "{told}");
     assert!(told.contains("core-hours expected"), "{told}");
     assert!(slurm.bench.files().is_empty());
 }
@@ -123,9 +110,7 @@ fn a_dry_run_prints_the_scripts_and_writes_nothing() {
 #[test]
 fn a_folder_whose_name_has_two_lines_reaches_no_script() {
     let slurm = Slurm::willing();
-    let data = slurm
-        .bench
-        .path("data\n#SBATCH --comment=injected\ntouch injected");
+    let data = slurm.bench.path("data\n#SBATCH --comment=injected\ntouch injected");
     for options in [&SHORT[..], &["--dry-run"]] {
         let options = [options, &["--data", data.to_str().unwrap()]].concat();
         let output = slurm.output("submit", &options);
@@ -158,23 +143,12 @@ fn what_is_said_on_the_command_line_counts_before_the_manifests_folder_and_that_
 #[test]
 fn the_last_job_computes_what_is_little_and_submits_again_what_is_much() {
     let slurm = Slurm::willing();
-    assert!(
-        slurm
-            .output("submit", &[&SHORT[..], &["--rounds", "1"]].concat())
-            .status
-            .success()
-    );
+    assert!(slurm.output("submit", &[&SHORT[..], &["--rounds", "1"]].concat()).status.success());
     let output = slurm.output("finish", &["--jobs", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("left no receipt"), "{}", text(&output.stderr));
     assert!(
-        text(&output.stderr).contains("left no receipt"),
-        "{}",
-        text(&output.stderr)
-    );
-    assert!(
-        slurm
-            .log()
-            .ends_with("--dependency=afterany:13 FOLDER/data/cluster/small/finish.sh 1\n")
+        slurm.log().ends_with("--dependency=afterany:13 FOLDER/data/cluster/small/finish.sh 1\n")
     );
     assert!(!slurm.bench.data().join("results").exists());
     // No round is left: what is missing is computed here, and all tables are those of a plain run.
@@ -202,10 +176,7 @@ fn status_counts_what_is_there_without_slurm_too() {
     assert_eq!(after["queue"], Value::Null);
     assert!(after["core_hours_spent"].as_f64() > Some(0.0));
     let told = slurm.plain(&slurm.output("status", &[]).stdout);
-    assert!(
-        told.contains("light") && told.contains("core-hours spent"),
-        "{told}"
-    );
+    assert!(told.contains("light") && told.contains("core-hours spent"), "{told}");
 }
 
 #[test]
@@ -216,19 +187,13 @@ fn errors_that_users_meet_first_name_the_cure() {
 
     let refusing = |words: &str| {
         Slurm::with(&[
-            (
-                "sbatch",
-                &format!("echo 'sbatch: error: {words}' >&2; exit 1"),
-            ),
+            ("sbatch", &format!("echo 'sbatch: error: {words}' >&2; exit 1")),
             ("squeue", "exit 0"),
             ("sinfo", "printf 'short\\nlong\\n'"),
         ])
     };
     let partition = refusing("Batch job submission failed: Invalid partition name specified");
-    insta::assert_snapshot!(
-        "partition",
-        partition.refused("submit", &["--partition", "shrot"])
-    );
+    insta::assert_snapshot!("partition", partition.refused("submit", &["--partition", "shrot"]));
     let account =
         "Batch job submission failed: Invalid account or account/partition combination specified";
     insta::assert_snapshot!("account", refusing(account).refused("submit", &[]));
@@ -259,9 +224,7 @@ impl Slurm {
     /// What a script that fails prints where it is an element.
     fn printed_by(&self, script: &Path) -> String {
         let mut bash = Command::new("bash");
-        bash.arg(script)
-            .env("SLURM_ARRAY_TASK_ID", "1")
-            .env("SLURM_ARRAY_JOB_ID", "11");
+        bash.arg(script).env("SLURM_ARRAY_TASK_ID", "1").env("SLURM_ARRAY_JOB_ID", "11");
         let output = bash.output().unwrap();
         assert!(!output.status.success());
         self.plain(&output.stderr)
@@ -274,9 +237,7 @@ impl Slurm {
         let script = self.bench.data().join("cluster/small/element.sh");
         for element in ["1", "2", "3"] {
             let mut bash = Command::new("bash");
-            bash.arg(&script)
-                .env("SLURM_ARRAY_TASK_ID", element)
-                .env("SLURM_ARRAY_JOB_ID", "11");
+            bash.arg(&script).env("SLURM_ARRAY_TASK_ID", element).env("SLURM_ARRAY_JOB_ID", "11");
             assert!(bash.output().unwrap().status.success());
         }
     }
@@ -313,12 +274,7 @@ fn in_rounds(until: &str) {
     slurm.bench.write(&growing);
     assert!(slurm.output("submit", &SHORT).status.success());
     let mut rounds = 0;
-    while !slurm
-        .bench
-        .data()
-        .join("results/small/area.parquet")
-        .exists()
-    {
+    while !slurm.bench.data().join("results/small/area.parquet").exists() {
         slurm.compute_elements();
         let output = slurm.output("finish", &["--jobs", "1", "--round", &rounds.to_string()]);
         assert!(output.status.success(), "{}", text(&output.stderr));

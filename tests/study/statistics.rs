@@ -73,10 +73,7 @@ fn by(table: &Table, key: &str, name: &str) -> BTreeMap<u64, (f64, f64)> {
     for (key, value) in values(table, key).into_iter().zip(values(table, name)) {
         groups.entry(key.to_bits()).or_default().push(value);
     }
-    groups
-        .into_iter()
-        .map(|(key, values)| (key, mean_and_sd(&values)))
-        .collect()
+    groups.into_iter().map(|(key, values)| (key, mean_and_sd(&values))).collect()
 }
 
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
@@ -102,25 +99,16 @@ fn surfaces_drawn_from_a_measured_spectrum_have_it_within_their_scatter() {
         let (mean, sd) = drawn[&wavenumber.to_bits()];
         // Of 30 rings none deviates by four standard errors, of 20 skewed densities.
         let error = sd / 20_f64.sqrt();
-        assert!(
-            (mean - density).abs() <= 4.5 * error,
-            "{wavenumber}: {mean} {density}"
-        );
+        assert!((mean - density).abs() <= 4.5 * error, "{wavenumber}: {mean} {density}");
         compared += 1;
     }
-    assert_eq!(
-        compared, 30,
-        "rings from the second to the last before the cutoff"
-    );
+    assert_eq!(compared, 30, "rings from the second to the last before the cutoff");
 
     let (scan, drawn) = (table("scan_roughness"), table("drawn_roughness"));
     for name in ["Sq", "Sdq"] {
         let (mean, sd) = mean_and_sd(&values(&drawn, name));
         let scan = values(&scan, name)[0];
-        assert!(
-            (mean - scan).abs() <= 4.0 * sd / 20_f64.sqrt() + 0.02 * scan,
-            "{name}"
-        );
+        assert!((mean - scan).abs() <= 4.0 * sd / 20_f64.sqrt() + 0.02 * scan, "{name}");
     }
     assert_kept(&bench, "ensemble", &bench.path("study.toml"));
 }
@@ -135,10 +123,7 @@ fn more_surfaces_of_a_measured_spectrum_keep_those_that_are_there() {
     assert!(again.values().all(is_idle), "{again:?}");
     bench.run(&ENSEMBLE.replace("realizations = 20", "realizations = 5"));
     let after = bench.table("ensemble", "drawn");
-    assert_eq!(
-        values(&before, "rms_height"),
-        values(&after, "rms_height")[..3]
-    );
+    assert_eq!(values(&before, "rms_height"), values(&after, "rms_height")[..3]);
     // Another scan, other surfaces.
     bench.run_with(&few.replace("seed = 3", "seed = 4"), &["--replace"]);
     let other = bench.table("ensemble", "drawn");
@@ -178,10 +163,7 @@ what = "roughness"
         bench.run_with(&manifest(keys), &["--replace"]);
         assert_kept(&bench, "given", &bench.path("study.toml"));
         let surfaces = bench.table("given", "surfaces");
-        (
-            surfaces.texts("unit").unwrap().value(0).to_owned(),
-            values(&surfaces, "rms_height"),
-        )
+        (surfaces.texts("unit").unwrap().value(0).to_owned(), values(&surfaces, "rms_height"))
     };
     let (unit, micrometres) = heights("side = 20");
     assert_eq!(unit, "", "that of the file");
@@ -254,10 +236,7 @@ over = ["m20", "m02"]
     assert!((ratios[2] * 9.0 - 1.0).abs() < 0.4, "{ratios:?}");
 
     // A ratio of 1 is a value: a data frame grouped by the ratio keeps these surfaces.
-    for table in [
-        bench.table("grain", "surfaces"),
-        bench.table("grain", "mean"),
-    ] {
+    for table in [bench.table("grain", "surfaces"), bench.table("grain", "mean")] {
         let column = |name| table.reals(name).unwrap();
         let (ratios, angles) = (column("anisotropy_ratio"), column("anisotropy_angle"));
         let points: Vec<_> = ratios.iter().zip(angles).collect();
@@ -278,13 +257,7 @@ over = ["m20", "m02"]
     other.run(&plain);
     let [swept, plain] = [&bench, &other].map(|bench| bench.table("grain", "surfaces"));
     let surfaces = |table: &Table| {
-        table
-            .texts("surface")
-            .unwrap()
-            .iter()
-            .flatten()
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
+        table.texts("surface").unwrap().iter().flatten().map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(surfaces(&swept)[..2], surfaces(&plain));
     assert!(!plain.has("anisotropy_ratio"));
@@ -326,10 +299,9 @@ bootstrap = 100
         assert_kept(&bench, "fit", &bench.path("study.toml"));
         let law = bench.table("fit", "law");
         assert_eq!(law.rows(), 1);
-        for (name, truth) in [
-            ("hurst_exponent", 0.7),
-            ("rolloff_wavenumber", std::f64::consts::TAU * 8.0 / 2.0),
-        ] {
+        for (name, truth) in
+            [("hurst_exponent", 0.7), ("rolloff_wavenumber", std::f64::consts::TAU * 8.0 / 2.0)]
+        {
             let of = |end: &str| values(&law, &format!("{name}{end}"))[0];
             let error = of("_standard_error");
             assert!(error > 0.0 && error < 0.1 * truth, "{name} {error}");
@@ -347,8 +319,5 @@ fn what_cannot_be_drawn_again_cannot_be_pooled() {
     let path = bench.write(&manifest);
     let output = bench.output(&["check", path.to_str().unwrap()]);
     let told = text(&output.stderr);
-    assert!(
-        told.contains("cannot be drawn again to be pooled"),
-        "{told}"
-    );
+    assert!(told.contains("cannot be drawn again to be pooled"), "{told}");
 }

@@ -50,12 +50,7 @@ fn a_table_for_reading_says_what_it_leaves_out() {
     let bench = Bench::new();
     bench.run(STUDY);
     let printed = table(&bench, &["area", "--rows", "3"]);
-    for part in [
-        "in every row: method filter",
-        "k_upper",
-        "… 13 more rows",
-        "more columns",
-    ] {
+    for part in ["in every row: method filter", "k_upper", "… 13 more rows", "more columns"] {
         assert!(printed.contains(part), "{part} in\n{printed}");
     }
     let asked = table(&bench, &["area", "--columns", "nodes,load", "--rows", "0"]);
@@ -104,10 +99,7 @@ fn a_query_is_told_of_the_tables_that_it_reads_and_of_no_other() {
     assert!(!column.contains("`area_fraction`"), "{column}");
     let query = "select s.clusters from surfaces s join area a using (surface)";
     let of_a_table = refusal(&bench, &["--sql", query], 2);
-    assert!(
-        of_a_table.contains("`s` has no column `clusters`"),
-        "{of_a_table}"
-    );
+    assert!(of_a_table.contains("`s` has no column `clusters`"), "{of_a_table}");
     assert!(!of_a_table.contains("`area_fraction`"), "{of_a_table}");
 }
 
@@ -120,10 +112,8 @@ fn a_deep_query_is_answered_and_a_deeper_one_refused() {
     assert_eq!(answer.lines().count(), 16);
     let refused = refusal(&bench, &["--sql", &sum(3000)], 2);
     assert!(refused.contains("within one another"), "{refused}");
-    let stage = format!(
-        "[stage.deep]\nkind = \"aggregate\"\nfrom = \"area\"\nsql = \"{}\"",
-        sum(3000)
-    );
+    let stage =
+        format!("[stage.deep]\nkind = \"aggregate\"\nfrom = \"area\"\nsql = \"{}\"", sum(3000));
     let path = bench.write(&format!("{STUDY}\n{stage}"));
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
@@ -137,10 +127,7 @@ fn what_polars_panics_at_is_told_as_an_error_and_nothing_else() {
     bench.run(STUDY);
     let query = "select row_number() over (partition by load order by surface) as r from area group by load, surface";
     let told = refusal(&bench, &["--sql", query], 2);
-    assert!(
-        told.starts_with("error: polars cannot answer this query"),
-        "{told}"
-    );
+    assert!(told.starts_with("error: polars cannot answer this query"), "{told}");
     assert!(!told.contains("panicked"), "{told}");
 }
 
@@ -185,12 +172,7 @@ fn a_reader_that_leaves_early_is_no_failure() {
             .unwrap();
         drop(child.stdout.take());
         let mut told = String::new();
-        child
-            .stderr
-            .take()
-            .unwrap()
-            .read_to_string(&mut told)
-            .unwrap();
+        child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
         assert!(child.wait().unwrap().success(), "{format}: {told}");
         assert_eq!(told, "", "{format}");
     }

@@ -55,10 +55,7 @@ fn channels_are_chosen_by_name_or_number() {
     let named = channels(&bench, &[&file, "--channel", "Height"]);
     assert_eq!(named, channels(&bench, &[&file, "--channel", "4"]));
     let all = told(&bench, &[&file]);
-    assert!(
-        all.contains("channel 1, `ZSensor`, the first that holds heights"),
-        "{all}"
-    );
+    assert!(all.contains("channel 1, `ZSensor`, the first that holds heights"), "{all}");
     let message = refused(&bench, &[&file, "--channel", "Heigth"], 2);
     assert!(message.contains("did you mean `Height`?"), "{message}");
     assert!(refused(&bench, &[&file, "--channel", "5"], 2).contains("no channel `5`"));
@@ -68,14 +65,8 @@ fn channels_are_chosen_by_name_or_number() {
 fn missing_points_are_told_and_drawn() {
     let bench = Bench::new();
     let path = bench.path("frt.png");
-    let told = told(
-        &bench,
-        &[&example("frt-2.frt"), "--output", path.to_str().unwrap()],
-    );
-    assert!(
-        told.contains("12314 points of channel 1, 27.364 %"),
-        "{told}"
-    );
+    let told = told(&bench, &[&example("frt-2.frt"), "--output", path.to_str().unwrap()]);
+    assert!(told.contains("12314 points of channel 1, 27.364 %"), "{told}");
     let mut decoder = png::Decoder::new(Cursor::new(fs::read(path).unwrap()));
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().unwrap();
@@ -84,9 +75,7 @@ fn missing_points_are_told_and_drawn() {
     assert_eq!((frame.width, frame.height), (150, 300));
     let (pixels, _) = bytes.as_chunks::<3>();
     // The highest heights are yellow: they have green in them, too.
-    let holes = pixels
-        .iter()
-        .filter(|[red, green, _]| *red > 200 && *green < 100);
+    let holes = pixels.iter().filter(|[red, green, _]| *red > 200 && *green < 100);
     assert_eq!(holes.count(), 12314);
 }
 

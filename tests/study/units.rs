@@ -6,9 +6,7 @@ use crate::bench::{Bench, STUDY};
 fn without_units(side: &str, rms_slope: &str, effective_modulus: &str) -> (Vec<f64>, Vec<f64>) {
     let units = format!("nodes = 32\nside = {side}\nrms_slope = {rms_slope}");
     let modulus = format!("from = \"surfaces\"\neffective_modulus = {effective_modulus}");
-    let study = STUDY
-        .replace("nodes = 32", &units)
-        .replace("from = \"surfaces\"", &modulus);
+    let study = STUDY.replace("nodes = 32", &units).replace("from = \"surfaces\"", &modulus);
     let bench = Bench::new();
     bench.run(&study);
     let reals = |stage: &str, column: &str| {

@@ -48,32 +48,19 @@ fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictu
     };
     assert_eq!(view("0.1", &["-o", map]).0, Some(0));
     let first = fs::read(map).unwrap();
-    assert_eq!(
-        view("0.1", &["-o", map]),
-        (Some(0), String::new()),
-        "the same"
-    );
+    assert_eq!(view("0.1", &["-o", map]), (Some(0), String::new()), "the same");
     let (code, told) = view("0.025", &["-o", map]);
-    assert!(
-        code == Some(2) && told.contains("is there already"),
-        "{told}"
-    );
+    assert!(code == Some(2) && told.contains("is there already"), "{told}");
     assert_eq!(fs::read(map).unwrap(), first);
     assert_eq!(view("0.025", &["-o", map, "--replace"]).0, Some(0));
     assert_ne!(fs::read(map).unwrap(), first);
 
     fs::write(map, STUDY).unwrap();
     let (code, told) = view("0.1", &["-o", map, "--replace"]);
-    assert!(
-        code == Some(2) && told.contains("is not a PNG file"),
-        "{told}"
-    );
+    assert!(code == Some(2) && told.contains("is not a PNG file"), "{told}");
     assert_eq!(fs::read_to_string(map).unwrap(), STUDY);
     let (code, told) = view("0.1", &["-o", manifest, "--replace"]);
-    assert!(
-        code == Some(2) && told.contains("does not end in `.png`"),
-        "{told}"
-    );
+    assert!(code == Some(2) && told.contains("does not end in `.png`"), "{told}");
     assert_eq!(fs::read_to_string(manifest).unwrap(), STUDY);
 }
 
@@ -137,10 +124,7 @@ fn a_load_is_asked_for_in_the_unit_of_the_study_and_refused_where_there_is_none(
     assert_eq!(told["load_column"], "load");
     assert_eq!(told["nodes"], 32);
     let refused_load = refused(&bench, &[&key, "--load", "7"]);
-    assert!(
-        refused_load.contains("the nearest is 0.1"),
-        "{refused_load}"
-    );
+    assert!(refused_load.contains("the nearest is 0.1"), "{refused_load}");
 
     let pascals = "load_unit = \"absolute\"\neffective_modulus = 1e9\nloads = [1e7, 5e7]";
     bench.run(&STUDY.replace("loads = { to = 0.1, steps = 4 }", pascals));
@@ -150,10 +134,7 @@ fn a_load_is_asked_for_in_the_unit_of_the_study_and_refused_where_there_is_none(
     assert_eq!(told["load_column"], "pressure");
     assert_ne!(lightest, view(&bench, &[&key, "--load", "5e7"]).1);
     let refused_load = refused(&bench, &[&key, "--load", "0.01"]);
-    assert!(
-        refused_load.contains("the nearest is 1e7"),
-        "{refused_load}"
-    );
+    assert!(refused_load.contains("the nearest is 1e7"), "{refused_load}");
 }
 
 #[test]

@@ -50,10 +50,7 @@ fn a_coarse_mesh_is_told_on_standard_error_and_stops_nothing() {
     let page = bench.output(&["report", path, "--json"]);
     let said: Value = serde_json::from_slice(&page.stdout).unwrap();
     let page = std::fs::read_to_string(said["page"].as_str().unwrap()).unwrap();
-    assert_eq!(
-        page.matches("2 nodes to the shortest wavelength").count(),
-        1
-    );
+    assert_eq!(page.matches("2 nodes to the shortest wavelength").count(), 1);
 }
 
 #[test]

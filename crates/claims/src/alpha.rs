@@ -127,11 +127,6 @@ fn of_equal_bandwidth(evidence: &Evidence, correction: &str, statement: Statemen
         }
     }
     quantities.judge(statement, data(correction), || {
-        needs(
-            evidence,
-            correction,
-            &LIGHT,
-            "spectra of equal `k_upper` / `k_lower`",
-        )
+        needs(evidence, correction, &LIGHT, "spectra of equal `k_upper` / `k_lower`")
     })
 }

@@ -196,9 +196,7 @@ fn beside<'a>(
 /// Mean area of a model over the mean solved area, under the load at a place of the model's.
 fn ratio(model: &PerLoad, solved: &AreaCurves, place: usize, weights: &Weights) -> Option<f64> {
     let load = model.loads[place];
-    let other = solved
-        .at(load)
-        .filter(|&other| is_near(solved.loads[other], load))?;
+    let other = solved.at(load).filter(|&other| is_near(solved.loads[other], load))?;
     Some(weights.mean(&model.values[place]) / weights.mean(&solved.areas[other]))
 }
 
@@ -264,9 +262,8 @@ fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Qua
     let mut quantities = Quantities::default();
     for (model, solved) in beside(models, solved) {
         let places = 0..model.loads.len();
-        let common: Vec<usize> = places
-            .filter(|&place| ratio(model, solved, place, &Weights::ALL).is_some())
-            .collect();
+        let common: Vec<usize> =
+            places.filter(|&place| ratio(model, solved, place, &Weights::ALL).is_some()).collect();
         if common.len() < 2 {
             continue;
         }
@@ -276,10 +273,7 @@ fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Qua
                 let deviation = ratio(model, solved, place, weights)?.ln().abs();
                 Some((model.loads[place], deviation))
             });
-            Some(first_beyond(
-                &points.collect::<Option<Vec<_>>>()?,
-                1.1_f64.ln(),
-            ))
+            Some(first_beyond(&points.collect::<Option<Vec<_>>>()?, 1.1_f64.ln()))
         });
     }
     quantities
@@ -310,14 +304,8 @@ fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Qu
         else {
             continue;
         };
-        let pairs = [
-            (&gaps_explicit[other_gap], &gaps_none[gap]),
-            (&explicit[other], area),
-        ];
-        for place in [0.032, 0.064, 0.128]
-            .into_iter()
-            .filter_map(|load| area.at(load))
-        {
+        let pairs = [(&gaps_explicit[other_gap], &gaps_none[gap]), (&explicit[other], area)];
+        for place in [0.032, 0.064, 0.128].into_iter().filter_map(|load| area.at(load)) {
             let label = label(evidence, area, place);
             quantities.add(label, &[area.surfaces()], |weights| {
                 let [gap, area] = pairs.map(|(with, without)| {
@@ -334,10 +322,7 @@ fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Qu
 fn stay_apart(evidence: &Evidence) -> Quantities {
     let mut quantities = Quantities::default();
     for shares in evidence.asperities_along_loads(EXPLICIT, OVERLAPPING_SHARE.name) {
-        for place in [0.001, 0.002, 0.004]
-            .into_iter()
-            .filter_map(|load| shares.at(load))
-        {
+        for place in [0.001, 0.002, 0.004].into_iter().filter_map(|load| shares.at(load)) {
             let label = label(evidence, &shares, place);
             quantities.add(label, &[shares.surfaces()], |weights| {
                 Some(weights.mean(&shares.values[place]))

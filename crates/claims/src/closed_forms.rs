@@ -118,21 +118,13 @@ fn summits() -> Claim {
             seed: 2015,
             realization,
         };
-        let tabulated = surface
-            .moments(grid.cell())
-            .summit_density_integer(grid.cell());
+        let tabulated = surface.moments(grid.cell()).summit_density_integer(grid.cell());
         count_summits(nodes, surface.draw(grid).heights()) as f64 / tabulated
     };
     let ratios: Vec<f64> = (0..surfaces).map(density_over_counted).collect();
     let label = "H 0.8, k_lower 2, k_upper 8".to_owned();
-    let bound = jackknife(label, &[ratios.len()], |weights| {
-        Some(weights.mean(&ratios))
-    });
-    judged(
-        SUMMITS,
-        "twenty surfaces drawn for it",
-        bound.into_iter().collect(),
-    )
+    let bound = jackknife(label, &[ratios.len()], |weights| Some(weights.mean(&ratios)));
+    judged(SUMMITS, "twenty surfaces drawn for it", bound.into_iter().collect())
 }
 
 /// Nodes higher than their eight neighbours, around the cell.
@@ -150,11 +142,8 @@ fn count_summits(nodes: usize, heights: &[f64]) -> usize {
 fn asymptote_of_alpha() -> Vec<Bound> {
     let bound = |hurst: f64| {
         let ln_alpha = |ln_magnification: f64| {
-            let continuum = Continuum {
-                hurst,
-                plateau: 1.0,
-                magnification: ln_magnification.exp(),
-            };
+            let continuum =
+                Continuum { hurst, plateau: 1.0, magnification: ln_magnification.exp() };
             continuum.nayak().ln()
         };
         let (place, step) = (1e8_f64.ln(), 1e-3);

@@ -88,9 +88,7 @@ const MOST_LEFT: f64 = 0.01;
 /// The claims.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let own = evidence.of_the_paper(OF_2017);
-    let are_several = own
-        .iter()
-        .any(|one| one.spectrum.k_lower != own[0].spectrum.k_lower);
+    let are_several = own.iter().any(|one| one.spectrum.k_lower != own[0].spectrum.k_lower);
     let law = |axes: Axes, quantity: fn(&[[f64; 3]]) -> Option<f64>| match are_several {
         true => over_loads(&own, axes, |_| true, quantity),
         false => Quantities::default(),
@@ -101,9 +99,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let spectra = "spectra of at least two `k_lower` and two `k_upper` each";
     let lacking = || needs(evidence, OF_2017, &UP_TO_FOUR_FIFTHS, spectra);
     let all = evidence.under(OF_2017);
-    let several_exponents = all
-        .iter()
-        .any(|one| one.spectrum.hurst != all[0].spectrum.hurst);
+    let several_exponents = all.iter().any(|one| one.spectrum.hurst != all[0].spectrum.hurst);
     let plateaus = all.iter().any(|one| !one.spectrum.is_plain());
     let on_alpha = match (several_exponents, plateaus) {
         (_, false) => ALPHA_ALONE,
@@ -214,9 +210,7 @@ fn over_loads(
             };
             if is_asked(&points(&Weights::ALL)) {
                 let label = under(family[0].loads[places[0]]);
-                quantities.add(label, &surfaces(&family), |weights| {
-                    quantity(&points(weights))
-                });
+                quantities.add(label, &surfaces(&family), |weights| quantity(&points(weights)));
             }
         }
     }
@@ -228,10 +222,7 @@ fn of_one_mesh<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut meshes: Vec<Vec<&AreaCurves>> = Vec::new();
     for family in families(ensembles) {
         let nodes = family[0].spectrum.nodes;
-        match meshes
-            .iter_mut()
-            .find(|mesh| mesh[0].spectrum.nodes == nodes)
-        {
+        match meshes.iter_mut().find(|mesh| mesh[0].spectrum.nodes == nodes) {
             Some(mesh) => mesh.extend(family),
             None => meshes.push(family),
         }

@@ -67,10 +67,9 @@ fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
         ClaimOutcome::Judged(judgement) if judgement.is_decided(expected, looks) => {
             decisions.decided.push(name);
         }
-        ClaimOutcome::Judged(judgement) => decisions.undecided.push(Undecided {
-            name,
-            surfaces: judgement.decided_with(expected, looks),
-        }),
+        ClaimOutcome::Judged(judgement) => decisions
+            .undecided
+            .push(Undecided { name, surfaces: judgement.decided_with(expected, looks) }),
         ClaimOutcome::NotComputed(needs) => decisions.not_judged.push((name, needs)),
         ClaimOutcome::Noted => {}
     }
@@ -89,10 +88,7 @@ mod tests {
     fn claims_that_surfaces_decide_have_names_of_their_own() {
         let mut names = names();
         assert!(names.contains(&"area-above-persson"));
-        assert!(
-            !names.contains(&"asymptote-of-alpha"),
-            "a closed form decides it"
-        );
+        assert!(!names.contains(&"asymptote-of-alpha"), "a closed form decides it");
         let count = names.len();
         names.sort_unstable();
         names.dedup();
@@ -100,11 +96,7 @@ mod tests {
     }
 
     fn growth() -> Growth {
-        Growth {
-            at_least: 10,
-            at_most: 80,
-            until: Until::Claims(Vec::new()),
-        }
+        Growth { at_least: 10, at_most: 80, until: Until::Claims(Vec::new()) }
     }
 
     /// The share of studies that are told on the way that a mean lies above zero, where it is zero.
@@ -117,9 +109,8 @@ mod tests {
             let mut sizes = sizes.take_while(|&n| n < growth.at_most);
             sizes.any(|n| {
                 let values = &all[..n as usize];
-                let bound = jackknife(String::new(), &[values.len()], |weights| {
-                    Some(weights.mean(values))
-                });
+                let bound =
+                    jackknife(String::new(), &[values.len()], |weights| Some(weights.mean(values)));
                 let verdict = Expectation::Positive.verdict_of(&bound.unwrap(), 1, looks_shared);
                 verdict == Verdict::Holds
             })

@@ -169,10 +169,7 @@ fn ratio(
 fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
     let mut quantities = Quantities::default();
     for one in under_loads(all, &MODERATE[..2]) {
-        let finer = Spectrum {
-            nodes: 2 * one.spectrum.nodes,
-            ..one.spectrum.clone()
-        };
+        let finer = Spectrum { nodes: 2 * one.spectrum.nodes, ..one.spectrum.clone() };
         let is_finer = |other: &&Pressures| other.spectrum == finer && other.load == one.load;
         let finer = all.iter().find(is_finer);
         let lightest = |one: &Pressures| one.between(0.0, 0.025);
@@ -182,14 +179,10 @@ fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
         if !(32..=64).contains(&(one.spectrum.nodes / one.spectrum.k_upper)) {
             continue;
         }
-        quantities.add(
-            label(evidence, one),
-            &[coarse.len(), fine.len()],
-            |weights| {
-                let [coarse, fine] = [&coarse, &fine].map(|shares| weights.mean(shares));
-                (fine > 0.0).then(|| (coarse / fine).log2())
-            },
-        );
+        quantities.add(label(evidence, one), &[coarse.len(), fine.len()], |weights| {
+            let [coarse, fine] = [&coarse, &fine].map(|shares| weights.mean(shares));
+            (fine > 0.0).then(|| (coarse / fine).log2())
+        });
     }
     quantities
 }

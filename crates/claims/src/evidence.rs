@@ -178,11 +178,8 @@ impl Evidence {
 
     /// The ensembles under one correction, by spectrum.
     pub fn under(&self, correction: &str) -> Vec<&AreaCurves> {
-        let mut found: Vec<&AreaCurves> = self
-            .ensembles
-            .iter()
-            .filter(|ensemble| ensemble.correction == correction)
-            .collect();
+        let mut found: Vec<&AreaCurves> =
+            self.ensembles.iter().filter(|ensemble| ensemble.correction == correction).collect();
         found.sort_by_key(|ensemble| (ensemble.spectrum.k_lower, ensemble.spectrum.k_upper));
         found
     }
@@ -200,14 +197,11 @@ impl Evidence {
         columns: &[&'static str],
         value: impl Fn(&BTreeMap<&'static str, f64>) -> f64,
     ) -> Vec<AtLoad> {
-        let loads = self
-            .of_the_paper(AS_COUNTED)
-            .into_iter()
-            .filter_map(|ensemble| {
-                let place = ensemble.at(load)?;
-                let load = (ensemble.given[place], ensemble.loads[place]);
-                Some((key(&ensemble.spectrum), load))
-            });
+        let loads = self.of_the_paper(AS_COUNTED).into_iter().filter_map(|ensemble| {
+            let place = ensemble.at(load)?;
+            let load = (ensemble.given[place], ensemble.loads[place]);
+            Some((key(&ensemble.spectrum), load))
+        });
         let loads: BTreeMap<_, (f64, f64)> = loads.collect();
         let of = |name: &str, row: usize| number(&self.contacts, name, row);
         let given = load_column(&self.contacts);
@@ -217,13 +211,11 @@ impl Evidence {
             let is_asked = of(given, row)? == asked.0;
             Some(value(&numbers.collect::<Option<_>>().filter(|_| is_asked)?))
         });
-        let found = found
-            .into_iter()
-            .map(|PerSurface { spectrum, values }| AtLoad {
-                load: loads[&key(&spectrum)].1,
-                spectrum,
-                values,
-            });
+        let found = found.into_iter().map(|PerSurface { spectrum, values }| AtLoad {
+            load: loads[&key(&spectrum)].1,
+            spectrum,
+            values,
+        });
         found.collect()
     }
 
@@ -234,9 +226,7 @@ impl Evidence {
             let spectrum = spectrum(&self.contacts, point.row).ok()??;
             let moments = point.moments()?;
             let name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
-            spectrum
-                .is_of_the_paper()
-                .then_some(OverMeshes { name, moments })
+            spectrum.is_of_the_paper().then_some(OverMeshes { name, moments })
         });
         found.collect()
     }
@@ -274,9 +264,8 @@ impl AreaCurves {
     /// contact.
     pub fn curves(&self, weights: &Weights) -> Option<Curves> {
         let open = (0..self.loads.len()).take_while(|&place| self.mean(place) < 1.0);
-        let by_load: Vec<Vec<f64>> = open
-            .map(|place| weights.values(&self.areas[place]).collect())
-            .collect();
+        let by_load: Vec<Vec<f64>> =
+            open.map(|place| weights.values(&self.areas[place]).collect()).collect();
         let loads = self.loads[..by_load.len()].to_vec();
         let surfaces = 0..by_load.first()?.len();
         let areas = surfaces.map(|surface| by_load.iter().map(|areas| areas[surface]).collect());
@@ -294,11 +283,7 @@ fn curves(table: &Table) -> Result<Vec<AreaCurves>, TableError> {
         return Ok(Vec::new());
     }
     let is_corrected = table.has(CORRECTION.name);
-    let area = if is_corrected {
-        AREA_CORRECTED
-    } else {
-        AREA_FRACTION
-    };
+    let area = if is_corrected { AREA_CORRECTED } else { AREA_FRACTION };
     let areas = table.reals(area.name)?;
     let mut curves = Vec::new();
     for rows in ensembles(table)? {
@@ -328,8 +313,7 @@ fn ensemble(
     let area = |member: usize, load: usize| {
         let left_behind = || {
             let last = lasts[member].filter(|&last| load > last)?;
-            rows.row(member, last)
-                .filter(|&row| areas.value(row) == 1.0)
+            rows.row(member, last).filter(|&row| areas.value(row) == 1.0)
         };
         let row = rows.row(member, load).or_else(left_behind)?;
         Some(areas.value(row))
@@ -361,15 +345,12 @@ fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -
         let Some(value) = value(&spectrum, row) else {
             continue;
         };
-        let (_, values) = known
-            .entry(key(&spectrum))
-            .or_insert((spectrum, BTreeMap::new()));
+        let (_, values) = known.entry(key(&spectrum)).or_insert((spectrum, BTreeMap::new()));
         values.entry(members.of_row(row)).or_insert(value);
     }
-    let found = known.into_values().map(|(spectrum, values)| PerSurface {
-        spectrum,
-        values: values.into_values().collect(),
-    });
+    let found = known
+        .into_values()
+        .map(|(spectrum, values)| PerSurface { spectrum, values: values.into_values().collect() });
     found.collect()
 }
 

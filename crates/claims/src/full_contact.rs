@@ -178,12 +178,7 @@ fn exponent(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(EXPONENT, data(AS_COUNTED), || {
-        needs(
-            evidence,
-            AS_COUNTED,
-            &[],
-            "three loads or more of areas from 0.9 to 0.998",
-        )
+        needs(evidence, AS_COUNTED, &[], "three loads or more of areas from 0.9 to 0.998")
     })
 }
 
@@ -249,9 +244,7 @@ fn scaled_erf(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(SCALED_ERF, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[], HEAVY_LOADS)
-    })
+    quantities.judge(SCALED_ERF, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &[], HEAVY_LOADS))
 }
 
 fn cracks(evidence: &Evidence) -> Claim {
@@ -265,9 +258,7 @@ fn cracks(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(CRACKS, data(OF_2017), || {
-        needs(evidence, OF_2017, &[], HEAVY_LOADS)
-    })
+    quantities.judge(CRACKS, data(OF_2017), || needs(evidence, OF_2017, &[], HEAVY_LOADS))
 }
 
 fn groups_by_k_upper(evidence: &Evidence) -> Claim {
@@ -277,9 +268,7 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
         for &load in &family[0].loads {
             let place = |one: &&AreaCurves| {
                 let place = one.at(load)?;
-                known(one, VERY_NEAR_FULL, 2.0 * KNOWN)
-                    .contains(&place)
-                    .then_some(place)
+                known(one, VERY_NEAR_FULL, 2.0 * KNOWN).contains(&place).then_some(place)
             };
             let Some(places) = family.iter().map(place).collect::<Option<Vec<usize>>>() else {
                 continue;

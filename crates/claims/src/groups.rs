@@ -104,12 +104,7 @@ fn variances(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(VARIANCES, data(AS_COUNTED), || {
-        needs(
-            evidence,
-            AS_COUNTED,
-            &[0.06],
-            "spectra that differ in one cutoff alone",
-        )
+        needs(evidence, AS_COUNTED, &[0.06], "spectra that differ in one cutoff alone")
     })
 }
 
@@ -119,10 +114,7 @@ fn no_convergence(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for (first, second) in steps.iter().flat_map(|first| {
         let follows = |second: &&Step| second.lesser.spectrum == first.greater.spectrum;
-        steps
-            .iter()
-            .filter(follows)
-            .map(move |second| (first, second))
+        steps.iter().filter(follows).map(move |second| (first, second))
     }) {
         let ratio = |step: &Step| {
             step.greater.spectrum.k_lower as f64 / step.lesser.spectrum.k_lower as f64
@@ -142,9 +134,8 @@ fn no_convergence(evidence: &Evidence) -> Claim {
         }
     }
     let spectra = "spectra with three `k_lower` in equal ratio at one `k_upper`";
-    quantities.judge(NO_CONVERGENCE, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &LIGHT, spectra)
-    })
+    quantities
+        .judge(NO_CONVERGENCE, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &LIGHT, spectra))
 }
 
 const SEVERAL_CUTOFFS: &str = "spectra of at least two `k_lower` and two `k_upper` each";
@@ -189,10 +180,7 @@ pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
         let step = all.windows(2).map(ln).fold(f64::INFINITY, f64::min);
         (step, ln(&[all[0], all[all.len() - 1]]))
     });
-    [
-        steps_and_span.map(|both| both.0),
-        steps_and_span.map(|both| both.1),
-    ]
+    [steps_and_span.map(|both| both.0), steps_and_span.map(|both| both.1)]
 }
 
 /// A function of how ln A depends on ln k_lower and ln k_upper, and of their spread, at each load at
@@ -224,11 +212,9 @@ fn sensitivities(
                 let points: Vec<[f64; 3]> = family.iter().zip(&places).map(point).collect();
                 Plane::through(&points)
             };
-            quantities.add(
-                under(family[0].loads[places[0]]),
-                &surfaces(&family),
-                |weights| Some(quantity(plane(weights)?.slopes, spread)),
-            );
+            quantities.add(under(family[0].loads[places[0]]), &surfaces(&family), |weights| {
+                Some(quantity(plane(weights)?.slopes, spread))
+            });
         }
     }
     quantities

@@ -77,10 +77,7 @@ const FITS_WELL: Statement = Statement {
 };
 
 /// The loads that the paper calls light.
-const LIGHT: Window = Window {
-    from: 0.0,
-    to: 0.06,
-};
+const LIGHT: Window = Window { from: 0.0, to: 0.06 };
 /// Proportionality that the paper fits slopes with.
 const GIVEN_KAPPA: f64 = 1.1 * KAPPA_BGT;
 /// Loads of a curve that are enough to tell how its slope bends.
@@ -125,10 +122,7 @@ fn own_kappa(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
 
 /// The least κ that makes the slopes of several convex.
 fn common_kappa(ensembles: &[&AreaCurves], weights: &Weights) -> Option<f64> {
-    let own: Option<Vec<f64>> = ensembles
-        .iter()
-        .map(|one| own_kappa(one, weights))
-        .collect();
+    let own: Option<Vec<f64>> = ensembles.iter().map(|one| own_kappa(one, weights)).collect();
     own?.into_iter().reduce(f64::max)
 }
 
@@ -140,18 +134,14 @@ fn least_convex(evidence: &Evidence) -> Claim {
             Some(common_kappa(&family, weights)? / KAPPA_BGT)
         });
     }
-    quantities.judge(LEAST_CONVEX, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS)
-    })
+    quantities
+        .judge(LEAST_CONVEX, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS))
 }
 
 fn falls_with_correction(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     let corrected = families(&resolved(evidence, OF_2015));
-    for (counted, corrected) in families(&resolved(evidence, AS_COUNTED))
-        .iter()
-        .zip(&corrected)
-    {
+    for (counted, corrected) in families(&resolved(evidence, AS_COUNTED)).iter().zip(&corrected) {
         let label = format!("all {} spectra", counted.len());
         let surfaces = [surfaces(counted), surfaces(corrected)].concat();
         quantities.add(label, &surfaces, |weights| {
@@ -159,11 +149,9 @@ fn falls_with_correction(evidence: &Evidence) -> Claim {
             Some((counted? / corrected?).ln())
         });
     }
-    quantities.judge(
-        BOUND_FALLS,
-        "counted area and its correction by π/8",
-        || needs(evidence, OF_2015, &[0.06], MANY_LOADS),
-    )
+    quantities.judge(BOUND_FALLS, "counted area and its correction by π/8", || {
+        needs(evidence, OF_2015, &[0.06], MANY_LOADS)
+    })
 }
 
 fn depends_on_k_lower(evidence: &Evidence) -> Claim {
@@ -193,9 +181,8 @@ fn exponent(evidence: &Evidence) -> Claim {
             Some(fit.law.mu - 1.0)
         });
     }
-    quantities.judge(EXPONENT, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS)
-    })
+    quantities
+        .judge(EXPONENT, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS))
 }
 
 fn fits_well(evidence: &Evidence) -> Claim {
@@ -205,10 +192,7 @@ fn fits_well(evidence: &Evidence) -> Claim {
         let Some(last) = (0..ensemble.loads.len()).rfind(below) else {
             continue;
         };
-        let window = Window {
-            from: 0.0,
-            to: ensemble.loads[last],
-        };
+        let window = Window { from: 0.0, to: ensemble.loads[last] };
         let label = evidence.name(&ensemble.spectrum);
         quantities.add(label, &[ensemble.surfaces()], |weights| {
             let fit = fit(ensemble, weights, Quantity::Area, window, Kappa::Free)?;
@@ -219,7 +203,6 @@ fn fits_well(evidence: &Evidence) -> Claim {
             Some((rests.sum::<f64>() / (last + 1) as f64).sqrt())
         });
     }
-    quantities.judge(FITS_WELL, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS)
-    })
+    quantities
+        .judge(FITS_WELL, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &[0.06], MANY_LOADS))
 }

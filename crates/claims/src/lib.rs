@@ -235,11 +235,7 @@ impl Judgement {
             Verdict::Holds if !without_value.is_empty() => Verdict::CannotSay,
             verdict => verdict,
         };
-        Judgement {
-            verdict,
-            without_value: without_value.to_vec(),
-            ..self
-        }
+        Judgement { verdict, without_value: without_value.to_vec(), ..self }
     }
 }
 

@@ -148,9 +148,8 @@ fn grows_with_k_lower(evidence: &Evidence, correction: &str, statement: Statemen
         for load in UP_TO_FOUR_FIFTHS {
             if let Some(places) = step.at(load) {
                 let label = step.label(evidence, places[0]);
-                quantities.add(label, &step.surfaces(), |weights| {
-                    Some(step.ln_ratio(places, weights))
-                });
+                quantities
+                    .add(label, &step.surfaces(), |weights| Some(step.ln_ratio(places, weights)));
             }
         }
     }
@@ -167,23 +166,19 @@ fn falls_with_alpha(evidence: &Evidence, correction: &str, statement: Statement)
         for load in LIGHT {
             if let Some(places) = step.at(load) {
                 let label = step.label(evidence, places[0]);
-                quantities.add(label, &step.surfaces(), |weights| {
-                    Some(-step.ln_ratio(places, weights))
-                });
+                quantities
+                    .add(label, &step.surfaces(), |weights| Some(-step.ln_ratio(places, weights)));
             }
         }
     }
     let spectra = "spectra that differ in `k_upper` alone";
-    quantities.judge(statement, data(correction), || {
-        needs(evidence, correction, &LIGHT, spectra)
-    })
+    quantities.judge(statement, data(correction), || needs(evidence, correction, &LIGHT, spectra))
 }
 
 fn above_persson(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
     let ensembles = evidence.of_the_paper(correction);
-    let quantities = at_light_loads(evidence, &ensembles, |area, load| {
-        (area / persson::area(load)).ln()
-    });
+    let quantities =
+        at_light_loads(evidence, &ensembles, |area, load| (area / persson::area(load)).ln());
     quantities.judge(statement, data(correction), || {
         needs(evidence, correction, &LIGHT, "random surfaces")
     })
@@ -192,9 +187,7 @@ fn above_persson(evidence: &Evidence, correction: &str, statement: Statement) ->
 fn close_to_bgt(evidence: &Evidence) -> Claim {
     let ensembles = of_widest_k_lower(evidence.of_the_paper(AS_COUNTED));
     let quantities = at_light_loads(evidence, &ensembles, |area, load| area / (KAPPA_BGT * load));
-    quantities.judge(CLOSE_TO_BGT, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &LIGHT, WIDEST)
-    })
+    quantities.judge(CLOSE_TO_BGT, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &LIGHT, WIDEST))
 }
 
 fn between_the_asymptotes(evidence: &Evidence) -> Claim {
@@ -249,9 +242,7 @@ fn secant_grows(evidence: &Evidence) -> Claim {
             });
         }
     }
-    quantities.judge(SECANT_GROWS, data(OF_2015), || {
-        needs(evidence, OF_2015, &[0.012], WIDEST)
-    })
+    quantities.judge(SECANT_GROWS, data(OF_2015), || needs(evidence, OF_2015, &[0.012], WIDEST))
 }
 
 fn area_at_the_end(evidence: &Evidence) -> Claim {

@@ -90,9 +90,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
         let mut quantities = Quantities::default();
         for law in &laws {
             let surfaces = law.points.surfaces();
-            quantities.add(law.points.label.clone(), &surfaces, |weights| {
-                value(law, weights)
-            });
+            quantities.add(law.points.label.clone(), &surfaces, |weights| value(law, weights));
         }
         quantities
     };
@@ -118,11 +116,7 @@ fn between_theories(laws: &[KappaLaw]) -> Quantities {
     let lightest = light.map(|law| law.points.load).reduce(f64::min);
     for law in laws.iter().filter(|law| Some(law.points.load) == lightest) {
         for ln_ratio in law.points.bandwidths() {
-            let label = format!(
-                "{}, k_upper/k_lower {:.0}",
-                law.points.label,
-                (-ln_ratio).exp()
-            );
+            let label = format!("{}, k_upper/k_lower {:.0}", law.points.label, (-ln_ratio).exp());
             quantities.add(label, &law.points.surfaces(), |weights| {
                 let kappa = law.kappa(&law.fit(weights, None)?, ln_ratio);
                 Some((kappa - KAPPA_PERSSON) / (KAPPA_BGT - KAPPA_PERSSON))
@@ -146,11 +140,7 @@ impl<'a> KappaLaw<'a> {
     /// can be fitted.
     fn of(points: &'a KappaPoints) -> Option<KappaLaw<'a>> {
         let [least, most] = points.bandwidths();
-        let law = |forms| KappaLaw {
-            points,
-            forms,
-            middle: 0.5 * (least + most),
-        };
+        let law = |forms| KappaLaw { points, forms, middle: 0.5 * (least + most) };
         let all = points.forms.iter().enumerate();
         let combinations = all.fold(vec![Vec::new()], |chosen, (term, forms)| {
             let forms = match term == points.bandwidth {

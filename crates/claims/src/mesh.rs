@@ -112,11 +112,7 @@ fn edge_nodes(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     let ratio = |row: &BTreeMap<&str, f64>| row[EDGE_NODES_4.name] / row[SWITCHES.name];
     for ensemble in evidence.of_contacts(0.06, &[EDGE_NODES_4.name, SWITCHES.name], ratio) {
-        let label = format!(
-            "{}, {}",
-            evidence.name(&ensemble.spectrum),
-            under(ensemble.load)
-        );
+        let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(ensemble.load));
         quantities.add(label, &[ensemble.values.len()], |weights| {
             Some(weights.mean(&ensemble.values) / std::f64::consts::FRAC_PI_4)
         });
@@ -149,18 +145,12 @@ fn largest_error(evidence: &Evidence) -> Claim {
     let pairs = with_error(evidence);
     let largest = pairs.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
     if let Some([counted, corrected]) = largest {
-        let label = format!(
-            "{}, {}",
-            evidence.name(&counted.spectrum),
-            under(counted.loads[0])
-        );
+        let label = format!("{}, {}", evidence.name(&counted.spectrum), under(counted.loads[0]));
         quantities.add(label, &[counted.surfaces()], |weights| {
             Some(1.0 - weights.mean(&corrected.areas[0]) / weights.mean(&counted.areas[0]))
         });
     }
-    quantities.judge(LARGEST_ERROR, BOTH, || {
-        needs(evidence, OF_2015, &[0.0012], FROM_TOUCH)
-    })
+    quantities.judge(LARGEST_ERROR, BOTH, || needs(evidence, OF_2015, &[0.0012], FROM_TOUCH))
 }
 
 const BOTH: &str = "counted area and its correction by π/8";
@@ -169,10 +159,7 @@ const FROM_TOUCH: &str = "loads from 0.0012 to 30 % of contact, counted and corr
 fn error_halves(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     let pairs = with_error(evidence);
-    let surfaces: Vec<usize> = pairs
-        .iter()
-        .map(|[counted, _]| counted.surfaces())
-        .collect();
+    let surfaces: Vec<usize> = pairs.iter().map(|[counted, _]| counted.surfaces()).collect();
     if !pairs.is_empty() {
         let label = format!("mean of {} spectra", pairs.len());
         quantities.add(label, &surfaces, |weights| {
@@ -189,9 +176,7 @@ fn error_halves(evidence: &Evidence) -> Claim {
             Some(areas.iter().sum::<f64>() / areas.len() as f64)
         });
     }
-    quantities.judge(ERROR_HALVES, BOTH, || {
-        needs(evidence, OF_2015, &[0.0012], FROM_TOUCH)
-    })
+    quantities.judge(ERROR_HALVES, BOTH, || needs(evidence, OF_2015, &[0.0012], FROM_TOUCH))
 }
 
 /// The area at which an error has fallen to half of its first value, between two points.

@@ -66,10 +66,8 @@ const LOADS: &str =
 /// The claims.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let all = evidence.percolation_areas();
-    let great: Vec<&SealingAreas> = all
-        .iter()
-        .filter(|one| one.spectrum.k_lower >= GREAT_CELL)
-        .collect();
+    let great: Vec<&SealingAreas> =
+        all.iter().filter(|one| one.spectrum.k_lower >= GREAT_CELL).collect();
     let mut at = Quantities::default();
     for one in &great {
         at.add_rounded(

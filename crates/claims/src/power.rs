@@ -31,10 +31,7 @@ impl Judgement {
     /// looks, as [`Judgement::more_surfaces`] has it; `None` if no number would.
     pub fn decided_with(&self, expected: Expectation, looks: NonZeroU32) -> Option<[usize; 2]> {
         let needed = self.surfaces_to_decide(expected, looks.get() as usize)?;
-        let could_hold = self
-            .bounds
-            .iter()
-            .all(|bound| expected.contains(bound.value));
+        let could_hold = self.bounds.iter().all(|bound| expected.contains(bound.value));
         // Beside a quantity without a value nothing holds of all.
         let is_hopeless = could_hold && !self.without_value.is_empty();
         Some([self.surfaces()?, needed]).filter(|_| !is_hopeless)
@@ -70,20 +67,15 @@ impl Judgement {
             };
             fewest(now, decided)
         };
-        let (agreeing, others): (Vec<&Bound>, Vec<&Bound>) = self
-            .bounds
-            .iter()
-            .partition(|bound| expected.contains(bound.value));
+        let (agreeing, others): (Vec<&Bound>, Vec<&Bound>) =
+            self.bounds.iter().partition(|bound| expected.contains(bound.value));
         match others.is_empty() {
             false => {
                 let each = others.into_iter();
-                each.filter_map(|bound| until(bound, Verdict::DoesNotHold))
-                    .min()
+                each.filter_map(|bound| until(bound, Verdict::DoesNotHold)).min()
             }
             true => {
-                let each = agreeing
-                    .into_iter()
-                    .map(|bound| until(bound, Verdict::Holds));
+                let each = agreeing.into_iter().map(|bound| until(bound, Verdict::Holds));
                 each.collect::<Option<Vec<usize>>>()?.into_iter().max()
             }
         }
@@ -115,13 +107,7 @@ mod tests {
     use super::*;
 
     fn bound(value: f64, error: f64) -> Bound {
-        Bound {
-            label: String::new(),
-            value,
-            error,
-            systematic: 0.0,
-            surfaces: Some(10),
-        }
+        Bound { label: String::new(), value, error, systematic: 0.0, surfaces: Some(10) }
     }
 
     #[test]
@@ -147,11 +133,8 @@ mod tests {
     #[test]
     fn what_is_decided_needs_no_more_and_a_quantity_of_zero_never_is() {
         let expected = Expectation::Positive;
-        let more = |bound: Bound| {
-            Judgement::of(expected, vec![bound])
-                .unwrap()
-                .more_surfaces(expected)
-        };
+        let more =
+            |bound: Bound| Judgement::of(expected, vec![bound]).unwrap().more_surfaces(expected);
         assert_eq!(more(bound(1.0, 0.1)), None);
         assert_eq!(more(bound(0.0, 0.1)), None);
     }

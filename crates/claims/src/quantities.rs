@@ -72,11 +72,7 @@ impl Quantities {
             },
             ClaimOutcome::Judged,
         );
-        Claim {
-            statement,
-            data,
-            outcome,
-        }
+        Claim { statement, data, outcome }
     }
 }
 
@@ -111,9 +107,8 @@ pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str
         let wanted: Vec<String> = loads.iter().map(f64::to_string).collect();
         let known = own.iter().flat_map(|ensemble| &ensemble.loads);
         let nearest = known.min_by(|a, b| (*a - first).abs().total_cmp(&(*b - first).abs()));
-        let nearest = nearest.map_or_else(String::new, |load| {
-            format!("; the nearest to {first} is {load}")
-        });
+        let nearest =
+            nearest.map_or_else(String::new, |load| format!("; the nearest to {first} is {load}"));
         return format!("a load at {}{nearest}", wanted.join(" or "));
     }
     spectra.to_owned()
@@ -151,10 +146,7 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut families: Vec<Vec<&AreaCurves>> = Vec::new();
     for &ensemble in ensembles {
         let of = |one: &AreaCurves| (one.spectrum.hurst, one.spectrum.nodes);
-        match families
-            .iter_mut()
-            .find(|family| of(family[0]) == of(ensemble))
-        {
+        match families.iter_mut().find(|family| of(family[0]) == of(ensemble)) {
             Some(family) => family.push(ensemble),
             None => families.push(vec![ensemble]),
         }
@@ -164,10 +156,7 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
 
 /// The surfaces of some ensembles.
 pub fn surfaces(ensembles: &[&AreaCurves]) -> Vec<usize> {
-    ensembles
-        .iter()
-        .map(|ensemble| ensemble.surfaces())
-        .collect()
+    ensembles.iter().map(|ensemble| ensemble.surfaces()).collect()
 }
 
 /// How the logarithm of a quantity depends on two variables: c + s x₁ + t x₂ by least squares over
@@ -197,10 +186,7 @@ impl Plane {
         if points.len() < 4 || determinant <= LEAST_DETERMINANT * xx * yy {
             return None;
         }
-        let slopes = [
-            (xz * yy - yz * xy) / determinant,
-            (yz * xx - xz * xy) / determinant,
-        ];
+        let slopes = [(xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant];
         Some(Plane { slopes })
     }
 }

@@ -32,12 +32,8 @@ const COMPARED: [&str; 9] = [
 const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
 /// What tells of surfaces that no claim is about.
-const NOT_COMPARED: [&str; 4] = [
-    METHOD.name,
-    ANISOTROPY_RATIO.name,
-    ANISOTROPY_ANGLE.name,
-    INTERACTION.name,
-];
+const NOT_COMPARED: [&str; 4] =
+    [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
 /// Columns of properties that surfaces must not have for claims on areas: a grain, and contacts of
 /// an asperity model. Null, or a ratio of 1, stands for a surface without the property.
@@ -88,14 +84,8 @@ impl Setting {
         let chosen = chosen.map(|(point, _)| point.clone()).unwrap_or_default();
         let others = settings.0.into_iter().chain(not_drawn.0);
         let others = others.filter(|(point, _)| *point != chosen);
-        let left_out = others.map(|(point, rows)| LeftOut {
-            differs: point.beyond(&chosen),
-            rows,
-        });
-        Setting {
-            left_out: left_out.collect(),
-            point: chosen,
-        }
+        let left_out = others.map(|(point, rows)| LeftOut { differs: point.beyond(&chosen), rows });
+        Setting { left_out: left_out.collect(), point: chosen }
     }
 
     /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
@@ -136,14 +126,10 @@ pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
     };
     let stops = table.texts(STOP.name).ok();
     let is_given_up = |row| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP);
-    let rows: Vec<usize> = (0..table.rows())
-        .filter(|&row| interactions.is_valid(row) && !is_given_up(row))
-        .collect();
+    let rows: Vec<usize> =
+        (0..table.rows()).filter(|&row| interactions.is_valid(row) && !is_given_up(row)).collect();
     let of_surfaces = Setting {
-        point: setting
-            .point
-            .clone()
-            .without(&[TOLERANCE.name, MAX_PAIRS.name]),
+        point: setting.point.clone().without(&[TOLERANCE.name, MAX_PAIRS.name]),
         left_out: Vec::new(),
     };
     of_surfaces.rows_of_any(&table.pick(&rows), &[ANISOTROPY_RATIO.name])
@@ -184,13 +170,8 @@ mod tests {
         };
         let tables = [None, Some([1.0, 0.0]), Some([6.0, 0.0])].map(surface);
         let setting = Setting::of(&tables);
-        assert_eq!(
-            tables.each_ref().map(|table| setting.rows(table).rows()),
-            [1, 1, 0]
-        );
-        let [left_out] = &setting.left_out[..] else {
-            panic!("{:?}", setting.left_out)
-        };
+        assert_eq!(tables.each_ref().map(|table| setting.rows(table).rows()), [1, 1, 0]);
+        let [left_out] = &setting.left_out[..] else { panic!("{:?}", setting.left_out) };
         assert_eq!(left_out.rows, 1);
     }
 }

@@ -82,19 +82,14 @@ fn decreases(evidence: &Evidence, correction: &str, statement: Statement) -> Cla
     for (ensemble, places) in with_loads(evidence, correction, STRETCHES) {
         for third in 0..2 {
             let load = ensemble.loads[places[third]];
-            let label = format!(
-                "{}, around load {load:.3}",
-                evidence.name(&ensemble.spectrum)
-            );
+            let label = format!("{}, around load {load:.3}", evidence.name(&ensemble.spectrum));
             quantities.add(label, &[ensemble.surfaces()], |weights| {
                 let slopes = divided(&curve(ensemble, places, weights));
                 Some(slopes[third] - slopes[third + 1])
             });
         }
     }
-    quantities.judge(statement, data(correction), || {
-        all_of(evidence, correction, &STRETCHES)
-    })
+    quantities.judge(statement, data(correction), || all_of(evidence, correction, &STRETCHES))
 }
 
 fn is_convex(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
@@ -105,9 +100,7 @@ fn is_convex(evidence: &Evidence, correction: &str, statement: Statement) -> Cla
             Some(third_difference(&curve(ensemble, places, weights)))
         });
     }
-    quantities.judge(statement, data(correction), || {
-        all_of(evidence, correction, &SPREAD)
-    })
+    quantities.judge(statement, data(correction), || all_of(evidence, correction, &SPREAD))
 }
 
 /// What a study lacks that has not all of some loads.
@@ -117,12 +110,7 @@ fn all_of(evidence: &Evidence, correction: &str, loads: &[f64]) -> String {
         !own.iter().any(|ensemble| ensemble.at(load).is_some())
     });
     let missing = missing.map_or_else(Vec::new, |&load| vec![load]);
-    needs(
-        evidence,
-        correction,
-        &missing,
-        "loads from first touch to 0.06",
-    )
+    needs(evidence, correction, &missing, "loads from first touch to 0.06")
 }
 
 /// The ensembles that have these loads, and their places.
@@ -166,17 +154,10 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
             continue;
         }
         let label = evidence.name(&ensemble.spectrum);
-        quantities.add(label, &[ensemble.surfaces()], |weights| {
-            crossing(ensemble, weights)
-        });
+        quantities.add(label, &[ensemble.surfaces()], |weights| crossing(ensemble, weights));
     }
     quantities.judge(CROSSES_PERSSON, data(AS_COUNTED), || {
-        needs(
-            evidence,
-            AS_COUNTED,
-            &[0.5],
-            "loads from first touch to two thirds of the area",
-        )
+        needs(evidence, AS_COUNTED, &[0.5], "loads from first touch to two thirds of the area")
     })
 }
 

@@ -42,22 +42,13 @@ impl<'a> Step<'a> {
             Cutoff::Upper => [|s| s.k_upper, |s| s.k_lower],
         };
         let pairs = neighbours(ensembles, varied, fixed).into_iter();
-        pairs
-            .map(|[lesser, greater]| Step {
-                lesser,
-                greater,
-                cutoff,
-            })
-            .collect()
+        pairs.map(|[lesser, greater]| Step { lesser, greater, cutoff }).collect()
     }
 
     /// The places of a load in both, if less than four fifths touch there.
     pub fn at(&self, load: f64) -> Option<[usize; 2]> {
         let places = [self.lesser.at(load)?, self.greater.at(load)?];
-        let most = self
-            .lesser
-            .mean(places[0])
-            .max(self.greater.mean(places[1]));
+        let most = self.lesser.mean(places[0]).max(self.greater.mean(places[1]));
         (most <= 0.8).then_some(places)
     }
 
@@ -81,10 +72,6 @@ impl<'a> Step<'a> {
 
     /// `k_lower 4, k_upper 32, k_lower 16 over it, load 0.060`.
     pub fn label(&self, evidence: &Evidence, place: usize) -> String {
-        format!(
-            "{}, {}",
-            self.name(evidence),
-            under(self.lesser.loads[place])
-        )
+        format!("{}, {}", self.name(evidence), under(self.lesser.loads[place]))
     }
 }

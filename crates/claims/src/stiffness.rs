@@ -60,9 +60,8 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     for (k_lower, own) in &great {
         let label = format!("k_lower {k_lower}, {}", spectra(own.len()));
         let surfaces: Vec<usize> = own.iter().map(|one| one.surfaces()).collect();
-        exponents.add(label, &surfaces, |weights| {
-            mean(own.iter().map(|one| exponent(one, weights)))
-        });
+        exponents
+            .add(label, &surfaces, |weights| mean(own.iter().map(|one| exponent(one, weights))));
     }
     let mut growth = Quantities::default();
     for ([k_lower, next], own) in steps(&gaps) {
@@ -152,10 +151,9 @@ mod tests {
 
     #[test]
     fn of_an_exponential_the_stiffness_is_proportional_however_loads_are_spaced() {
-        for loads in [
-            vec![0.009, 0.01, 0.011, 0.045, 0.05, 0.055],
-            vec![0.003, 0.01, 0.02, 0.05, 0.4],
-        ] {
+        for loads in
+            [vec![0.009, 0.01, 0.011, 0.045, 0.05, 0.055], vec![0.003, 0.01, 0.02, 0.05, 0.4]]
+        {
             let gap = |load: &f64| vec![-0.4 * load.ln()];
             let gaps = PerLoad {
                 spectrum: Spectrum {

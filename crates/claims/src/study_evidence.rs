@@ -15,12 +15,8 @@ use asperity_tables::table::{Table, TableError};
 /// When a table lacks a column that its kind of stage writes.
 pub fn of(study: &Study, plan: &Plan, tables: &[Option<Table>]) -> Result<Evidence, TableError> {
     let stages = plan.stages.iter().zip(tables);
-    let finished = stages.filter_map(|(stage, table)| {
-        Some(KindTable {
-            kind: stage.kind,
-            table: table.clone()?,
-        })
-    });
+    let finished = stages
+        .filter_map(|(stage, table)| Some(KindTable { kind: stage.kind, table: table.clone()? }));
     let finished: Vec<KindTable> = finished.collect();
     Evidence::of(&finished)?.with_limits(&limits(study, plan, tables)?)
 }

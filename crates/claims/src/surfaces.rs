@@ -74,20 +74,11 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let alpha = include_str!("../../../data/literature/yastrebov-2015-nayak.csv");
     let density = include_str!("../../../data/literature/yastrebov-2015-summit-density.csv");
     vec![
-        kurtosis(evidence, GAUSSIAN, "`k_lower` from 4 on", |k_lower| {
-            k_lower >= 4
-        }),
-        kurtosis(evidence, NOT_GAUSSIAN, "`k_lower = 1`", |k_lower| {
-            k_lower == 1
-        }),
+        kurtosis(evidence, GAUSSIAN, "`k_lower` from 4 on", |k_lower| k_lower >= 4),
+        kurtosis(evidence, NOT_GAUSSIAN, "`k_lower = 1`", |k_lower| k_lower == 1),
         modes(evidence),
         table(evidence, TABLE_OF_ALPHA, "nayak", alpha),
-        table(
-            evidence,
-            TABLE_OF_DENSITY,
-            "summit_density_integer",
-            density,
-        ),
+        table(evidence, TABLE_OF_DENSITY, "summit_density_integer", density),
     ]
 }
 
@@ -102,9 +93,7 @@ fn kurtosis(
         if ensemble.spectrum.is_of_the_paper() && belongs(ensemble.spectrum.k_lower) {
             let squares: Vec<f64> = ensemble.values.iter().map(|value| value * value).collect();
             let label = evidence.name(&ensemble.spectrum);
-            quantities.add(label, &[squares.len()], |weights| {
-                Some(weights.mean(&squares).sqrt())
-            });
+            quantities.add(label, &[squares.len()], |weights| Some(weights.mean(&squares).sqrt()));
         }
     }
     quantities.judge(statement, "surfaces", || {
@@ -125,10 +114,7 @@ fn modes(evidence: &Evidence) -> Claim {
         });
         if let Some(wide) = wider.min_by_key(|wide| wide.spectrum.k_upper) {
             let k_upper = wide.spectrum.k_upper;
-            let label = format!(
-                "{}, k_upper {k_upper} over it",
-                evidence.name(&narrow.spectrum)
-            );
+            let label = format!("{}, k_upper {k_upper} over it", evidence.name(&narrow.spectrum));
             let surfaces = [narrow.values.len(), wide.values.len()];
             quantities.add(label, &surfaces, |weights| {
                 Some(weights.mean(&wide.values) / weights.mean(&narrow.values))
@@ -173,10 +159,7 @@ fn cell(printed: &str, ensemble: &PerSurface) -> Option<f64> {
     if !spectrum.is_plain() {
         return None;
     }
-    let place = format!(
-        "{},{},{},",
-        spectrum.hurst, spectrum.k_lower, spectrum.k_upper
-    );
+    let place = format!("{},{},{},", spectrum.hurst, spectrum.k_lower, spectrum.k_upper);
     let row = printed.lines().find_map(|line| line.strip_prefix(&place))?;
     row.split(',').next()?.parse().ok()
 }

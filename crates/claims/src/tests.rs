@@ -144,11 +144,7 @@ fn claims_fail_on_curves_that_were_made_to_contradict() {
 
 #[test]
 fn nothing_is_said_where_scatter_hides_it() {
-    let scattered = Campaign {
-        surfaces: 5,
-        own: 0.05,
-        ..CAMPAIGN
-    };
+    let scattered = Campaign { surfaces: 5, own: 0.05, ..CAMPAIGN };
     let claims = scattered.claims();
     for name in ["area-grows-with-k-lower", "area-falls-with-alpha"] {
         assert_eq!(verdict(&claims, name), Verdict::CannotSay, "{name}");
@@ -175,14 +171,8 @@ fn groups_are_told_by_the_cutoff_that_spreads_them() {
         ..CAMPAIGN
     };
     let claims = by_k_upper.claims();
-    assert_eq!(
-        verdict(&claims, "corrected-area-groups-by-k-upper"),
-        Verdict::Holds
-    );
-    let by_k_lower = Campaign {
-        correction: OF_2015,
-        ..CAMPAIGN
-    };
+    assert_eq!(verdict(&claims, "corrected-area-groups-by-k-upper"), Verdict::Holds);
+    let by_k_lower = Campaign { correction: OF_2015, ..CAMPAIGN };
     let claims = by_k_lower.claims();
     let name = "corrected-area-groups-by-k-upper";
     assert_eq!(verdict(&claims, name), Verdict::DoesNotHold);
@@ -200,25 +190,16 @@ fn areas_of_the_bandwidth_alone_collapse_and_others_do_not() {
     let claims = of_bandwidth.claims();
     let name = "corrected-area-depends-on-bandwidth-alone";
     assert_eq!(verdict(&claims, name), Verdict::Holds);
-    let law = judgement(
-        &claims,
-        "corrected-area-falls-logarithmically-with-bandwidth",
-    );
+    let law = judgement(&claims, "corrected-area-falls-logarithmically-with-bandwidth");
     assert_eq!(law.verdict, Verdict::Holds);
     for bound in &law.bounds {
         assert!((bound.value - 0.04).abs() < 0.002, "{bound:?}");
     }
-    assert_eq!(
-        verdict(&claims, "alpha-alone-decides-corrected"),
-        Verdict::Holds
-    );
+    assert_eq!(verdict(&claims, "alpha-alone-decides-corrected"), Verdict::Holds);
     // With k_lower = 1 a cell has half as great an α again as its bandwidth would have elsewhere.
     let rather = "corrected-area-collapses-on-bandwidth-rather-than-alpha";
     assert_eq!(verdict(&claims, rather), Verdict::Holds);
-    let of_both = Campaign {
-        correction: OF_2017,
-        ..CAMPAIGN
-    };
+    let of_both = Campaign { correction: OF_2017, ..CAMPAIGN };
     assert_eq!(verdict(&of_both.claims(), name), Verdict::DoesNotHold);
 }
 
@@ -228,13 +209,8 @@ fn of_exponents(exponents: &[f64], area: fn(alpha: f64, hurst: f64) -> f64) -> V
     let scatter = normal(5, 10);
     let mut rows = Vec::new();
     for &hurst in exponents {
-        let spectrum = spectrum::Spectrum {
-            hurst,
-            k_lower: 4,
-            k_rolloff: 4,
-            k_upper: 32,
-            anisotropy: None,
-        };
+        let spectrum =
+            spectrum::Spectrum { hurst, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
         let nayak = spectrum.nayak_on_a_square().unwrap();
         for (surface, scatter) in scatter.iter().enumerate() {
             let factor = (0.02 * scatter).exp() * area(nayak, hurst);
@@ -268,10 +244,7 @@ fn areas_of_alpha_alone_collapse_whatever_the_exponent() {
     assert_eq!(verdict(&of_alpha, name), Verdict::Holds);
     let claim = of_alpha.iter().find(|claim| claim.statement.name == name);
     let says = claim.unwrap().statement.says;
-    assert!(
-        says.contains("Hurst") && !says.contains("plateau"),
-        "{says}"
-    );
+    assert!(says.contains("Hurst") && !says.contains("plateau"), "{says}");
     let of_both = of_exponents(&exponents, |alpha, hurst| {
         let beside = if hurst == 0.4 { 1.1 } else { 1.0 };
         beside * alpha.powf(-0.1)
@@ -343,22 +316,13 @@ fn approaching(exponent: f64, share: f64) -> Vec<Claim> {
 #[test]
 fn the_exponent_near_full_contact_is_that_of_the_curves() {
     let cracks = approaching(2.0, 0.75);
-    assert_eq!(
-        verdict(&cracks, "exponent-near-full-contact"),
-        Verdict::Holds
-    );
+    assert_eq!(verdict(&cracks, "exponent-near-full-contact"), Verdict::Holds);
     assert_eq!(verdict(&cracks, "faster-than-persson"), Verdict::Holds);
     assert_eq!(verdict(&cracks, "cracks-near-full-contact"), Verdict::Holds);
     let persson = approaching(2.0, 1.0);
-    assert_eq!(
-        verdict(&persson, "cracks-near-full-contact"),
-        Verdict::DoesNotHold
-    );
+    assert_eq!(verdict(&persson, "cracks-near-full-contact"), Verdict::DoesNotHold);
     let other = approaching(2.5, 1.0);
-    assert_eq!(
-        verdict(&other, "exponent-near-full-contact"),
-        Verdict::DoesNotHold
-    );
+    assert_eq!(verdict(&other, "exponent-near-full-contact"), Verdict::DoesNotHold);
 }
 
 #[test]
@@ -382,10 +346,7 @@ fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) 
     let table = campaign.table();
     let rows: Vec<usize> = (0..table.rows()).filter(|&row| keep(&table, row)).collect();
     let claims = all(&Evidence::of(&[finished(Kind::Correct, table.pick(&rows))]).unwrap());
-    let claim = claims
-        .into_iter()
-        .find(|claim| claim.statement.name == name)
-        .unwrap();
+    let claim = claims.into_iter().find(|claim| claim.statement.name == name).unwrap();
     match claim.outcome {
         ClaimOutcome::NotComputed(needs) => needs,
         other => panic!("{name}: {other:?}"),
@@ -397,15 +358,9 @@ fn a_missing_load_is_named_before_spectra_that_are_there() {
     let up_to =
         |most: f64| move |table: &Table, row| table.reals("load").unwrap().value(row) <= most;
     let lacks = needs(&CAMPAIGN, up_to(0.02), "area-at-0.06");
-    assert!(
-        lacks.contains("a load at 0.06") && lacks.contains("0.0192"),
-        "{lacks}"
-    );
+    assert!(lacks.contains("a load at 0.06") && lacks.contains("0.0192"), "{lacks}");
     let lacks = needs(&CAMPAIGN, up_to(0.006), "area-falls-with-alpha");
-    assert!(
-        lacks.contains("a load at 0.012 or 0.024 or 0.06"),
-        "{lacks}"
-    );
+    assert!(lacks.contains("a load at 0.012 or 0.024 or 0.06"), "{lacks}");
     let one = |table: &Table, row| table.integers("k_upper").unwrap().value(row) == 32;
     let lacks = needs(&CAMPAIGN, one, "area-falls-with-alpha");
     assert!(lacks.contains("differ in `k_upper`"), "{lacks}");
@@ -419,9 +374,7 @@ fn spectra_that_the_paper_does_not_speak_of_are_not_put_to_its_words() {
     let other = claims(table.replacing("hurst", reals(vec![0.3; count])));
     let coarse = claims(table.replacing("nodes", integers(vec![64; count])));
     for claims in [other, coarse] {
-        let papers = claims
-            .iter()
-            .filter(|claim| claim.statement.origin == Origin::Paper);
+        let papers = claims.iter().filter(|claim| claim.statement.origin == Origin::Paper);
         for claim in papers.filter(|claim| claim.data.contains("area")) {
             let ClaimOutcome::NotComputed(needs) = &claim.outcome else {
                 panic!("{}", claim.statement.name);
@@ -434,10 +387,7 @@ fn spectra_that_the_paper_does_not_speak_of_are_not_put_to_its_words() {
 #[test]
 fn few_surfaces_have_no_verdict() {
     for surfaces in [1, 2, 4] {
-        let few = Campaign {
-            surfaces,
-            ..CAMPAIGN
-        };
+        let few = Campaign { surfaces, ..CAMPAIGN };
         for claim in few.claims() {
             let is_own = claim.data == "closed form" || claim.data.starts_with("twenty");
             let is_judged = matches!(claim.outcome, ClaimOutcome::Judged(_));
@@ -512,35 +462,17 @@ fn on_meshes(coefficient: f64, scatter: f64) -> Vec<Claim> {
 #[test]
 fn corrections_are_judged_by_what_meshes_add() {
     let sharp = on_meshes(0.112, 0.001);
-    assert_eq!(
-        verdict(&sharp, "true-area-lies-within-the-bounds"),
-        Verdict::Holds
-    );
-    assert_eq!(
-        verdict(&sharp, "error-is-smaller-than-estimated"),
-        Verdict::Holds
-    );
-    assert_eq!(
-        verdict(&sharp, "correction-of-2017-is-right"),
-        Verdict::Holds
-    );
+    assert_eq!(verdict(&sharp, "true-area-lies-within-the-bounds"), Verdict::Holds);
+    assert_eq!(verdict(&sharp, "error-is-smaller-than-estimated"), Verdict::Holds);
+    assert_eq!(verdict(&sharp, "correction-of-2017-is-right"), Verdict::Holds);
     let found = &judgement(&sharp, "correction-of-2017-is-right").bounds[0];
     assert!((found.value - 0.112 / 0.1181).abs() < 0.01, "{found:?}");
     let wide = on_meshes(0.112, 0.1);
-    assert_eq!(
-        verdict(&wide, "correction-of-2017-is-right"),
-        Verdict::CannotSay
-    );
+    assert_eq!(verdict(&wide, "correction-of-2017-is-right"), Verdict::CannotSay);
     // Near π/8 = 0.393.
     let large = on_meshes(0.38, 0.001);
-    assert_eq!(
-        verdict(&large, "error-is-smaller-than-estimated"),
-        Verdict::DoesNotHold
-    );
-    assert_eq!(
-        verdict(&large, "correction-of-2017-is-right"),
-        Verdict::DoesNotHold
-    );
+    assert_eq!(verdict(&large, "error-is-smaller-than-estimated"), Verdict::DoesNotHold);
+    assert_eq!(verdict(&large, "correction-of-2017-is-right"), Verdict::DoesNotHold);
 }
 
 #[test]

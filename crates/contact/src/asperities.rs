@@ -51,11 +51,8 @@ pub enum Interaction {
 
 impl Interaction {
     /// Every one.
-    pub const ALL: [Interaction; 3] = [
-        Interaction::None,
-        Interaction::MeanField,
-        Interaction::Explicit,
-    ];
+    pub const ALL: [Interaction; 3] =
+        [Interaction::None, Interaction::MeanField, Interaction::Explicit];
 
     /// The word in manifests and tables.
     pub fn word(self) -> &'static str {
@@ -145,10 +142,7 @@ impl Asperities {
         let areas = || contacts.iter().map(|contact| contact.area);
         let all: f64 = areas().sum();
         let merged = areas().zip(&overlapping);
-        let merged: f64 = merged
-            .filter(|(_, overlaps)| **overlaps)
-            .map(|(one, _)| one)
-            .sum();
+        let merged: f64 = merged.filter(|(_, overlaps)| **overlaps).map(|(one, _)| one).sum();
         let peaks = contacts.iter().map(|contact| contact.peak_pressure);
         AsperityOutcome {
             outcome: Outcome {

@@ -51,10 +51,7 @@ impl EqualBins {
     /// Counts values, none of them negative. A bin holds its lower end, and the last one the upper too,
     /// as numpy's histograms have it.
     pub fn counts(&self, values: impl Iterator<Item = f64>) -> Counts {
-        let mut counts = Counts {
-            bins: vec![0; self.count as usize],
-            beyond: 0,
-        };
+        let mut counts = Counts { bins: vec![0; self.count as usize], beyond: 0 };
         let per_value = 1.0 / self.width();
         for value in values {
             if value > self.to {

@@ -212,26 +212,16 @@ impl<T: Real> Transform<T> {
     pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
         assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
-        let Scratch {
-            threads,
-            half_spectrum,
-            ..
-        } = scratch;
-        self.half_spectrum
-            .forward(field, spectrum, threads, half_spectrum);
+        let Scratch { threads, half_spectrum, .. } = scratch;
+        self.half_spectrum.forward(field, spectrum, threads, half_spectrum);
     }
 
     /// Transforms a half spectrum into a map, unnormalised; the spectrum is destroyed.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T], scratch: &mut Scratch<T>) {
         assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
-        let Scratch {
-            threads,
-            half_spectrum,
-            ..
-        } = scratch;
-        self.half_spectrum
-            .inverse(spectrum, field, threads, half_spectrum);
+        let Scratch { threads, half_spectrum, .. } = scratch;
+        self.half_spectrum.inverse(spectrum, field, threads, half_spectrum);
     }
 
     /// Convolves a map with a kernel.
@@ -352,11 +342,7 @@ impl<T: Real> Transform<T> {
 /// How a mesh is convolved.
 enum Way<'a, T> {
     Packed(&'a Packed<T>, &'a Threads, &'a mut packed::Scratch<T>),
-    HalfSpectrum(
-        &'a HalfSpectrum<T>,
-        &'a Threads,
-        &'a mut half_spectrum::Scratch<T>,
-    ),
+    HalfSpectrum(&'a HalfSpectrum<T>, &'a Threads, &'a mut half_spectrum::Scratch<T>),
 }
 
 impl<T: Real> Scratch<T> {

@@ -99,10 +99,7 @@ pub fn flow_unless(
     is_interrupted: &dyn Fn() -> bool,
 ) -> Option<[Result<Flow, Unconverged>; 2]> {
     assert_eq!(gap.len(), grid.count(), "gaps fill the mesh");
-    let none = Flow {
-        conductivity: 0.0,
-        residual: 0.0,
-    };
+    let none = Flow { conductivity: 0.0, residual: 0.0 };
     let deepest = gap.iter().fold(0.0, |deepest: f64, gap| deepest.max(*gap));
     let links = Links::between(grid, gap, deepest);
     let channels = Channels::along(&links);
@@ -116,10 +113,9 @@ pub fn flow_unless(
         let residual = found[axis].residual();
         match channels.go_around[axis] {
             false => Ok(none),
-            true if residual <= UNCONVERGED_ABOVE => Ok(Flow {
-                conductivity: found[axis].upper * aspect * deepest.powi(3),
-                residual,
-            }),
+            true if residual <= UNCONVERGED_ABOVE => {
+                Ok(Flow { conductivity: found[axis].upper * aspect * deepest.powi(3), residual })
+            }
             true => Err(Unconverged { residual }),
         }
     }))

@@ -175,10 +175,7 @@ impl Grid {
     /// Every second node along both axes from the first on, if there are even numbers of them.
     pub fn coarsened(&self) -> Option<Self> {
         let is_even = self.nodes.iter().all(|nodes| nodes.is_multiple_of(2));
-        is_even.then(|| Self {
-            nodes: self.nodes.map(|nodes| nodes / 2),
-            ..*self
-        })
+        is_even.then(|| Self { nodes: self.nodes.map(|nodes| nodes / 2), ..*self })
     }
 
     /// Distance Δx, Δy between neighbours along x and y.

@@ -57,10 +57,7 @@ impl Instructions {
         let all = Self::all();
         let Some(chosen) = all.iter().find(|one| one.name() == name) else {
             let names = all.iter().map(|one| one.name()).collect();
-            return Err(NotChosen::Unknown {
-                name: name.to_owned(),
-                names,
-            });
+            return Err(NotChosen::Unknown { name: name.to_owned(), names });
         };
         let in_use = CHOSEN.get_or_init(|| *chosen).name();
         match in_use == name {
@@ -86,10 +83,7 @@ impl Instructions {
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum NotChosen {
     #[error("no instructions `{name}`: this processor has {}", Names(names))]
-    Unknown {
-        name: String,
-        names: Vec<&'static str>,
-    },
+    Unknown { name: String, names: Vec<&'static str> },
     #[error("instructions are chosen before the first transform; `{in_use}` are in use")]
     InUse { in_use: &'static str },
 }

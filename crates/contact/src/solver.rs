@@ -81,11 +81,7 @@ use search::Search;
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance: 59 were measured at the peak of runs on
 /// 2048² and 4096² nodes.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
-    if Base::is_map(tolerance) {
-        63.375
-    } else {
-        59.375
-    }
+    if Base::is_map(tolerance) { 63.375 } else { 59.375 }
 }
 
 /// One rough surface, and its contact at the last load.
@@ -196,12 +192,8 @@ impl Solver {
     ) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         assert_eq!(heights.len(), cells, "heights fill the mesh");
-        let CentredHeights {
-            heights,
-            single_heights,
-            lowest,
-            highest,
-        } = CentredHeights::of(&threads, heights, nodes[1]);
+        let CentredHeights { heights, single_heights, lowest, highest } =
+            CentredHeights::of(&threads, heights, nodes[1]);
         let double = elasticity::transform(&*body);
         let mut double_scratch = double.scratch_on(threads.clone());
         let mut pressure = vec![0.0; cells];
@@ -273,8 +265,7 @@ impl Solver {
         let unit = vec![1.0; self.pressure.len()];
         let mut sunk = unit.clone();
         let scratch = &mut self.double_scratch;
-        self.double
-            .convolve(&self.displacement, &unit, &mut sunk, scratch);
+        self.double.convolve(&self.displacement, &unit, &mut sunk, scratch);
         Some(sunk)
     }
 

@@ -118,12 +118,7 @@ impl Threads {
         if let Some(cores) = &self.cores {
             cores.change(|in_use| in_use.tasks += 1);
         }
-        Task {
-            threads: Self {
-                cores: self.cores.clone(),
-                helped: Arc::default(),
-            },
-        }
+        Task { threads: Self { cores: self.cores.clone(), helped: Arc::default() } }
     }
 
     /// How many threads a pass over so many nodes is worth.
@@ -171,12 +166,7 @@ impl Threads {
 
 impl Cores {
     fn change<V>(&self, change: impl FnOnce(&mut InUse) -> V) -> V {
-        change(
-            &mut self
-                .in_use
-                .lock()
-                .expect("no panic happens while it is held"),
-        )
+        change(&mut self.in_use.lock().expect("no panic happens while it is held"))
     }
 
     /// Lends cores, but to nobody more than his share.
@@ -293,10 +283,7 @@ mod tests {
         let threads = threads(5);
         let helpers = |most: usize| threads.crew_of(most).helpers;
         let first = threads.begin_task();
-        assert_eq!(
-            [helpers(100), helpers(3), helpers(1), helpers(0)],
-            [4, 2, 0, 0]
-        );
+        assert_eq!([helpers(100), helpers(3), helpers(1), helpers(0)], [4, 2, 0, 0]);
         let second = threads.begin_task();
         // Two for one of them and one for the other.
         let crew = threads.crew_of(100);

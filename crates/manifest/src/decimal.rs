@@ -30,12 +30,9 @@ mod tests {
 
     #[test]
     fn computed_numbers_become_those_that_were_meant() {
-        for (computed, meant) in [
-            (0.06 * (2.0 / 6.0), 0.02),
-            (0.1 + 0.2, 0.3),
-            (1.0 - 0.9, 0.1),
-            (3.0 * 1.1, 3.3),
-        ] {
+        for (computed, meant) in
+            [(0.06 * (2.0 / 6.0), 0.02), (0.1 + 0.2, 0.3), (1.0 - 0.9, 0.1), (3.0 * 1.1, 3.3)]
+        {
             assert_ne!(computed, meant);
             assert_eq!(nearest(computed), meant);
         }

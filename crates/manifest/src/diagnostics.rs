@@ -30,20 +30,12 @@ pub struct Problem {
 impl Problem {
     /// A problem at one place, with a short label for the caret.
     pub fn new(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-            labels: vec![(span, label.into())],
-            help: None,
-        }
+        Self { message: message.into(), labels: vec![(span, label.into())], help: None }
     }
 
     /// A problem of the manifest as a whole.
     pub fn without_place(message: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-            labels: Vec::new(),
-            help: None,
-        }
+        Self { message: message.into(), labels: Vec::new(), help: None }
     }
 
     /// Points at a second place that takes part in the mistake.
@@ -101,11 +93,7 @@ impl Problems {
     /// The collected problems of a manifest, in the order of its lines.
     pub fn into_errors(mut self, file: &str, text: &str) -> ManifestErrors {
         self.found.sort_by_key(Problem::start);
-        ManifestErrors {
-            file: file.to_owned(),
-            text: text.to_owned(),
-            problems: self.found,
-        }
+        ManifestErrors { file: file.to_owned(), text: text.to_owned(), problems: self.found }
     }
 }
 
@@ -138,9 +126,8 @@ impl ManifestErrors {
             // A single column would otherwise be marked by a bar.
             theme.characters.underbar = '^';
         }
-        let handler = GraphicalReportHandler::new_themed(theme)
-            .with_wrap_lines(false)
-            .with_links(false);
+        let handler =
+            GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
         let text = harmless(&self.text);
         let source = NamedSource::new(harmless(&self.file), text);
         let mut page = String::new();
@@ -270,21 +257,12 @@ mod tests {
         let text = "a = '\u{1b}[2J\u{9b}' # \u{7f}";
         assert_eq!(harmless(text).len(), text.len());
         let page = errors(text, Problem::new("a\u{1b}b", 0..1, "\u{7}")).render(false);
-        assert!(
-            !page.contains(|c: char| c.is_control() && c != '\n'),
-            "{page:?}"
-        );
+        assert!(!page.contains(|c: char| c.is_control() && c != '\n'), "{page:?}");
     }
 
     #[test]
     fn spans_outside_the_text_are_shown_all_the_same() {
-        for (text, span) in [
-            ("", 0..0),
-            ("", 3..9),
-            ("a", 1..1),
-            ("é", 1..2),
-            ("a\n", 2..2),
-        ] {
+        for (text, span) in [("", 0..0), ("", 3..9), ("a", 1..1), ("é", 1..2), ("a\n", 2..2)] {
             let page = errors(text, Problem::new("wrong", span, "here")).render(false);
             assert!(page.contains("wrong"), "{page}");
         }

@@ -170,9 +170,7 @@ impl Expression {
             Expression::Operation(operator, one, other) => {
                 let pairs = one.values(column, loads).into_iter();
                 let pairs = pairs.zip(other.values(column, loads));
-                pairs
-                    .map(|(one, other)| operator.apply(one, other))
-                    .collect()
+                pairs.map(|(one, other)| operator.apply(one, other)).collect()
             }
             Expression::Call(function, one) => {
                 let values = one.values(column, loads);
@@ -224,11 +222,7 @@ impl fmt::Display for Expression {
                 let right = other.rank() < rank || (!is_power && other.rank() == rank);
                 enclosed(formatter, one, left)?;
                 formatter.write_str(operator.symbol())?;
-                enclosed(
-                    formatter,
-                    other,
-                    right && !matches!(**other, Expression::Negative(_)),
-                )
+                enclosed(formatter, other, right && !matches!(**other, Expression::Negative(_)))
             }
         }
     }

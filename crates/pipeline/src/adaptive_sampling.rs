@@ -67,11 +67,7 @@ impl SampledStudy {
             let stages = adaptive_stages(&study, &plan, tables, rule)?;
             let more: Vec<_> = stages.iter().filter_map(AdaptiveStage::more).collect();
             if more.is_empty() {
-                return Ok(SampledStudy {
-                    study,
-                    plan,
-                    stages,
-                });
+                return Ok(SampledStudy { study, plan, stages });
             }
             for (stage, surfaces) in more {
                 draw(&mut study, stage, surfaces);
@@ -81,13 +77,10 @@ impl SampledStudy {
 
     /// The tasks whose tables decide on the number of surfaces; none once it is settled.
     pub fn deciding(&self) -> Vec<usize> {
-        let tasks = self
-            .stages
-            .iter()
-            .filter_map(|stage| match &stage.condition {
-                Condition::Open { tasks, .. } => Some(tasks.as_slice()),
-                Condition::Holds(_) | Condition::Fails(_) => None,
-            });
+        let tasks = self.stages.iter().filter_map(|stage| match &stage.condition {
+            Condition::Open { tasks, .. } => Some(tasks.as_slice()),
+            Condition::Holds(_) | Condition::Fails(_) => None,
+        });
         let mut tasks = tasks.collect::<Vec<_>>().concat();
         tasks.sort_unstable();
         tasks.dedup();
@@ -96,13 +89,10 @@ impl SampledStudy {
 
     /// Damaged tables in the way of deciding, to be quarantined.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
-        let damaged = self
-            .stages
-            .iter_mut()
-            .filter_map(|stage| match &mut stage.condition {
-                Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
-                Condition::Holds(_) | Condition::Fails(_) => None,
-            });
+        let damaged = self.stages.iter_mut().filter_map(|stage| match &mut stage.condition {
+            Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
+            Condition::Holds(_) | Condition::Fails(_) => None,
+        });
         damaged.flatten().collect()
     }
 }
@@ -151,12 +141,7 @@ impl AdaptiveStage {
 
 impl fmt::Display for AdaptiveStage {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let AdaptiveStage {
-            name,
-            surfaces,
-            growth,
-            ..
-        } = self;
+        let AdaptiveStage { name, surfaces, growth, .. } = self;
         let Growth { at_most, until, .. } = growth.as_ref();
         write!(formatter, "{name}: {surfaces} surfaces a point")?;
         match &self.condition {
@@ -193,12 +178,7 @@ struct Found<'a>(&'a Finding);
 
 impl fmt::Display for Found<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Finding::Claims(Decisions {
-            decided,
-            undecided,
-            not_judged,
-        }) = self.0
-        else {
+        let Finding::Claims(Decisions { decided, undecided, not_judged }) = self.0 else {
             return Ok(());
         };
         match decided.len() + undecided.len() {
@@ -212,11 +192,7 @@ impl fmt::Display for Found<'_> {
             names.collect::<Vec<_>>().join(", ")
         };
         if !needing.is_empty() {
-            write!(
-                formatter,
-                "; more surfaces would decide {}",
-                names(&needing)
-            )?;
+            write!(formatter, "; more surfaces would decide {}", names(&needing))?;
         }
         if !hopeless.is_empty() {
             write!(formatter, "; no number would decide {}", names(&hopeless))?;
@@ -244,9 +220,8 @@ fn adaptive_stages(
         let Work::Generate(ensembles) = &stage.work else {
             continue;
         };
-        let Some((first, growth)) = ensembles
-            .first()
-            .and_then(|first| Some((first, first.growth.clone()?)))
+        let Some((first, growth)) =
+            ensembles.first().and_then(|first| Some((first, first.growth.clone()?)))
         else {
             continue;
         };
@@ -297,8 +272,6 @@ pub fn at_its_most(mut study: Study) -> Study {
 
 fn draw(study: &mut Study, stage: usize, surfaces: u32) {
     if let Work::Generate(ensembles) = &mut study.stages[stage].work {
-        ensembles
-            .iter_mut()
-            .for_each(|ensemble| ensemble.realizations = surfaces);
+        ensembles.iter_mut().for_each(|ensemble| ensemble.realizations = surfaces);
     }
 }

@@ -19,9 +19,7 @@ pub struct CostModel {
 impl CostModel {
     /// One that knows what a pair takes on some meshes, from where the work is done.
     pub fn measured(seconds_per_pair: BTreeMap<[usize; 2], f64>) -> CostModel {
-        CostModel {
-            seconds_per_pair: RefCell::new(seconds_per_pair),
-        }
+        CostModel { seconds_per_pair: RefCell::new(seconds_per_pair) }
     }
 
     /// Seconds of one core for a task.
@@ -49,9 +47,7 @@ impl CostModel {
     /// Measured once for each mesh.
     fn seconds_per_pair(&self, nodes: [usize; 2]) -> f64 {
         let mut known = self.seconds_per_pair.borrow_mut();
-        *known
-            .entry(nodes)
-            .or_insert_with(|| cost::seconds_per_pair(nodes))
+        *known.entry(nodes).or_insert_with(|| cost::seconds_per_pair(nodes))
     }
 }
 
@@ -61,11 +57,7 @@ pub fn expected_pairs(task: &Task) -> f64 {
 }
 
 fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
-    let extent = Extent {
-        nodes,
-        rows: task.rows,
-        tables: task.inputs.len(),
-    };
+    let extent = Extent { nodes, rows: task.rows, tables: task.inputs.len() };
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 
@@ -93,13 +85,8 @@ mod tests {
             {stages}
             "
         );
-        let study = Study::parse(
-            &manifest,
-            "study.toml",
-            Path::new(""),
-            crate::study::no_claims,
-        )
-        .unwrap();
+        let study =
+            Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap();
         let plan = Plan::of(&study);
         let Effort { pairs, seconds } = {
             let task = plan.tasks.last().unwrap();

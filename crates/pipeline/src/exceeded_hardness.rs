@@ -34,10 +34,9 @@ pub fn warnings<E: From<TableError>>(
         }
         let Some(table) = read(place)? else { continue };
         let messages = messages(&table, &hardnesses)?;
-        warnings.extend(messages.into_iter().map(|message| Warning {
-            stage: stage.name.clone(),
-            message,
-        }));
+        warnings.extend(
+            messages.into_iter().map(|message| Warning { stage: stage.name.clone(), message }),
+        );
     }
     Ok(warnings)
 }
@@ -73,11 +72,7 @@ struct Passed {
 fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<String>, TableError> {
     let tasks = table.texts(TASK.name)?;
     let [loads, means, peaks] = [LOAD, PRESSURE, PEAK_PRESSURE].map(|column| column.name);
-    let (loads, means, peaks) = (
-        table.reals(loads)?,
-        table.reals(means)?,
-        table.reals(peaks)?,
-    );
+    let (loads, means, peaks) = (table.reals(loads)?, table.reals(means)?, table.reals(peaks)?);
     let (mut rows, mut passed) = (0, BTreeMap::<u64, Passed>::new());
     for row in 0..table.rows() {
         let Some(&hardness) = hardnesses.get(tasks.value(row)) else {
@@ -89,11 +84,8 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
             continue;
         }
         // Positive numbers are in the order of their bits.
-        let passed = passed.entry(hardness.to_bits()).or_insert(Passed {
-            loads: 0,
-            from: load,
-            peak,
-        });
+        let passed =
+            passed.entry(hardness.to_bits()).or_insert(Passed { loads: 0, from: load, peak });
         passed.loads += 1;
         passed.peak = passed.peak.max(peak);
         if load.0 < passed.from.0 {
@@ -136,9 +128,7 @@ mod tests {
         );
         let hardnesses = [("a", 5.0), ("b", 5.0)].map(|(task, value)| (task.to_owned(), value));
         let told = messages(&table, &hardnesses.into_iter().collect()).unwrap();
-        let [message] = told.as_slice() else {
-            panic!("{told:?}")
-        };
+        let [message] = told.as_slice() else { panic!("{told:?}") };
         for part in [
             "under 2 of 3 loads",
             "from load 0.1 (a mean pressure of 1.0) on",

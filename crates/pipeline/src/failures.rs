@@ -86,17 +86,12 @@ impl Failures<'_> {
         let rows = solved.map(|(stage, table)| {
             let table = table.read()?;
             let given_up = self.given_up(stage, &table);
-            given_up.map_err(|source| ResultsError::Table {
-                stage: stage.name.clone(),
-                source,
-            })
+            given_up.map_err(|source| ResultsError::Table { stage: stage.name.clone(), source })
         });
         let mut tables = rows.collect::<Result<Vec<_>, _>>()?;
         tables.retain(|table| table.rows() > 0);
-        stacked(&tables).map_err(|source| ResultsError::Table {
-            stage: FAILURES.to_owned(),
-            source,
-        })
+        stacked(&tables)
+            .map_err(|source| ResultsError::Table { stage: FAILURES.to_owned(), source })
     }
 
     fn given_up(&self, stage: &PlannedStage, table: &Table) -> Result<Table, TableError> {
@@ -217,10 +212,7 @@ pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf
     let columns = serde_json::to_string(&table.descriptions()).expect("plain text");
     let metadata = Metadata {
         key: None,
-        entries: vec![
-            ("study".to_owned(), study.to_owned()),
-            ("columns".to_owned(), columns),
-        ],
+        entries: vec![("study".to_owned(), study.to_owned()), ("columns".to_owned(), columns)],
     };
     let bytes = parquet::encode(table, &metadata);
     let beside = path.parent().unwrap_or(folder);

@@ -109,11 +109,8 @@ impl Manifest {
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
     let place = entry.0.span();
     let table = table_of(entry, problems)?;
-    let wanted = Wanted {
-        place: "`[study]`".to_owned(),
-        common: Vec::new(),
-        owner: Box::new(|_| None),
-    };
+    let wanted =
+        Wanted { place: "`[study]`".to_owned(), common: Vec::new(), owner: Box::new(|_| None) };
     Some(reader::read(table, place, &wanted, problems))
 }
 
@@ -136,10 +133,7 @@ fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
 
 fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     let place = entry.0.span();
-    let name = Written {
-        value: entry.0.get_ref().to_string(),
-        span: place.clone(),
-    };
+    let name = Written { value: entry.0.get_ref().to_string(), span: place.clone() };
     let Some(mut table) = table_of(entry, problems) else {
         return StageTable::unreadable(name);
     };
@@ -154,23 +148,13 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
         Reading::Perhaps | Reading::Stages => read_from(&mut table, kind, &place, problems),
     };
     let points = form.map(|form| form.read(table, place.clone(), problems));
-    StageTable {
-        name,
-        kind: Some(kind),
-        from,
-        points,
-    }
+    StageTable { name, kind: Some(kind), from, points }
 }
 
 impl StageTable {
     /// A stage of which only the name is known: what reads it finds at least that.
     fn unreadable(name: Written<String>) -> Self {
-        Self {
-            name,
-            kind: None,
-            from: None,
-            points: None,
-        }
+        Self { name, kind: None, from: None, points: None }
     }
 }
 
@@ -178,12 +162,8 @@ fn read_kind(table: &mut DeTable, place: &Span, problems: &mut Problems) -> Opti
     let words = Kind::ALL.map(Kind::name);
     let Some(value) = table.remove("kind") else {
         problems.push(
-            Problem::new(
-                "the stage has no `kind`",
-                place.clone(),
-                "`kind` is missing here",
-            )
-            .help(format!("one of {}", listed(words, "and"))),
+            Problem::new("the stage has no `kind`", place.clone(), "`kind` is missing here")
+                .help(format!("one of {}", listed(words, "and"))),
         );
         return None;
     };
@@ -226,12 +206,7 @@ fn read_from(
         Ok(names) => Some(names),
         Err(error) => {
             let help = "the name of a stage, or a list of names";
-            problems.push(advice::unusable(
-                "from",
-                &value,
-                &error,
-                Some(help.to_owned()),
-            ));
+            problems.push(advice::unusable("from", &value, &error, Some(help.to_owned())));
             None
         }
     }

@@ -46,9 +46,7 @@ pub fn of_largest(plan: &Plan, tasks: &[usize]) -> ByteSize {
 /// How many threads may work on tasks: as many as are asked for, unless some task draws a surface on
 /// each of them, and there is room for fewer.
 pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize) -> NonZeroUsize {
-    let pooling = tasks
-        .iter()
-        .filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
+    let pooling = tasks.iter().filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
     let fit = pooling.map(|&task| room.0 / of_task(plan, task, 1).0.max(1));
     let fewest = usize::try_from(fit.min().unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
     NonZeroUsize::new(fewest).map_or(NonZeroUsize::MIN, |fewest| fewest.min(most))
@@ -59,9 +57,7 @@ pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let task = &plan.tasks[task];
     let reads_maps = task.recipe.columns_read() == Columns::All;
     let inputs = task.inputs.iter().filter(|_| reads_maps);
-    let read: f64 = inputs
-        .map(|&input| plan.tasks[input].recipe.footprint().table)
-        .sum();
+    let read: f64 = inputs.map(|&input| plan.tasks[input].recipe.footprint().table).sum();
     let Footprint { work, table } = task.recipe.footprint();
     let at_once = match task.recipe.pools_surfaces() {
         true => threads.min(task.inputs.len()),
@@ -98,13 +94,7 @@ pub mod tests {
             "
         );
         Plan::of(
-            &Study::parse(
-                &manifest,
-                "study.toml",
-                Path::new(""),
-                crate::study::no_claims,
-            )
-            .unwrap(),
+            &Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap(),
         )
     }
 
@@ -144,10 +134,7 @@ pub mod tests {
         let one = of_task(&plan, pooled[0], 1);
         let eight = NonZeroUsize::new(8).unwrap();
         let threads = |room: u64| threads(&plan, &all(&plan), ByteSize(room), eight).get();
-        assert_eq!(
-            [threads(0), threads(3 * one.0), threads(100 * one.0)],
-            [1, 3, 8]
-        );
+        assert_eq!([threads(0), threads(3 * one.0), threads(100 * one.0)], [1, 3, 8]);
     }
 
     #[test]

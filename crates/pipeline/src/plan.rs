@@ -105,11 +105,7 @@ impl Plan {
                 tasks,
             });
         }
-        Plan {
-            study: study.name.clone(),
-            tasks: builder.tasks,
-            stages: builder.stages,
-        }
+        Plan { study: study.name.clone(), tasks: builder.tasks, stages: builder.stages }
     }
 
     /// How a task's table comes about.
@@ -221,9 +217,7 @@ impl Builder {
                             .map(move |number| (surfaces.params.realization(number), read.clone()))
                     })
                 });
-                surfaces
-                    .map(|(params, read)| self.add(Recipe::Generate(params), read))
-                    .collect()
+                surfaces.map(|(params, read)| self.add(Recipe::Generate(params), read)).collect()
             }
             Work::Evaluate(recipes) => {
                 let table = |&input: &usize| {
@@ -249,9 +243,7 @@ impl Builder {
         };
         let digests = Digests::of(recipe);
         let tasks = groups.into_iter();
-        tasks
-            .map(|group| self.add_known(recipe.clone(), digests, group))
-            .collect()
+        tasks.map(|group| self.add_known(recipe.clone(), digests, group)).collect()
     }
 
     fn add(&mut self, recipe: Recipe, inputs: Vec<usize>) -> usize {
@@ -306,9 +298,7 @@ impl Builder {
     fn point(&self, task: usize) -> Point {
         let task = &self.tasks[task];
         let upstream = task.inputs.first().map(|&input| self.point(input));
-        upstream
-            .unwrap_or_default()
-            .and(Point::of(task.recipe.coordinates()))
+        upstream.unwrap_or_default().and(Point::of(task.recipe.coordinates()))
     }
 }
 

@@ -96,10 +96,7 @@ pub fn sweep(data: &DataFolder, moment: &Moment) -> Result<(), StoreError> {
 fn remove(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        removed => removed.map_err(|source| StoreError::Write {
-            path: path.to_owned(),
-            source,
-        }),
+        removed => removed.map_err(|source| StoreError::Write { path: path.to_owned(), source }),
     }
 }
 
@@ -112,30 +109,17 @@ mod tests {
 
     /// A machine on which no process lives.
     fn moment() -> Moment {
-        Moment {
-            machine: "node07".to_owned(),
-            now: SystemTime::now(),
-            begun: |_| None,
-        }
+        Moment { machine: "node07".to_owned(), now: SystemTime::now(), begun: |_| None }
     }
 
     #[test]
     fn what_another_machine_may_be_writing_stays_where_locks_say_that_nobody_is_there() {
         let root = tempfile::tempdir().unwrap();
         let data = DataFolder::new(root.path());
-        let workshops = [
-            data.store().join("unfinished"),
-            data.results_of("small"),
-            data.records(),
-        ];
+        let workshops = [data.store().join("unfinished"), data.results_of("small"), data.records()];
         let unfinished = |machine: &str| {
             let machine = machine.to_owned();
-            let name = Writer {
-                machine,
-                process: 1,
-            }
-            .prefix()
-                + "aB3dEf";
+            let name = Writer { machine, process: 1 }.prefix() + "aB3dEf";
             workshops.clone().map(|folder| {
                 fs::create_dir_all(&folder).unwrap();
                 let path = folder.join(&name);
@@ -149,9 +133,7 @@ mod tests {
         sweep(&data, &moment()).unwrap();
         assert!(own.iter().all(|path| !path.exists()));
         assert!(others.iter().all(|path| path.exists()));
-        others
-            .iter()
-            .for_each(|path| fs::remove_file(path).unwrap());
+        others.iter().for_each(|path| fs::remove_file(path).unwrap());
 
         unfinished("node07");
         sweep(&data, &moment()).unwrap();

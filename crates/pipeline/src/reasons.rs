@@ -69,9 +69,7 @@ impl Reasons {
             }
             groups.all
         });
-        Reasons {
-            stages: stages.collect(),
-        }
+        Reasons { stages: stages.collect() }
     }
 }
 
@@ -92,10 +90,7 @@ impl Groups {
         let next = self.all.len();
         let group = *self.known.entry(by.clone()).or_insert(next);
         if group == next {
-            self.all.push(Group {
-                causes: causes(by),
-                tasks: Vec::new(),
-            });
+            self.all.push(Group { causes: causes(by), tasks: Vec::new() });
         }
         self.all[group].tasks.push(task);
     }

@@ -31,12 +31,8 @@ const FORMAT: u32 = 2;
 /// The folder of a study's figures, beside its tables.
 pub const FIGURES: &str = "figures";
 
-pub const TASK: Column = Column::result(
-    "task",
-    ColumnKind::Text,
-    "",
-    "key of the task that computed the row",
-);
+pub const TASK: Column =
+    Column::result("task", ColumnKind::Text, "", "key of the task that computed the row");
 const PATH: Column = Column::result(
     "path",
     ColumnKind::Text,
@@ -126,10 +122,9 @@ fn files_of(folder: &Path) -> Result<Vec<Found>, StoreError> {
     let study = || name.to_string();
     files.extend(listing::known(folder, |file| match file {
         owner::FILE => Some(What::Owner { study: study() }),
-        table => Some(What::Stage {
-            study: study(),
-            stage: table.strip_suffix(".parquet")?.to_owned(),
-        }),
+        table => {
+            Some(What::Stage { study: study(), stage: table.strip_suffix(".parquet")?.to_owned() })
+        }
     })?);
     Ok(files)
 }

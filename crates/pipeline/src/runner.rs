@@ -51,8 +51,7 @@ pub trait TaskObserver: Sync {
 pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
     let keys: Vec<TaskKey> = plan.tasks.iter().map(|task| task.key).collect();
     let have = store.have(&keys).into_iter().enumerate();
-    have.filter_map(|(task, is_there)| (!is_there).then_some(task))
-        .collect()
+    have.filter_map(|(task, is_there)| (!is_there).then_some(task)).collect()
 }
 
 /// A task, and whatever the store lacks of what it needs.
@@ -92,16 +91,7 @@ pub fn run(
     interrupted: &AtomicBool,
 ) -> RunOutcome {
     let threads = Threads::new(resources.cores);
-    let run = Run::new(
-        threads,
-        plan,
-        missing,
-        archive,
-        sources,
-        resources,
-        observer,
-        interrupted,
-    );
+    let run = Run::new(threads, plan, missing, archive, sources, resources, observer, interrupted);
     // The latest task is taken first: the first one of the plan goes in last.
     for &task in missing.iter().rev() {
         if run.waits_for[task].load(Ordering::Relaxed) == 0 {
@@ -146,11 +136,7 @@ impl<'a> Run<'a> {
         missing: &[usize],
         archive: &'a Archive,
         sources: &'a SurfaceFiles,
-        Resources {
-            room,
-            checkpoint_every,
-            ..
-        }: Resources,
+        Resources { room, checkpoint_every, .. }: Resources,
         observer: &'a dyn TaskObserver,
         interrupted: &'a AtomicBool,
     ) -> Run<'a> {
@@ -158,14 +144,10 @@ impl<'a> Run<'a> {
         for &task in missing {
             is_missing[task] = true;
         }
-        let waits_for = plan
-            .tasks
-            .iter()
-            .enumerate()
-            .map(|(task, Task { inputs, .. })| {
-                let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
-                AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
-            });
+        let waits_for = plan.tasks.iter().enumerate().map(|(task, Task { inputs, .. })| {
+            let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
+            AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
+        });
         let sizes =
             (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads.count()).0);
         Run {
@@ -269,10 +251,9 @@ impl<'a> Run<'a> {
             advance: &|share| self.observer.advanced(task, share),
         };
         let table = recipe.run(&inputs, &context)?;
-        table.check_finite().map_err(|found| TaskError::NotFinite {
-            found,
-            is_query: recipe.query().is_some(),
-        })?;
+        table
+            .check_finite()
+            .map_err(|found| TaskError::NotFinite { found, is_query: recipe.query().is_some() })?;
         store.publish(&self.plan.provenance(task), &table)?;
         checkpoints.remove();
         Ok(())
@@ -357,10 +338,7 @@ impl<'a> Run<'a> {
     }
 
     fn outcome(self) -> RunOutcome {
-        let mut outcome = self
-            .done
-            .into_inner()
-            .expect("no panic happens while it is held");
+        let mut outcome = self.done.into_inner().expect("no panic happens while it is held");
         outcome.computed.sort_unstable();
         outcome.computed.dedup();
         outcome.failed.sort_by_key(|(task, _)| *task);

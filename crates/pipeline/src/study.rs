@@ -161,10 +161,7 @@ fn text_of(path: &Path) -> Result<String, ManifestErrors> {
     let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..valid]
-            .iter()
-            .filter(|&&byte| byte == b'\n')
-            .count();
+        let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
         unreadable(format!("line {line} is not UTF-8"))
     })
 }

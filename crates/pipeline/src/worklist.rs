@@ -43,15 +43,9 @@ pub fn tables(
             tasks.len(),
             vec![
                 (STAGE, texts(tasks.clone().map(|_| stage))),
-                (
-                    TASK,
-                    texts(tasks.clone().map(|&task| plan.tasks[task].key.to_string())),
-                ),
+                (TASK, texts(tasks.clone().map(|&task| plan.tasks[task].key.to_string()))),
                 (STATE, texts(tasks.clone().map(state))),
-                (
-                    CORE_SECONDS,
-                    reals(tasks.clone().map(|&task| cost.seconds(&plan.tasks[task]))),
-                ),
+                (CORE_SECONDS, reals(tasks.clone().map(|&task| cost.seconds(&plan.tasks[task])))),
             ],
         );
         let coordinates = tasks.map(|&task| plan.coordinates(task));

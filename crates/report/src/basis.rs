@@ -43,10 +43,7 @@ impl Basis {
         let rows = rows.map(|stage| (stage.name.clone(), stage.table.rows()));
         Basis {
             study: study.to_owned(),
-            figures: figures
-                .iter()
-                .map(|figure| figure.title.to_owned())
-                .collect(),
+            figures: figures.iter().map(|figure| figure.title.to_owned()).collect(),
             rows: rows.collect(),
             files,
         }
@@ -78,10 +75,7 @@ impl Basis {
         let figures = other.figures.difference(&self.figures);
         let figures = figures.map(|title| format!("\"{title}\""));
         let own = |stage: &String| self.rows.get(stage).copied().unwrap_or(0);
-        let rows = other
-            .rows
-            .iter()
-            .filter(|(stage, rows)| own(stage) < **rows);
+        let rows = other.rows.iter().filter(|(stage, rows)| own(stage) < **rows);
         let rows = rows.map(|(stage, rows)| match own(stage) {
             0 => format!("the rows of `{stage}`"),
             own => format!("{} of {rows} rows of `{stage}`", rows - own),
@@ -97,10 +91,7 @@ mod tests {
     fn basis(figures: &[&str], rows: &[(&str, usize)]) -> Basis {
         Basis {
             figures: figures.iter().map(|&title| title.to_owned()).collect(),
-            rows: rows
-                .iter()
-                .map(|&(stage, rows)| (stage.to_owned(), rows))
-                .collect(),
+            rows: rows.iter().map(|&(stage, rows)| (stage.to_owned(), rows)).collect(),
             ..Basis::default()
         }
     }
@@ -110,11 +101,7 @@ mod tests {
         let less = basis(&["Slope"], &[("area", 8)]);
         let more = basis(&["Slope", "Contact maps"], &[("area", 16), ("law", 4)]);
         assert_eq!(more.lacks(&less), [""; 0]);
-        let lacks = [
-            "\"Contact maps\"",
-            "8 of 16 rows of `area`",
-            "the rows of `law`",
-        ];
+        let lacks = ["\"Contact maps\"", "8 of 16 rows of `area`", "the rows of `law`"];
         assert_eq!(less.lacks(&more), lacks);
     }
 

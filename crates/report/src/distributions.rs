@@ -62,11 +62,7 @@ pub fn of(
             };
             let place = found.iter().position(|known| known.point == point);
             let place = place.unwrap_or_else(|| {
-                found.push(Distribution {
-                    point,
-                    surfaces: ensemble.surfaces,
-                    loads: Vec::new(),
-                });
+                found.push(Distribution { point, surfaces: ensemble.surfaces, loads: Vec::new() });
                 found.len() - 1
             });
             for mean in ensemble.mean(density.name)? {
@@ -163,9 +159,8 @@ pub fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[
 pub fn range(distributions: &[Distribution], load: f64) -> Option<[f64; 2]> {
     let under = distributions.iter().filter_map(|one| one.under(load));
     let densities = under.flatten().map(|point| point.y).filter(|&y| y > 0.0);
-    let [least, most] = densities.fold([f64::INFINITY, 0.0], |[least, most], y| {
-        [y.min(least), y.max(most)]
-    });
+    let [least, most] =
+        densities.fold([f64::INFINITY, 0.0], |[least, most], y| [y.min(least), y.max(most)]);
     (most > 0.0).then_some([least, most])
 }
 
@@ -174,29 +169,19 @@ mod tests {
     use super::*;
 
     fn distribution(loads: &[f64]) -> Distribution {
-        let point = |x: f64| DataPoint {
-            x,
-            y: (-x).exp(),
-            bar: None,
-        };
+        let point = |x: f64| DataPoint { x, y: (-x).exp(), bar: None };
         let points = || (0..100).map(|bin| point(0.1 * f64::from(bin) + 0.05));
         Distribution {
             point: Point::new(),
             surfaces: 3,
-            loads: loads
-                .iter()
-                .map(|&load| (load, points().collect()))
-                .collect(),
+            loads: loads.iter().map(|&load| (load, points().collect())).collect(),
         }
     }
 
     #[test]
     fn of_many_loads_the_ends_and_the_middle_are_shown() {
         assert_eq!(shown_loads(&[distribution(&[0.1, 0.2])]), [0.1, 0.2]);
-        let many = [
-            distribution(&[0.1, 0.2, 0.3, 0.4]),
-            distribution(&[0.1, 0.8]),
-        ];
+        let many = [distribution(&[0.1, 0.2, 0.3, 0.4]), distribution(&[0.1, 0.8])];
         assert_eq!(shown_loads(&many), [0.1, 0.3, 0.8]);
         assert!(shown_loads(&[]).is_empty());
     }

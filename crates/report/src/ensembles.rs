@@ -127,10 +127,8 @@ pub fn point(table: &Table, row: usize) -> Point {
 /// Parameters as text, but for the estimator of the area.
 fn told(point: ensemble::Point) -> Point {
     let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
-    let mut point: Point = point
-        .iter()
-        .map(|(name, value)| (name.to_owned(), value.to_string()))
-        .collect();
+    let mut point: Point =
+        point.iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();
     // A spectrum without a plateau is told by two wavenumbers.
     if point.get(K_ROLLOFF.name) == point.get(K_LOWER.name) {
         point.remove(K_ROLLOFF.name);
@@ -152,16 +150,10 @@ impl EnsembleCurves<'_> {
     pub fn mean(&self, column: &str) -> Result<Vec<Mean>, TableError> {
         let values = self.table.reals(column)?;
         let means = self.complete().filter_map(|(load, rows)| {
-            let known: Option<Vec<f64>> = rows
-                .iter()
-                .map(|&row| values.is_valid(row).then(|| values.value(row)))
-                .collect();
+            let known: Option<Vec<f64>> =
+                rows.iter().map(|&row| values.is_valid(row).then(|| values.value(row))).collect();
             let (mean, half_bar) = mean_and_half_bar(&known?, self.bars);
-            Some(Mean {
-                load: load.reduced,
-                mean,
-                half_bar,
-            })
+            Some(Mean { load: load.reduced, mean, half_bar })
         });
         Ok(means.collect())
     }
@@ -177,16 +169,9 @@ impl EnsembleCurves<'_> {
         for (Load { reduced: load, .. }, rows) in self.complete() {
             let now: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
             let step = load - before.0;
-            let each = now
-                .iter()
-                .zip(&before.1)
-                .map(|(now, before)| (now - before) / step);
+            let each = now.iter().zip(&before.1).map(|(now, before)| (now - before) / step);
             let (slope, half) = mean_and_half_bar(&each.collect::<Vec<_>>(), self.bars);
-            slopes.push(Slope {
-                load: (load + before.0) / 2.0,
-                slope,
-                bar: ends(slope, half),
-            });
+            slopes.push(Slope { load: (load + before.0) / 2.0, slope, bar: ends(slope, half) });
             before = (load, now);
         }
         Ok(slopes)
@@ -256,11 +241,7 @@ impl EnsembleCurves<'_> {
             });
             let (mean, half_bar) =
                 mean_and_half_bar(&ratios.collect::<Option<Vec<_>>>()?, self.bars);
-            Some(Mean {
-                load: load.reduced,
-                mean,
-                half_bar,
-            })
+            Some(Mean { load: load.reduced, mean, half_bar })
         });
         Ok(means.collect())
     }
@@ -297,10 +278,7 @@ mod tests {
             rows.len(),
             vec![
                 (SURFACE, texts(rows.map(|row| row.1))),
-                (
-                    REALIZATION,
-                    integers(rows.map(|row| i64::from(row.1 == "b"))),
-                ),
+                (REALIZATION, integers(rows.map(|row| i64::from(row.1 == "b")))),
                 (NODES, integers([64; 7])),
                 (LOAD, reals(rows.map(|row| row.2))),
                 (AREA, reals(rows.map(|row| row.3))),
@@ -349,9 +327,7 @@ mod tests {
     fn the_mean_pressure_grows_by_what_its_mean_curve_does() {
         let table = table();
         let found = of(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
-        let [growth] = found.unwrap()[..] else {
-            panic!("one step")
-        };
+        let [growth] = found.unwrap()[..] else { panic!("one step") };
         // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
         assert!((growth.area - 0.3).abs() < 1e-15 && growth.growth.abs() < 1e-15);
         // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1; half their distance.
@@ -364,10 +340,7 @@ mod tests {
     fn ratios_are_of_the_same_surface_under_the_same_load() {
         let table = table();
         let reversed = table.pick(&[6, 5, 4, 3, 2, 1, 0]);
-        let (one, other) = (
-            of(&table, Bars::Sem).unwrap(),
-            of(&reversed, Bars::Sem).unwrap(),
-        );
+        let (one, other) = (of(&table, Bars::Sem).unwrap(), of(&reversed, Bars::Sem).unwrap());
         let ratios = one[0].ratio("area", &other[0], "area").unwrap();
         // Under 0.2 each surface has two rows, of which the first of either table counts.
         assert_eq!((ratios[0].load, ratios[0].mean), (0.1, 1.0));

@@ -15,28 +15,16 @@ use asperity_tables::table::Table;
 const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 
 /// Coordinates that place rows about something else than the contact of one surface.
-const ELSEWHERE: [&str; 7] = [
-    BIN.name,
-    ALONG.name,
-    WAVENUMBER.name,
-    LAG.name,
-    DISTANCE.name,
-    BEARING_LEVEL.name,
-    "pooled",
-];
+const ELSEWHERE: [&str; 7] =
+    [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
 /// Surfaces with a grain are all left out of claims, and so are asperity models.
-const LEFT_OUT: [&str; 3] = [
-    ANISOTROPY_RATIO.name,
-    ANISOTROPY_ANGLE.name,
-    INTERACTION.name,
-];
+const LEFT_OUT: [&str; 3] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
 /// Every column that places measured or corrected contacts.
 fn coordinates() -> Vec<Column> {
     let kinds = [Kind::Generate, Kind::Solve, Kind::Measure, Kind::Correct];
     let all = kinds.into_iter().flat_map(columns_of);
-    all.filter(|column| column.role.is_coordinate() && !ELSEWHERE.contains(&column.name))
-        .collect()
+    all.filter(|column| column.role.is_coordinate() && !ELSEWHERE.contains(&column.name)).collect()
 }
 
 /// One value of a coordinate, or another.
@@ -68,20 +56,17 @@ fn swept(column: &Column) -> Table {
     let states = [(0, 0), (0, 1), (1, 0), (1, 1)];
     let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load)));
     let rows = rows.concat();
-    let tables = rows
-        .iter()
-        .enumerate()
-        .map(|(row, &(which, surface, load))| {
-            let place = Table::row(&cells(column, which, surface, load));
-            let area = 0.1 * (load + 1) as f64 + 0.01 * row as f64;
-            place.with(vec![
-                (AREA_FRACTION, reals([area])),
-                (AREA_CORRECTED, reals([area])),
-                (SWITCHES, integers([10])),
-                (STOP, texts(["converged"])),
-                (TASK, texts([format!("{which}-{surface}")])),
-            ])
-        });
+    let tables = rows.iter().enumerate().map(|(row, &(which, surface, load))| {
+        let place = Table::row(&cells(column, which, surface, load));
+        let area = 0.1 * (load + 1) as f64 + 0.01 * row as f64;
+        place.with(vec![
+            (AREA_FRACTION, reals([area])),
+            (AREA_CORRECTED, reals([area])),
+            (SWITCHES, integers([10])),
+            (STOP, texts(["converged"])),
+            (TASK, texts([format!("{which}-{surface}")])),
+        ])
+    });
     Table::stack(&tables.collect::<Vec<_>>()).unwrap()
 }
 
@@ -102,14 +87,8 @@ fn every_coordinate_makes_ensembles_surfaces_or_loads_as_its_role_says() {
     for column in coordinates() {
         let table = swept(&column);
         let ensembles = ensembles(&table).unwrap();
-        let standing: usize = ensembles
-            .iter()
-            .map(|ensemble| ensemble.states().count())
-            .sum();
-        let repeated: usize = ensembles
-            .iter()
-            .map(|ensemble| ensemble.repeated.len())
-            .sum();
+        let standing: usize = ensembles.iter().map(|ensemble| ensemble.states().count()).sum();
+        let repeated: usize = ensembles.iter().map(|ensemble| ensemble.repeated.len()).sum();
         assert_eq!(standing + repeated, table.rows(), "{}", column.name);
         assert_eq!(standing, states(&column), "{}", column.name);
         let expected = if column.role == Role::Parameter { 2 } else { 1 };
@@ -141,10 +120,7 @@ fn fits_over_meshes_take_every_row_once() {
     for column in coordinates() {
         let fitted = fit::fitted(&params, &swept(&column)).unwrap();
         let pooled = fitted.texts("pooled").unwrap();
-        let single = pooled
-            .iter()
-            .filter(|what| *what == Some("nothing"))
-            .count();
+        let single = pooled.iter().filter(|what| *what == Some("nothing")).count();
         // Meshes and corrections of one surface under one load are one line.
         let varied = ["nodes", "nodes_x", "nodes_y", "correction", "coefficient"];
         let is_varied = varied.contains(&column.name);
@@ -173,14 +149,10 @@ fn figures_show_every_row_once() {
     for column in coordinates() {
         let table = swept(&column);
         let ensembles = report::of(&table, Bars::Sem).unwrap();
-        let shown = ensembles
-            .iter()
-            .map(|one| one.surfaces * one.mean(AREA_FRACTION.name).unwrap().len());
+        let shown =
+            ensembles.iter().map(|one| one.surfaces * one.mean(AREA_FRACTION.name).unwrap().len());
         assert_eq!(shown.sum::<usize>(), states(&column), "{}", column.name);
-        let mut told: Vec<_> = ensembles
-            .iter()
-            .map(|one| (&one.point, &one.correction))
-            .collect();
+        let mut told: Vec<_> = ensembles.iter().map(|one| (&one.point, &one.correction)).collect();
         told.dedup();
         // Coefficients have names, which figures tell.
         if column.name != "coefficient" {
@@ -235,13 +207,7 @@ fn loads_that_differ_by_rounding_are_one_and_the_first_row_stands() {
     );
     let [ensemble] = ensembles(&table).unwrap().try_into().unwrap();
     let loads = [computed, 0.04];
-    assert_eq!(
-        ensemble.loads,
-        loads.map(|load| Load {
-            given: load,
-            reduced: load
-        })
-    );
+    assert_eq!(ensemble.loads, loads.map(|load| Load { given: load, reduced: load }));
     assert_eq!(ensemble.repeated, [2]);
     let once = each_once(&table).unwrap();
     assert_eq!(once.reals("area_fraction").unwrap().values(), &[0.5, 0.7]);
@@ -249,10 +215,7 @@ fn loads_that_differ_by_rounding_are_one_and_the_first_row_stands() {
 
 #[test]
 fn surfaces_of_two_seeds_are_of_one_ensemble() {
-    let seed = coordinates()
-        .into_iter()
-        .find(|column| column.name == "seed")
-        .unwrap();
+    let seed = coordinates().into_iter().find(|column| column.name == "seed").unwrap();
     let [ensemble] = ensembles(&swept(&seed)).unwrap().try_into().unwrap();
     assert_eq!(ensemble.members.len(), 4);
 }

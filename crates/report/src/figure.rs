@@ -54,11 +54,7 @@ pub enum Drawn {
 impl Drawn {
     /// A figure and its caption.
     pub fn figure(figure: Figure, caption: impl Into<String>) -> Drawn {
-        Drawn::Figure {
-            figure: Box::new(figure),
-            caption: caption.into(),
-            sliders: Vec::new(),
-        }
+        Drawn::Figure { figure: Box::new(figure), caption: caption.into(), sliders: Vec::new() }
     }
 
     /// A figure with these below it.
@@ -76,10 +72,7 @@ impl Drawn {
 
     /// What would add a figure: a stage of the given lines below its header.
     pub fn missing(needs: &'static str, lines: impl Into<String>) -> Drawn {
-        Drawn::Missing {
-            needs,
-            lines: lines.into(),
-        }
+        Drawn::Missing { needs, lines: lines.into() }
     }
 }
 

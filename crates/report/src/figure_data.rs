@@ -92,11 +92,7 @@ impl<'a> FigureData<'a> {
     /// The corrections of the study that change the counted area, in order of appearance.
     pub fn corrections(&self) -> Vec<&str> {
         let mut found: Vec<&str> = Vec::new();
-        for name in self
-            .corrected
-            .iter()
-            .filter_map(|one| one.correction.as_deref())
-        {
+        for name in self.corrected.iter().filter_map(|one| one.correction.as_deref()) {
             if name != AS_COUNTED && !found.contains(&name) {
                 found.push(name);
             }
@@ -126,25 +122,14 @@ impl<'a> FigureData<'a> {
 
     /// How many surfaces each of the measured ensembles has.
     pub fn sample(&self) -> Vec<usize> {
-        self.measured
-            .iter()
-            .map(|ensemble| ensemble.surfaces)
-            .collect()
+        self.measured.iter().map(|ensemble| ensemble.surfaces).collect()
     }
 }
 
 /// A mean curve with its error bars.
 pub fn series(means: &[Mean], style: Style) -> Series {
-    let points = means.iter().map(|mean| DataPoint {
-        x: mean.load,
-        y: mean.mean,
-        bar: mean.bar(),
-    });
-    Series {
-        points: points.collect(),
-        style,
-        label: None,
-    }
+    let points = means.iter().map(|mean| DataPoint { x: mean.load, y: mean.mean, bar: mean.bar() });
+    Series { points: points.collect(), style, label: None }
 }
 
 /// Fewer of the means: where a line joins all of them, markers at least `step` apart do.
@@ -188,24 +173,12 @@ fn files(finished: &FinishedStages) -> Result<Files, TableError> {
     }
     let name = |path: &str| {
         let name = Path::new(path).file_name();
-        name.map_or_else(
-            || path.to_owned(),
-            |name| name.to_string_lossy().into_owned(),
-        )
+        name.map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
     };
-    let is_taken = |path: &str| {
-        paths
-            .values()
-            .filter(|other| name(other) == name(path))
-            .count()
-            > 1
-    };
+    let is_taken =
+        |path: &str| paths.values().filter(|other| name(other) == name(path)).count() > 1;
     let called = paths.iter().map(|(content, path)| {
-        let called = if is_taken(path) {
-            path.clone()
-        } else {
-            name(path)
-        };
+        let called = if is_taken(path) { path.clone() } else { name(path) };
         (content.clone(), called)
     });
     Ok(called.collect())
@@ -217,11 +190,8 @@ fn curves<'a>(
     area: &str,
     bars: Bars,
 ) -> Result<Vec<EnsembleCurves<'a>>, TableError> {
-    let is_curve = |table: &Table| {
-        [SURFACE.name, LOAD.name, area]
-            .iter()
-            .all(|name| table.has(name))
-    };
+    let is_curve =
+        |table: &Table| [SURFACE.name, LOAD.name, area].iter().all(|name| table.has(name));
     let stages = finished.stages.iter();
     let curves = stages.filter(|stage| stage.kind == kind && is_curve(&stage.table));
     let mut ensembles = Vec::new();

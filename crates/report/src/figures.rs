@@ -70,10 +70,7 @@ mod tests {
         let figures = claims.iter().filter_map(|claim| claim.statement.figure);
         for figure in figures {
             let mut drawn = ALL.iter();
-            assert!(
-                drawn.any(|definition| definition.name == figure),
-                "{figure}"
-            );
+            assert!(drawn.any(|definition| definition.name == figure), "{figure}");
         }
     }
 }

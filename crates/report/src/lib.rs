@@ -184,12 +184,7 @@ pub fn write(
     let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
     let drawn = drawn.into_iter().collect::<Result<_, ReportError>>()?;
     let (there, missing) = parted(drawn);
-    let basis = Basis::of(
-        &subject.plan.study,
-        &there,
-        seal::digests(&there),
-        &finished.stages,
-    );
+    let basis = Basis::of(&subject.plan.study, &there, seal::digests(&there), &finished.stages);
     let page = folder.join(PAGE);
     let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
     if existing == Existing::Keep && !is_complete {
@@ -211,10 +206,7 @@ pub fn write(
         page,
         figures: pictures,
         drawn: there.iter().map(|figure| figure.title).collect(),
-        missing: missing
-            .iter()
-            .map(|figure| (figure.title, figure.needs))
-            .collect(),
+        missing: missing.iter().map(|figure| (figure.title, figure.needs)).collect(),
         size: text.len(),
     })
 }
@@ -225,17 +217,9 @@ fn draw(
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
     let Definition { name, title, draw } = *definition;
-    let missing = |needs, lines| MissingFigure {
-        title,
-        needs,
-        lines,
-    };
+    let missing = |needs, lines| MissingFigure { title, needs, lines };
     Ok(Some(match draw(data)? {
-        Drawn::Figure {
-            figure,
-            caption,
-            sliders,
-        } => {
+        Drawn::Figure { figure, caption, sliders } => {
             let svg = figure.to_svg(name);
             let alone = svg::alone(&svg);
             let png = pixels::to_png(&alone, SCALE);
@@ -272,10 +256,9 @@ fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError
 
 fn remove(path: &Path) -> Result<(), ReportError> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(ReportError::Remove {
-            path: path.to_owned(),
-            source: error,
-        }),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(ReportError::Remove { path: path.to_owned(), source: error })
+        }
         _ => Ok(()),
     }
 }

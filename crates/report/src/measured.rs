@@ -166,12 +166,7 @@ impl MeasuredMap {
 
 impl AsMeasured {
     fn of(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
-        let MeasuredSurface {
-            content,
-            channel,
-            preparation,
-            ..
-        } = file;
+        let MeasuredSurface { content, channel, preparation, .. } = file;
         AsMeasured {
             map: ShownMap::of(scan, pixels),
             missing: scan.missing() as f64 / scan.grid().count() as f64,

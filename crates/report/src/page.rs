@@ -75,19 +75,13 @@ pub fn html(
     folder: &Path,
 ) -> String {
     let mut environment = Environment::new();
-    environment
-        .add_template("page.html", TEMPLATE)
-        .expect("the template is part of the program");
+    environment.add_template("page.html", TEMPLATE).expect("the template is part of the program");
     let page = environment.get_template("page.html");
     let page = page.expect("it has just been added");
     let contents = Contents {
         figures,
         missing,
-        tables: finished
-            .stages
-            .iter()
-            .map(|stage| shown(stage, folder))
-            .collect(),
+        tables: finished.stages.iter().map(|stage| shown(stage, folder)).collect(),
         basis: basis.json(),
         provenance,
         style: STYLE,
@@ -96,18 +90,11 @@ pub fn html(
         dark: colour::dark(),
         font: BASE64_STANDARD.encode(pixels::FONT),
     };
-    page.render(Serde(&contents))
-        .expect("the template asks for nothing else")
+    page.render(Serde(&contents)).expect("the template asks for nothing else")
 }
 
 fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
-    let FinishedStage {
-        name,
-        kind,
-        table,
-        path,
-        ..
-    } = stage;
+    let FinishedStage { name, kind, table, path, .. } = stage;
     let shown = table.rows().min(ROWS);
     let fields = table.batch().schema_ref().fields();
     let columns = fields.iter().map(|field| {
@@ -122,12 +109,8 @@ fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
             numeric: matches!(field.data_type(), DataType::Float64 | DataType::Int64),
         }
     });
-    let by_column: Vec<Vec<String>> = table
-        .batch()
-        .columns()
-        .iter()
-        .map(|column| cells(column.as_ref(), shown))
-        .collect();
+    let by_column: Vec<Vec<String>> =
+        table.batch().columns().iter().map(|column| cells(column.as_ref(), shown)).collect();
     let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();
     ShownTable {
         stage: name,

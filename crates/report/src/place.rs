@@ -45,8 +45,5 @@ pub fn check(folder: &Path, study: &str, existing: Existing) -> Result<(), Repor
 }
 
 fn taken(path: &Path, study: &str) -> ReportError {
-    ReportError::Taken {
-        path: path.to_owned(),
-        study: study.to_owned(),
-    }
+    ReportError::Taken { path: path.to_owned(), study: study.to_owned() }
 }

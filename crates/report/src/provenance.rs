@@ -77,11 +77,7 @@ impl PageProvenance {
 
 fn completeness(subject: &Subject) -> String {
     let planned = subject.plan.tasks.len();
-    let done: BTreeSet<usize> = subject
-        .rows
-        .iter()
-        .flat_map(|rows| rows.tasks.clone())
-        .collect();
+    let done: BTreeSet<usize> = subject.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
     let done = done.len();
     match done == planned {
         true => format!("complete: all {planned} tasks are done"),

@@ -24,10 +24,8 @@ impl FigureData<'_> {
     pub fn share_of_mesh(&self) -> Result<String, TableError> {
         let mut shares = Vec::new();
         for ensemble in &self.measured {
-            let (areas, perimeters) = (
-                ensemble.mean(COUNTED_AREA)?,
-                ensemble.mean(PERIMETER_MANHATTAN.name)?,
-            );
+            let (areas, perimeters) =
+                (ensemble.mean(COUNTED_AREA)?, ensemble.mean(PERIMETER_MANHATTAN.name)?);
             let pairs = areas.iter().zip(&perimeters);
             let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
             let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));

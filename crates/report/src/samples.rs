@@ -56,9 +56,7 @@ impl Sample<'_> {
         }
         let table = store.read(key, Columns::All).map_err(StageError::Store)?;
         let sources = finished.sources;
-        self.params
-            .surface(&table, sources, &Threads::one())
-            .map(Some)
+        self.params.surface(&table, sources, &Threads::one()).map(Some)
     }
 
     /// Its heights, on a mesh that is fine enough to be looked at: a random surface is the same on
@@ -82,8 +80,7 @@ impl Sample<'_> {
                 let store = finished.archive.store();
                 let table = store.read(finished.plan.tasks[self.task].key, Columns::All);
                 let table = table.map_err(StageError::Store)?;
-                self.params
-                    .surface(&table, finished.sources, &Threads::one())
+                self.params.surface(&table, finished.sources, &Threads::one())
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => {
                 self.params.draw(finished.sources, &Threads::one())
@@ -108,11 +105,7 @@ pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportEr
     let have = archive.have(&keys.collect::<Vec<_>>());
     let mut seen: Vec<ensemble::Point> = Vec::new();
     let mut first = Vec::new();
-    for ((task, params), _) in surfaces
-        .into_iter()
-        .zip(have)
-        .filter(|(_, is_there)| *is_there)
-    {
+    for ((task, params), _) in surfaces.into_iter().zip(have).filter(|(_, is_there)| *is_there) {
         let point = ensemble::Point::of(params.coordinates());
         if seen.last() != Some(&point) && !seen.contains(&point) {
             seen.push(point);
@@ -127,11 +120,7 @@ pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportEr
     let samples = (0..shown).map(|place| {
         let (task, params) = first[spread(place)];
         let table = archive.light(plan.tasks[task].key)?;
-        Ok(Sample {
-            task,
-            params,
-            point: ensembles::point(&table, 0),
-        })
+        Ok(Sample { task, params, point: ensembles::point(&table, 0) })
     });
     samples.collect()
 }

@@ -28,13 +28,8 @@ pub struct Styles {
 }
 
 /// Coordinates that a measured surface has from its file, beside which they say nothing.
-const FOLLOW_FROM_A_FILE: [&str; 5] = [
-    CONTENT.name,
-    NODES.name,
-    NODES_X.name,
-    NODES_Y.name,
-    RMS_SLOPE.name,
-];
+const FOLLOW_FROM_A_FILE: [&str; 5] =
+    [CONTENT.name, NODES.name, NODES_X.name, NODES_Y.name, RMS_SLOPE.name];
 
 impl Styles {
     /// Styles that tell these points apart as well as colours and markers can.
@@ -72,16 +67,8 @@ impl Styles {
         let colour = place(K_LOWER.name);
         let other = |taken: Option<usize>| (0..varying.len()).find(|&at| Some(at) != taken);
         let colour = colour.or_else(|| other(marker));
-        let marker = marker
-            .filter(|_| marker != colour)
-            .or_else(|| other(colour));
-        Styles {
-            points,
-            files: files.clone(),
-            varying,
-            colour,
-            marker,
-        }
+        let marker = marker.filter(|_| marker != colour).or_else(|| other(colour));
+        Styles { points, files: files.clone(), varying, colour, marker }
     }
 
     /// What tells a point from the others: `k_lower 4 · k_upper 32`, or `wear.npy` for a measured
@@ -95,12 +82,7 @@ impl Styles {
         });
         let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
         let method = |of: &Point| of.get(METHOD.name).cloned();
-        if words.is_empty()
-            && self
-                .points
-                .iter()
-                .any(|other| method(other) != method(point))
-        {
+        if words.is_empty() && self.points.iter().any(|other| method(other) != method(point)) {
             // The only one that is no file.
             return method(point).map(|method| format!("method {method}"));
         }
@@ -126,10 +108,7 @@ impl Styles {
 
     /// Separate points in the colour and with the marker of a point of the study.
     pub fn markers(&self, point: &Point) -> Style {
-        Style::marker(
-            self.colour(point),
-            Marker::of(self.place(self.marker, point)),
-        )
+        Style::marker(self.colour(point), Marker::of(self.place(self.marker, point)))
     }
 
     /// A thin line in the colour of a point of the study, to join its markers.
@@ -172,12 +151,7 @@ mod tests {
 
     fn point(k_lower: u32, k_upper: u32) -> Point {
         let entry = |name: &str, value: u32| (name.to_owned(), value.to_string());
-        [
-            entry("k_lower", k_lower),
-            entry("k_upper", k_upper),
-            entry("nodes", 256),
-        ]
-        .into()
+        [entry("k_lower", k_lower), entry("k_upper", k_upper), entry("nodes", 256)].into()
     }
 
     #[test]
@@ -185,11 +159,7 @@ mod tests {
         let points = [point(1, 32), point(1, 128), point(16, 32), point(4, 128)];
         let styles = Styles::of(&points, &Files::new());
         let colours = points.each_ref().map(|point| styles.colour(point));
-        assert_eq!(
-            colours,
-            [0, 0, 2, 1].map(Colour::Series),
-            "ascending by number"
-        );
+        assert_eq!(colours, [0, 0, 2, 1].map(Colour::Series), "ascending by number");
         let markers = points.each_ref().map(|point| styles.markers(point).marker);
         assert_eq!(markers[0], markers[2]);
         assert_ne!(markers[0], markers[1]);
@@ -211,18 +181,11 @@ mod tests {
     fn a_measured_surface_is_called_by_its_file() {
         let point = |entries: &[(&str, &str)]| -> Point {
             let entries = entries.iter();
-            entries
-                .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()))
-                .collect()
+            entries.map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
         };
         let of_file = |content, slope, edges| {
             let method = ("method", "file");
-            point(&[
-                method,
-                ("content", content),
-                ("rms_slope", slope),
-                ("edges", edges),
-            ])
+            point(&[method, ("content", content), ("rms_slope", slope), ("edges", edges)])
         };
         let [worn, new] = [("c1", "4.751345830974993"), ("c0", "0.2")]
             .map(|(content, slope)| of_file(content, slope, "mirror"));
@@ -235,24 +198,14 @@ mod tests {
         assert_eq!(label(&both[..1], &worn).as_deref(), Some("worn.npy"));
         // Colours follow the names, whatever the hashes are.
         let styles = Styles::of(&both, &files);
-        assert_eq!(
-            [&new, &worn].map(|point| styles.colour(point)),
-            [0, 1].map(Colour::Series)
-        );
+        assert_eq!([&new, &worn].map(|point| styles.colour(point)), [0, 1].map(Colour::Series));
         // Read twice, it is told what differs.
         let faded = of_file("c1", "4.2", "taper");
         let thrice = [worn.clone(), new.clone(), faded.clone()];
-        assert_eq!(
-            label(&thrice, &faded).as_deref(),
-            Some("worn.npy · edges taper")
-        );
+        assert_eq!(label(&thrice, &faded).as_deref(), Some("worn.npy · edges taper"));
         assert_eq!(label(&thrice, &new).as_deref(), Some("new.npy"));
         // A random surface beside says nothing of what files have and it has not.
-        let random = point(&[
-            ("k_lower", "4"),
-            ("rms_slope", "0.02"),
-            ("method", "filter"),
-        ]);
+        let random = point(&[("k_lower", "4"), ("rms_slope", "0.02"), ("method", "filter")]);
         let mixed = [worn.clone(), random.clone()];
         assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&mixed, &random).as_deref(), Some("method filter"));

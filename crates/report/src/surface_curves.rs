@@ -50,9 +50,7 @@ pub fn of(
     weight: Option<Column>,
 ) -> Result<Vec<SurfaceCurve>, TableError> {
     let (coordinates, values) = (table.reals(x.name)?, table.reals(y.name)?);
-    let weights = weight
-        .map(|weight| table.integers(weight.name))
-        .transpose()?;
+    let weights = weight.map(|weight| table.integers(weight.name)).transpose()?;
     let mut found: Vec<(Point, BTreeMap<u64, Sum>)> = Vec::new();
     for rows in runs(coordinates.values()) {
         let mut point = ensembles::point(table, rows.start);
@@ -81,11 +79,7 @@ pub fn of(
 }
 
 fn mean((bits, (sum, count, weight)): (u64, Sum)) -> CurvePoint {
-    CurvePoint {
-        x: f64::from_bits(bits),
-        y: sum / count as f64,
-        weight,
-    }
+    CurvePoint { x: f64::from_bits(bits), y: sum / count as f64, weight }
 }
 
 /// Rows whose coordinate ascends: one curve of one surface each.
@@ -101,8 +95,7 @@ impl SurfaceCurve {
     /// Whether a surface of the study stands where this curve does: it has all of its coordinates.
     pub fn is_of(&self, surface: &Point) -> bool {
         let own = self.point.iter();
-        own.into_iter()
-            .all(|(name, value)| surface.get(name) == Some(value))
+        own.into_iter().all(|(name, value)| surface.get(name) == Some(value))
     }
 }
 
@@ -170,11 +163,7 @@ mod tests {
         let points: Vec<CurvePoint> = (1..3000)
             .map(|k| {
                 let x = f64::from(k);
-                CurvePoint {
-                    x,
-                    y: x.powf(-3.6),
-                    weight: x,
-                }
+                CurvePoint { x, y: x.powf(-3.6), weight: x }
             })
             .collect();
         let thin = thinned(&points);

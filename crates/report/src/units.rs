@@ -121,10 +121,7 @@ impl LengthUnit {
 
 impl Scaled {
     fn plain(unit: &str) -> Scaled {
-        Scaled {
-            factor: 1.0,
-            unit: unit.to_owned(),
-        }
+        Scaled { factor: 1.0, unit: unit.to_owned() }
     }
 }
 
@@ -162,9 +159,7 @@ pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
 
 /// A number with so many significant digits and a true minus, without zeros at its end.
 pub fn digits(value: f64, digits: usize) -> String {
-    let rounded: f64 = format!("{value:.*e}", digits.max(1) - 1)
-        .parse()
-        .unwrap_or(value);
+    let rounded: f64 = format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value);
     let text = match rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
         true => format!("{}", rounded + 0.0),
         false => format!("{rounded:e}"),
@@ -191,17 +186,12 @@ fn prefixed(largest: f64, unit: &str) -> Scaled {
         true => prefix.unwrap_or(PREFIXES[PREFIXES.len() - 1]),
         false => (1.0, ""),
     };
-    Scaled {
-        factor: 1.0 / value,
-        unit: format!("{prefix}{unit}"),
-    }
+    Scaled { factor: 1.0 / value, unit: format!("{prefix}{unit}") }
 }
 
 /// How many metres a unit of length is.
 fn in_metres(unit: &str) -> Option<f64> {
-    (!unit.is_empty())
-        .then(|| length_ratio(unit, "m"))
-        .flatten()
+    (!unit.is_empty()).then(|| length_ratio(unit, "m")).flatten()
 }
 
 #[cfg(test)]
@@ -216,9 +206,7 @@ mod tests {
             format!("{} {unit}", digits(factor * length, 3))
         };
         let found = [3.2e-9, 1e-6, 999.7e-9, 0.0256, 0.0, -4e-8, 3e-14].map(told);
-        let expected = [
-            "3.2 nm", "1 µm", "1000 nm", "25.6 mm", "0 m", "−40 nm", "0.03 pm",
-        ];
+        let expected = ["3.2 nm", "1 µm", "1000 nm", "25.6 mm", "0 m", "−40 nm", "0.03 pm"];
         assert_eq!(found, expected);
     }
 
@@ -232,10 +220,7 @@ mod tests {
         let told = scale_bar(7.5, Some("µm"));
         let told = told.map(|bar| (bar.label, bar.length));
         assert_eq!(told.as_ref().map(|(label, _)| label.as_str()), Some("2 µm"));
-        assert!(
-            (told.unwrap().1 - 2.0).abs() < 1e-12,
-            "in the unit of the side"
-        );
+        assert!((told.unwrap().1 - 2.0).abs() < 1e-12, "in the unit of the side");
         assert_eq!(scale_bar(7.5, Some("")), None);
         assert_eq!(scale_bar(7.5, None), None);
     }
@@ -249,12 +234,7 @@ mod tests {
         let same = LengthUnit::Named("px".to_owned());
         assert_eq!(common(&[Some("px"), Some("px")]), same);
         assert_eq!(same.power("⁴"), "px⁴");
-        for units in [
-            &[Some("px"), Some("m")][..],
-            &[Some("m"), None],
-            &[Some("")],
-            &[],
-        ] {
+        for units in [&[Some("px"), Some("m")][..], &[Some("m"), None], &[Some("")], &[]] {
             assert_eq!(common(units), LengthUnit::Unknown);
         }
     }

@@ -48,10 +48,7 @@ pub const STAGE: Definition = Definition {
     columns,
     summary: |table| {
         let columns = table.schema().fields().len();
-        Ok(vec![
-            counted(table.rows(), "row"),
-            counted(columns, "column"),
-        ])
+        Ok(vec![counted(table.rows(), "row"), counted(columns, "column")])
     },
 };
 
@@ -129,10 +126,7 @@ impl Stage for Params {
             return table;
         };
         let named = groups.over.iter().chain(groups.group_by.iter().flatten());
-        let named: Vec<&str> = named
-            .map(String::as_str)
-            .chain([STOP.name, STATUS.name])
-            .collect();
+        let named: Vec<&str> = named.map(String::as_str).chain([STOP.name, STATUS.name]).collect();
         match groups.models.is_empty() {
             true => table
                 .keep(|name, role| named.contains(&name) || role.is_some_and(Role::is_coordinate)),
@@ -159,9 +153,7 @@ impl Stage for Params {
         let slow_models = match self {
             Params::Groups(groups) => {
                 let models = groups.models.iter();
-                models
-                    .filter(|model| model.integrates_over_summits())
-                    .count()
+                models.filter(|model| model.integrates_over_summits()).count()
             }
             Params::Sql(_) => 0,
         };
@@ -217,10 +209,7 @@ pub struct Sql {
 impl Sql {
     /// The same query of inputs with these names, each of so many tables.
     pub fn over(&self, tables: Vec<(String, usize)>) -> Sql {
-        Sql {
-            tables,
-            ..self.clone()
-        }
+        Sql { tables, ..self.clone() }
     }
 }
 
@@ -244,9 +233,9 @@ impl Statistic {
     /// What its columns' names end in.
     pub fn suffixes(self) -> Vec<String> {
         match self {
-            Statistic::Confidence(level) => ["lower", "upper"]
-                .map(|end| format!("{}_{end}", confidence::word(level)))
-                .into(),
+            Statistic::Confidence(level) => {
+                ["lower", "upper"].map(|end| format!("{}_{end}", confidence::word(level))).into()
+            }
             _ => vec![self.suffix()],
         }
     }

@@ -15,16 +15,8 @@ pub struct PointDepartures {
 }
 
 /// What the departures are averaged from.
-const DESCRIBED: [&str; 8] = [
-    "m20",
-    "m02",
-    "m40",
-    "m04",
-    "m22",
-    "skewness",
-    "excess_kurtosis",
-    "effective_modes",
-];
+const DESCRIBED: [&str; 8] =
+    ["m20", "m02", "m40", "m04", "m22", "skewness", "excess_kurtosis", "effective_modes"];
 
 /// The parameter points of a table of surfaces, each with the means over its surfaces: theories
 /// speak of ensembles.
@@ -43,21 +35,19 @@ pub fn points(surfaces: &Table) -> Result<Vec<PointDepartures>, StageError> {
     let [m20, m02, m40, m04, m22, skewness, kurtosis, modes] = means;
     let (m20, m02, m40, m04, m22) = (m20?, m02?, m40?, m04?, m22?);
     let heights = skewness?.iter().zip(kurtosis?).zip(modes?);
-    let points = heights
-        .enumerate()
-        .map(|(row, ((skewness, excess_kurtosis), modes))| {
-            let statistics = Statistics {
-                slopes: [m20.value(row), m02.value(row)],
-                curvatures: [m40.value(row), m04.value(row)],
-                mixed: m22.value(row),
-                skewness,
-                excess_kurtosis,
-                effective_modes: modes.unwrap_or(f64::INFINITY),
-            };
-            PointDepartures {
-                place: reduced.coordinates().pick(&[row]),
-                departures: statistics.departures(),
-            }
-        });
+    let points = heights.enumerate().map(|(row, ((skewness, excess_kurtosis), modes))| {
+        let statistics = Statistics {
+            slopes: [m20.value(row), m02.value(row)],
+            curvatures: [m40.value(row), m04.value(row)],
+            mixed: m22.value(row),
+            skewness,
+            excess_kurtosis,
+            effective_modes: modes.unwrap_or(f64::INFINITY),
+        };
+        PointDepartures {
+            place: reduced.coordinates().pick(&[row]),
+            departures: statistics.departures(),
+        }
+    });
     Ok(points.collect())
 }

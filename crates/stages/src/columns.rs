@@ -54,11 +54,9 @@ const fn text(name: &'static str, meaning: &'static str) -> Column {
 }
 
 // Where a row belongs.
-pub const SURFACE: Column = parameter_text(
-    "surface",
-    "name of the surface, the same in every stage's table",
-)
-.with_role(Role::Surface);
+pub const SURFACE: Column =
+    parameter_text("surface", "name of the surface, the same in every stage's table")
+        .with_role(Role::Surface);
 pub const METHOD: Column = parameter_text("method", "how the surface was made");
 pub const NODES: Column = parameter_integer("nodes", "1", "nodes per side of the mesh");
 pub const SIDE: Column = parameter("side", "length", "side of the periodic cell");
@@ -72,11 +70,8 @@ pub const NODES_Y: Column = parameter_integer(
     "1",
     "nodes of the mesh along y, of a rectangle; a square has `nodes`",
 );
-pub const SIDE_X: Column = parameter(
-    "side_x",
-    "length",
-    "side of the cell along x, of a rectangle; a square has `side`",
-);
+pub const SIDE_X: Column =
+    parameter("side_x", "length", "side of the cell along x, of a rectangle; a square has `side`");
 pub const SIDE_Y: Column = parameter(
     "side_y",
     "length",
@@ -99,11 +94,8 @@ pub const RMS_SLOPE_OF_SURFACE: Column = parameter(
 pub const HURST: Column = parameter("hurst", "1", "Hurst exponent");
 pub const K_LOWER: Column =
     parameter_integer("k_lower", "2π/side", "lower cutoff wavenumber, inclusive");
-pub const K_ROLLOFF: Column = parameter_integer(
-    "k_rolloff",
-    "2π/side",
-    "wavenumber at which the plateau ends",
-);
+pub const K_ROLLOFF: Column =
+    parameter_integer("k_rolloff", "2π/side", "wavenumber at which the plateau ends");
 pub const K_UPPER: Column =
     parameter_integer("k_upper", "2π/side", "upper cutoff wavenumber, inclusive");
 pub const ANISOTROPY_RATIO: Column = parameter(
@@ -112,25 +104,17 @@ pub const ANISOTROPY_RATIO: Column = parameter(
     "correlation length along the grain over that across; null without grain; theories of isotropic \
      roughness are not about such surfaces",
 );
-pub const ANISOTROPY_ANGLE: Column = parameter(
-    "anisotropy_angle",
-    "°",
-    "direction of the grain from the x axis",
-);
+pub const ANISOTROPY_ANGLE: Column =
+    parameter("anisotropy_angle", "°", "direction of the grain from the x axis");
 pub const SEED: Column =
     parameter_integer("seed", "", "seed of the draws").with_role(Role::Surface);
-pub const REALIZATION: Column = parameter_integer(
-    "realization",
-    "",
-    "number of the surface among those of one spectrum",
-)
-.with_role(Role::Surface);
+pub const REALIZATION: Column =
+    parameter_integer("realization", "", "number of the surface among those of one spectrum")
+        .with_role(Role::Surface);
 pub const CONTENT_OF_SPECTRUM: Column =
     parameter_text("content", "hash of the file with the surface's spectrum");
-pub const SPECTRUM_OF: Column = parameter_text(
-    "spectrum_of",
-    "name of the surface whose measured spectrum it has",
-);
+pub const SPECTRUM_OF: Column =
+    parameter_text("spectrum_of", "name of the surface whose measured spectrum it has");
 pub const RADIUS: Column = parameter("radius", "length", "radius of the shape");
 pub const AMPLITUDE: Column = parameter("amplitude", "length", "amplitude of the wave");
 pub const WAVES: Column = parameter_integer("waves", "1", "wavelengths per side");
@@ -172,11 +156,8 @@ pub const SATURATED_NODES: Column = integer(
     "1",
     "nodes whose pressure is the hardness: the material yields there",
 );
-pub const SATURATED_FRACTION: Column = real(
-    "saturated_fraction",
-    "1",
-    "share of the nodes whose pressure is the hardness",
-);
+pub const SATURATED_FRACTION: Column =
+    real("saturated_fraction", "1", "share of the nodes whose pressure is the hardness");
 pub const MEAN_YIELDED_DEPTH: Column = real(
     "mean_yielded_depth",
     "length",
@@ -184,11 +165,8 @@ pub const MEAN_YIELDED_DEPTH: Column = real(
      map: the yielded volume per nominal area; times the hardness, the work that yielding takes; \
      `mean_displacement` is without it",
 );
-pub const MAX_PAIRS: Column = parameter_integer(
-    "max_pairs",
-    "1",
-    "pairs of transforms after which a load is given up",
-);
+pub const MAX_PAIRS: Column =
+    parameter_integer("max_pairs", "1", "pairs of transforms after which a load is given up");
 pub const LOAD: Column = parameter(
     "load",
     "E* × rms slope",

@@ -74,12 +74,7 @@ impl Stage for Params {
 
     /// Applies every estimator to every row: all rows by the first one, then all by the next.
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
-        let [
-            Input {
-                table: measured, ..
-            },
-        ] = inputs
-        else {
+        let [Input { table: measured, .. }] = inputs else {
             unreachable!("the plan corrects one table at a time")
         };
         let areas = counted_areas(measured)?;
@@ -124,30 +119,13 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
         (COEFFICIENT, reals(vec![coefficient; areas.len()])),
     ];
     let estimates = vec![
-        (
-            AREA_CORRECTED,
-            reals(areas.iter().map(|area| area.corrected(coefficient))),
-        ),
+        (AREA_CORRECTED, reals(areas.iter().map(|area| area.corrected(coefficient)))),
         (AREA_LOWER, bounded(&|area| Some(area.bounds()[0]))),
         (AREA_UPPER, bounded(&|area| Some(area.bounds()[1]))),
-        (
-            ERROR_ABSOLUTE,
-            bounded(&|area| Some(area.absolute_error(coefficient))),
-        ),
-        (
-            ERROR_RELATIVE,
-            bounded(&|area| area.relative_error(coefficient)),
-        ),
+        (ERROR_ABSOLUTE, bounded(&|area| Some(area.absolute_error(coefficient)))),
+        (ERROR_RELATIVE, bounded(&|area| area.relative_error(coefficient))),
     ];
-    let counted = measured.only(&[
-        AREA_FRACTION.name,
-        SWITCHES.name,
-        CONTACT_NODES.name,
-        STOP.name,
-    ]);
-    measured
-        .coordinates()
-        .with(own)
-        .with(estimates)
-        .beside(&counted)
+    let counted =
+        measured.only(&[AREA_FRACTION.name, SWITCHES.name, CONTACT_NODES.name, STOP.name]);
+    measured.coordinates().with(own).with(estimates).beside(&counted)
 }

@@ -87,20 +87,13 @@ impl Point {
     pub fn of(cells: impl IntoIterator<Item = (Column, Value)>) -> Point {
         let parameters = cells.into_iter();
         let parameters = parameters.filter(|(column, _)| column.role == Role::Parameter);
-        Point(
-            parameters
-                .map(|(column, value)| (Cow::from(column.name), value))
-                .collect(),
-        )
+        Point(parameters.map(|(column, value)| (Cow::from(column.name), value)).collect())
     }
 
     /// The parameters of a row of a table.
     pub fn of_row(table: &Table, row: usize) -> Point {
         let parameters = table.in_role(Role::Parameter);
-        let columns = parameters
-            .names()
-            .into_iter()
-            .zip(parameters.batch().columns());
+        let columns = parameters.names().into_iter().zip(parameters.batch().columns());
         let known = columns.filter_map(|(name, column)| {
             Some((Cow::from(name.to_owned()), Value::of(column, row)?))
         });
@@ -126,11 +119,7 @@ impl Point {
     /// The same parameters with other values.
     pub fn map(&self, value: impl Fn(&str, &Value) -> Value) -> Point {
         let parameters = self.0.iter();
-        Point(
-            parameters
-                .map(|(name, own)| (name.clone(), value(name, own)))
-                .collect(),
-        )
+        Point(parameters.map(|(name, own)| (name.clone(), value(name, own))).collect())
     }
 
     /// Of the same point, some parameters alone.
@@ -176,10 +165,7 @@ pub fn load_column(table: &Table) -> &'static str {
 pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
     let given = load_column(table);
     let reduced = (given != LOAD.name).then(|| table.reals(LOAD.name));
-    let loads = Loads {
-        given: table.reals(given)?,
-        reduced: reduced.transpose()?,
-    };
+    let loads = Loads { given: table.reals(given)?, reduced: reduced.transpose()? };
     let members = Members::of(table)?;
     let parameters = table.in_role(Role::Parameter);
     let groups = grouped(&parameters).into_iter();
@@ -206,10 +192,7 @@ impl Loads<'_> {
         let first = reduced.clone().next().unwrap_or(given);
         let is_same = reduced.clone().all(|reduced| reduced == first);
         let mean = || reduced.clone().sum::<f64>() / reduced.clone().count() as f64;
-        Load {
-            given,
-            reduced: if is_same { first } else { mean() },
-        }
+        Load { given, reduced: if is_same { first } else { mean() } }
     }
 }
 
@@ -274,10 +257,8 @@ pub fn each_once(table: &Table) -> Result<Table, TableError> {
         return Ok(table.clone());
     }
     if !table.has(LOAD.name) {
-        let mut first: Vec<usize> = grouped(&table.coordinates())
-            .iter()
-            .map(|rows| rows[0])
-            .collect();
+        let mut first: Vec<usize> =
+            grouped(&table.coordinates()).iter().map(|rows| rows[0]).collect();
         first.sort_unstable();
         return Ok(table.pick(&first));
     }
@@ -286,9 +267,7 @@ pub fn each_once(table: &Table) -> Result<Table, TableError> {
     let mut standing: Vec<(usize, f64)> = states.map(|(_, load, row)| (row, load.given)).collect();
     standing.sort_by_key(|(row, _)| *row);
     let (rows, loads): (Vec<usize>, Vec<f64>) = standing.into_iter().unzip();
-    Ok(table
-        .pick(&rows)
-        .replacing(load_column(table), reals(loads)))
+    Ok(table.pick(&rows).replacing(load_column(table), reals(loads)))
 }
 
 /// Rows that agree in every column, together; in the order of their first rows.
@@ -297,13 +276,9 @@ pub fn grouped(table: &Table) -> Vec<Vec<usize>> {
     if columns.is_empty() {
         return Vec::from_iter((table.rows() > 0).then(|| (0..table.rows()).collect()));
     }
-    let fields = columns
-        .iter()
-        .map(|column| SortField::new(column.data_type().clone()));
+    let fields = columns.iter().map(|column| SortField::new(column.data_type().clone()));
     let converter = RowConverter::new(fields.collect()).expect("coordinates can be compared");
-    let rows = converter
-        .convert_columns(columns)
-        .expect("the fields are those of the columns");
+    let rows = converter.convert_columns(columns).expect("the fields are those of the columns");
     let mut known = HashMap::new();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, row) in rows.iter().enumerate() {
@@ -342,25 +317,19 @@ impl<'a> Members<'a> {
     /// When seeds or realizations are no integers.
     pub fn of(table: &'a Table) -> Result<Members<'a>, TableError> {
         let column = |name: &str| table.has(name).then(|| table.integers(name)).transpose();
-        Ok(Members {
-            seeds: column(SEED.name)?,
-            realizations: column(REALIZATION.name)?,
-        })
+        Ok(Members { seeds: column(SEED.name)?, realizations: column(REALIZATION.name)? })
     }
 
     /// The surface of a row.
     pub fn of_row(&self, row: usize) -> Member {
         let value = |column: Option<&Int64Array>| {
-            column
-                .filter(|column| column.is_valid(row))
-                .map(|column| column.value(row))
+            column.filter(|column| column.is_valid(row)).map(|column| column.value(row))
         };
         match (value(self.seeds), value(self.realizations)) {
             (None, None) => Member::Sole,
-            (seed, realization) => Member::Drawn {
-                seed: seed.unwrap_or(0),
-                realization: realization.unwrap_or(0),
-            },
+            (seed, realization) => {
+                Member::Drawn { seed: seed.unwrap_or(0), realization: realization.unwrap_or(0) }
+            }
         }
     }
 }

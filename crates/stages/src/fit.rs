@@ -74,11 +74,7 @@ pub struct Params {
 impl Params {
     /// How surfaces are resampled.
     pub fn bootstrap(&self) -> Bootstrap {
-        Bootstrap {
-            replicates: self.bootstrap as usize,
-            seed: self.seed,
-            level: self.level,
-        }
+        Bootstrap { replicates: self.bootstrap as usize, seed: self.seed, level: self.level }
     }
 
     /// The loads that count.
@@ -137,9 +133,9 @@ impl Stage for Params {
                 1e-4 * (choices.combinations().len() * loads) as f64
             }
             _ if self.reach() == Reach::All => 3e-3,
-            Law::ContactEvolution(EvolutionChoices {
-                kappa: Kappa::Free, ..
-            }) => 1e-4 * extent.rows as f64,
+            Law::ContactEvolution(EvolutionChoices { kappa: Kappa::Free, .. }) => {
+                1e-4 * extent.rows as f64
+            }
             _ => 1e-4 + 3e-6 * extent.rows as f64,
         };
         Effort::seconds(replicate * f64::from(self.bootstrap))
@@ -172,9 +168,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
 pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
     let each = |points: &[Point], fit: FitOfCurves| -> Vec<Row> {
         let points = points.iter();
-        points
-            .map(|point| point.fit(|curves| fit(curves, params)))
-            .collect()
+        points.map(|point| point.fit(|curves| fit(curves, params))).collect()
     };
     let (points, rows) = match &params.law {
         Law::Limits(choices) => return limits::run(table, choices, params),
@@ -199,10 +193,10 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
             Fits::Spectra => return spectra::run(table, params),
         },
     };
-    let rows = rows.into_iter().zip(&points).map(|(row, point)| Row {
-        unconverged: point.unconverged,
-        ..row.unless_unbounded()
-    });
+    let rows = rows
+        .into_iter()
+        .zip(&points)
+        .map(|(row, point)| Row { unconverged: point.unconverged, ..row.unless_unbounded() });
     let rows: Vec<Row> = rows.collect();
     Ok(rows::table(table, &points, params, &rows))
 }
@@ -222,11 +216,7 @@ mod tests {
     #[test]
     fn a_fit_that_did_not_converge_is_counted_and_enters_no_range() {
         let loads: Vec<f64> = (1..=20).map(|i| 0.003 * f64::from(i)).collect();
-        let law = ContactEvolution {
-            kappa: 2.75,
-            beta: 1.2,
-            mu: 0.6,
-        };
+        let law = ContactEvolution { kappa: 2.75, beta: 1.2, mu: 0.6 };
         let of_a_law = loads.iter().map(|&load| law.area(load));
         // Its slope at first touch is infinite.
         let of_a_power = loads.iter().map(|load| 2.0 * load.powf(0.9));
@@ -241,10 +231,7 @@ mod tests {
             ],
         );
         let free = Params {
-            law: Law::ContactEvolution(EvolutionChoices {
-                to: Datum::Area,
-                kappa: Kappa::Free,
-            }),
+            law: Law::ContactEvolution(EvolutionChoices { to: Datum::Area, kappa: Kappa::Free }),
             window: [0.0, 1.0],
             bootstrap: 0,
             level: 0.95,
@@ -254,18 +241,8 @@ mod tests {
         for name in ["kappa", "beta", "mu", "rms_residual", "r_squared"] {
             assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
         }
-        let parts: Vec<String> = summary(&table.into())
-            .unwrap()
-            .into_iter()
-            .flatten()
-            .collect();
-        let told = [
-            "2 fits",
-            "1 did not converge",
-            "κ 2.7500",
-            "β 1.2000",
-            "μ 0.6000",
-        ];
+        let parts: Vec<String> = summary(&table.into()).unwrap().into_iter().flatten().collect();
+        let told = ["2 fits", "1 did not converge", "κ 2.7500", "β 1.2000", "μ 0.6000"];
         assert_eq!(parts, told);
     }
 }

@@ -221,9 +221,7 @@ impl Points {
             Points::Fit(points) => points.recipes(given),
             Points::Aggregate(section) => aggregate::checks::recipes(section, given),
         };
-        recipes
-            .filter(|recipes| !recipes.is_empty())
-            .map(Work::Evaluate)
+        recipes.filter(|recipes| !recipes.is_empty()).map(Work::Evaluate)
     }
 
     /// What such a stage can read, if not what others of its kind can.

@@ -49,10 +49,7 @@ pub const VERSION: u32 = 3;
 pub const STAGE: Definition = Definition {
     name: "generate",
     version: VERSION,
-    reads: Reads {
-        rows: &[],
-        from: Cow::Borrowed("nothing"),
-    },
+    reads: Reads { rows: &[], from: Cow::Borrowed("nothing") },
     makes: |_| Some(Rows::Surfaces),
     columns: || {
         let lists: [&[Column]; 10] = [
@@ -132,10 +129,7 @@ impl Params {
     }
 
     fn with(&self, heights: Heights) -> Params {
-        Params {
-            heights,
-            ..self.clone()
-        }
+        Params { heights, ..self.clone() }
     }
 
     /// Key that names the surface. It does not depend on whether heights are stored, nor on whether

@@ -20,12 +20,7 @@ pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
     let [side_x, side_y] = size.map(Value::Real);
     match is_square {
         true => vec![(NODES, nodes_x), (SIDE, side_x)],
-        false => vec![
-            (NODES_X, nodes_x),
-            (NODES_Y, nodes_y),
-            (SIDE_X, side_x),
-            (SIDE_Y, side_y),
-        ],
+        false => vec![(NODES_X, nodes_x), (NODES_Y, nodes_y), (SIDE_X, side_x), (SIDE_Y, side_y)],
     }
 }
 
@@ -48,10 +43,7 @@ impl<'a> Meshes<'a> {
     /// When it has neither the columns of squares nor those of rectangles.
     pub fn of(table: &'a Table) -> Result<Self, TableError> {
         if !has_rectangles(table) {
-            return Ok(Self {
-                square: Some(table.integers(NODES.name)?),
-                rectangle: None,
-            });
+            return Ok(Self { square: Some(table.integers(NODES.name)?), rectangle: None });
         }
         Ok(Self {
             square: table.integers(NODES.name).ok(),
@@ -93,11 +85,7 @@ impl<'a> Grids<'a> {
     pub fn of(table: &'a Table) -> Result<Self, TableError> {
         let meshes = Meshes::of(table)?;
         if !has_rectangles(table) {
-            return Ok(Self {
-                meshes,
-                square: Some(table.reals(SIDE.name)?),
-                rectangle: None,
-            });
+            return Ok(Self { meshes, square: Some(table.reals(SIDE.name)?), rectangle: None });
         }
         Ok(Self {
             meshes,
@@ -148,11 +136,7 @@ mod tests {
 
     #[test]
     fn grids_are_read_as_they_were_told_beside_each_other_too() {
-        let told = [
-            ([8, 8], [0.5, 0.5]),
-            ([8, 4], [2.0, 1.0]),
-            ([16, 16], [1.0, 1.0]),
-        ];
+        let told = [([8, 8], [0.5, 0.5]), ([8, 4], [2.0, 1.0]), ([16, 16], [1.0, 1.0])];
         let rows = told.map(|(nodes, size)| row(nodes, size));
         for tables in [&rows[..], &rows[..1], &rows[1..2], &rows[1..]] {
             let table = Table::stack(tables).unwrap();
@@ -165,10 +149,7 @@ mod tests {
         let second = Table::stack(&rows).unwrap();
         let meshes = Meshes::of(&second).unwrap();
         assert_eq!(meshes.nodes(1), [8, 4]);
-        assert_eq!(
-            [0, 1, 2].map(|row| meshes.of_square(row)),
-            [Some(8), None, Some(16)]
-        );
+        assert_eq!([0, 1, 2].map(|row| meshes.of_square(row)), [Some(8), None, Some(16)]);
     }
 
     #[test]

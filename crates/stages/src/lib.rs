@@ -62,14 +62,8 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind, in the order of a study.
-    pub const ALL: [Kind; 6] = [
-        Kind::Generate,
-        Kind::Solve,
-        Kind::Measure,
-        Kind::Correct,
-        Kind::Fit,
-        Kind::Aggregate,
-    ];
+    pub const ALL: [Kind; 6] =
+        [Kind::Generate, Kind::Solve, Kind::Measure, Kind::Correct, Kind::Fit, Kind::Aggregate];
 
     /// What is known of a kind without its parameters.
     pub fn definition(self) -> &'static Definition {

@@ -56,13 +56,8 @@ pub const STAGE: Definition = Definition {
         });
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
-        let lists: [&[Column]; 5] = [
-            &contacts,
-            &distributions,
-            &HEIGHT_MEASURES,
-            &POOLED_HEIGHTS[1..],
-            &of_surfaces,
-        ];
+        let lists: [&[Column]; 5] =
+            [&contacts, &distributions, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..], &of_surfaces];
         lists.concat()
     },
     summary: |table| {
@@ -74,9 +69,7 @@ pub const STAGE: Definition = Definition {
         let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
         let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
         let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
-        let parts = [
-            rows, area, pressures, gaps, heights, spectrum, slopes, roughness,
-        ];
+        let parts = [rows, area, pressures, gaps, heights, spectrum, slopes, roughness];
         Ok(parts.into_iter().flatten().collect())
     },
 };
@@ -123,9 +116,7 @@ impl Stage for Params {
         if let Params::Pool { bins, range } = *self {
             return pool(inputs, bins as usize, range, context);
         }
-        let [input] = inputs else {
-            unreachable!("the plan measures one table at a time")
-        };
+        let [input] = inputs else { unreachable!("the plan measures one table at a time") };
         match *self {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
@@ -190,10 +181,7 @@ impl Stage for Params {
             | Params::Heights { .. }
             | Params::Pool { .. } => 0.0,
         };
-        Footprint {
-            work: 36.0 + beside,
-            table: 0.0,
-        }
+        Footprint { work: 36.0 + beside, table: 0.0 }
     }
 
     /// A surface is drawn again to look at its heights; of contact there are bits to count.
@@ -211,10 +199,7 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
     let histogram = Histogram::of(&surface, bins, range);
     let columns = vec![
         (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
-        (
-            COUNT,
-            integers(histogram.bins.iter().map(|bin| bin.count as i64)),
-        ),
+        (COUNT, integers(histogram.bins.iter().map(|bin| bin.count as i64))),
         (DENSITY, reals(histogram.bins.iter().map(|bin| bin.density))),
     ];
     let rows = vec![0; histogram.bins.len()];

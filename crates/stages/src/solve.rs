@@ -44,10 +44,7 @@ pub const VERSION: u32 = 16;
 pub const STAGE: Definition = Definition {
     name: "solve",
     version: VERSION,
-    reads: Reads {
-        rows: &[Rows::Surfaces],
-        from: Cow::Borrowed("`generate` stages"),
-    },
+    reads: Reads { rows: &[Rows::Surfaces], from: Cow::Borrowed("`generate` stages") },
     makes: |_| Some(Rows::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
@@ -80,10 +77,7 @@ pub struct Params {
     pub pressures: Pressures,
     /// What lies beyond the edges of the surface; a recipe says so where that is not the surface
     /// again, as it was before there was a choice.
-    #[serde(
-        skip_serializing_if = "Boundary::is_periodic",
-        serialize_with = "boundary::recipe"
-    )]
+    #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary::recipe")]
     pub boundary: Boundary,
     /// The highest pressure that the material bears; a recipe has none where it is elastic under any,
     /// as all were before there was a choice.
@@ -113,10 +107,7 @@ pub struct Params {
 
 impl Params {
     fn settings(&self) -> Settings {
-        Settings {
-            tolerance: self.tolerance,
-            pair_limit: self.max_pairs,
-        }
+        Settings { tolerance: self.tolerance, pair_limit: self.max_pairs }
     }
 
     /// What a solver is made of, in the unit in which the hardness is given.
@@ -177,10 +168,7 @@ impl PressureUnit {
     /// parameter, and the other is derived from it.
     pub fn hardness_columns(self) -> [Column; 2] {
         let [reduced, absolute] = self.roles(Role::Parameter);
-        [
-            HARDNESS.with_role(absolute),
-            HARDNESS_REDUCED.with_role(reduced),
-        ]
+        [HARDNESS.with_role(absolute), HARDNESS_REDUCED.with_role(reduced)]
     }
 
     /// Returns the roles of a reduced value and of the same value in pascals; `given` is the role
@@ -220,13 +208,7 @@ impl Stage for Params {
     /// Presses one surface, load after load, up to the first from which on every node touches and none
     /// yields.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        let [
-            Input {
-                recipe: Recipe::Generate(drawn),
-                table,
-            },
-        ] = inputs
-        else {
+        let [Input { recipe: Recipe::Generate(drawn), table }] = inputs else {
             unreachable!("the plan gives one surface to each block of loads")
         };
         let surface = drawn.surface(table, context.sources, context.threads)?;
@@ -299,10 +281,7 @@ impl Stage for Params {
             Some(interaction) => 4.0 + asperities::bytes_per_node(interaction),
             None => self.body().bytes_per_node(self.tolerance),
         };
-        Footprint {
-            work: 3.0 + work + gap,
-            table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
-        }
+        Footprint { work: 3.0 + work + gap, table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0) }
     }
 
     /// All but its loads, and of the hardness what is given: the other unit takes a surface.
@@ -328,21 +307,14 @@ impl Stage for Params {
             (false, None) => 0.0,
         };
         let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);
-        Effort {
-            seconds: effort.seconds + cost::preparation(&body, nodes),
-            ..effort
-        }
+        Effort { seconds: effort.seconds + cost::preparation(&body, nodes), ..effort }
     }
 
     /// The same block with no pressures kept.
     fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_pressures = self.pressures != Pressures::None;
-        keeps_pressures.then(|| {
-            Recipe::Solve(Arc::new(Params {
-                pressures: Pressures::None,
-                ..self.clone()
-            }))
-        })
+        keeps_pressures
+            .then(|| Recipe::Solve(Arc::new(Params { pressures: Pressures::None, ..self.clone() })))
     }
 }
 
@@ -391,11 +363,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let given_up = among(GIVEN_UP)?;
     let full = among("full-contact")?;
     Ok(vec![
-        Some(format!(
-            "{} on {}",
-            counted(rows, "load"),
-            counted(surfaces.len(), "surface")
-        )),
+        Some(format!("{} on {}", counted(rows, "load"), counted(surfaces.len(), "surface"))),
         Some(match given_up {
             0 => "all converged".to_owned(),
             _ => format!("{} not converged", counted(given_up, "load")),

@@ -53,11 +53,7 @@ pub enum SpectrumFileError {
     #[error("has more than {MOST_ROWS} rows")]
     TooLong,
     #[error("gives {found:?} as the unit of `{column}`, which must be like {wanted}")]
-    Unit {
-        column: &'static str,
-        found: String,
-        wanted: &'static str,
-    },
+    Unit { column: &'static str, found: String, wanted: &'static str },
     #[error("gives a unit for one of its columns and none for the other")]
     OneUnit,
 }
@@ -82,19 +78,14 @@ fn read_parquet(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
     let read = |column| columns.read(column).map_err(SpectrumFileError::Parquet);
     let [wavenumbers, densities] = places(&columns.names())?;
     let points = read(wavenumbers)?.into_iter().zip(read(densities)?);
-    Ok(SpectrumTable {
-        points: points.map(|(q, density)| [q, density]).collect(),
-        unit: None,
-    })
+    Ok(SpectrumTable { points: points.map(|(q, density)| [q, density]).collect(), unit: None })
 }
 
 fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
     let is_row = |line: &str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| is_row(line));
     let header = lines.next().map_or("", |(_, line)| line);
-    let separator = [';', '\t', ',']
-        .into_iter()
-        .find(|&mark| header.contains(mark));
+    let separator = [';', '\t', ','].into_iter().find(|&mark| header.contains(mark));
     let fields = |line: &str| -> Vec<String> {
         let field = |field: &str| field.trim().trim_matches('"').trim().to_owned();
         match separator {
@@ -112,10 +103,8 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
         let row = fields(row);
         let number = |column: usize| {
             let text = row.get(column).map_or("", String::as_str);
-            text.parse::<f64>().map_err(|_| SpectrumFileError::Number {
-                line,
-                found: text.to_owned(),
-            })
+            text.parse::<f64>()
+                .map_err(|_| SpectrumFileError::Number { line, found: text.to_owned() })
         };
         points.push([number(columns[0])?, number(columns[1])?]);
         if points.len() > MOST_ROWS {
@@ -123,20 +112,16 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
         }
     }
     let (unit, factor) = unit.map_or((None, 1.0), |(unit, factor)| (Some(unit), factor));
-    points
-        .iter_mut()
-        .for_each(|[_, density]| *density *= factor);
+    points.iter_mut().for_each(|[_, density]| *density *= factor);
     Ok(SpectrumTable { points, unit })
 }
 
 /// Where wavenumbers and densities are among columns of these names.
 fn places(names: &[&str]) -> Result<[usize; 2], SpectrumFileError> {
     let place = |wanted: &[&'static str]| {
-        let found = wanted.iter().find_map(|wanted| {
-            names
-                .iter()
-                .position(|name| name.eq_ignore_ascii_case(wanted))
-        });
+        let found = wanted
+            .iter()
+            .find_map(|wanted| names.iter().position(|name| name.eq_ignore_ascii_case(wanted)));
         found.ok_or_else(|| SpectrumFileError::Missing {
             wanted: wanted[wanted.len() - 1],
             found: match names {
@@ -272,10 +257,7 @@ mod tests {
     #[test]
     fn what_is_no_spectrum_says_why() {
         let refused = |text: &str| table(text).unwrap_err();
-        assert_eq!(
-            refused("q,C\n1,2\n"),
-            "has no column `wavenumber`, its columns are q, C"
-        );
+        assert_eq!(refused("q,C\n1,2\n"), "has no column `wavenumber`, its columns are q, C");
         assert_eq!(
             refused("wavenumber,density\n1,2\n3\n"),
             "holds \"\" in line 3, where a number should be"

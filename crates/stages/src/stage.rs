@@ -183,10 +183,7 @@ pub struct Footprint {
 
 impl Footprint {
     /// No maps.
-    pub const NONE: Footprint = Footprint {
-        work: 0.0,
-        table: 0.0,
-    };
+    pub const NONE: Footprint = Footprint { work: 0.0, table: 0.0 };
 }
 
 /// How much a task has at hand.
@@ -218,25 +215,16 @@ const READING: f64 = 4e-4;
 impl Effort {
     /// A number of pairs, besides the handling.
     pub fn pairs(pairs: f64) -> Effort {
-        Effort {
-            pairs,
-            seconds: HANDLING,
-        }
+        Effort { pairs, seconds: HANDLING }
     }
 
     /// No transforms; so many seconds besides the handling.
     pub fn seconds(seconds: f64) -> Effort {
-        Effort {
-            pairs: 0.0,
-            seconds: HANDLING + seconds,
-        }
+        Effort { pairs: 0.0, seconds: HANDLING + seconds }
     }
 
     /// The same, and so many tables are read before.
     pub fn and_reading(self, tables: usize) -> Effort {
-        Effort {
-            seconds: self.seconds + READING * tables as f64,
-            ..self
-        }
+        Effort { seconds: self.seconds + READING * tables as f64, ..self }
     }
 }

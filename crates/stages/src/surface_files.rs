@@ -107,11 +107,7 @@ impl SurfaceFiles {
 
     /// No files yet; those that cannot be read are taken to be as they were.
     pub fn recalling(folder: &Path, known: Recollection) -> Self {
-        Self {
-            folder: folder.to_owned(),
-            known,
-            ..Self::default()
-        }
+        Self { folder: folder.to_owned(), known, ..Self::default() }
     }
 
     /// What a file held that cannot be read now, if that is known.
@@ -148,9 +144,7 @@ impl SurfaceFiles {
     /// # Errors
     /// When the file is gone, or its content is another by now.
     pub fn read(&self, content: &ContentHash) -> Result<Vec<u8>, SurfaceFileError> {
-        let path = self
-            .path_of(content)
-            .ok_or(SurfaceFileError::Unknown { content: *content })?;
+        let path = self.path_of(content).ok_or(SurfaceFileError::Unknown { content: *content })?;
         let bytes = self.load(path)?;
         if ContentHash::of(&bytes) != *content {
             let path = path.to_owned();
@@ -175,10 +169,8 @@ impl SurfaceFiles {
     }
 
     fn load(&self, path: &Path) -> Result<Vec<u8>, SurfaceFileError> {
-        read_regular(&self.folder.join(path), LARGEST).map_err(|source| SurfaceFileError::Read {
-            path: path.to_owned(),
-            source,
-        })
+        read_regular(&self.folder.join(path), LARGEST)
+            .map_err(|source| SurfaceFileError::Read { path: path.to_owned(), source })
     }
 }
 
@@ -211,26 +203,14 @@ mod tests {
         let (content, bytes) = files.add(Path::new("a.npy")).unwrap();
         assert_eq!(bytes, b"one");
         assert_eq!(files.read(&content).unwrap(), b"one");
-        assert_eq!(
-            files.path_of_hex(&content.to_string()),
-            Some(Path::new("a.npy"))
-        );
+        assert_eq!(files.path_of_hex(&content.to_string()), Some(Path::new("a.npy")));
 
         std::fs::write(&file, b"two").unwrap();
-        assert!(matches!(
-            files.read(&content),
-            Err(SurfaceFileError::Changed { .. })
-        ));
+        assert!(matches!(files.read(&content), Err(SurfaceFileError::Changed { .. })));
         std::fs::remove_file(&file).unwrap();
-        assert!(matches!(
-            files.read(&content),
-            Err(SurfaceFileError::Read { .. })
-        ));
+        assert!(matches!(files.read(&content), Err(SurfaceFileError::Read { .. })));
         let other = ContentHash::of(b"three");
-        assert!(matches!(
-            files.read(&other),
-            Err(SurfaceFileError::Unknown { .. })
-        ));
+        assert!(matches!(files.read(&other), Err(SurfaceFileError::Unknown { .. })));
     }
 
     #[test]
@@ -248,10 +228,7 @@ mod tests {
         let content = ContentHash::of(b"");
         let json = serde_json::to_string(&content).unwrap();
         // The published BLAKE3 hash of nothing.
-        assert!(
-            json.starts_with("\"af1349b9f5f9a1a6a0404dea36dcc949"),
-            "{json}"
-        );
+        assert!(json.starts_with("\"af1349b9f5f9a1a6a0404dea36dcc949"), "{json}");
         assert_eq!(json.len(), 66);
     }
 }

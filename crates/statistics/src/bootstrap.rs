@@ -92,11 +92,8 @@ pub struct Interval {
 
 impl Interval {
     /// Interval of a parameter without an estimate.
-    pub const UNKNOWN: Interval = Interval {
-        lower: f64::NAN,
-        upper: f64::NAN,
-        standard_error: f64::NAN,
-    };
+    pub const UNKNOWN: Interval =
+        Interval { lower: f64::NAN, upper: f64::NAN, standard_error: f64::NAN };
 }
 
 /// Intervals of all parameters of a fit.
@@ -123,10 +120,7 @@ impl Bootstrap {
         estimates: &[Estimate],
         mut refit: impl FnMut(&[u32]) -> Result<Vec<f64>, FitError>,
     ) -> Intervals {
-        let resample = Resample {
-            units: surfaces,
-            fewest: surfaces,
-        };
+        let resample = Resample { units: surfaces, fewest: surfaces };
         self.of_units(resample, estimates, |_, times| refit(times))
     }
 
@@ -140,11 +134,7 @@ impl Bootstrap {
         mut refit: impl FnMut(usize, &[u32]) -> Result<Vec<f64>, FitError>,
     ) -> Intervals {
         if resample.fewest < 2 || self.replicates == 0 {
-            return Intervals {
-                intervals: None,
-                replicates: 0,
-                failed: 0,
-            };
+            return Intervals { intervals: None, replicates: 0, failed: 0 };
         }
         let mut times = vec![0; resample.units];
         let mut successes = Vec::with_capacity(self.replicates);
@@ -230,19 +220,11 @@ mod tests {
     use super::*;
     use asperity_contact::theory::law::ContactEvolution;
 
-    const BOOTSTRAP: Bootstrap = Bootstrap {
-        replicates: 400,
-        seed: 7,
-        level: 0.9,
-    };
+    const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 400, seed: 7, level: 0.9 };
 
     fn mean_of(values: &[f64]) -> impl Fn(&[u32]) -> Result<Vec<f64>, FitError> {
         move |times| {
-            let sum: f64 = values
-                .iter()
-                .zip(times)
-                .map(|(v, &t)| v * f64::from(t))
-                .sum();
+            let sum: f64 = values.iter().zip(times).map(|(v, &t)| v * f64::from(t)).sum();
             Ok(vec![sum / values.len() as f64])
         }
     }
@@ -269,27 +251,17 @@ mod tests {
         let (mut multiplicities, mut total) = (vec![0; 5], vec![0; 5]);
         for replicate in 0..4000 {
             BOOTSTRAP.draw(replicate, &mut multiplicities);
-            total
-                .iter_mut()
-                .zip(&multiplicities)
-                .for_each(|(total, times)| *total += times);
+            total.iter_mut().zip(&multiplicities).for_each(|(total, times)| *total += times);
         }
         // Binomial with 20000 trials of probability 1/5: a standard deviation of 57.
-        assert!(
-            total.iter().all(|&total| total.abs_diff(4000) < 200),
-            "{total:?}"
-        );
+        assert!(total.iter().all(|&total| total.abs_diff(4000) < 200), "{total:?}");
     }
 
     #[test]
     fn more_replicates_keep_the_earlier_ones() {
         let drawn = |replicates| {
             let mut drawn = Vec::new();
-            Bootstrap {
-                replicates,
-                ..BOOTSTRAP
-            }
-            .intervals(6, &[Estimate::Real(0.0)], |times| {
+            Bootstrap { replicates, ..BOOTSTRAP }.intervals(6, &[Estimate::Real(0.0)], |times| {
                 drawn.push(times.to_vec());
                 Ok(vec![0.0])
             });
@@ -312,12 +284,8 @@ mod tests {
     fn resampling_never_mixes_loads_of_different_surfaces() {
         // Every surface is proportional to the load, so every mean of whole surfaces is.
         let loads = vec![0.1, 0.2, 0.4];
-        let areas = (1..=7)
-            .map(|k| loads.iter().map(|y| f64::from(k) * y).collect())
-            .collect();
-        let data = Curves::new(loads, areas)
-            .expect("well formed")
-            .area_data(Window::ALL);
+        let areas = (1..=7).map(|k| loads.iter().map(|y| f64::from(k) * y).collect()).collect();
+        let data = Curves::new(loads, areas).expect("well formed").area_data(Window::ALL);
         let mut multiplicities = vec![0; 7];
         for replicate in 0..100 {
             BOOTSTRAP.draw(replicate, &mut multiplicities);
@@ -344,11 +312,7 @@ mod tests {
 
     #[test]
     fn intervals_of_fitted_parameters_cover_them_with_few_surfaces() {
-        let law = ContactEvolution {
-            kappa: 2.75,
-            beta: 1.2,
-            mu: 0.6,
-        };
+        let law = ContactEvolution { kappa: 2.75, beta: 1.2, mu: 0.6 };
         for surfaces in [5, 10] {
             let (experiments, mut covered) = (200, [0; 2]);
             for experiment in 0..experiments {
@@ -368,10 +332,7 @@ mod tests {
             // Binomial: 0.021 over 200 experiments of nominal 0.9.
             for count in covered {
                 let rate = f64::from(count) / experiments as f64;
-                assert!(
-                    (rate - 0.9).abs() < 0.065,
-                    "{surfaces}: covered {covered:?}"
-                );
+                assert!((rate - 0.9).abs() < 0.065, "{surfaces}: covered {covered:?}");
             }
         }
     }
@@ -436,10 +397,7 @@ mod tests {
             outcome.intervals
         };
         assert_eq!(intervals(BOOTSTRAP, 1), None);
-        let none = Bootstrap {
-            replicates: 0,
-            ..BOOTSTRAP
-        };
+        let none = Bootstrap { replicates: 0, ..BOOTSTRAP };
         assert_eq!(intervals(none, 5), None);
     }
 }

@@ -48,18 +48,13 @@ impl CommonKappa {
             .iter()
             .map(|problem| problem.least_convex_kappa(&problem.mean, None))
             .collect();
-        let kappa =
-            own.iter()
-                .flatten()
-                .copied()
-                .reduce(f64::max)
-                .ok_or(FitError::NoCommonKappa {
-                    curves: problems.len(),
-                })?;
-        let fits = problems
+        let kappa = own
             .iter()
-            .map(|problem| problem.fit(Kappa::Given(kappa)))
-            .collect();
+            .flatten()
+            .copied()
+            .reduce(f64::max)
+            .ok_or(FitError::NoCommonKappa { curves: problems.len() })?;
+        let fits = problems.iter().map(|problem| problem.fit(Kappa::Given(kappa))).collect();
         Ok(Self { kappa, own, fits })
     }
 
@@ -100,13 +95,7 @@ impl EvolutionProblem {
         mean: &[f64],
         near: Option<f64>,
     ) -> Result<f64, FitError> {
-        let mut tilt = Tilt {
-            model: Model {
-                problem: self,
-                mean,
-            },
-            ln_beta: 0.0,
-        };
+        let mut tilt = Tilt { model: Model { problem: self, mean }, ln_beta: 0.0 };
         let found = near
             .and_then(|kappa| bracket_near(&mut tilt, kappa))
             .map_or_else(|| self.bracket(mean, &mut tilt), Ok)?;
@@ -123,11 +112,8 @@ impl EvolutionProblem {
             .zip(mean)
             .map(|(&load, &value)| self.slope_of(load, value))
             .fold(mean_slope, f64::max);
-        let none = |upper| FitError::NoConvexKappa {
-            lower: mean_slope,
-            upper,
-            window: self.data.window,
-        };
+        let none =
+            |upper| FitError::NoConvexKappa { lower: mean_slope, upper, window: self.data.window };
         let mut upper = 2.0 * steepest;
         let mut at_upper = tilt.at(upper);
         for _ in 0..DOUBLINGS {
@@ -143,12 +129,7 @@ impl EvolutionProblem {
             let lower = (upper * SCAN_RATIO).max(mean_slope * (1.0 + KAPPA_TOLERANCE));
             let at_lower = tilt.at(lower);
             if at_lower <= 0.0 {
-                return Ok(Bracket {
-                    lower,
-                    upper,
-                    at_lower,
-                    at_upper,
-                });
+                return Ok(Bracket { lower, upper, at_lower, at_upper });
             }
             if lower >= upper * (1.0 - KAPPA_TOLERANCE) {
                 break;
@@ -175,11 +156,7 @@ fn bracket_near(tilt: &mut Tilt, kappa: f64) -> Option<Bracket> {
         let at_outer = tilt.at(outer);
         if (at_outer > 0.0) != (at > 0.0) {
             let (lower, upper) = ((inner, at_inner), (outer, at_outer));
-            let (lower, upper) = if at > 0.0 {
-                (upper, lower)
-            } else {
-                (lower, upper)
-            };
+            let (lower, upper) = if at > 0.0 { (upper, lower) } else { (lower, upper) };
             return Some(Bracket {
                 lower: lower.0,
                 at_lower: lower.1,
@@ -194,12 +171,7 @@ fn bracket_near(tilt: &mut Tilt, kappa: f64) -> Option<Bracket> {
 
 /// False position with the Illinois weighting.
 fn root(tilt: &mut Tilt, bracket: Bracket) -> f64 {
-    let Bracket {
-        mut lower,
-        mut upper,
-        mut at_lower,
-        mut at_upper,
-    } = bracket;
+    let Bracket { mut lower, mut upper, mut at_lower, mut at_upper } = bracket;
     let mut kappa = upper;
     let mut moved_upper = None;
     for _ in 0..ROOT_ITERATIONS {
@@ -240,11 +212,7 @@ impl Tilt<'_> {
         self.ln_beta = if ln_beta > -10.0 { ln_beta } else { 0.0 };
         let mut residuals = vec![0.0; self.model.mean.len()];
         self.model.residuals(&law, &mut residuals);
-        residuals
-            .iter()
-            .enumerate()
-            .map(|(i, r)| r * self.model.gradient(&law, i)[1])
-            .sum()
+        residuals.iter().enumerate().map(|(i, r)| r * self.model.gradient(&law, i)[1]).sum()
     }
 }
 

@@ -22,10 +22,7 @@ pub struct Window {
 
 impl Window {
     /// Every load.
-    pub const ALL: Self = Self {
-        from: 0.0,
-        to: f64::INFINITY,
-    };
+    pub const ALL: Self = Self { from: 0.0, to: f64::INFINITY };
 
     /// Whether a load lies in the window, its ends included.
     pub fn contains(self, load: f64) -> bool {
@@ -57,17 +54,10 @@ impl Curves {
     /// If lengths differ or are zero, loads do not ascend from above zero, or an area is not
     /// finite.
     pub fn new(loads: Vec<f64>, areas: Vec<Vec<f64>>) -> Result<Self, FitError> {
-        let misshapen = areas
-            .iter()
-            .map(Vec::len)
-            .find(|&length| length != loads.len());
+        let misshapen = areas.iter().map(Vec::len).find(|&length| length != loads.len());
         if areas.is_empty() || loads.is_empty() || misshapen.is_some() {
             let (surfaces, areas) = (areas.len(), misshapen.unwrap_or(0));
-            return Err(FitError::Shape {
-                surfaces,
-                areas,
-                loads: loads.len(),
-            });
+            return Err(FitError::Shape { surfaces, areas, loads: loads.len() });
         }
         let mut below = 0.0;
         for (position, &load) in loads.iter().enumerate() {
@@ -78,11 +68,7 @@ impl Curves {
         }
         for (surface, row) in areas.iter().enumerate() {
             if let Some(at) = row.iter().position(|area| !area.is_finite()) {
-                return Err(FitError::Area {
-                    surface,
-                    load: loads[at],
-                    area: row[at],
-                });
+                return Err(FitError::Area { surface, load: loads[at], area: row[at] });
             }
         }
         Ok(Self { loads, areas })
@@ -111,11 +97,9 @@ impl Curves {
 
     /// Areas under the loads inside a window.
     pub fn area_data(&self, window: Window) -> Data {
-        self.data(
-            window,
-            self.loads.iter().enumerate().map(|(i, &load)| (load, i)),
-            |row, i| row[i],
-        )
+        self.data(window, self.loads.iter().enumerate().map(|(i, &load)| (load, i)), |row, i| {
+            row[i]
+        })
     }
 
     /// Slopes da/dy at the midpoints, inside a window, of neighbouring loads.
@@ -125,14 +109,10 @@ impl Curves {
     pub fn slope_data(&self, window: Window) -> Data {
         let loads = &self.loads;
         let below = |i: usize| if i == 0 { 0.0 } else { loads[i - 1] };
-        self.data(
-            window,
-            (0..loads.len()).map(|i| (0.5 * (below(i) + loads[i]), i)),
-            |row, i| {
-                let area_below = if i == 0 { 0.0 } else { row[i - 1] };
-                (row[i] - area_below) / (loads[i] - below(i))
-            },
-        )
+        self.data(window, (0..loads.len()).map(|i| (0.5 * (below(i) + loads[i]), i)), |row, i| {
+            let area_below = if i == 0 { 0.0 } else { row[i - 1] };
+            (row[i] - area_below) / (loads[i] - below(i))
+        })
     }
 
     fn data(
@@ -143,16 +123,9 @@ impl Curves {
     ) -> Data {
         let (loads, at): (Vec<f64>, Vec<usize>) =
             located.filter(|&(load, _)| window.contains(load)).unzip();
-        let rows = self
-            .areas
-            .iter()
-            .map(|row| at.iter().map(|&i| value(row, i)).collect())
-            .collect();
-        Data {
-            window,
-            loads,
-            rows,
-        }
+        let rows =
+            self.areas.iter().map(|row| at.iter().map(|&i| value(row, i)).collect()).collect();
+        Data { window, loads, rows }
     }
 }
 
@@ -209,9 +182,7 @@ fn mean(rows: &[Vec<f64>], multiplicities: Option<&[u32]>) -> Vec<f64> {
     for (surface, row) in rows.iter().enumerate() {
         let times = times(surface);
         count += times;
-        sum.iter_mut()
-            .zip(row)
-            .for_each(|(sum, value)| *sum += times * value);
+        sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += times * value);
     }
     sum.iter_mut().for_each(|sum| *sum /= count);
     sum

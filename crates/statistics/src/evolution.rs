@@ -105,30 +105,17 @@ impl EvolutionProblem {
         };
         let (found, needed) = (data.loads.len(), 4);
         if found < needed {
-            return Err(FitError::TooFew {
-                window,
-                found,
-                needed,
-            });
+            return Err(FitError::TooFew { window, found, needed });
         }
         let weights = data.weights();
         let scales = match &weights {
             None => vec![1.0; found],
             Some(weights) => {
                 let largest = weights.iter().copied().fold(0.0, f64::max);
-                weights
-                    .iter()
-                    .map(|weight| (weight / largest).sqrt())
-                    .collect()
+                weights.iter().map(|weight| (weight / largest).sqrt()).collect()
             }
         };
-        Ok(Self {
-            quantity,
-            mean: data.mean(),
-            weights,
-            scales,
-            data,
-        })
+        Ok(Self { quantity, mean: data.mean(), weights, scales, data })
     }
 
     /// Fits the mean over the realizations.
@@ -138,18 +125,9 @@ impl EvolutionProblem {
     /// the slope convex.
     pub fn fit(&self, kappa: Kappa) -> Result<EvolutionFit, FitError> {
         let law = self.fit_mean(&self.mean, kappa, None)?;
-        let predicted: Vec<f64> = self
-            .data
-            .loads
-            .iter()
-            .map(|&y| self.predict(&law, y))
-            .collect();
+        let predicted: Vec<f64> = self.data.loads.iter().map(|&y| self.predict(&law, y)).collect();
         let quality = Quality::of(&self.mean, &predicted, self.weights.as_deref());
-        let parameters = if matches!(kappa, Kappa::Given(_)) {
-            2
-        } else {
-            3
-        };
+        let parameters = if matches!(kappa, Kappa::Given(_)) { 2 } else { 3 };
         let freedom = self.mean.len() - parameters;
         Ok(EvolutionFit {
             law,
@@ -164,11 +142,7 @@ impl EvolutionProblem {
 
     /// Intervals of κ, β and μ, in this order, about a fit of the whole sample.
     pub fn bootstrap(&self, kappa: Kappa, fit: &EvolutionFit, bootstrap: &Bootstrap) -> Intervals {
-        let ContactEvolution {
-            kappa: of,
-            beta,
-            mu,
-        } = fit.law;
+        let ContactEvolution { kappa: of, beta, mu } = fit.law;
         let estimates = [of, beta, mu].map(Estimate::Positive);
         bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
             let mean = self.data.resampled_mean(multiplicities);
@@ -203,13 +177,7 @@ impl EvolutionProblem {
         if !(kappa > 0.0 && kappa.is_finite()) {
             return Err(FitError::Kappa { kappa });
         }
-        let model = GivenKappa(
-            Model {
-                problem: self,
-                mean,
-            },
-            kappa,
-        );
+        let model = GivenKappa(Model { problem: self, mean }, kappa);
         self.first_minimum(kappa, near, |start| {
             let found = minimize(&model, [start.beta.ln(), start.mu.ln()]);
             (model.law(found.parameters), found.converged)
@@ -221,10 +189,7 @@ impl EvolutionProblem {
         mean: &[f64],
         near: Option<ContactEvolution>,
     ) -> Result<ContactEvolution, FitError> {
-        let model = FreeKappa(Model {
-            problem: self,
-            mean,
-        });
+        let model = FreeKappa(Model { problem: self, mean });
         // The law only bends down from κ, so its proportionality is above that of the data.
         let kappa = 1.2 * self.proportionality(mean).abs().max(f64::MIN_POSITIVE);
         self.first_minimum(kappa, near, |start| {
@@ -240,9 +205,7 @@ impl EvolutionProblem {
         near: Option<ContactEvolution>,
         search: impl Fn(ContactEvolution) -> (ContactEvolution, bool),
     ) -> Result<ContactEvolution, FitError> {
-        let starts = STARTS
-            .iter()
-            .map(|&(beta, mu)| ContactEvolution { kappa, beta, mu });
+        let starts = STARTS.iter().map(|&(beta, mu)| ContactEvolution { kappa, beta, mu });
         let mut some_bend = false;
         let mut stray = None;
         for start in near.into_iter().chain(starts) {

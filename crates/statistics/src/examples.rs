@@ -30,9 +30,7 @@ pub const BGT_ALPHA_10: [f64; 50] = [
 
 /// Loads to/steps, 2to/steps, … to.
 pub fn uniform(to: f64, steps: u32) -> Vec<f64> {
-    (1..=steps)
-        .map(|i| to * f64::from(i) / f64::from(steps))
-        .collect()
+    (1..=steps).map(|i| to * f64::from(i) / f64::from(steps)).collect()
 }
 
 /// One surface with given areas under `uniform(0.06, 50)`.

@@ -37,13 +37,7 @@ pub struct Bound {
 impl Bound {
     /// A number known to rounding.
     pub fn exact(label: impl Into<String>, value: f64) -> Bound {
-        Bound {
-            label: label.into(),
-            value,
-            error: 0.0,
-            systematic: 0.0,
-            surfaces: None,
-        }
+        Bound { label: label.into(), value, error: 0.0, systematic: 0.0, surfaces: None }
     }
 
     /// Whether it is known to rounding.
@@ -53,10 +47,7 @@ impl Bound {
 
     /// Both ends of the interval that covers together with those of `quantities` in all.
     pub fn together(&self, quantities: usize) -> [f64; 2] {
-        self.interval(
-            1.0 - (1.0 - LEVEL) / quantities.max(1) as f64,
-            self.surfaces,
-        )
+        self.interval(1.0 - (1.0 - LEVEL) / quantities.max(1) as f64, self.surfaces)
     }
 
     /// Two ends that each hold by themselves.
@@ -144,22 +135,14 @@ pub fn jackknife(
     counts.dedup();
     let mut variance = 0.0;
     for of in counts {
-        let left_out = |surface| Weights {
-            left_out: Some(LeftOut { surface, of }),
-        };
+        let left_out = |surface| Weights { left_out: Some(LeftOut { surface, of }) };
         let replicates = (0..of).map(|surface| quantity(&left_out(surface)));
         let replicates: Vec<f64> = replicates.collect::<Option<_>>()?;
         // (n − 1)/n Σ (θ̂₍ᵢ₎ − θ̄)²
         let inflation = (of - 1) as f64 * (of - 1) as f64 / of as f64;
         variance += inflation * deviation(replicates.iter().copied()).powi(2);
     }
-    Some(Bound {
-        label,
-        value,
-        error: variance.sqrt(),
-        systematic: 0.0,
-        surfaces: Some(fewest),
-    })
+    Some(Bound { label, value, error: variance.sqrt(), systematic: 0.0, surfaces: Some(fewest) })
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -173,11 +156,7 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
     // A constant differs from its mean by rounding alone.
     let deviation = (squares / (count - 1.0)).sqrt();
-    if deviation > 1e-13 * mean.abs() {
-        deviation
-    } else {
-        0.0
-    }
+    if deviation > 1e-13 * mean.abs() { deviation } else { 0.0 }
 }
 
 #[cfg(test)]

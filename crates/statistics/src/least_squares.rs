@@ -27,10 +27,7 @@ pub trait Residuals<const P: usize> {
 
 /// Minimizes the sum of squared residuals from a start.
 pub fn minimize<const P: usize>(model: &impl Residuals<P>, start: [f64; P]) -> Minimum<P> {
-    let problem = Problem {
-        model,
-        parameters: SVector::from(start),
-    };
+    let problem = Problem { model, parameters: SVector::from(start) };
     let (problem, report) = LevenbergMarquardt::new()
         .with_ftol(TOLERANCE)
         .with_xtol(TOLERANCE)
@@ -39,10 +36,7 @@ pub fn minimize<const P: usize>(model: &impl Residuals<P>, start: [f64; P]) -> M
     let converged = report.termination.was_successful()
         // An exact fit: the tolerances ask for less than rounding allows.
         || matches!(report.termination, TerminationReason::NoImprovementPossible(_));
-    Minimum {
-        parameters: problem.parameters.into(),
-        converged,
-    }
+    Minimum { parameters: problem.parameters.into(), converged }
 }
 
 struct Problem<'a, M, const P: usize> {
@@ -67,12 +61,8 @@ impl<M: Residuals<P>, const P: usize> LeastSquaresProblem<f64, Dyn, Const<P>>
 
     fn residuals(&self) -> Option<DVector<f64>> {
         let mut residuals = DVector::zeros(self.model.count());
-        self.model
-            .residuals(self.parameters.into(), residuals.as_mut_slice());
-        residuals
-            .iter()
-            .all(|residual| residual.is_finite())
-            .then_some(residuals)
+        self.model.residuals(self.parameters.into(), residuals.as_mut_slice());
+        residuals.iter().all(|residual| residual.is_finite()).then_some(residuals)
     }
 
     fn jacobian(&self) -> Option<OMatrix<f64, Dyn, Const<P>>> {
@@ -103,21 +93,11 @@ impl Quality {
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         let indices = 0..observed.len();
         let total: f64 = indices.clone().map(weight).sum();
-        let mean = indices
-            .clone()
-            .map(|i| weight(i) * observed[i])
-            .sum::<f64>()
-            / total;
+        let mean = indices.clone().map(|i| weight(i) * observed[i]).sum::<f64>() / total;
         let squared = |i: usize| (observed[i] - predicted[i]).powi(2);
         let chi_square: f64 = indices.clone().map(|i| weight(i) * squared(i)).sum();
-        let scatter: f64 = indices
-            .clone()
-            .map(|i| weight(i) * (observed[i] - mean).powi(2))
-            .sum();
-        let square: f64 = indices
-            .clone()
-            .map(|i| weight(i) * observed[i].powi(2))
-            .sum();
+        let scatter: f64 = indices.clone().map(|i| weight(i) * (observed[i] - mean).powi(2)).sum();
+        let square: f64 = indices.clone().map(|i| weight(i) * observed[i].powi(2)).sum();
         let rounding = observed.len() as f64 * f64::EPSILON.powi(2) * square;
         let mean_square = indices.map(squared).sum::<f64>() / observed.len() as f64;
         Self {
@@ -132,16 +112,11 @@ impl Quality {
 /// `None` where all abscissae are equal.
 pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
     let count = abscissae.len() as f64;
-    let (x_mean, y_mean) = (
-        abscissae.iter().sum::<f64>() / count,
-        ordinates.iter().sum::<f64>() / count,
-    );
+    let (x_mean, y_mean) =
+        (abscissae.iter().sum::<f64>() / count, ordinates.iter().sum::<f64>() / count);
     let spread: f64 = abscissae.iter().map(|x| (x - x_mean).powi(2)).sum();
-    let shared: f64 = abscissae
-        .iter()
-        .zip(ordinates)
-        .map(|(x, y)| (x - x_mean) * (y - y_mean))
-        .sum();
+    let shared: f64 =
+        abscissae.iter().zip(ordinates).map(|(x, y)| (x - x_mean) * (y - y_mean)).sum();
     let slope = shared / spread;
     (spread > 0.0 && slope.is_finite()).then_some((slope, y_mean - slope * x_mean))
 }

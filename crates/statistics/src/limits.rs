@@ -75,10 +75,7 @@ pub enum Observed {
 impl Observed {
     /// Values of the surfaces 0, 1, 2 …
     pub fn of_realizations(values: Vec<f64>) -> Observed {
-        Observed::Surfaces {
-            units: (0..values.len()).collect(),
-            values,
-        }
+        Observed::Surfaces { units: (0..values.len()).collect(), values }
     }
 
     /// Mean over the surfaces.
@@ -171,11 +168,7 @@ impl LimitProblem {
             1.0 / scatter.standard_error(&point.small, point.observed.surfaces())
         };
         let scales = points.iter().map(scale).collect();
-        Ok(LimitProblem {
-            points,
-            scatter,
-            scales,
-        })
+        Ok(LimitProblem { points, scatter, scales })
     }
 
     /// Number of points.

@@ -42,9 +42,7 @@ pub struct LoadSeparationProblem {
 impl LoadSeparationProblem {
     /// Takes the loads inside a window; `gaps` are curves of the mean gap.
     pub fn new(gaps: &Curves, window: Window) -> Self {
-        Self {
-            gaps: gaps.area_data(window),
-        }
+        Self { gaps: gaps.area_data(window) }
     }
 
     /// Fits the mean over the realizations.
@@ -72,11 +70,7 @@ impl LoadSeparationProblem {
             open.map(|(load, &gap)| (load.ln(), gap)).unzip();
         let data = gaps.len();
         if data < LEAST_DATA {
-            return Err(FitError::TooFew {
-                window,
-                found: data,
-                needed: LEAST_DATA,
-            });
+            return Err(FitError::TooFew { window, found: data, needed: LEAST_DATA });
         }
         let falling = line(&ln_loads, &gaps).filter(|(slope, _)| *slope < 0.0);
         let (slope, intercept) = falling.ok_or(FitError::NoDecay { window })?;
@@ -98,16 +92,11 @@ mod tests {
     use super::super::examples::normal;
     use super::*;
 
-    const WINDOW: Window = Window {
-        from: 0.01,
-        to: 0.2,
-    };
+    const WINDOW: Window = Window { from: 0.01, to: 0.2 };
 
     /// Loads by equal factors from 1e-3 to 1.
     fn loads() -> Vec<f64> {
-        (0..=30)
-            .map(|step| 10f64.powf(f64::from(step) / 10.0 - 3.0))
-            .collect()
+        (0..=30).map(|step| 10f64.powf(f64::from(step) / 10.0 - 3.0)).collect()
     }
 
     /// Surfaces with u₀ = 0.5 of their rms height each, and p_c = 0.4.
@@ -122,9 +111,7 @@ mod tests {
 
     #[test]
     fn an_exact_relation_is_recovered_in_the_unit_of_the_gaps() {
-        let fit = LoadSeparationProblem::new(&gaps(&[2e-6]), WINDOW)
-            .fit()
-            .unwrap();
+        let fit = LoadSeparationProblem::new(&gaps(&[2e-6]), WINDOW).fit().unwrap();
         assert!((fit.decay_length / 1e-6 - 1.0).abs() < 1e-12, "{fit:?}");
         assert!((fit.closing_load / 0.4 - 1.0).abs() < 1e-12, "{fit:?}");
         assert!(fit.goodness.rms_residual < 1e-12 && fit.goodness.r_squared > Some(1.0 - 1e-12));
@@ -134,9 +121,7 @@ mod tests {
 
     #[test]
     fn closed_gaps_are_masked() {
-        let all = LoadSeparationProblem::new(&gaps(&[1.0]), Window::ALL)
-            .fit()
-            .unwrap();
+        let all = LoadSeparationProblem::new(&gaps(&[1.0]), Window::ALL).fit().unwrap();
         // From 0.501 on.
         assert_eq!((all.goodness.data, all.goodness.masked), (27, 4));
         assert!((all.decay_length - 0.5).abs() < 1e-12);
@@ -149,22 +134,13 @@ mod tests {
         let problem = LoadSeparationProblem::new(&gaps(&heights), WINDOW);
         let fit = problem.fit().unwrap();
         assert!((fit.decay_length / (0.5 * mean) - 1.0).abs() < 1e-12);
-        let intervals = problem.bootstrap(
-            &fit,
-            &Bootstrap {
-                replicates: 400,
-                seed: 1,
-                level: 0.95,
-            },
-        );
+        let intervals =
+            problem.bootstrap(&fit, &Bootstrap { replicates: 400, seed: 1, level: 0.95 });
         let [length, load] = intervals.intervals.expect("no failures")[..] else {
             panic!("two parameters")
         };
         // 20 % of 0.5 over √40, known to 1/√80 from the surfaces.
-        assert!(
-            (length.standard_error / 0.0158 - 1.0).abs() < 0.35,
-            "{length:?}"
-        );
+        assert!((length.standard_error / 0.0158 - 1.0).abs() < 0.35, "{length:?}");
         assert!(length.lower < 0.5 && 0.5 < length.upper);
         // All lines meet at the same closing load.
         assert!((load.upper / load.lower - 1.0).abs() < 1e-9, "{load:?}");
@@ -178,14 +154,8 @@ mod tests {
             problem.fit().unwrap_err().to_string()
         };
         let told = failed(&constant, WINDOW);
-        assert!(
-            told.contains("does not fall") && told.contains("[0.01, 0.2]"),
-            "{told}"
-        );
-        let light = Window {
-            from: 0.0,
-            to: 0.0012,
-        };
+        assert!(told.contains("does not fall") && told.contains("[0.01, 0.2]"), "{told}");
+        let light = Window { from: 0.0, to: 0.0012 };
         let told = failed(&gaps(&[1.0]), light);
         assert!(told.contains("1 usable data"), "{told}");
     }

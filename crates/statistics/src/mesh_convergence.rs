@@ -37,10 +37,7 @@ impl Refinement {
     pub fn new(edges: Vec<f64>, areas: Vec<f64>) -> Result<Self, FitError> {
         let meshes = areas.len();
         if meshes < LEAST_MESHES {
-            return Err(FitError::TooFewMeshes {
-                found: meshes,
-                needed: LEAST_MESHES,
-            });
+            return Err(FitError::TooFewMeshes { found: meshes, needed: LEAST_MESHES });
         }
         let equal = edges.iter().all(|&edge| edge == edges[0]);
         if equal || areas.iter().any(|&area| area <= 0.0) {
@@ -78,10 +75,7 @@ impl Refinement {
         let (edge, area) = (mean(&self.edges), mean(&self.areas));
         let pairs = self.edges.iter().zip(&self.areas);
         let sums = pairs.fold((0.0, 0.0), |(covariance, variance), (e, a)| {
-            (
-                covariance + (e - edge) * (a - area),
-                variance + (e - edge).powi(2),
-            )
+            (covariance + (e - edge) * (a - area), variance + (e - edge).powi(2))
         });
         (sums.0 / (area * area), sums.1 / (area * area))
     }
@@ -114,9 +108,7 @@ impl<'a> MeshProblem<'a> {
     /// Root mean square of what a correction leaves, relative to the limits of the common fit.
     pub fn rms_error(&self, correction: f64) -> f64 {
         let fitted = self.coefficient();
-        let errors = self
-            .all()
-            .flat_map(|one| one.errors(correction, one.limit(fitted)));
+        let errors = self.all().flat_map(|one| one.errors(correction, one.limit(fitted)));
         let squares: Vec<f64> = errors.map(|error| error * error).collect();
         mean(&squares).sqrt()
     }
@@ -218,11 +210,7 @@ mod tests {
 
     #[test]
     fn intervals_of_the_coefficient_cover_it_at_about_the_nominal_rate() {
-        let bootstrap = Bootstrap {
-            replicates: 300,
-            seed: 7,
-            level: 0.9,
-        };
+        let bootstrap = Bootstrap { replicates: 300, seed: 7, level: 0.9 };
         let experiments = 200;
         let covered = (0..experiments).filter(|&experiment| {
             let noise = normal(experiment, 4 * 20);

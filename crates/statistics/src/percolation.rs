@@ -104,10 +104,7 @@ impl PercolationProblem {
             });
         }
         let of_surface = |all: &Vec<Passage>| mean_of(all.iter().map(|passage| passage.middle));
-        Ok(Self {
-            thresholds: passages.iter().map(of_surface).collect(),
-            passages,
-        })
+        Ok(Self { thresholds: passages.iter().map(of_surface).collect(), passages })
     }
 
     /// Thresholds of the surfaces, each averaged over the directions.
@@ -165,10 +162,7 @@ impl PercolationProblem {
             };
             all.map(widen).collect()
         };
-        Intervals {
-            intervals: found.intervals.map(widened),
-            ..found
-        }
+        Intervals { intervals: found.intervals.map(widened), ..found }
     }
 
     fn resampled(&self, multiplicities: &[u32]) -> Threshold {
@@ -205,11 +199,7 @@ impl Threshold {
     }
 
     fn from_values([area, area_corrected, load]: [f64; 3]) -> Threshold {
-        Threshold {
-            area,
-            area_corrected,
-            load,
-        }
+        Threshold { area, area_corrected, load }
     }
 }
 
@@ -220,10 +210,8 @@ impl Passage {
         window: Window,
         channels: Channels,
     ) -> Option<Vec<Passage>> {
-        let inside: Vec<&Interface> = interfaces
-            .iter()
-            .filter(|interface| window.contains(interface.load))
-            .collect();
+        let inside: Vec<&Interface> =
+            interfaces.iter().filter(|interface| window.contains(interface.load)).collect();
         let along = |axis: usize| {
             let sealed = inside.iter().position(|interface| !interface.is_open[axis]);
             let sealed = sealed.filter(|&sealed| sealed > 0)?;
@@ -234,10 +222,7 @@ impl Passage {
             });
             let [open, closed] = around.map(|one| one.values());
             let width = [0, 1, 2].map(|value| closed[value] - open[value]);
-            Some(Passage {
-                middle: mean_of(around),
-                width: Threshold::from_values(width),
-            })
+            Some(Passage { middle: mean_of(around), width: Threshold::from_values(width) })
         };
         channels.axes().iter().map(|&axis| along(axis)).collect()
     }
@@ -276,10 +261,7 @@ mod tests {
     use super::Channels::{AlongBoth, AlongX, AlongY};
     use super::*;
 
-    const WINDOW: Window = Window {
-        from: 0.0,
-        to: 10.0,
-    };
+    const WINDOW: Window = Window { from: 0.0, to: 10.0 };
 
     /// Ten loads up to one, as much area, sealed along x and y from these loads on.
     fn surface(from: [f64; 2]) -> Vec<Interface> {
@@ -317,11 +299,7 @@ mod tests {
             let found = problem(&surfaces, channels).unwrap();
             assert!((found.mean().load - load).abs() < 1e-15, "{channels}");
             // The thresholds along each direction are 0.2 apart, and loads 0.1.
-            let variance = if channels == AlongBoth {
-                0.29 / 3.0
-            } else {
-                0.02
-            };
+            let variance = if channels == AlongBoth { 0.29 / 3.0 } else { 0.02 };
             let expected = (variance - 0.01 / 12.0_f64).sqrt();
             assert!((found.scatter() - expected).abs() < 1e-12, "{channels}");
         }
@@ -339,11 +317,7 @@ mod tests {
         let equal = [[0.3, 0.3]; 4].map(surface);
         let problem = problem(&equal, AlongBoth).unwrap();
         assert!(!problem.resolves_scatter());
-        let bootstrap = Bootstrap {
-            replicates: 50,
-            seed: 1,
-            level: 0.95,
-        };
+        let bootstrap = Bootstrap { replicates: 50, seed: 1, level: 0.95 };
         let intervals = problem.bootstrap(&bootstrap).intervals.unwrap();
         // Loads are 0.1 apart, areas half and two fifths of that.
         for (interval, width) in intervals.iter().zip([0.05, 0.04, 0.1]) {

@@ -36,16 +36,11 @@ pub struct PressureGrowthProblem {
 impl PressureGrowthProblem {
     /// Takes the intervals between loads whose midpoints lie inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
-        let mut inside = curves
-            .loads()
-            .windows(2)
-            .filter(|pair| window.contains(0.5 * (pair[0] + pair[1])));
+        let mut inside =
+            curves.loads().windows(2).filter(|pair| window.contains(0.5 * (pair[0] + pair[1])));
         let ends = inside.next().map(|first| {
             let last = inside.next_back().unwrap_or(first);
-            curves.area_data(Window {
-                from: first[0],
-                to: last[1],
-            })
+            curves.area_data(Window { from: first[0], to: last[1] })
         });
         Self { window, ends }
     }
@@ -62,10 +57,7 @@ impl PressureGrowthProblem {
     /// Intervals of the exponent and the prefactor, in this order.
     pub fn bootstrap(&self, fit: &PressureGrowth, bootstrap: &Bootstrap) -> Intervals {
         let surfaces = self.ends.as_ref().map_or(0, Data::surfaces);
-        let estimates = [
-            Estimate::Real(fit.exponent),
-            Estimate::Positive(fit.prefactor),
-        ];
+        let estimates = [Estimate::Real(fit.exponent), Estimate::Positive(fit.prefactor)];
         bootstrap.intervals(surfaces, &estimates, |multiplicities| {
             let fit = self.fit_mean(|ends| ends.resampled_mean(multiplicities))?;
             Ok(vec![fit.exponent, fit.prefactor])
@@ -74,25 +66,15 @@ impl PressureGrowthProblem {
 
     fn fit_mean(&self, mean: impl Fn(&Data) -> Vec<f64>) -> Result<PressureGrowth, FitError> {
         let window = self.window;
-        let points = self
-            .ends
-            .as_ref()
-            .map_or_else(Vec::new, |ends| growth(ends, &mean(ends)));
+        let points = self.ends.as_ref().map_or_else(Vec::new, |ends| growth(ends, &mean(ends)));
         let (ln_areas, ln_growths): (Vec<f64>, Vec<f64>) = points.iter().flatten().copied().unzip();
         let data = ln_areas.len();
         if data < LEAST_DATA {
-            return Err(FitError::TooFew {
-                window,
-                found: data,
-                needed: LEAST_DATA,
-            });
+            return Err(FitError::TooFew { window, found: data, needed: LEAST_DATA });
         }
         let (exponent, intercept) =
             line(&ln_areas, &ln_growths).ok_or(FitError::EqualAreas { window })?;
-        let predicted: Vec<f64> = ln_areas
-            .iter()
-            .map(|ln| intercept + exponent * ln)
-            .collect();
+        let predicted: Vec<f64> = ln_areas.iter().map(|ln| intercept + exponent * ln).collect();
         let quality = Quality::of(&ln_growths, &predicted, None);
         Ok(PressureGrowth {
             exponent,
@@ -122,38 +104,20 @@ mod tests {
     use super::*;
     use asperity_contact::theory::law::ContactEvolution;
 
-    const LAW: ContactEvolution = ContactEvolution {
-        kappa: 2.7,
-        beta: 1.2,
-        mu: 0.4,
-    };
+    const LAW: ContactEvolution = ContactEvolution { kappa: 2.7, beta: 1.2, mu: 0.4 };
 
-    const HEAVIER: Window = Window {
-        from: 0.007,
-        to: 0.06,
-    };
+    const HEAVIER: Window = Window { from: 0.007, to: 0.06 };
 
     fn fit(curves: &Curves, window: Window) -> PressureGrowth {
-        PressureGrowthProblem::new(curves, window)
-            .fit()
-            .expect("enough growth")
+        PressureGrowthProblem::new(curves, window).fit().expect("enough growth")
     }
 
     #[test]
     fn exponent_of_an_exact_law_is_mu_minus_one_and_the_prefactor_beta() {
         let error = |steps| {
             let curves = scattered(LAW, uniform(0.3, steps), 1, (0.0, 0.0), 0);
-            let fit = fit(
-                &curves,
-                Window {
-                    from: 0.01,
-                    to: 0.3,
-                },
-            );
-            (
-                (fit.exponent - (LAW.mu - 1.0)).abs(),
-                (fit.prefactor - LAW.beta).abs(),
-            )
+            let fit = fit(&curves, Window { from: 0.01, to: 0.3 });
+            ((fit.exponent - (LAW.mu - 1.0)).abs(), (fit.prefactor - LAW.beta).abs())
         };
         let (coarse, fine) = (error(60), error(240));
         // Differences are of second order in the step.
@@ -188,39 +152,22 @@ mod tests {
     fn constant_mean_pressure_has_no_growth() {
         let proportional: Vec<f64> = uniform(0.06, 50).iter().map(|_| 0.0).collect();
         let problem = PressureGrowthProblem::new(&single(&proportional), Window::ALL);
-        assert!(matches!(
-            problem.fit(),
-            Err(FitError::TooFew {
-                found: 0,
-                needed: 3,
-                ..
-            })
-        ));
+        assert!(matches!(problem.fit(), Err(FitError::TooFew { found: 0, needed: 3, .. })));
         let outside =
             PressureGrowthProblem::new(&single(&BGT_ALPHA_2), Window { from: 1.0, to: 2.0 });
-        assert!(matches!(
-            outside.fit(),
-            Err(FitError::TooFew { found: 0, .. })
-        ));
+        assert!(matches!(outside.fit(), Err(FitError::TooFew { found: 0, .. })));
     }
 
     #[test]
     fn interval_of_the_exponent_contains_it() {
         // Surfaces that only scale the load have all the same exponent: noise makes it scatter.
         let problem = |factor, noise| {
-            let window = Window {
-                from: 0.02,
-                to: 0.3,
-            };
+            let window = Window { from: 0.02, to: 0.3 };
             let curves = scattered(LAW, uniform(0.3, 20), 20, (factor, noise), 5);
             PressureGrowthProblem::new(&curves, window)
         };
         let fit = problem(0.03, 0.002).fit().expect("enough growth");
-        let bootstrap = Bootstrap {
-            replicates: 200,
-            seed: 1,
-            level: 0.95,
-        };
+        let bootstrap = Bootstrap { replicates: 200, seed: 1, level: 0.95 };
         let intervals = problem(0.03, 0.002).bootstrap(&fit, &bootstrap).intervals;
         let interval = intervals.expect("no failures")[0];
         let exact = problem(0.0, 0.0).fit().expect("enough growth").exponent;

@@ -13,10 +13,7 @@ pub fn normal(seed: u64, count: usize) -> Vec<f64> {
     let mut uniform = || ((random.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
     (0..count)
         .map(|_| {
-            let (radius, angle) = (
-                libm::sqrt(-2.0 * libm::log(uniform())),
-                2.0 * PI * uniform(),
-            );
+            let (radius, angle) = (libm::sqrt(-2.0 * libm::log(uniform())), 2.0 * PI * uniform());
             radius * libm::cos(angle)
         })
         .collect()

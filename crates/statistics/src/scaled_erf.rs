@@ -37,9 +37,7 @@ pub struct ScaledErfProblem {
 impl ScaledErfProblem {
     /// Takes the loads inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
-        Self {
-            data: curves.area_data(window),
-        }
+        Self { data: curves.area_data(window) }
     }
 
     /// Fits the mean over the realizations.
@@ -54,19 +52,12 @@ impl ScaledErfProblem {
         let predicted: Vec<f64> = approach.x.iter().map(|x| ln_erfc(beta * x)).collect();
         let quality = Quality::of(&approach.ln_noncontact, &predicted, None);
         if quality.r_squared.is_none() {
-            return Err(FitError::EqualAreas {
-                window: self.data.window,
-            });
+            return Err(FitError::EqualAreas { window: self.data.window });
         }
         Ok(ScaledErf {
             beta,
             goodness: GoodnessOfFit::of(&quality, approach.x.len(), self.data.loads.len()),
-            local: approach
-                .x
-                .iter()
-                .zip(local)
-                .map(|(x, beta)| (x / SQRT_2, beta))
-                .collect(),
+            local: approach.x.iter().zip(local).map(|(x, beta)| (x / SQRT_2, beta)).collect(),
         })
     }
 
@@ -80,23 +71,14 @@ impl ScaledErfProblem {
     }
 
     fn approach(&self, mean: &[f64]) -> Result<Approach, FitError> {
-        let usable = self
-            .data
-            .loads
-            .iter()
-            .zip(mean)
-            .filter(|&(_, &area)| 0.0 < area && area < 1.0);
+        let usable =
+            self.data.loads.iter().zip(mean).filter(|&(_, &area)| 0.0 < area && area < 1.0);
         // Areas are multiples of the node's: 1 − a is exact where it is small.
-        let (x, ln_noncontact): (Vec<f64>, Vec<f64>) = usable
-            .map(|(load, area)| (SQRT_2 * load, (-area).ln_1p()))
-            .unzip();
+        let (x, ln_noncontact): (Vec<f64>, Vec<f64>) =
+            usable.map(|(load, area)| (SQRT_2 * load, (-area).ln_1p())).unzip();
         let (window, found) = (self.data.window, x.len());
         if found < LEAST_DATA {
-            return Err(FitError::TooFew {
-                window,
-                found,
-                needed: LEAST_DATA,
-            });
+            return Err(FitError::TooFew { window, found, needed: LEAST_DATA });
         }
         Ok(Approach { x, ln_noncontact })
     }
@@ -160,19 +142,14 @@ mod tests {
     fn scaled(beta: f64, factors: &[f64]) -> Curves {
         let loads = uniform(2.0, 40);
         let row = |factor: &f64| {
-            loads
-                .iter()
-                .map(|y| libm::erf(beta * factor * SQRT_2 * y))
-                .collect::<Vec<f64>>()
+            loads.iter().map(|y| libm::erf(beta * factor * SQRT_2 * y)).collect::<Vec<f64>>()
         };
         let areas = factors.iter().map(row).collect();
         Curves::new(loads.clone(), areas).expect("well formed")
     }
 
     fn fit(curves: &Curves) -> ScaledErf {
-        ScaledErfProblem::new(curves, HEAVY)
-            .fit()
-            .expect("loads near full contact")
+        ScaledErfProblem::new(curves, HEAVY).fit().expect("loads near full contact")
     }
 
     #[test]
@@ -193,10 +170,7 @@ mod tests {
 
     #[test]
     fn full_contact_is_masked() {
-        let mut areas: Vec<f64> = uniform(2.0, 40)
-            .iter()
-            .map(|&y| libm::erf(SQRT_2 * y))
-            .collect();
+        let mut areas: Vec<f64> = uniform(2.0, 40).iter().map(|&y| libm::erf(SQRT_2 * y)).collect();
         areas[37..].fill(1.0);
         let curves = Curves::new(uniform(2.0, 40), vec![areas; 3]).expect("well formed");
         let fit = fit(&curves);
@@ -209,14 +183,7 @@ mod tests {
     fn nothing_out_of_contact_is_no_data() {
         let curves = Curves::new(vec![1.0, 2.0, 3.0], vec![vec![1.0; 3]]).expect("well formed");
         let error = ScaledErfProblem::new(&curves, HEAVY).fit().unwrap_err();
-        assert_eq!(
-            error,
-            FitError::TooFew {
-                window: HEAVY,
-                found: 0,
-                needed: 2
-            }
-        );
+        assert_eq!(error, FitError::TooFew { window: HEAVY, found: 0, needed: 2 });
     }
 
     #[test]
@@ -230,10 +197,7 @@ mod tests {
     fn factor_lies_among_those_of_the_loads() {
         // Three quarters of Persson's: the effective factor falls towards one.
         let loads = uniform(2.0, 40);
-        let areas = loads
-            .iter()
-            .map(|y| 1.0 - 0.75 * libm::erfc(SQRT_2 * y))
-            .collect();
+        let areas = loads.iter().map(|y| 1.0 - 0.75 * libm::erfc(SQRT_2 * y)).collect();
         let fit = fit(&Curves::new(loads, vec![areas]).expect("well formed"));
         let (first, last) = (fit.local[0].1, fit.local[fit.local.len() - 1].1);
         assert!(first > fit.beta && fit.beta > last && last > 1.0);
@@ -244,11 +208,7 @@ mod tests {
     fn interval_contains_the_factor_and_is_as_wide_as_the_scatter() {
         let factors: Vec<f64> = normal(4, 50).iter().map(|draw| 1.0 + 0.01 * draw).collect();
         let problem = ScaledErfProblem::new(&scaled(1.1, &factors), HEAVY);
-        let bootstrap = Bootstrap {
-            replicates: 300,
-            seed: 2,
-            level: 0.95,
-        };
+        let bootstrap = Bootstrap { replicates: 300, seed: 2, level: 0.95 };
         let fit = problem.fit().expect("open contact");
         let intervals = problem.bootstrap(&fit, &bootstrap).intervals;
         let interval = intervals.expect("no failures")[0];

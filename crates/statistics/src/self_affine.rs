@@ -76,12 +76,7 @@ impl SelfAffineProblem {
         let inside = rings.len();
         let is_measured = |density: &f64| *density > ROUNDING * most;
         rings.retain(|ring| ring.densities.iter().all(is_measured));
-        Self {
-            window,
-            surfaces,
-            masked: inside - rings.len(),
-            rings,
-        }
+        Self { window, surfaces, masked: inside - rings.len(), rings }
     }
 
     /// Fits the mean over the surfaces.
@@ -119,11 +114,7 @@ impl SelfAffineProblem {
     fn fit_of(&self, times: &[u32]) -> Result<SelfAffine, FitError> {
         let found = self.rings.len();
         if found < LEAST_RINGS {
-            return Err(FitError::TooFew {
-                window: self.window,
-                found,
-                needed: LEAST_RINGS,
-            });
+            return Err(FitError::TooFew { window: self.window, found, needed: LEAST_RINGS });
         }
         let likelihood = Likelihood::of(&self.rings, times);
         let (position, rolloff) = likelihood.rolloff();

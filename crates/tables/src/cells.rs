@@ -16,11 +16,9 @@ pub fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
         false => "–".to_owned(),
     };
     match array.data_type() {
-        DataType::Float64 => reals(
-            &(array.as_primitive::<Float64Type>().iter())
-                .take(rows)
-                .collect::<Vec<_>>(),
-        ),
+        DataType::Float64 => {
+            reals(&(array.as_primitive::<Float64Type>().iter()).take(rows).collect::<Vec<_>>())
+        }
         DataType::Utf8 => (0..rows).map(|row| shortened(&text(row))).collect(),
         _ => (0..rows).map(text).collect(),
     }
@@ -45,17 +43,15 @@ fn reals(values: &[Option<f64>]) -> Vec<String> {
     let finite = || values.iter().flatten().filter(|value| value.is_finite());
     let exponents = finite().filter(|value| **value != 0.0);
     let exponents = exponents.map(|value| value.abs().log10().floor() as i32);
-    let (smallest, largest) = exponents.fold((i32::MAX, i32::MIN), |(small, large), next| {
-        (small.min(next), large.max(next))
-    });
+    let (smallest, largest) = exponents
+        .fold((i32::MAX, i32::MIN), |(small, large), next| (small.min(next), large.max(next)));
     let wanted = (4i32.saturating_sub(largest)).max(2i32.saturating_sub(smallest));
     let is_plain = smallest == i32::MAX || (wanted <= MOST && largest < 9);
     let decimals = match smallest {
         i32::MAX => 0,
-        _ => finite()
-            .map(|value| needed(*value, wanted.clamp(0, MOST) as usize))
-            .max()
-            .unwrap_or(0),
+        _ => {
+            finite().map(|value| needed(*value, wanted.clamp(0, MOST) as usize)).max().unwrap_or(0)
+        }
     };
     let text = |value: &Option<f64>| match value {
         None => "–".to_owned(),
@@ -85,9 +81,6 @@ mod tests {
         assert_eq!(told(&[2.0, 4.0]), ["2", "4"]);
         assert_eq!(told(&[0.0, 0.0]), ["0", "0"]);
         assert_eq!(told(&[1e-12, 1.0]), ["1.0000e-12", "1.0000e0"]);
-        assert_eq!(
-            reals(&[None, Some(0.25), Some(f64::NAN)]),
-            ["–", "0.25", "NaN"]
-        );
+        assert_eq!(reals(&[None, Some(0.25), Some(f64::NAN)]), ["–", "0.25", "NaN"]);
     }
 }

@@ -29,10 +29,7 @@ pub struct Clock {
 impl Clock {
     /// One by which something is due after so long, again and again.
     pub fn new(every: Duration) -> Clock {
-        Clock {
-            every,
-            last: Mutex::new(Instant::now()),
-        }
+        Clock { every, last: Mutex::new(Instant::now()) }
     }
 
     /// Whether it is time.

@@ -69,13 +69,7 @@ impl Column {
         unit: &'static str,
         meaning: &'static str,
     ) -> Column {
-        Column {
-            name,
-            role: Role::Parameter,
-            kind,
-            unit,
-            meaning,
-        }
+        Column { name, role: Role::Parameter, kind, unit, meaning }
     }
 
     /// The same column in another role.
@@ -90,13 +84,7 @@ impl Column {
         unit: &'static str,
         meaning: &'static str,
     ) -> Column {
-        Column {
-            name,
-            role: Role::Result,
-            kind,
-            unit,
-            meaning,
-        }
+        Column { name, role: Role::Result, kind, unit, meaning }
     }
 
     /// A computed column that stays in the store.
@@ -106,13 +94,7 @@ impl Column {
         unit: &'static str,
         meaning: &'static str,
     ) -> Column {
-        Column {
-            name,
-            role: Role::Heavy,
-            kind,
-            unit,
-            meaning,
-        }
+        Column { name, role: Role::Heavy, kind, unit, meaning }
     }
 
     /// The column as Arrow knows it; role, unit and meaning are its metadata.
@@ -124,10 +106,7 @@ impl Column {
 
 /// What a column is for, its unit and its meaning, as files carry them.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
-    Metadata::new()
-        .with("role", role.name())
-        .with("unit", unit)
-        .with("meaning", meaning)
+    Metadata::new().with("role", role.name()).with("unit", unit).with("meaning", meaning)
 }
 
 /// What a file says of a column.
@@ -167,14 +146,8 @@ impl From<&Field> for Description {
 }
 
 impl Role {
-    const ALL: [Role; 6] = [
-        Role::Parameter,
-        Role::Surface,
-        Role::Load,
-        Role::Derived,
-        Role::Result,
-        Role::Heavy,
-    ];
+    const ALL: [Role; 6] =
+        [Role::Parameter, Role::Surface, Role::Load, Role::Derived, Role::Result, Role::Heavy];
 
     /// The word in a field's metadata.
     pub fn name(self) -> &'static str {
@@ -196,10 +169,7 @@ impl Role {
 
     /// Whether columns of this role place a row in the study.
     pub fn is_coordinate(self) -> bool {
-        matches!(
-            self,
-            Role::Parameter | Role::Surface | Role::Load | Role::Derived
-        )
+        matches!(self, Role::Parameter | Role::Surface | Role::Load | Role::Derived)
     }
 
     /// Returns whether a column has this role, and not the `other` one, in stacked tables that
@@ -371,12 +341,7 @@ pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
 /// A column of lists: all values end to end, and how many belong to each row.
 pub fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
     let offsets = OffsetBuffer::from_lengths(lengths);
-    Arc::new(LargeListArray::new(
-        element(),
-        offsets,
-        Arc::new(values),
-        None,
-    ))
+    Arc::new(LargeListArray::new(element(), offsets, Arc::new(values), None))
 }
 
 fn element() -> Arc<Field> {

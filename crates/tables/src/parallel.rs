@@ -22,13 +22,9 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
             done.push((index, work(item)));
         }
     };
-    let threads = available_parallelism()
-        .map_or(1, usize::from)
-        .min(items.len());
-    let mut done: Vec<(usize, R)> = on_threads("part", threads, &take)
-        .into_iter()
-        .flatten()
-        .collect();
+    let threads = available_parallelism().map_or(1, usize::from).min(items.len());
+    let mut done: Vec<(usize, R)> =
+        on_threads("part", threads, &take).into_iter().flatten().collect();
     done.sort_by_key(|(index, _)| *index);
     done.into_iter().map(|(_, result)| result).collect()
 }
@@ -70,13 +66,9 @@ mod tests {
     fn no_thread_outlives_the_call() {
         let names = || {
             let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();
-            let names = tasks
-                .flatten()
-                .map(|task| std::fs::read_to_string(task.path().join("comm")));
-            names
-                .flatten()
-                .filter(|name| name.starts_with("short-lived"))
-                .count()
+            let names =
+                tasks.flatten().map(|task| std::fs::read_to_string(task.path().join("comm")));
+            names.flatten().filter(|name| name.starts_with("short-lived")).count()
         };
         on_threads("short-lived", 4, &|| std::thread::yield_now());
         assert_eq!(names(), 0);

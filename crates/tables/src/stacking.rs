@@ -112,9 +112,7 @@ impl Table {
             return Ok(only.clone());
         }
         let mut stacking = Stacking::default();
-        let parts = tables
-            .iter()
-            .map(|table| (stacking.add(table), table.clone()));
+        let parts = tables.iter().map(|table| (stacking.add(table), table.clone()));
         let parts: Vec<(usize, Table)> = parts.collect();
         stacking.stack(&parts)
     }
@@ -132,10 +130,8 @@ mod tests {
     fn a_column_that_one_stacked_table_lacks_is_null_in_its_rows() {
         let columns = vec![(LOAD, reals([0.1, 0.2])), (AREA, reals([0.3, 0.5]))];
         let table = Table::new(2, columns);
-        for tables in [
-            [table.clone(), table.without(&["area"])],
-            [table.without(&["area"]), table],
-        ] {
+        for tables in [[table.clone(), table.without(&["area"])], [table.without(&["area"]), table]]
+        {
             let stacked = Table::stack(&tables).unwrap();
             assert_eq!(stacked.rows(), 4);
             assert_eq!(stacked.reals("area").unwrap().null_count(), 2);

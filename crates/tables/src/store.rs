@@ -205,9 +205,7 @@ impl Store {
             return Ok(Vec::new());
         };
         let names = files::names(&folder)?;
-        let keys = names
-            .iter()
-            .filter_map(|name| name.strip_suffix(".parquet"));
+        let keys = names.iter().filter_map(|name| name.strip_suffix(".parquet"));
         let meant = keys.filter(|key| key.starts_with(digits));
         Ok(meant.filter_map(|key| key.parse().ok()).collect())
     }
@@ -320,13 +318,10 @@ fn read_keyed(
 /// How the table in a file came about, if it is that of the task.
 fn owned(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, StoreError> {
     let told = Provenance::of(&metadata).filter(|told| told.key() == key);
-    told.filter(|_| metadata.key == Some(key))
-        .ok_or_else(|| StoreError::Damaged {
-            path: path.to_owned(),
-            source: ParquetError::Foreign {
-                owner: format!("task {key}"),
-            },
-        })
+    told.filter(|_| metadata.key == Some(key)).ok_or_else(|| StoreError::Damaged {
+        path: path.to_owned(),
+        source: ParquetError::Foreign { owner: format!("task {key}") },
+    })
 }
 
 #[cfg(test)]

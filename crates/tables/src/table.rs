@@ -57,22 +57,15 @@ impl Table {
     /// # Panics
     /// When lengths or types contradict the columns: a stage has a bug.
     pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
-        let (fields, arrays): (Vec<_>, Vec<_>) = columns
-            .into_iter()
-            .map(|(column, array)| (column.field(), array))
-            .unzip();
+        let (fields, arrays): (Vec<_>, Vec<_>) =
+            columns.into_iter().map(|(column, array)| (column.field(), array)).unzip();
         Table::of(rows, Schema::new(fields), arrays)
     }
 
     /// One row.
     pub fn row(cells: &[(Column, Value)]) -> Table {
         let cells = cells.iter();
-        Table::new(
-            1,
-            cells
-                .map(|(column, value)| (*column, value.repeated(1)))
-                .collect(),
-        )
+        Table::new(1, cells.map(|(column, value)| (*column, value.repeated(1))).collect())
     }
 
     /// No rows under these columns.
@@ -187,11 +180,7 @@ impl Table {
     }
 
     fn column(&self, name: &str) -> Result<&ArrayRef, TableError> {
-        self.0
-            .column_by_name(name)
-            .ok_or_else(|| TableError::Missing {
-                name: name.to_owned(),
-            })
+        self.0.column_by_name(name).ok_or_else(|| TableError::Missing { name: name.to_owned() })
     }
 
     /// Checks that every number of the table is finite or null, those of lists too.
@@ -264,8 +253,7 @@ impl Table {
     /// The rows at these indices, in this order; indices may recur.
     pub fn pick(&self, rows: &[usize]) -> Table {
         let indices = UInt32Array::from_iter_values(
-            rows.iter()
-                .map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
+            rows.iter().map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
         );
         let arrays =
             self.0.columns().iter().map(|array| {
@@ -336,11 +324,7 @@ impl From<RecordBatch> for Table {
 }
 
 fn type_error(name: &str, array: &ArrayRef, expected: &'static str) -> TableError {
-    TableError::Type {
-        name: name.to_owned(),
-        found: array.data_type().clone(),
-        expected,
-    }
+    TableError::Type { name: name.to_owned(), found: array.data_type().clone(), expected }
 }
 
 #[cfg(test)]
@@ -381,10 +365,7 @@ mod tests {
         assert!(of([Some(1e308), None, Some(0.0)]).check_finite().is_ok());
         for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let error = of([Some(1.0), None, Some(odd)]).check_finite().unwrap_err();
-            assert_eq!(
-                error.to_string(),
-                format!("column `gap` would hold {odd} in row 3")
-            );
+            assert_eq!(error.to_string(), format!("column `gap` would hold {odd} in row 3"));
         }
         let heights = Column::heavy("heights", ColumnKind::Reals, "", "heights");
         let values = Float64Array::from(vec![1.0, 2.0, f64::NAN, 4.0]);

@@ -12,13 +12,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "al3d",
-    title: "Alicona Imaging",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "al3d", title: "Alicona Imaging", version: 1, has_signature: true, read };
 
 const MAGIC: &[u8] = b"AliconaImaging\0\r\n";
 

@@ -12,13 +12,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 
-pub const FORMAT: Format = Format {
-    name: "bcrf",
-    title: "BCR-STM",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "bcrf", title: "BCR-STM", version: 1, has_signature: true, read };
 
 /// Letters of the header of files that do not give their number.
 const LETTERS: usize = 2048;
@@ -45,9 +40,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         None => LETTERS,
         Some(_) => {
             let letters = first.whole("headersize")?;
-            let size = usize::try_from(letters)
-                .ok()
-                .filter(|size| *size <= bytes.len());
+            let size = usize::try_from(letters).ok().filter(|size| *size <= bytes.len());
             let allowed = "within the file";
             size.ok_or_else(|| FormatError::value("headersize", letters, allowed))?
         }
@@ -66,11 +59,7 @@ fn channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Format
     let (element, missing, scale) = match header.text("fileformat")? {
         "bcrstm" | "bcrstm_unicode" => {
             let scale = header.optional_number("bit2nm")?.unwrap_or(1.0);
-            (
-                Element::I16,
-                Missing::Value(32767.0),
-                factor("bit2nm", scale)?,
-            )
+            (Element::I16, Missing::Value(32767.0), factor("bit2nm", scale)?)
         }
         "bcrf" | "bcrf_unicode" => (Element::F32, Missing::From(1.7e38), 1.0),
         other => {
@@ -85,12 +74,7 @@ fn channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Format
     let size = Size::of(sides, &Unit::of(unit("xunit")))?;
     let raster = Raster::rows(nodes, element, order, stored)?;
     let raster = raster.missing(missing).scaled(scale, 0.0);
-    Ok(Channel::new(
-        "heights",
-        Unit::of(unit("zunit")),
-        size,
-        raster,
-    ))
+    Ok(Channel::new("heights", Unit::of(unit("zunit")), size, raster))
 }
 
 /// Lines `name = value`; others are comments.

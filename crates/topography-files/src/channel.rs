@@ -99,12 +99,7 @@ impl<'a> Channel<'a> {
             Unit::Length(per_metre) => (Quantity::Height, raster.in_metres(per_metre)),
             Unit::Other(unit) => (Quantity::Other(unit), raster),
         };
-        Channel {
-            name: name.into(),
-            quantity,
-            size,
-            raster,
-        }
+        Channel { name: name.into(), quantity, size, raster }
     }
 
     /// What the file calls it, or `heights` where it says nothing. Several may have one name.

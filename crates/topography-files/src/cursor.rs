@@ -24,10 +24,7 @@ impl<'a> Cursor<'a> {
     pub fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
         let end = self.position.saturating_add(count);
         let taken = self.bytes.get(self.position..end);
-        let taken = taken.ok_or(FormatError::CutOff {
-            needed: end,
-            found: self.bytes.len(),
-        })?;
+        let taken = taken.ok_or(FormatError::CutOff { needed: end, found: self.bytes.len() })?;
         self.position = end;
         Ok(taken)
     }
@@ -68,10 +65,7 @@ mod tests {
     fn what_lies_beyond_the_end_is_not_read() {
         let mut cursor = Cursor::new(&[1, 0, 0xe9]);
         assert_eq!(u16::from_le_bytes(cursor.array().unwrap()), 1);
-        let beyond = FormatError::CutOff {
-            needed: 4,
-            found: 3,
-        };
+        let beyond = FormatError::CutOff { needed: 4, found: 3 };
         assert_eq!(cursor.take(2), Err(beyond));
         assert_eq!(cursor.text(1).unwrap(), "é");
         assert!(cursor.take(usize::MAX).is_err());

@@ -13,21 +13,12 @@ pub enum FormatError {
     #[error("`{entry}` is missing")]
     Missing { entry: String },
     #[error("`{entry}` is {value}, it must be {allowed}")]
-    Value {
-        entry: String,
-        value: String,
-        allowed: String,
-    },
+    Value { entry: String, value: String, allowed: String },
     #[error(
         "{} × {} heights of {element} bytes need {needed} bytes, {found} are there",
         nodes[0], nodes[1]
     )]
-    Heights {
-        nodes: [usize; 2],
-        element: usize,
-        needed: u128,
-        found: usize,
-    },
+    Heights { nodes: [usize; 2], element: usize, needed: u128, found: usize },
     #[error("{} × {} nodes are more than the 2^30 that are read", nodes[0], nodes[1])]
     TooMany { nodes: [i64; 2] },
     #[error("line {line}: {problem}")]
@@ -64,28 +55,19 @@ pub enum ChannelError {
 impl FormatError {
     /// An entry that has to be there is not.
     pub(super) fn missing(entry: impl Into<String>) -> FormatError {
-        FormatError::Missing {
-            entry: entry.into(),
-        }
+        FormatError::Missing { entry: entry.into() }
     }
 
     /// An entry has a value that it cannot have.
     pub(super) fn value(entry: &str, value: impl ToString, allowed: &str) -> FormatError {
         // What a file holds in place of a number may be anything, and of any length.
         let value: String = value.to_string().chars().take(60).collect();
-        FormatError::Value {
-            entry: entry.to_owned(),
-            value,
-            allowed: allowed.to_owned(),
-        }
+        FormatError::Value { entry: entry.to_owned(), value, allowed: allowed.to_owned() }
     }
 
     /// A part of the file cannot be decoded.
     pub(super) fn damaged(part: &str, reason: impl ToString) -> FormatError {
-        FormatError::Damaged {
-            part: part.to_owned(),
-            reason: reason.to_string(),
-        }
+        FormatError::Damaged { part: part.to_owned(), reason: reason.to_string() }
     }
 
     /// The file is sound, but nothing that can be read.

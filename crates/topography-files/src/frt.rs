@@ -10,13 +10,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "frt",
-    title: "FRT MicroProf",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "frt", title: "FRT MicroProf", version: 1, has_signature: true, read };
 
 /// Blocks: nodes and bits of a number, sides, metres of a number, the map, several maps.
 const GRID: u16 = 0x66;
@@ -46,12 +41,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let scale = factor("scale of heights", f64::from_le_bytes(scale.array()?))?;
     if let Ok(mut map) = block(MAP, "the map") {
         let raster = raster(&mut block(GRID, "the nodes")?, &mut map)?;
-        return Ok(vec![Channel::new(
-            "heights",
-            Unit::of("m"),
-            size,
-            raster.scaled(scale, 0.0),
-        )]);
+        return Ok(vec![Channel::new("heights", Unit::of("m"), size, raster.scaled(scale, 0.0))]);
     }
     let mut maps = block(MAPS, "the maps")?;
     maps.skip(8)?;

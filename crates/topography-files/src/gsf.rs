@@ -12,13 +12,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "gsf",
-    title: "Gwyddion simple field",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "gsf", title: "Gwyddion simple field", version: 1, has_signature: true, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"Gwyddion Simple Field 1.0\n";
@@ -37,10 +32,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let stored = cursor.take(nodes[0] * nodes[1] * 4)?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let unit = |name| Unit::of(entries.get(name).unwrap_or_default());
-    let sides = [
-        entries.optional_number("XReal")?,
-        entries.optional_number("YReal")?,
-    ];
+    let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
     let size = match sides {
         [Some(x), Some(y)] => Size::of([x, y], &unit("XYUnits"))?,
         _ => Size::Unknown,

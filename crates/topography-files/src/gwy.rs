@@ -11,13 +11,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "gwy",
-    title: "Gwyddion",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "gwy", title: "Gwyddion", version: 1, has_signature: true, read };
 
 /// How deep objects may lie in each other.
 const DEEPEST: usize = 16;
@@ -135,9 +130,7 @@ impl<'a> Object<'a> {
 
     fn find(&self, name: &str) -> Option<&Value<'a>> {
         let mut components = self.components.iter();
-        components
-            .find(|(known, _)| *known == name)
-            .map(|(_, value)| value)
+        components.find(|(known, _)| *known == name).map(|(_, value)| value)
     }
 
     fn object(&self, name: &str) -> Result<&Object<'a>, FormatError> {

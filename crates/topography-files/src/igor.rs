@@ -13,13 +13,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "ibw",
-    title: "Igor binary wave",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "ibw", title: "Igor binary wave", version: 1, has_signature: true, read };
 
 /// Bytes of the file's header, of the wave's header.
 const FILE: usize = 64;
@@ -137,10 +132,7 @@ impl Wave {
             let bytes = behind.take(header.length(36 + 4 * axis)?)?;
             let (each, _) = bytes.as_chunks::<LABEL>();
             // The first one is that of the dimension itself.
-            let names = each
-                .iter()
-                .skip(1)
-                .map(|bytes| Cursor::new(bytes).text(LABEL));
+            let names = each.iter().skip(1).map(|bytes| Cursor::new(bytes).text(LABEL));
             labels.push(names.collect::<Result<_, _>>()?);
         }
         if dimension(1)? < 1 || (dimension(2)? < 1 && !labels[1].is_empty()) {
@@ -149,9 +141,7 @@ impl Wave {
         let nodes = checked_nodes([dimension(0)?, dimension(1)?])?;
         let short = |place| Cursor::at(bytes, FILE + place).text(4);
         let or = |long: String, short: String| if long.is_empty() { short } else { long };
-        let lines = note
-            .split(['\r', '\n'])
-            .filter_map(|line| line.split_once(':'));
+        let lines = note.split(['\r', '\n']).filter_map(|line| line.split_once(':'));
         Ok(Wave {
             order,
             element: element(i16::from_le_bytes(header.number(FILE + 16)?))?,
@@ -179,12 +169,7 @@ impl Wave {
                 Some(label) => of_asylum(label, &self.note),
                 None => &self.unit,
             };
-            Ok(Channel::new(
-                name,
-                Unit::of(unit),
-                size,
-                raster.upside_down(),
-            ))
+            Ok(Channel::new(name, Unit::of(unit), size, raster.upside_down()))
         });
         channels.collect()
     }
@@ -215,9 +200,7 @@ fn of_asylum<'a>(label: &str, note: &'a Entries) -> &'a str {
     };
     let directions = ["Retrace", "Trace"];
     let without = |label: &'_ str| {
-        directions
-            .iter()
-            .find_map(|end| label.strip_suffix(end).map(str::to_owned))
+        directions.iter().find_map(|end| label.strip_suffix(end).map(str::to_owned))
     };
     let base = without(label).unwrap_or_else(|| label.to_owned());
     if let Some(unit) = note.get(&format!("{base}Unit")) {

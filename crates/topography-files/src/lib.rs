@@ -96,11 +96,7 @@ pub enum TopographyFileError {
     #[error("the file is empty")]
     Empty,
     #[error("not a sound file of {title} ({name})")]
-    Damaged {
-        name: &'static str,
-        title: &'static str,
-        source: FormatError,
-    },
+    Damaged { name: &'static str, title: &'static str, source: FormatError },
     #[error(
         "no reader knows this file, which starts with {start}: {}; those of {} look for other \
          first bytes",
@@ -145,11 +141,7 @@ pub fn read(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
             Err(error) => tried.push((format.name, error)),
         }
     }
-    Err(TopographyFileError::Unknown {
-        start: start(bytes),
-        tried,
-        others,
-    })
+    Err(TopographyFileError::Unknown { start: start(bytes), tried, others })
 }
 
 impl<'a> TopographyFile<'a> {
@@ -178,11 +170,7 @@ impl<'a> TopographyFile<'a> {
             ([], Some(number)) => Ok(number - 1),
             ([], None) => Err(ChannelError::Unknown {
                 wanted: wanted.to_owned(),
-                names: self
-                    .channels
-                    .iter()
-                    .map(|one| one.name().to_owned())
-                    .collect(),
+                names: self.channels.iter().map(|one| one.name().to_owned()).collect(),
             }),
             _ => Err(ChannelError::Ambiguous {
                 wanted: wanted.to_owned(),
@@ -209,12 +197,7 @@ fn attempts(tried: &[(&'static str, FormatError)]) -> String {
 /// The first bytes, as text where they are such.
 fn start(bytes: &[u8]) -> String {
     let is_letter = |byte: &&u8| (b' '..=b'~').contains(byte);
-    let text: Vec<u8> = bytes
-        .iter()
-        .take_while(is_letter)
-        .take(24)
-        .copied()
-        .collect();
+    let text: Vec<u8> = bytes.iter().take_while(is_letter).take(24).copied().collect();
     if text.len() >= 4 || text.len() == bytes.len() {
         return format!("`{}`", String::from_utf8_lossy(&text));
     }

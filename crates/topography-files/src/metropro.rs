@@ -13,13 +13,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "metropro",
-    title: "Zygo MetroPro",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "metropro", title: "Zygo MetroPro", version: 1, has_signature: true, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let header = match bytes.get(..4) {

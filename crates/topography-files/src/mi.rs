@@ -12,13 +12,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "mi",
-    title: "Molecular Imaging",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "mi", title: "Molecular Imaging", version: 1, has_signature: true, read };
 
 /// Columns of a name.
 const NAME: usize = 14;
@@ -46,9 +41,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let channels = buffers.iter().map(|buffer| {
         let stored = cursor.take(bytes_of(nodes, element))?;
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
-        let raster = raster
-            .upside_down()
-            .scaled(buffer.number("bufferRange")? / range, 0.0);
+        let raster = raster.upside_down().scaled(buffer.number("bufferRange")? / range, 0.0);
         let name = buffer.text("bufferLabel")?;
         let unit = Unit::of(buffer.get("bufferUnit").unwrap_or_default());
         Ok(Channel::new(name, unit, size, raster))
@@ -81,10 +74,7 @@ fn header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError> {
                 header.insert(name, value);
                 return Ok((header, buffers, place));
             }
-            false => buffers
-                .last_mut()
-                .unwrap_or(&mut header)
-                .insert(name, value),
+            false => buffers.last_mut().unwrap_or(&mut header).insert(name, value),
         }
     }
     Err(FormatError::missing("data"))

@@ -167,11 +167,7 @@ impl<'a> File<'a> {
             FormatError::unsupported("a file of Nanoscope 4.2 or older, without `@2:Z scale`")
         })?;
         let scale = sections::Scale::parse("@2:Z scale", scale)?;
-        let steps = if bytes_per_pixel == 4 {
-            4294967296.0
-        } else {
-            65536.0
-        };
+        let steps = if bytes_per_pixel == 4 { 4294967296.0 } else { 65536.0 };
         let (hard, hard_unit) = sections::quantity("@2:Z scale", &scale.value)?;
         let hard = factor("@2:Z scale", hard)? / steps;
         let soft = scale.soft.as_ref().and_then(|name| {

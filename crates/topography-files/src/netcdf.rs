@@ -30,11 +30,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let mask = self::raster(&dataset, mask, bytes)?;
         if mask.nodes() != raster.nodes() {
             let found = format!("{:?}", mask.nodes());
-            return Err(FormatError::value(
-                "size of `mask`",
-                found,
-                "that of `heights`",
-            ));
+            return Err(FormatError::value("size of `mask`", found, "that of `heights`"));
         }
         raster = raster.masked(mask);
     }
@@ -46,11 +42,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if let (Some(x), Some(y)) = (&lateral, &other)
         && x != y
     {
-        return Err(FormatError::value(
-            "unit of `y`",
-            y,
-            &format!("that of `x`, {x}"),
-        ));
+        return Err(FormatError::value("unit of `y`", y, &format!("that of `x`, {x}")));
     }
     let size = match (length("x"), length("y")) {
         (Some(x), Some(y)) => Size::of([x, y], &Unit::of(lateral.as_deref().unwrap_or_default()))?,
@@ -79,12 +71,7 @@ fn raster<'a>(
     }?;
     let fill = variable.number("_FillValue");
     let missing = fill.or_else(|| variable.number("missing_value"));
-    let scale = factor(
-        "scale_factor",
-        variable.number("scale_factor").unwrap_or(1.0),
-    )?;
+    let scale = factor("scale_factor", variable.number("scale_factor").unwrap_or(1.0))?;
     let offset = finite("add_offset", variable.number("add_offset").unwrap_or(0.0))?;
-    Ok(raster
-        .missing(missing.map_or(Missing::None, Missing::Value))
-        .scaled(scale, offset))
+    Ok(raster.missing(missing.map_or(Missing::None, Missing::Value)).scaled(scale, offset))
 }

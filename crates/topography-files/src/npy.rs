@@ -8,13 +8,8 @@ use super::raster::{Raster, checked_nodes};
 use super::unit::Unit;
 use asperity_contact::topography::measured::{MeasuredError, npy_array};
 
-pub const FORMAT: Format = Format {
-    name: "npy",
-    title: "NumPy array",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "npy", title: "NumPy array", version: 1, has_signature: true, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (nodes, heights) = match npy_array(bytes) {
@@ -25,10 +20,5 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let counts = nodes.map(|count| i64::try_from(count).unwrap_or(i64::MAX));
     let nodes = checked_nodes(counts)?;
     let raster = Raster::of_columns(nodes, heights);
-    Ok(vec![Channel::new(
-        "heights",
-        Unit::None,
-        Size::Unknown,
-        raster,
-    )])
+    Ok(vec![Channel::new("heights", Unit::None, Size::Unknown, raster)])
 }

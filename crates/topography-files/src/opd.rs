@@ -11,13 +11,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "opd",
-    title: "Wyko",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "opd", title: "Wyko", version: 1, has_signature: true, read };
 
 /// Bytes of an entry of the directory.
 const ENTRY: usize = 24;
@@ -49,9 +44,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let wavelength = number("Wavelength").ok_or_else(missing)?;
     let multiplier = factor("Mult", number("Mult").unwrap_or(1.0))?;
     let nanometres = factor("Wavelength", wavelength)? / multiplier;
-    let rasters = blocks
-        .iter()
-        .filter(|block| block.kind == ARRAY && HEIGHTS.contains(&&*block.name));
+    let rasters =
+        blocks.iter().filter(|block| block.kind == ARRAY && HEIGHTS.contains(&&*block.name));
     let channels = rasters.map(|block| {
         let raster = raster(block.bytes)?.scaled(nanometres, 0.0);
         let nodes = raster.nodes().map(|count| count as f64);

@@ -11,13 +11,8 @@ use super::format::Format;
 use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "plu",
-    title: "Sensofar",
-    version: 1,
-    has_signature: false,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "plu", title: "Sensofar", version: 1, has_signature: false, read };
 
 /// Bytes before the calibration, the kind of measurement, the number of layers, the layers.
 const CALIBRATION: usize = 128 + 4 + 256;

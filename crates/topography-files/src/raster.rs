@@ -134,12 +134,7 @@ impl<'a> Raster<'a> {
                 found: bytes.len(),
             });
         }
-        let samples = Samples::Bytes {
-            bytes,
-            element,
-            order,
-            stride,
-        };
+        let samples = Samples::Bytes { bytes, element, order, stride };
         Ok(Raster::of(nodes, samples, true))
     }
 
@@ -151,11 +146,7 @@ impl<'a> Raster<'a> {
         bytes: impl Into<Cow<'a, [u8]>>,
     ) -> Result<Raster<'a>, FormatError> {
         let turned = Raster::rows([nodes[1], nodes[0]], element, order, bytes)?;
-        Ok(Raster {
-            nodes,
-            lines_along_x: false,
-            ..turned
-        })
+        Ok(Raster { nodes, lines_along_x: false, ..turned })
     }
 
     /// Numbers that are decoded, lines along x.
@@ -193,11 +184,7 @@ impl<'a> Raster<'a> {
 
     /// Every number becomes `scale` × number + `offset`.
     pub fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
-        Raster {
-            scale,
-            offset,
-            ..self
-        }
+        Raster { scale, offset, ..self }
     }
 
     /// Numbers in a unit of which so many are a metre become metres. They are divided: ten
@@ -208,18 +195,12 @@ impl<'a> Raster<'a> {
 
     /// What is stored first has the largest y.
     pub fn upside_down(self) -> Raster<'a> {
-        Raster {
-            upside_down: !self.upside_down,
-            ..self
-        }
+        Raster { upside_down: !self.upside_down, ..self }
     }
 
     /// What is stored first has the largest x.
     pub fn mirrored(self) -> Raster<'a> {
-        Raster {
-            mirrored: !self.mirrored,
-            ..self
-        }
+        Raster { mirrored: !self.mirrored, ..self }
     }
 
     /// Which stored numbers, before they are scaled, are points that were not measured.
@@ -229,10 +210,7 @@ impl<'a> Raster<'a> {
 
     /// Points where another map is above one half were not measured.
     pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
-        Raster {
-            mask: Some(Box::new(mask)),
-            ..self
-        }
+        Raster { mask: Some(Box::new(mask)), ..self }
     }
 
     /// Nodes along x and y.
@@ -269,13 +247,7 @@ impl<'a> Raster<'a> {
     }
 
     fn stored<const N: usize>(&self, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
-        let Samples::Bytes {
-            bytes,
-            order,
-            stride,
-            ..
-        } = &self.samples
-        else {
+        let Samples::Bytes { bytes, order, stride, .. } = &self.samples else {
             return vec![];
         };
         self.gather(|line, place| {

@@ -27,19 +27,11 @@ pub struct Sample {
 
 impl Sample {
     fn new(format: &'static str, bytes: Vec<u8>) -> Sample {
-        Sample {
-            format,
-            bytes,
-            is_holed: false,
-            sides: Some(SIDES),
-        }
+        Sample { format, bytes, is_holed: false, sides: Some(SIDES) }
     }
 
     fn holed(format: &'static str, bytes: Vec<u8>) -> Sample {
-        Sample {
-            is_holed: true,
-            ..Sample::new(format, bytes)
-        }
+        Sample { is_holed: true, ..Sample::new(format, bytes) }
     }
 }
 
@@ -93,11 +85,7 @@ impl Fields {
 
     /// Every number of the rows in turn, as these bytes.
     fn rows<const N: usize>(self, rows: [[i16; 3]; 2], number: fn(i16) -> [u8; N]) -> Fields {
-        let bytes: Vec<u8> = rows
-            .as_flattened()
-            .iter()
-            .flat_map(|&h| number(h))
-            .collect();
+        let bytes: Vec<u8> = rows.as_flattened().iter().flat_map(|&h| number(h)).collect();
         self.bytes(&bytes)
     }
 }

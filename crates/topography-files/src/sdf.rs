@@ -40,12 +40,7 @@ fn binary(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     real()?;
     let [compression, kind, _] = cursor.array()?;
     let header = Header::of(nodes, scales, compression.into(), kind.into())?;
-    let raster = Raster::rows(
-        header.nodes,
-        header.element,
-        ByteOrder::Little,
-        cursor.rest(),
-    )?;
+    let raster = Raster::rows(header.nodes, header.element, ByteOrder::Little, cursor.rest())?;
     header.channel(raster)
 }
 
@@ -53,20 +48,13 @@ fn text(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let text = latin1(bytes);
     let mut parts = text.splitn(3, '*');
     let header = parts.next().unwrap_or_default();
-    let matrix = parts
-        .next()
-        .ok_or_else(|| FormatError::missing("* behind the header"))?;
-    let entries: Entries = header
-        .lines()
-        .filter_map(|line| line.split_once('='))
-        .collect();
+    let matrix = parts.next().ok_or_else(|| FormatError::missing("* behind the header"))?;
+    let entries: Entries = header.lines().filter_map(|line| line.split_once('=')).collect();
     let scale = |name| entries.number(name);
     let header = Header::of(
         [entries.whole("NumPoints")?, entries.whole("NumProfiles")?],
         [scale("Xscale")?, scale("Yscale")?, scale("Zscale")?],
-        entries
-            .get("Compression")
-            .map_or(Ok(0), |_| entries.whole("Compression"))?,
+        entries.get("Compression").map_or(Ok(0), |_| entries.whole("Compression"))?,
         entries.whole("DataType")?,
     )?;
     let nodes = header.nodes;
@@ -74,9 +62,7 @@ fn text(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let words = matrix.split_ascii_whitespace();
     let number = |word: &str| match word.eq_ignore_ascii_case("bad") {
         true => Ok(f64::NAN),
-        false => word
-            .parse()
-            .map_err(|_| FormatError::value("height", word, "a number, or BAD")),
+        false => word.parse().map_err(|_| FormatError::value("height", word, "a number, or BAD")),
     };
     let heights: Vec<f64> = words.map(number).collect::<Result<_, _>>()?;
     if heights.len() != count {
@@ -115,11 +101,7 @@ impl Header {
             7 => Element::F64,
             _ => return Err(FormatError::value("DataType", kind, "0 to 7")),
         };
-        Ok(Header {
-            nodes: checked_nodes(nodes)?,
-            scales,
-            element,
-        })
+        Ok(Header { nodes: checked_nodes(nodes)?, scales, element })
     }
 
     fn channel<'a>(&self, raster: Raster<'a>) -> Result<Channel<'a>, FormatError> {

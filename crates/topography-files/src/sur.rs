@@ -18,13 +18,8 @@ use super::inflate::inflate;
 use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
 use super::unit::{Unit, ratio};
 
-pub const FORMAT: Format = Format {
-    name: "sur",
-    title: "Digital Surf",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "sur", title: "Digital Surf", version: 1, has_signature: true, read };
 
 /// Bytes before the comment.
 const HEADER: usize = 512;
@@ -122,21 +117,14 @@ impl Header {
             3 => raster.upside_down(),
             _ => raster,
         };
-        let sign = if (1..=3).contains(&self.inversion) {
-            -1.0
-        } else {
-            1.0
-        };
+        let sign = if (1..=3).contains(&self.inversion) { -1.0 } else { 1.0 };
         let scale = factor("spacing of z", self.spacing[2])?;
         let [unit_x, unit_y, unit_z] = &self.units;
         // Both sides in the unit of the first.
         let y = ratio(unit_y, unit_x).ok_or_else(|| {
             FormatError::value("unit of y", unit_y, &format!("as that of x, `{unit_x}`"))
         })?;
-        let sides = [
-            nodes[0] as f64 * self.spacing[0],
-            nodes[1] as f64 * self.spacing[1] * y,
-        ];
+        let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
         let size = Size::of(sides, &Unit::of(unit_x))?;
         let raster = raster.scaled(sign * scale, 0.0);
         Ok(Channel::new("heights", Unit::of(unit_z), size, raster))

@@ -53,10 +53,7 @@ fn shows_the_map(sample: &Sample) {
         match sample.is_holed && node == 5 {
             true => assert!(height.is_nan(), "{format}: the last point is {height}"),
             // Single precision holds seven digits.
-            false => assert!(
-                (height / unit - expected).abs() < 1e-5,
-                "{format}: {height}"
-            ),
+            false => assert!((height / unit - expected).abs() < 1e-5, "{format}: {height}"),
         }
     }
 }
@@ -65,35 +62,22 @@ fn shows_the_map(sample: &Sample) {
 fn channels_that_are_no_heights_are_listed_with_their_unit() {
     let wave = igor();
     let file = read(&wave).unwrap();
-    let listed: Vec<_> = file
-        .channels()
-        .iter()
-        .map(|c| (c.name(), c.unit()))
-        .collect();
-    assert_eq!(
-        listed,
-        [("HeightTrace", Some("m")), ("PhaseTrace", Some("deg"))]
-    );
+    let listed: Vec<_> = file.channels().iter().map(|c| (c.name(), c.unit())).collect();
+    assert_eq!(listed, [("HeightTrace", Some("m")), ("PhaseTrace", Some("deg"))]);
     assert!(!file.channels()[1].may_be_heights());
     assert_eq!(file.channels()[1].map().steps(), None);
 }
 
 #[test]
 fn the_folder_that_an_archive_is_packed_in_does_not_matter() {
-    let archive = Archive {
-        folder: "scan 1/",
-        ..Archive::default()
-    };
+    let archive = Archive { folder: "scan 1/", ..Archive::default() };
     let bytes = x3p(&archive);
     assert_eq!(first_map(&bytes).get(1, 1), Some(5e-9));
 }
 
 #[test]
 fn an_archive_without_prefix_and_without_marks_is_read() {
-    let mut archive = Archive {
-        valid: None,
-        ..Archive::default()
-    };
+    let mut archive = Archive { valid: None, ..Archive::default() };
     let link = "<ValidPointsLink>bindata/valid.bin</ValidPointsLink>";
     let description = archive.description.replace("p:", "").replace(link, "");
     archive.description = description.replace("xmlns:p=", "xmlns=");
@@ -106,32 +90,20 @@ fn errors_say_which_entry_is_wrong_and_what_would_do() {
     let described = |from: &str, to: &str| {
         let archive = Archive::default();
         let description = archive.description.replace(from, to);
-        let archive = Archive {
-            description,
-            ..archive
-        };
+        let archive = Archive { description, ..archive };
         match read(&x3p(&archive)).unwrap_err() {
             TopographyFileError::Damaged { source, .. } => source.to_string(),
             other => panic!("{other}"),
         }
     };
-    assert_eq!(
-        described("SUR", "PRF"),
-        "`FeatureType` is PRF, it must be SUR, a surface"
-    );
-    assert_eq!(
-        described("<SizeX>3", "<SizeX>-3"),
-        "`number of nodes` is -3, it must be positive"
-    );
+    assert_eq!(described("SUR", "PRF"), "`FeatureType` is PRF, it must be SUR, a surface");
+    assert_eq!(described("<SizeX>3", "<SizeX>-3"), "`number of nodes` is -3, it must be positive");
     assert_eq!(
         described("<SizeX>3", "<SizeX>33"),
         "`bindata/data.bin` in the archive is damaged: it holds 12 bytes, 132 are needed"
     );
     let huge = described("<SizeX>3", "<SizeX>100000000");
-    assert!(
-        huge.ends_with(" bytes cannot hold the 400000000 that are needed"),
-        "{huge}"
-    );
+    assert!(huge.ends_with(" bytes cannot hold the 400000000 that are needed"), "{huge}");
     assert_eq!(
         described("<DataType>I", "<DataType>X"),
         "`DataType of CZ` is X, it must be D, F, I or L"
@@ -145,10 +117,7 @@ fn what_no_reader_knows_is_told_with_what_each_met() {
         error.starts_with("no reader knows this file, which starts with `GIF89a`: "),
         "{error}"
     );
-    assert!(
-        error.contains("text: not text: it has the letter \\u{1}"),
-        "{error}"
-    );
+    assert!(error.contains("text: not text: it has the letter \\u{1}"), "{error}");
     assert!(error.contains("those of x3p, sur, gwy, "), "{error}");
     assert_eq!(read(b"").unwrap_err(), TopographyFileError::Empty);
 }
@@ -161,11 +130,7 @@ fn slopes_are_of_neighbours_that_are_both_there() {
     };
     let slope = |middle| {
         let text = text(middle);
-        Statistics::of(&first_map(text.as_bytes()))
-            .heights
-            .unwrap()
-            .rms_slope
-            .unwrap()
+        Statistics::of(&first_map(text.as_bytes())).heights.unwrap().rms_slope.unwrap()
     };
     // All steps along x are 1, all along y are 4.
     assert!((slope("6") - 17_f64.sqrt()).abs() < 1e-14);
@@ -196,8 +161,5 @@ fn heights_and_sides_in_different_units_have_no_slope() {
     let channel: &Channel<'_> = &file.channels()[0];
     assert_eq!(channel.unit(), None);
     assert_eq!(channel.size(), Size::Metres([3e-6, 2e-6]));
-    assert_eq!(
-        Statistics::of(&channel.map()).heights.unwrap().rms_slope,
-        None
-    );
+    assert_eq!(Statistics::of(&channel.map()).heights.unwrap().rms_slope, None);
 }

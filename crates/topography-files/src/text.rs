@@ -19,13 +19,8 @@ use super::error::FormatError;
 use super::format::Format;
 use super::raster::{Raster, checked_nodes};
 
-pub const FORMAT: Format = Format {
-    name: "text",
-    title: "text",
-    version: 1,
-    has_signature: false,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "text", title: "text", version: 1, has_signature: false, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = decoded(bytes)?;
@@ -70,9 +65,7 @@ fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
         None => Ok(text),
         Some(letter) => {
             let found = letter.escape_default();
-            Err(FormatError::unsupported(format!(
-                "not text: it has the letter {found}"
-            )))
+            Err(FormatError::unsupported(format!("not text: it has the letter {found}")))
         }
     }
 }
@@ -93,10 +86,7 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
         let wrong = |problem: String| {
-            let error = FormatError::Line {
-                line: number,
-                problem,
-            };
+            let error = FormatError::Line { line: number, problem };
             Err((number, error))
         };
         match notation.line(line) {
@@ -141,10 +131,7 @@ impl Block {
         let (raster, sides) = match self.columns {
             3 if !is_matrix => {
                 let grid = triplets::grid(&self.numbers)?;
-                (
-                    Raster::of_columns(grid.nodes, grid.heights),
-                    Some(grid.sides),
-                )
+                (Raster::of_columns(grid.nodes, grid.heights), Some(grid.sides))
             }
             columns if columns > 3 || is_matrix => {
                 let nodes = checked_nodes([columns as i64, self.lines as i64])?;

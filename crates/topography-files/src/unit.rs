@@ -66,9 +66,7 @@ pub fn ratio(from: &str, to: &str) -> Option<f64> {
     // Two prefixes of one unit, such as mV and V.
     PREFIXES.iter().find_map(|(prefix, count)| {
         let base = from.strip_prefix(prefix).filter(|base| !base.is_empty())?;
-        let other = PREFIXES
-            .iter()
-            .find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;
+        let other = PREFIXES.iter().find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;
         Some(other.1 / count)
     })
 }

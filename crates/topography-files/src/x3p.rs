@@ -18,13 +18,8 @@ use super::inflate::inflate;
 use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
 
-pub const FORMAT: Format = Format {
-    name: "x3p",
-    title: "X3P, ISO 25178-72",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "x3p", title: "X3P, ISO 25178-72", version: 1, has_signature: true, read };
 
 /// The largest description that is read, in bytes, and in elements.
 const MOST_XML: usize = 16 << 20;
@@ -43,10 +38,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = entry(&mut archive, &index, None)?;
     let text = String::from_utf8(text);
     let text = text.map_err(|error| FormatError::damaged("main.xml", error))?;
-    let options = ParsingOptions {
-        nodes_limit: MOST_ELEMENTS,
-        ..ParsingOptions::default()
-    };
+    let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
     let document = document.map_err(|error| FormatError::damaged("main.xml", error))?;
     let description = Description::of(document.root_element())?;
@@ -62,9 +54,7 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
     highest.map(String::from).ok_or_else(|| {
         let names: Vec<_> = names().take(4).collect();
         let names = names.join(", ");
-        FormatError::unsupported(format!(
-            "a zip archive without `main.xml`, but with {names}"
-        ))
+        FormatError::unsupported(format!("a zip archive without `main.xml`, but with {names}"))
     })
 }
 

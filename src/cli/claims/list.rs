@@ -17,9 +17,7 @@ pub fn text(told: &Told, claims: &[Claim]) -> String {
     let mut text = String::new();
     for (origin, heading) in headings {
         text += &format!("{heading}\n\n");
-        let own = claims
-            .iter()
-            .filter(|claim| claim.statement.origin == origin);
+        let own = claims.iter().filter(|claim| claim.statement.origin == origin);
         text.extend(own.map(|claim| few_lines(told, claim)));
         text += "\n";
     }
@@ -65,10 +63,7 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
             format!("; of {all}, {against} contradict and {undecided} are undecided")
         }
     };
-    let more = match (
-        judgement.verdict,
-        told.study.more_surfaces(claim, judgement),
-    ) {
+    let more = match (judgement.verdict, told.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; {} of each spectrum would decide it, {}",
             counted(more, "more surface"),
@@ -98,24 +93,15 @@ fn closing(claims: &[Claim], told: &Told) -> String {
     let origins = [(Origin::Paper, "of the paper"), (Origin::Ours, "of ours")];
     let mut text = String::new();
     for (origin, whose) in origins {
-        let own: Vec<&Claim> = claims
-            .iter()
-            .filter(|claim| claim.statement.origin == origin)
-            .collect();
+        let own: Vec<&Claim> =
+            claims.iter().filter(|claim| claim.statement.origin == origin).collect();
         let count = |word: &str| own.iter().filter(|claim| verdict(claim) == word).count();
         let parts = words.iter().map(|word| format!("{} {word}", count(word)));
         let parts: Vec<String> = parts.collect();
-        text += &format!(
-            "{} {whose}: {}\n",
-            counted(own.len(), "claim"),
-            parts.join(" · ")
-        );
+        text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(" · "));
     }
     if told.study.missing > 0 {
-        text += &format!(
-            "{} of the study not run yet\n",
-            counted(told.study.missing, "task")
-        );
+        text += &format!("{} of the study not run yet\n", counted(told.study.missing, "task"));
     }
     let manifest = told.manifest.display();
     text + &format!("`asperity claims {manifest} NAME` explains one at length\n")
@@ -126,10 +112,7 @@ fn left_out(setting: &Setting) -> String {
     let lines = setting.left_out.iter().map(|left| {
         let instead = setting.point.clone().beyond(&left.differs);
         let names: Vec<&str> = left.differs.iter().map(|(name, _)| name).collect();
-        format!(
-            "left out: {left}; the claims rest on {}\n",
-            instead.only(&names)
-        )
+        format!("left out: {left}; the claims rest on {}\n", instead.only(&names))
     });
     lines.collect()
 }

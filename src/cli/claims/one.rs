@@ -23,11 +23,7 @@ pub fn text(told: &Told, claim: &Claim) -> String {
     if statement.origin == Origin::Misprint {
         lines.retain(|(name, _)| [whose, "because"].contains(name));
     }
-    lines.extend(
-        statement
-            .figure
-            .map(|figure| ("figure", place_of(told, figure))),
-    );
+    lines.extend(statement.figure.map(|figure| ("figure", place_of(told, figure))));
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
@@ -52,19 +48,14 @@ fn place_of(told: &Told, figure: &str) -> String {
     let path = told.study.figures.join(format!("{figure}.svg"));
     match path.exists() {
         true => path.display().to_string(),
-        false => format!(
-            "{}, which `asperity report {}` draws",
-            path.display(),
-            told.manifest.display()
-        ),
+        false => {
+            format!("{}, which `asperity report {}` draws", path.display(), told.manifest.display())
+        }
     }
 }
 
 fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
-    let more = match (
-        judgement.verdict,
-        told.study.more_surfaces(claim, judgement),
-    ) {
+    let more = match (judgement.verdict, told.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present spread, {} of each spectrum would decide it, {}",
             counted(more, "more surface"),
@@ -94,12 +85,7 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
                 short(bound.value),
                 range(bound.single()),
                 range(bound.together(all)),
-                claim
-                    .statement
-                    .expected
-                    .verdict(bound, all)
-                    .name()
-                    .to_owned(),
+                claim.statement.expected.verdict(bound, all).name().to_owned(),
             ]
         })
         .collect();
@@ -118,10 +104,7 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
     };
     let widths: [usize; 5] = std::array::from_fn(width);
     let line = |row: &&[String; 5]| {
-        let cells = row
-            .iter()
-            .zip(widths)
-            .map(|(cell, width)| format!("{cell:<width$}"));
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
         format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
     };
     format!("\n{}", all_rows.iter().map(line).collect::<String>())

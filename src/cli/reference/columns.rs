@@ -22,18 +22,10 @@ pub fn page() -> String {
     let mut page = HEAD.to_owned();
     let mut known: Vec<Description> = Vec::new();
     for DescribedColumns { kind, columns, .. } in DescribedColumns::of_kinds() {
-        let new: Vec<_> = columns
-            .into_iter()
-            .filter(|column| !known.contains(column))
-            .collect();
+        let new: Vec<_> = columns.into_iter().filter(|column| !known.contains(column)).collect();
         page += &format!("\n## `{kind}`\n\n| column | unit | meaning |\n|---|---|---|\n");
         for column in &new {
-            let Description {
-                name,
-                unit,
-                meaning,
-                ..
-            } = column;
+            let Description { name, unit, meaning, .. } = column;
             page += &format!("| `{name}` | {} | {} |\n", cell(unit), cell(meaning));
         }
         known.extend(new);

@@ -18,15 +18,10 @@ widest that the processor has when left out. `NO_COLOR` turns colours off.
 pub fn page(mut command: Command) -> String {
     command.build();
     let mut page = HEAD.to_owned();
-    let global: Vec<&Arg> = command
-        .get_arguments()
-        .filter(|arg| arg.is_global_set())
-        .collect();
+    let global: Vec<&Arg> = command.get_arguments().filter(|arg| arg.is_global_set()).collect();
     page += "\nEvery command has\n\n";
     global.iter().for_each(|arg| page += &item(arg));
-    let commands = command
-        .get_subcommands()
-        .filter(|command| !command.is_hide_set());
+    let commands = command.get_subcommands().filter(|command| !command.is_hide_set());
     for command in commands.filter(|command| command.get_name() != "help") {
         page += &of_command(command);
     }
@@ -42,12 +37,9 @@ fn of_command(command: &Command) -> String {
         command.get_name(),
         about.map_or_else(String::new, |about| sentence(&about.to_string())),
     );
-    let own = command
-        .get_arguments()
-        .filter(|arg| !arg.is_global_set() && !arg.is_hide_set());
-    let own: Vec<&Arg> = own
-        .filter(|arg| !["help", "version"].contains(&arg.get_id().as_str()))
-        .collect();
+    let own = command.get_arguments().filter(|arg| !arg.is_global_set() && !arg.is_hide_set());
+    let own: Vec<&Arg> =
+        own.filter(|arg| !["help", "version"].contains(&arg.get_id().as_str())).collect();
     if !own.is_empty() {
         text.push('\n');
     }
@@ -57,9 +49,7 @@ fn of_command(command: &Command) -> String {
 
 fn item(arg: &Arg) -> String {
     let value = arg.get_value_names().unwrap_or_default().first();
-    let value = value
-        .filter(|_| arg.get_action().takes_values())
-        .map(|value| value.to_string());
+    let value = value.filter(|_| arg.get_action().takes_values()).map(|value| value.to_string());
     let name = match (arg.get_short(), arg.get_long()) {
         (Some(short), Some(long)) => format!("-{short}, --{long}"),
         (None, Some(long)) => format!("--{long}"),
@@ -79,13 +69,9 @@ fn item(arg: &Arg) -> String {
         true => format!(" One of {}.", words.join(", ")),
         false => String::new(),
     };
-    let default = arg
-        .get_default_values()
-        .first()
-        .filter(|_| arg.get_action().takes_values());
-    let default = default.map_or_else(String::new, |value| {
-        format!(" Default: `{}`.", value.to_string_lossy())
-    });
+    let default = arg.get_default_values().first().filter(|_| arg.get_action().takes_values());
+    let default = default
+        .map_or_else(String::new, |value| format!(" Default: `{}`.", value.to_string_lossy()));
     format!("- `{name}{value}` – {about}{words}{default}\n")
 }
 

@@ -61,17 +61,12 @@ fn kinds(forms: &[Value]) -> Vec<String> {
 }
 
 fn of_kind(kind: &str, forms: &[Value]) -> String {
-    let forms: Vec<&Value> = forms
-        .iter()
-        .filter(|form| word(form, "kind") == kind)
-        .collect();
+    let forms: Vec<&Value> = forms.iter().filter(|form| word(form, "kind") == kind).collect();
     let mut text = format!("\n## `kind = \"{kind}\"`\n\n");
     if let Some((_, page)) = THEORY.iter().find(|(of, _)| *of == kind) {
         text += &format!("What is computed: [theory](../theory/{page}).\n\n");
     }
-    let selector = ["method", "law"]
-        .into_iter()
-        .find(|key| !word(forms[0], key).is_empty());
+    let selector = ["method", "law"].into_iter().find(|key| !word(forms[0], key).is_empty());
     if let Some(key) = selector {
         text += &format!("| `{key}` | what it is |\n|---|---|\n");
         for (place, form) in forms.iter().enumerate() {
@@ -86,18 +81,8 @@ fn of_kind(kind: &str, forms: &[Value]) -> String {
     } else {
         text += &format!("{}\n\n", about(forms[0]));
     }
-    for Entry {
-        name,
-        key,
-        words,
-        required,
-    } in entries(&forms, selector)
-    {
-        let words = if words.len() == forms.len() {
-            Vec::new()
-        } else {
-            words
-        };
+    for Entry { name, key, words, required } in entries(&forms, selector) {
+        let words = if words.len() == forms.len() { Vec::new() } else { words };
         text += &item(name, key, required, &words, 0);
     }
     text
@@ -125,12 +110,7 @@ fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
             };
             match entries.iter_mut().find(equal) {
                 Some(entry) => entry.words.push(word.clone()),
-                None => entries.push(Entry {
-                    name,
-                    key,
-                    words: vec![word.clone()],
-                    required,
-                }),
+                None => entries.push(Entry { name, key, words: vec![word.clone()], required }),
             }
         }
     }
@@ -140,10 +120,7 @@ fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
 
 /// Whether a key must be there, or be set by each of the `cases`.
 fn is_required(form: &Value, name: &str) -> bool {
-    let has = |list: &Value| {
-        list.as_array()
-            .is_some_and(|list| list.iter().any(|key| key == name))
-    };
+    let has = |list: &Value| list.as_array().is_some_and(|list| list.iter().any(|key| key == name));
     has(&form["required"]) || has(&form["anyOf"][0]["required"])
 }
 
@@ -163,11 +140,7 @@ fn item(name: &str, key: &Value, required: bool, words: &[String], depth: usize)
         facts.push(format!("of {}", words.join(", ")));
     }
     let indent = "  ".repeat(depth);
-    let mut text = format!(
-        "{indent}- `{name}` – {}. {}\n",
-        facts.join("; "),
-        about(key)
-    );
+    let mut text = format!("{indent}- `{name}` – {}. {}\n", facts.join("; "), about(key));
     for part in parts(value) {
         if let Some(word) = part.get("const") {
             text += &format!("{indent}  - `{}` – {}\n", as_toml(word), about(part));
@@ -211,11 +184,7 @@ fn described(value: &Value) -> String {
         if let Some(several) = value[several].as_array() {
             let is_word = several.iter().all(|one| one.get("const").is_some());
             let kinds: Vec<String> = several.iter().map(described).collect();
-            return if is_word {
-                "a word".to_owned()
-            } else {
-                kinds.join(", or ")
-            };
+            return if is_word { "a word".to_owned() } else { kinds.join(", or ") };
         }
     }
     let types: Vec<&str> = match &value["type"] {
@@ -244,27 +213,19 @@ fn described(value: &Value) -> String {
 }
 
 fn bounds(value: &Value) -> String {
-    let of = |key: &str, word: &str| {
-        value
-            .get(key)
-            .map(|bound| format!("{word} {}", as_toml(bound)))
-    };
+    let of =
+        |key: &str, word: &str| value.get(key).map(|bound| format!("{word} {}", as_toml(bound)));
     let lower = of("minimum", "from").or(of("exclusiveMinimum", "above"));
     let upper = of("maximum", "to").or(of("exclusiveMaximum", "below"));
     let both: Vec<String> = lower.into_iter().chain(upper).collect();
-    if both.is_empty() {
-        String::new()
-    } else {
-        format!(" {}", both.join(" "))
-    }
+    if both.is_empty() { String::new() } else { format!(" {}", both.join(" ")) }
 }
 
 fn as_toml(value: &Value) -> String {
     match value {
-        Value::Array(items) => format!(
-            "[{}]",
-            items.iter().map(as_toml).collect::<Vec<_>>().join(", ")
-        ),
+        Value::Array(items) => {
+            format!("[{}]", items.iter().map(as_toml).collect::<Vec<_>>().join(", "))
+        }
         other => other.to_string(),
     }
 }
@@ -279,9 +240,6 @@ fn word(form: &Value, key: &str) -> String {
 }
 
 fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
-    let properties = table["properties"]
-        .as_object()
-        .into_iter()
-        .flat_map(Map::iter);
+    let properties = table["properties"].as_object().into_iter().flat_map(Map::iter);
     properties.map(|(name, key)| (name.as_str(), key))
 }

@@ -30,10 +30,7 @@ pub fn write_summary(
         let share = 100.0 * one.statistics.missing as f64 / (x * y) as f64;
         let missing = one.statistics.missing;
         let number = one.number;
-        writeln!(
-            out,
-            "missing  {missing} points of channel {number}, {share:.3} %"
-        )?;
+        writeln!(out, "missing  {missing} points of channel {number}, {share:.3} %")?;
     }
     writeln!(out, "{}", wrapped(&heights(file, chosen, described.len())))
 }

@@ -30,10 +30,7 @@ impl FromStr for Coordinate {
         if [LOAD.name, PRESSURE.name].contains(&column) {
             return Err("`--load` says which load to draw".to_owned());
         }
-        Ok(Coordinate {
-            column: column.to_owned(),
-            value: value.to_owned(),
-        })
+        Ok(Coordinate { column: column.to_owned(), value: value.to_owned() })
     }
 }
 
@@ -76,10 +73,7 @@ impl TaskChoice<'_> {
         let differing: String = differing.collect();
         let stage = self.stage;
         let tasks = counted(tasks, "task");
-        Misused(format!(
-            "{tasks} of `{stage}` are meant; say which by{differing}"
-        ))
-        .into()
+        Misused(format!("{tasks} of `{stage}` are meant; say which by{differing}")).into()
     }
 }
 

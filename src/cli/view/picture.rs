@@ -132,9 +132,9 @@ impl FinishedTask {
         let lists = self.table.lists(PRESSURES.name).ok();
         let kept: Vec<usize> = match lists {
             None => vec![],
-            Some(lists) => (0..self.table.rows())
-                .filter(|&row| lists.value_length(row) > 0)
-                .collect(),
+            Some(lists) => {
+                (0..self.table.rows()).filter(|&row| lists.value_length(row) > 0).collect()
+            }
         };
         let (Some(lists), Some(&heaviest)) = (lists, kept.last()) else {
             let message = "no pressures are kept of this task; the key `pressures` of its stage \
@@ -185,9 +185,6 @@ fn of_surface(surface: &Surface, unit: String) -> Picture {
 impl Range {
     fn of(scale: &Scale, unit: String) -> Range {
         let (lowest, highest) = scale.range().into_inner();
-        Range {
-            ends: [lowest, highest],
-            unit,
-        }
+        Range { ends: [lowest, highest], unit }
     }
 }

@@ -29,17 +29,14 @@ impl PreparedRun<'_> {
         stop: &AtomicBool,
     ) -> Result<RunReport, SessionError> {
         let folder = self.session.data().receipts_of(&self.plan().study);
-        let wanted = self
-            .selection
-            .tasks(self.plan(), &self.missing, &self.store)?;
+        let wanted = self.selection.tasks(self.plan(), &self.missing, &self.store)?;
         let threads = self.jobs.get();
         let mut receipt = Receipt::begin(&self.plan().study, shard, self.job.clone(), threads);
         receipt.wanted = wanted.len();
         receipt.write(&folder)?;
         let ledger = Ledger::new(Relay(self.session.observer), self.plan());
-        let outcome = ledger.kept_in(&mut receipt, &folder, || {
-            self.compute_heard_by(&wanted, stop, &ledger)
-        });
+        let outcome =
+            ledger.kept_in(&mut receipt, &folder, || self.compute_heard_by(&wanted, stop, &ledger));
         let outcome = ledger.close(outcome, &mut receipt, &folder)?;
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
@@ -77,11 +74,7 @@ struct Work {
 
 impl<'a> Ledger<'a> {
     fn new(relay: Relay<'a>, plan: &'a Plan) -> Ledger<'a> {
-        Ledger {
-            relay,
-            plan,
-            work: Mutex::default(),
-        }
+        Ledger { relay, plan, work: Mutex::default() }
     }
 
     /// Does the work, and writes what it has come to into the receipt from time to time.
@@ -137,9 +130,7 @@ impl<'a> Ledger<'a> {
         let lasting = work.under_way.values();
         let lasting = lasting.map(|begun| begun.elapsed().as_secs_f64());
         let finished = work.finished.iter().map(|(_, seconds)| *seconds);
-        receipt.seconds = finished
-            .chain(lasting)
-            .fold(0.0, |sum, seconds| sum + seconds);
+        receipt.seconds = finished.chain(lasting).fold(0.0, |sum, seconds| sum + seconds);
         receipt.computed = work.finished.len();
         receipt.under_way = work.under_way.keys().map(|&task| key(task)).collect();
         let mut paces = Paces::default();
@@ -155,9 +146,7 @@ impl<'a> Ledger<'a> {
         }
         receipt.pace = paces.all();
         let stages = self.plan.stage_names();
-        let own = failed
-            .iter()
-            .filter(|(_, error)| !matches!(error, TaskError::Upstream(_)));
+        let own = failed.iter().filter(|(_, error)| !matches!(error, TaskError::Upstream(_)));
         let failed = own.map(|(task, error)| FailedTask {
             task: key(*task),
             stage: stages[*task].to_owned(),

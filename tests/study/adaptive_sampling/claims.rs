@@ -56,9 +56,7 @@ statistics = ["mean"]
 }
 
 fn until(condition: &str, [at_least, at_most]: [u32; 2]) -> String {
-    study(&format!(
-        "{{ at_least = {at_least}, at_most = {at_most}, until = \"{condition}\" }}"
-    ))
+    study(&format!("{{ at_least = {at_least}, at_most = {at_most}, until = \"{condition}\" }}"))
 }
 
 const GROWS: &str = "decided(area-grows-with-k-lower)";
@@ -93,24 +91,16 @@ fn surfaces_are_drawn_until_a_named_claim_is_decided_and_no_more() {
     bench.run(&manifest);
     let after = planned(&bench, &manifest);
     let surfaces = after["surfaces"].as_i64().unwrap();
-    assert_eq!(
-        (&after["holds"], &after["undecided"]),
-        (&true.into(), &Value::Array(vec![]))
-    );
+    assert_eq!((&after["holds"], &after["undecided"]), (&true.into(), &Value::Array(vec![])));
     assert!((6..400).contains(&surfaces), "{surfaces}");
     let (verdict, of) = verdict(&bench, "area-grows-with-k-lower");
-    assert!(
-        ["holds", "does not hold"].contains(&verdict.as_str()),
-        "{verdict}"
-    );
+    assert!(["holds", "does not hold"].contains(&verdict.as_str()), "{verdict}");
     assert_eq!(of, surfaces);
     assert!(bench.run(&manifest).values().all(is_idle));
     // Fits and means are of the final number alone.
     for stage in ["law", "means"] {
         let rows = bench.table("decided", stage);
-        let of = rows
-            .integers(if stage == "law" { "surfaces" } else { "count" })
-            .unwrap();
+        let of = rows.integers(if stage == "law" { "surfaces" } else { "count" }).unwrap();
         assert!(of.iter().all(|of| of == Some(surfaces)), "{stage}");
     }
     let stored = bench.files().into_keys().filter(|path| {
@@ -123,10 +113,7 @@ fn surfaces_are_drawn_until_a_named_claim_is_decided_and_no_more() {
 
 #[test]
 fn threads_kills_and_larger_studies_before_change_no_number_of_surfaces_and_no_byte() {
-    let manifest = until(
-        "decided(area-above-persson, area-grows-with-k-lower)",
-        [5, 30],
-    );
+    let manifest = until("decided(area-above-persson, area-grows-with-k-lower)", [5, 30]);
     let (one, two, killed, later) = (Bench::new(), Bench::new(), Bench::new(), Bench::new());
     one.run_with(&manifest, &["--jobs", "1"]);
     two.run_with(&manifest, &["--jobs", "2"]);
@@ -134,11 +121,7 @@ fn threads_kills_and_larger_studies_before_change_no_number_of_surfaces_and_no_b
     let path = killed.write(&manifest);
     for wait in [10, 40, 80, 120] {
         let mut run = killed.asperity(&["run", path.to_str().unwrap(), "--jobs", "1"]);
-        let mut run = run
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         thread::sleep(Duration::from_millis(wait));
         let _ = run.kill();
         run.wait().unwrap();
@@ -149,11 +132,7 @@ fn threads_kills_and_larger_studies_before_change_no_number_of_surfaces_and_no_b
     later.run(&study("40"));
     later.run(&manifest);
     for stage in ["area", "law", "means"] {
-        assert_eq!(
-            later.table("decided", stage),
-            one.table("decided", stage),
-            "{stage}"
-        );
+        assert_eq!(later.table("decided", stage), one.table("decided", stage), "{stage}");
     }
 }
 
@@ -195,11 +174,7 @@ fn all_claims_that_the_study_can_judge_are_meant_without_names() {
     let undecided = after["undecided"].as_array().unwrap();
     assert!(!undecided.is_empty());
     for name in undecided {
-        assert_eq!(
-            verdict(&bench, name.as_str().unwrap()).0,
-            "cannot say",
-            "{name}"
-        );
+        assert_eq!(verdict(&bench, name.as_str().unwrap()).0, "cannot say", "{name}");
     }
 }
 
@@ -239,18 +214,12 @@ from = "others-contact"
 #[test]
 fn wrong_conditions_on_claims_are_met_with_place_and_advice() {
     let wrong = [
-        (
-            until("decided(area-above-person)", [5, 9]),
-            "did you mean `area-above-persson`?",
-        ),
+        (until("decided(area-above-person)", [5, 9]), "did you mean `area-above-persson`?"),
         (
             until("decided(asymptote-of-alpha)", [5, 9]),
             "there is no claim `asymptote-of-alpha` that surfaces decide",
         ),
-        (
-            until("claims decided", [4, 9]),
-            "`at_least = 4` is too few for claims",
-        ),
+        (until("claims decided", [4, 9]), "`at_least = 4` is too few for claims"),
         (until("all claims", [5, 9]), "or `decided(CLAIM, …)`"),
     ];
     for (manifest, advice) in wrong {
@@ -259,9 +228,6 @@ fn wrong_conditions_on_claims_are_met_with_place_and_advice() {
         let output = bench.output(&["check", path.to_str().unwrap()]);
         let told = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(
-            told.contains(advice) && told.contains("study.toml:12:"),
-            "{told}"
-        );
+        assert!(told.contains(advice) && told.contains("study.toml:12:"), "{told}");
     }
 }

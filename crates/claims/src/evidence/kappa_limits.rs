@@ -67,10 +67,7 @@ impl KappaPoints {
 
     /// ln(k_lower/k_upper) of the widest and of the narrowest spectrum.
     pub fn bandwidths(&self) -> [f64; 2] {
-        let all = self
-            .points
-            .iter()
-            .map(|point| libm::log(point.small[self.bandwidth]));
+        let all = self.points.iter().map(|point| libm::log(point.small[self.bandwidth]));
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], one| {
             [least.min(one), most.max(one)]
         })
@@ -82,11 +79,7 @@ pub fn all(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPoints>, Ta
     let kappa = Expression::parse("area_corrected / load").expect("this is an expression");
     let mut all: Vec<KappaPoints> = Vec::new();
     for fit in fits {
-        let LimitsFit {
-            choices,
-            window,
-            table,
-        } = fit;
+        let LimitsFit { choices, window, table } = fit;
         let is_meant = choices.of == kappa && choices.error.is_none();
         let Some([cell, bandwidth, mesh]) = small_numbers(choices).filter(|_| is_meant) else {
             continue;
@@ -150,7 +143,5 @@ fn small_numbers(choices: &LimitChoices) -> Option<[usize; 3]> {
 
 fn forms(choices: &LimitChoices) -> Vec<Vec<TermForm>> {
     let terms = choices.terms.iter();
-    terms
-        .map(|term| term.forms.iter().map(|form| form.numeric()).collect())
-        .collect()
+    terms.map(|term| term.forms.iter().map(|form| form.numeric()).collect()).collect()
 }

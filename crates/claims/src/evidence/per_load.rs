@@ -69,14 +69,8 @@ impl Pressures {
     /// Shares of the area whose pressure lies between two ends of bins, surface by surface; `None` where
     /// they are no ends of bins.
     pub fn between(&self, low: f64, high: f64) -> Option<Vec<f64>> {
-        let first = self
-            .bins
-            .iter()
-            .position(|bin| decimal::is_same(bin[0], low))?;
-        let last = self
-            .bins
-            .iter()
-            .position(|bin| decimal::is_same(bin[1], high))?;
+        let first = self.bins.iter().position(|bin| decimal::is_same(bin[0], low))?;
+        let last = self.bins.iter().position(|bin| decimal::is_same(bin[1], high))?;
         let inside = self.shares.get(first..=last)?;
         let sum = |surface: usize| inside.iter().map(|shares| shares[surface]).sum();
         Some((0..self.surfaces()).map(sum).collect())
@@ -152,24 +146,16 @@ fn per_load(table: &Table, value: impl Fn(usize) -> Option<f64>) -> Vec<PerLoad>
         let curves = all.iter().map(|ensemble| curve(ensemble, &value));
         // Several tolerances of one spectrum: the first stands for them.
         let (loads, values) = curves.into_iter().find(|(loads, _)| !loads.is_empty())?;
-        Some(PerLoad {
-            spectrum,
-            loads,
-            values,
-        })
+        Some(PerLoad { spectrum, loads, values })
     });
     found.collect()
 }
 
 fn curve(ensemble: &Ensemble, value: &impl Fn(usize) -> Option<f64>) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let complete = ensemble
-        .loads
-        .iter()
-        .enumerate()
-        .filter_map(|(place, load)| {
-            let rows = ensemble.complete(place)?.into_iter();
-            Some((load.reduced, rows.map(value).collect::<Option<Vec<f64>>>()?))
-        });
+    let complete = ensemble.loads.iter().enumerate().filter_map(|(place, load)| {
+        let rows = ensemble.complete(place)?.into_iter();
+        Some((load.reduced, rows.map(value).collect::<Option<Vec<f64>>>()?))
+    });
     complete.unzip()
 }
 
@@ -178,16 +164,13 @@ fn thresholds(table: &Table) -> Result<Vec<SealingAreas>, TableError> {
     let of_spectrum = |(spectrum, all): (Spectrum, Vec<Ensemble>)| {
         let ensemble = all.first()?;
         let members = 0..ensemble.members.len();
-        let surfaces: Vec<Vec<Interface>> = members
-            .map(|member| measured.interfaces(ensemble, member))
-            .collect();
+        let surfaces: Vec<Vec<Interface>> =
+            members.map(|member| measured.interfaces(ensemble, member)).collect();
         let problem = PercolationProblem::new(&surfaces, Window::ALL, Channels::AlongBoth).ok()?;
         let thresholds = problem.thresholds().iter();
         Some(SealingAreas {
             spectrum,
-            values: thresholds
-                .map(|threshold| threshold.area_corrected)
-                .collect(),
+            values: thresholds.map(|threshold| threshold.area_corrected).collect(),
             rounding: problem.rounding().area_corrected,
             scatter_is_resolved: problem.resolves_scatter(),
         })
@@ -216,22 +199,14 @@ fn distributions(table: &Table) -> Result<Vec<Pressures>, TableError> {
             let (loads, shares) = curve(bin, &share);
             for (load, shares) in loads.into_iter().zip(shares) {
                 // Loads are positive: their bits are in their order.
-                under
-                    .entry(load.to_bits())
-                    .or_default()
-                    .push((ends, shares));
+                under.entry(load.to_bits()).or_default().push((ends, shares));
             }
         }
         distributions.extend(under.into_iter().map(|(load, mut bins)| {
             bins.sort_by(|one, other| one.0[0].total_cmp(&other.0[0]));
             bins.dedup_by(|next, kept| next.0 == kept.0);
             let (bins, shares) = bins.into_iter().unzip();
-            Pressures {
-                spectrum: spectrum.clone(),
-                load: f64::from_bits(load),
-                bins,
-                shares,
-            }
+            Pressures { spectrum: spectrum.clone(), load: f64::from_bits(load), bins, shares }
         }));
     }
     Ok(distributions)

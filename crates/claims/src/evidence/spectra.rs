@@ -68,13 +68,7 @@ pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableErro
 
 /// What tells spectra from each other.
 pub fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
-    let Spectrum {
-        hurst,
-        k_lower,
-        k_rolloff,
-        k_upper,
-        nodes,
-    } = *spectrum;
+    let Spectrum { hurst, k_lower, k_rolloff, k_upper, nodes } = *spectrum;
     (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
 }
 

@@ -41,11 +41,8 @@ fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
                 let nodes = fineness * k_upper;
                 let own = normal((k_lower + 100 * nodes) as u64, SURFACES);
                 for (surface, own) in own.iter().enumerate() {
-                    let small = [
-                        1.0 / k_lower as f64,
-                        1.0 / bandwidth as f64,
-                        1.0 / fineness as f64,
-                    ];
+                    let small =
+                        [1.0 / k_lower as f64, 1.0 / bandwidth as f64, 1.0 / fineness as f64];
                     rows.push((k_lower, k_upper, nodes, surface as i64));
                     areas.push(0.02 * kappa(small) * (1.0 + scatter * own));
                 }
@@ -59,10 +56,8 @@ fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
         (AREA_CORRECTED, reals(areas)),
     ]);
     let table = Table::new(rows.len(), columns);
-    let term = |of: &str, form: Form| Term {
-        of: Expression::parse(of).unwrap(),
-        forms: vec![form],
-    };
+    let term =
+        |of: &str, form: Form| Term { of: Expression::parse(of).unwrap(), forms: vec![form] };
     let fit = LimitsFit {
         choices: LimitChoices {
             of: Expression::parse("area_corrected / load").unwrap(),
@@ -85,16 +80,11 @@ fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
 #[test]
 fn a_logarithm_of_the_bandwidth_is_told_from_a_power_of_it() {
     let name = "kappa-falls-logarithmically-with-bandwidth";
-    let logarithm = kappa_claims(
-        |[cell, ratio, mesh]| 2.4 + 0.1 * ratio.ln() + 0.1 * cell + 0.2 * mesh,
-        0.002,
-    );
+    let logarithm =
+        kappa_claims(|[cell, ratio, mesh]| 2.4 + 0.1 * ratio.ln() + 0.1 * cell + 0.2 * mesh, 0.002);
     let found = judgement(&logarithm, name);
     assert_eq!(found.verdict, Verdict::Holds);
-    assert!(
-        found.bounds[0].value.abs() < 3.0 * found.bounds[0].error,
-        "{found:?}"
-    );
+    assert!(found.bounds[0].value.abs() < 3.0 * found.bounds[0].error, "{found:?}");
     // x^0.8 bends as exp(0.8 ln x): κ″/κ′ of the parabola through it is near 0.8.
     let power = kappa_claims(
         |[cell, ratio, mesh]| 1.8 + 0.8 * ratio.powf(0.8) + 0.1 * cell + 0.2 * mesh,
@@ -110,18 +100,13 @@ fn a_logarithm_of_the_bandwidth_is_told_from_a_power_of_it() {
 #[test]
 fn kappa_of_great_cells_and_fine_meshes_is_put_between_the_theories() {
     let name = "kappa-lies-between-theories-on-fine-meshes";
-    let between = kappa_claims(
-        |[cell, ratio, mesh]| 2.3 + 0.1 * ratio.ln() + 0.8 * cell + 2.0 * mesh,
-        0.002,
-    );
+    let between =
+        kappa_claims(|[cell, ratio, mesh]| 2.3 + 0.1 * ratio.ln() + 0.8 * cell + 2.0 * mesh, 0.002);
     let found = judgement(&between, name);
     assert_eq!(found.verdict, Verdict::Holds);
     let exact = (2.3 - 0.1 * 2.0_f64.ln() - (8.0 / std::f64::consts::PI).sqrt())
         / ((2.0 * std::f64::consts::PI).sqrt() - (8.0 / std::f64::consts::PI).sqrt());
-    let narrowest = found
-        .bounds
-        .iter()
-        .find(|bound| bound.label.ends_with(" 2"));
+    let narrowest = found.bounds.iter().find(|bound| bound.label.ends_with(" 2"));
     assert!((narrowest.unwrap().value - exact).abs() < 0.01, "{found:?}");
     let below = kappa_claims(|[_, ratio, _]| 1.7 + 0.1 * ratio.ln(), 0.002);
     assert_eq!(verdict(&below, name), Verdict::DoesNotHold);
@@ -142,10 +127,7 @@ fn what_cells_and_meshes_add_is_told_at_sixteen_waves_and_at_eight_nodes() {
     let found = judgement(&claims, mesh);
     assert_eq!(found.verdict, Verdict::DoesNotHold);
     let middle = 2.4 - 0.1 * 8.0_f64.ln();
-    assert!(
-        (found.bounds[0].value - 0.1 / middle).abs() < 0.005,
-        "{found:?}"
-    );
+    assert!((found.bounds[0].value - 0.1 / middle).abs() < 0.005, "{found:?}");
 }
 
 /// Contacts of cells with so many of the longest waves, sealed at a share of the area that scatters.
@@ -155,10 +137,8 @@ fn sealing(mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
 
 /// The same under loads so many thousandths apart.
 fn sealing_under(step: usize, mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
-    let loads: Vec<f64> = (200..=650)
-        .step_by(step)
-        .map(|thousandth| 0.001 * f64::from(thousandth))
-        .collect();
+    let loads: Vec<f64> =
+        (200..=650).step_by(step).map(|thousandth| 0.001 * f64::from(thousandth)).collect();
     let (mut rows, mut at) = (Vec::new(), Vec::new());
     let mut open = Vec::new();
     for k_lower in [2, 4, 8] {
@@ -177,10 +157,7 @@ fn sealing_under(step: usize, mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> 
     columns.extend([
         (LOAD, reals(at.clone())),
         (AREA_FRACTION, reals(at.clone())),
-        (
-            CONTACT_NODES,
-            integers(at.iter().map(|area| (area * 512.0 * 512.0) as i64)),
-        ),
+        (CONTACT_NODES, integers(at.iter().map(|area| (area * 512.0 * 512.0) as i64))),
         (SWITCHES, integers(vec![0; rows.len()])),
         (GAP_PERCOLATES_X, flags(open.clone())),
         (GAP_PERCOLATES_Y, flags(open)),
@@ -198,10 +175,7 @@ fn the_sealing_area_is_that_at_which_the_gap_stops_percolating() {
         "sealing-area-scatters-less-in-greater-cells",
     ];
     let as_expected = sealing(|_| 0.4155, |k_lower| 0.02 / (k_lower * k_lower) as f64);
-    assert_eq!(
-        names.map(|name| verdict(&as_expected, name)),
-        [Verdict::Holds; 4]
-    );
+    assert_eq!(names.map(|name| verdict(&as_expected, name)), [Verdict::Holds; 4]);
     let shifted = sealing(|k_lower| 0.55 - 0.01 * k_lower as f64, |_| 0.004);
     let found = names.map(|name| verdict(&shifted, name));
     let not = Verdict::DoesNotHold;
@@ -212,24 +186,16 @@ fn the_sealing_area_is_that_at_which_the_gap_stops_percolating() {
 
 #[test]
 fn loads_far_apart_tell_no_sealing_area_however_many_surfaces_agree() {
-    let names = [
-        "interface-is-sealed-at-0.415-of-the-area",
-        "sealing-area-scatters-less-in-greater-cells",
-    ];
+    let names =
+        ["interface-is-sealed-at-0.415-of-the-area", "sealing-area-scatters-less-in-greater-cells"];
     // All are sealed between 0.400 and 0.425, the middle of which is inside what is expected.
     let coarse = sealing_under(25, |_| 0.4155, |_| 0.0005);
     let found = judgement(&coarse, names[0]);
     assert_eq!(found.verdict, Verdict::CannotSay);
     let bound = &found.bounds[0];
-    assert!(
-        (bound.systematic - 0.025 / 12.0_f64.sqrt()).abs() < 1e-6,
-        "{bound:?}"
-    );
+    assert!((bound.systematic - 0.025 / 12.0_f64.sqrt()).abs() < 1e-6, "{bound:?}");
     let claim = coarse.iter().find(|claim| claim.statement.name == names[1]);
-    assert!(matches!(
-        claim.unwrap().outcome,
-        ClaimOutcome::NotComputed(_)
-    ));
+    assert!(matches!(claim.unwrap().outcome, ClaimOutcome::NotComputed(_)));
 }
 
 #[test]
@@ -278,20 +244,15 @@ fn stiffness(bend: fn(i64) -> f64, scatter: f64) -> Vec<Claim> {
 
 #[test]
 fn the_exponent_of_the_stiffness_is_that_of_the_gaps() {
-    let (proportional, finite) = (
-        "stiffness-is-proportional-to-load",
-        "sublinear-stiffness-is-of-the-finite-cell",
-    );
+    let (proportional, finite) =
+        ("stiffness-is-proportional-to-load", "sublinear-stiffness-is-of-the-finite-cell");
     let of_the_cell = stiffness(|k_lower| 0.2 / k_lower as f64, 0.002);
     assert_eq!(verdict(&of_the_cell, proportional), Verdict::Holds);
     let found = judgement(&of_the_cell, finite);
     assert_eq!((found.verdict, found.bounds.len()), (Verdict::Holds, 3));
     assert!((found.bounds[0].value - 0.1).abs() < 0.01, "{found:?}");
     let of_the_material = stiffness(|_| 0.3, 0.01);
-    assert_eq!(
-        verdict(&of_the_material, proportional),
-        Verdict::DoesNotHold
-    );
+    assert_eq!(verdict(&of_the_material, proportional), Verdict::DoesNotHold);
     assert_eq!(verdict(&of_the_material, finite), Verdict::CannotSay);
 }
 
@@ -315,10 +276,7 @@ fn asperities_that_stop(
         (0..SURFACES).flat_map(of_surface).collect()
     };
     let states = all(&loads);
-    let rows: Vec<_> = states
-        .iter()
-        .map(|state| (2, 16, 256, state.0 as i64))
-        .collect();
+    let rows: Vec<_> = states.iter().map(|state| (2, 16, 256, state.0 as i64)).collect();
     let loaded = || (LOAD, reals(states.iter().map(|state| state.1)));
     let factor = |surface: usize| 1.0 + 0.01 * scatter[surface];
     let mut corrected = of_spectra(&rows);
@@ -327,35 +285,21 @@ fn asperities_that_stop(
         (CORRECTION, texts(vec![OF_2017; rows.len()])),
         (
             AREA_CORRECTED,
-            reals(
-                states
-                    .iter()
-                    .map(|&(surface, load)| factor(surface) * solved(load)),
-            ),
+            reals(states.iter().map(|&(surface, load)| factor(surface) * solved(load))),
         ),
     ]);
     let model = |interaction: &'static str| {
         let mut columns = of_spectra(&rows);
         let value = |factor_of_load: &dyn Fn(f64) -> f64| {
-            reals(
-                states
-                    .iter()
-                    .map(|&(surface, load)| factor(surface) * factor_of_load(load)),
-            )
+            reals(states.iter().map(|&(surface, load)| factor(surface) * factor_of_load(load)))
         };
         columns.extend([
             (INTERACTION, texts(vec![interaction; rows.len()])),
             loaded(),
-            (
-                ASPERITY_AREA_FRACTION,
-                value(&|load| area(interaction, load) * solved(load)),
-            ),
+            (ASPERITY_AREA_FRACTION, value(&|load| area(interaction, load) * solved(load))),
             (MEAN_GAP, value(&|_| gap(interaction))),
             (OVERLAPPING_SHARE, value(&|load| overlap * load)),
-            (
-                STOP,
-                texts(states.iter().map(|&(surface, load)| stop(surface, load))),
-            ),
+            (STOP, texts(states.iter().map(|&(surface, load)| stop(surface, load)))),
         ]);
         finished(Kind::Solve, Table::new(rows.len(), columns))
     };
@@ -380,14 +324,9 @@ fn asperity_models_are_put_beside_the_solution_of_the_same_surfaces() {
         _ => 1.02 + 2.0 * (load - 0.016).max(0.0),
     };
     let as_expected = asperities(area, |name| if name == "none" { 0.5 } else { 1.0 }, 2.0);
-    assert_eq!(
-        names.map(|name| verdict(&as_expected, name)),
-        [Verdict::Holds; 5]
-    );
-    let names_of_interaction = [
-        "non-interacting-asperities-have-less-area",
-        "interaction-adds-area-to-asperities",
-    ];
+    assert_eq!(names.map(|name| verdict(&as_expected, name)), [Verdict::Holds; 5]);
+    let names_of_interaction =
+        ["non-interacting-asperities-have-less-area", "interaction-adds-area-to-asperities"];
     for name in names_of_interaction {
         assert_eq!(verdict(&as_expected, name), Verdict::DoesNotHold, "{name}");
     }
@@ -440,11 +379,7 @@ fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> KindTa
                 let density = persson::share_between(load, low, high) / width;
                 let middle = 0.5 * (low + high);
                 rows.push((2, 16, nodes, surface as i64));
-                values.push((
-                    load,
-                    middle,
-                    factor(middle) * density * (1.0 + scatter * noise),
-                ));
+                values.push((load, middle, factor(middle) * density * (1.0 + scatter * noise)));
             }
         }
     }
@@ -478,9 +413,7 @@ fn how_a_density_begins_is_judged_by_what_refining_the_mesh_does_to_it() {
     assert!((bounds[0].value - 0.5).abs() < 1e-9, "{bounds:?}");
     assert_eq!(verdict(&refined(0.0), name), Verdict::DoesNotHold);
     let of_one_mesh = pressures(|_| 1.0, 0.01);
-    let claim = of_one_mesh
-        .iter()
-        .find(|claim| claim.statement.name == name);
+    let claim = of_one_mesh.iter().find(|claim| claim.statement.name == name);
     let outcome = &claim.unwrap().outcome;
     assert!(
         matches!(outcome, ClaimOutcome::NotComputed(needs) if needs.contains("the mesh's")),

@@ -65,11 +65,7 @@ impl Asperities {
             let nodes = self.summits.iter().map(|summit| summit.node);
             let answer = body.displace(nodes, &balance.forces);
             pairs += 1;
-            let changes: Vec<f64> = answer
-                .iter()
-                .zip(&displacements)
-                .map(|(a, u)| a - u)
-                .collect();
+            let changes: Vec<f64> = answer.iter().zip(&displacements).map(|(a, u)| a - u).collect();
             // A summit far below the plane may be displaced as it likes.
             let counting = changes.iter().zip(&balance.overlaps);
             let counting = counting.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
@@ -98,11 +94,7 @@ fn settled(
     pairs: u32,
     stop: Stop,
 ) -> Equilibrium {
-    let forces = balance
-        .forces
-        .iter()
-        .zip(&balance.overlaps)
-        .zip(displacements);
+    let forces = balance.forces.iter().zip(&balance.overlaps).zip(displacements);
     let energies = forces.map(|((force, overlap), u)| force * (0.4 * overlap.max(0.0) + 0.5 * u));
     Equilibrium {
         reference: balance.reference,
@@ -122,19 +114,14 @@ fn expected(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
         [(one, last), (two, earlier), ..] => {
             let share = (load - one) / (one - two);
             let pairs = last.iter().zip(earlier);
-            pairs
-                .map(|(last, earlier)| last + share * (last - earlier))
-                .collect()
+            pairs.map(|(last, earlier)| last + share * (last - earlier)).collect()
         }
     }
 }
 
 /// The plane at which forces add up to a total, above zero.
 fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
-    let levels = summits
-        .iter()
-        .zip(displacements)
-        .map(|(summit, u)| summit.height - u);
+    let levels = summits.iter().zip(displacements).map(|(summit, u)| summit.height - u);
     let levels: Vec<f64> = levels.collect();
     // At the highest plane where one summit alone bears it all, the forces are at least as large.
     let alone = summits.iter().zip(&levels);
@@ -165,11 +152,7 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
         let overlap = overlap.max(0.0);
         summit.stiffness * overlap * overlap.sqrt()
     });
-    Balance {
-        reference,
-        forces: forces.collect(),
-        overlaps,
-    }
+    Balance { reference, forces: forces.collect(), overlaps }
 }
 
 /// Anderson's mixing of the last iterates.
@@ -185,12 +168,7 @@ struct Mixing {
 
 impl Default for Mixing {
     fn default() -> Mixing {
-        Mixing {
-            damping: 1.0,
-            least: (f64::INFINITY, 0),
-            last: None,
-            differences: Vec::new(),
-        }
+        Mixing { damping: 1.0, least: (f64::INFINITY, 0), last: None, differences: Vec::new() }
     }
 }
 
@@ -214,15 +192,9 @@ impl Mixing {
     fn next(&mut self, iterate: Vec<f64>, change: Vec<f64>) -> Vec<f64> {
         if let Some((iterate_before, change_before)) = &self.last {
             let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
-                now.iter()
-                    .zip(before)
-                    .map(|(now, before)| now - before)
-                    .collect()
+                now.iter().zip(before).map(|(now, before)| now - before).collect()
             };
-            let both = (
-                difference(&iterate, iterate_before),
-                difference(&change, change_before),
-            );
+            let both = (difference(&iterate, iterate_before), difference(&change, change_before));
             self.differences.insert(0, both);
             self.differences.truncate(DEPTH);
         }

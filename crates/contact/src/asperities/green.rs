@@ -74,12 +74,7 @@ impl Body {
             self.forces[node] += force;
         }
         let (transform, kernel) = (&self.transform, &self.kernel);
-        transform.convolve(
-            kernel,
-            &self.forces,
-            &mut self.displacements,
-            &mut self.scratch,
-        );
+        transform.convolve(kernel, &self.forces, &mut self.displacements, &mut self.scratch);
         nodes.map(|node| self.displacements[node]).collect()
     }
 }
@@ -150,11 +145,7 @@ mod tests {
             for (node, found) in found.iter().enumerate() {
                 let [i, j] = grid.place(node);
                 let known = ewald(size, [i as f64 * step_x, j as f64 * step_y]);
-                assert!(
-                    (found - known).abs() < 1e-11,
-                    "{:?}: {found} {known}",
-                    [i, j]
-                );
+                assert!((found - known).abs() < 1e-11, "{:?}: {found} {known}", [i, j]);
             }
         }
     }

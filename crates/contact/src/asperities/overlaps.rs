@@ -102,10 +102,7 @@ fn greatest(function: impl Fn(f64) -> f64) -> f64 {
 /// For each contact, whether its ellipse overlaps another, around the cell.
 pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     let size = grid.cell().aspect().map(|aspect| 1.0 / aspect);
-    let largest = contacts
-        .iter()
-        .map(|contact| contact.axes[0])
-        .fold(0.0, f64::max);
+    let largest = contacts.iter().map(|contact| contact.axes[0]).fold(0.0, f64::max);
     let boxes = Boxes::new(size, 2.0 * largest, contacts);
     let mut overlaps = vec![false; contacts.len()];
     for (one, contact) in contacts.iter().enumerate() {
@@ -140,11 +137,7 @@ const MOST_BOXES: f64 = 256.0;
 impl Boxes {
     fn new(size: [f64; 2], least: f64, contacts: &[Contact]) -> Boxes {
         let counts = size.map(|side| (side / least).clamp(1.0, MOST_BOXES) as usize);
-        let mut boxes = Boxes {
-            size,
-            counts,
-            members: vec![Vec::new(); counts[0] * counts[1]],
-        };
+        let mut boxes = Boxes { size, counts, members: vec![Vec::new(); counts[0] * counts[1]] };
         for (index, contact) in contacts.iter().enumerate() {
             let [i, j] = boxes.of(contact.place);
             boxes.members[i * counts[1] + j].push(index);

@@ -36,10 +36,7 @@ pub struct Summit {
 pub fn of(grid: Grid, heights: &[f64]) -> Vec<Summit> {
     let map = Map { grid, heights };
     let nodes = 0..grid.count();
-    nodes
-        .filter(|&node| map.is_summit(node))
-        .map(|node| map.summit(node))
-        .collect()
+    nodes.filter(|&node| map.is_summit(node)).map(|node| map.summit(node)).collect()
 }
 
 struct Map<'a> {
@@ -83,10 +80,8 @@ impl Map<'_> {
             .iter()
             .flat_map(|&(i, one)| FIRST.map(|(j, other)| one * other * self.at(node, [i, j])));
         let slopes = [along(&FIRST, 0) / step_x, along(&FIRST, 1) / step_y];
-        let bends = [
-            -along(&SECOND, 0) / (step_x * step_x),
-            -along(&SECOND, 1) / (step_y * step_y),
-        ];
+        let bends =
+            [-along(&SECOND, 0) / (step_x * step_x), -along(&SECOND, 1) / (step_y * step_y)];
         let twist = -twist.sum::<f64>() / (144.0 * step_x * step_y);
         let curvatures = Curvatures::of(bends, twist);
         let top = top(slopes, bends, twist, [step_x, step_y]);
@@ -113,11 +108,7 @@ fn top(slopes: [f64; 2], bends: [f64; 2], twist: f64, steps: [f64; 2]) -> [f64; 
         (bends[0] * slopes[1] - twist * slopes[0]) / determinant,
     ];
     let is_near = (0..2).all(|axis| top[axis].abs() < steps[axis]);
-    if determinant > 0.0 && is_near {
-        top
-    } else {
-        [0.0; 2]
-    }
+    if determinant > 0.0 && is_near { top } else { [0.0; 2] }
 }
 
 /// Principal curvatures, positive where the surface bends down.
@@ -156,10 +147,7 @@ mod tests {
         let height = |node: usize| {
             let [i, j] = grid.place(node);
             let [nodes_x, nodes_y] = grid.nodes();
-            let (x, y) = (
-                i as f64 / nodes_x as f64 - top[0],
-                j as f64 / nodes_y as f64 - top[1],
-            );
+            let (x, y) = (i as f64 / nodes_x as f64 - top[0], j as f64 / nodes_y as f64 - top[1]);
             let (u, v) = (cosine * x + sine * y, cosine * y - sine * x);
             -0.5 * (a * u * u + b * v * v)
         };

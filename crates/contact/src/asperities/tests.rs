@@ -8,10 +8,7 @@ use crate::solver::{HalfSpace, Stop};
 use crate::topography::random::{Amplitude, RandomSurface};
 use crate::topography::spectrum::Spectrum;
 
-const SETTINGS: Settings = Settings {
-    tolerance: 1e-12,
-    pair_limit: 500,
-};
+const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
 
 /// Spheres of curvature `bend` at some nodes, each as wide as it is the highest.
 fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
@@ -92,20 +89,13 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
     let solved_plane = solved.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64;
     let plane = plane(&model, &heights);
     // The contact is 21 nodes wide. The mesh displaces by a share of a step's slope: second order.
-    assert!(
-        (plane / solved_plane - 1.0).abs() < 4e-3,
-        "{plane} {solved_plane}"
-    );
+    assert!((plane / solved_plane - 1.0).abs() < 4e-3, "{plane} {solved_plane}");
     // Without its images the sphere would be this much deeper: ten times as far off.
     let images = 3.900_264_920_001_956 / PI * load;
     assert!(images > 0.02 * plane.abs(), "{images} {plane}");
     // Nodes are counted: first order in the mesh, a tenth of the edge's nodes.
     let area = solved.contact_nodes as f64 / grid.count() as f64;
-    assert!(
-        (model.area_fraction / area - 1.0).abs() < 0.05,
-        "{} {area}",
-        model.area_fraction
-    );
+    assert!((model.area_fraction / area - 1.0).abs() < 0.05, "{} {area}", model.area_fraction);
     let traced = model.outcome.contact_nodes as f64 / grid.count() as f64;
     assert!((traced / model.area_fraction - 1.0).abs() < 0.05);
 }
@@ -113,13 +103,7 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
 fn rough(nodes: usize, k_lower: u32, k_upper: u32) -> (Grid, Vec<f64>) {
     let grid = square(nodes, 1.0);
     let surface = RandomSurface {
-        spectrum: Spectrum {
-            hurst: 0.8,
-            k_lower,
-            k_rolloff: k_lower,
-            k_upper,
-            anisotropy: None,
-        },
+        spectrum: Spectrum { hurst: 0.8, k_lower, k_rolloff: k_lower, k_upper, anisotropy: None },
         amplitude: Amplitude::Gaussian,
         rms_slope: 1.0,
         seed: 3,
@@ -138,10 +122,7 @@ fn many_weak_contacts_feel_the_mean_field_alone() {
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     let gap = explicit.outcome.mean_gap / mean_field.outcome.mean_gap;
     assert!((gap - 1.0).abs() < 0.01, "{gap}");
-    assert_eq!(
-        mean_field.nominal_displacement,
-        explicit.nominal_displacement
-    );
+    assert_eq!(mean_field.nominal_displacement, explicit.nominal_displacement);
 }
 
 #[test]

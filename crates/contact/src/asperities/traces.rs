@@ -12,10 +12,7 @@ pub fn draw(grid: Grid, contacts: &[Contact], pressure: &mut [f64]) {
     for contact in contacts {
         let [major, minor] = contact.axes;
         let [cosine, sine] = contact.direction;
-        let half = [
-            (major * cosine).hypot(minor * sine),
-            (major * sine).hypot(minor * cosine),
-        ];
+        let half = [(major * cosine).hypot(minor * sine), (major * sine).hypot(minor * cosine)];
         let range = |axis: usize| {
             let low = ((contact.place[axis] - half[axis]) / steps[axis]).ceil() as isize;
             let high = ((contact.place[axis] + half[axis]) / steps[axis]).floor() as isize;

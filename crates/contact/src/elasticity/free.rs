@@ -69,11 +69,7 @@ impl FreeHalfSpace {
         let stiffness_nodes = std::array::from_fn(|axis| {
             with_margin(grid.nodes()[axis], (margin / steps[axis]).ceil() as usize)
         });
-        Self {
-            grid,
-            factors,
-            stiffness_nodes,
-        }
+        Self { grid, factors, stiffness_nodes }
     }
 }
 
@@ -104,11 +100,7 @@ fn displacement_beside_cell([x, y]: [f64; 2], [step_x, step_y]: [f64; 2]) -> f64
 /// s asinh(t/|s|) + t asinh(s/|t|): the digits that logarithms lose far away are kept.
 fn corner(s: f64, t: f64) -> f64 {
     let term = |s: f64, t: f64| {
-        if s == 0.0 {
-            0.0
-        } else {
-            s * libm::asinh(t / s.abs())
-        }
+        if s == 0.0 { 0.0 } else { s * libm::asinh(t / s.abs()) }
     };
     term(s, t) + term(t, s)
 }
@@ -201,14 +193,9 @@ mod tests {
 
     #[test]
     fn displacements_are_sums_over_cells_and_nothing_comes_around() {
-        for grid in [
-            square(1, 1.0),
-            square(8, 1.0),
-            rectangle([5, 12], [1.0, 3.0]),
-        ] {
-            let pressure: Vec<f64> = (0..grid.count())
-                .map(|node| libm::sin(7.0 + (node * node) as f64).abs())
-                .collect();
+        for grid in [square(1, 1.0), square(8, 1.0), rectangle([5, 12], [1.0, 3.0])] {
+            let pressure: Vec<f64> =
+                (0..grid.count()).map(|node| libm::sin(7.0 + (node * node) as f64).abs()).collect();
             let steps = grid.spacing().map(|step| step / grid.cell().longer_side());
             for (node, found) in sunk(grid, &pressure).into_iter().enumerate() {
                 let [i, j] = grid.place(node);
@@ -227,9 +214,8 @@ mod tests {
     #[test]
     fn all_cells_together_sink_as_much_as_each_does_under_all() {
         let grid = rectangle([5, 12], [1.0, 3.0]);
-        let pressure: Vec<f64> = (0..grid.count())
-            .map(|node| libm::sin(3.0 + (node * node) as f64).abs())
-            .collect();
+        let pressure: Vec<f64> =
+            (0..grid.count()).map(|node| libm::sin(3.0 + (node * node) as f64).abs()).collect();
         let together: f64 = sunk(grid, &pressure).iter().sum();
         let each = sunk(grid, &vec![1.0; grid.count()]);
         let sum: f64 = pressure.iter().zip(&each).map(|(p, sunk)| p * sunk).sum();

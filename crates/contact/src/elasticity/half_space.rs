@@ -166,10 +166,7 @@ mod tests {
             alone[0] = 1.0;
             let close = |found: f64, exact: f64| (found - exact).abs() <= 1e-14 * exact;
             let pressure = convolved(grid, &stiffness(&half_space), &alone);
-            assert!(close(
-                pressure[0],
-                half_space.nodal_stiffness(&Threads::one())
-            ));
+            assert!(close(pressure[0], half_space.nodal_stiffness(&Threads::one())));
             let sunk = convolved(grid, &displacement(&half_space), &alone);
             assert!(close(sunk[0], half_space.nodal_compliance(&Threads::one())));
         }

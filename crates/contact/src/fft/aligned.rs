@@ -19,11 +19,7 @@ impl<T: Real> Aligned<T> {
         let slack = LINE / size_of::<T>();
         let storage = vec![T::zero(); len + slack];
         let start = storage.as_ptr().align_offset(LINE).min(slack);
-        Self {
-            storage,
-            start,
-            len,
-        }
+        Self { storage, start, len }
     }
 }
 

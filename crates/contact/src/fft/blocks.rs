@@ -6,9 +6,7 @@ use crate::threads::{Crew, Threads};
 /// Cuts a pass at rows of so many nodes, from zero on, and leaves nothing.
 pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
     let firsts = firsts.iter().rev();
-    let mut parts: Vec<P> = firsts
-        .map(|&first| rows.split_off(Row::new(first, nodes)))
-        .collect();
+    let mut parts: Vec<P> = firsts.map(|&first| rows.split_off(Row::new(first, nodes))).collect();
     parts.reverse();
     parts
 }
@@ -22,11 +20,8 @@ pub fn cut_pairs<'p, T, P: Rows<T>>(
 ) -> (Vec<P>, Vec<&'p [usize]>) {
     let cuts = crew.cuts(pairs.len());
     let ends = cuts[1..].iter().copied().chain([pairs.len()]);
-    let blocks: Vec<&[usize]> = cuts
-        .iter()
-        .zip(ends)
-        .map(|(&first, end)| &pairs[first..end])
-        .collect();
+    let blocks: Vec<&[usize]> =
+        cuts.iter().zip(ends).map(|(&first, end)| &pairs[first..end]).collect();
     let firsts = blocks.iter().map(|pairs| 2 * pairs.first().unwrap_or(&0));
     let firsts: Vec<usize> = firsts.collect();
     (cut(rows, &firsts, nodes), blocks)
@@ -44,17 +39,12 @@ pub fn see_pairs<T: Real, P: Rows<T>>(
     let (parts, pairs) = cut_pairs(pass, pairs, &crew, row_nodes);
     let mut blocks: Vec<(P, &[usize])> = parts.into_iter().zip(pairs).collect();
     let new = || vec![T::zero(); row_nodes];
-    crew.each(
-        &mut Vec::new(),
-        new,
-        &mut blocks,
-        |values, (part, pairs)| {
-            let seen = pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]);
-            for row in seen.filter(|row| *row < rows) {
-                part.row(Row::new(row, row_nodes), values);
-            }
-        },
-    );
+    crew.each(&mut Vec::new(), new, &mut blocks, |values, (part, pairs)| {
+        let seen = pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]);
+        for row in seen.filter(|row| *row < rows) {
+            part.row(Row::new(row, row_nodes), values);
+        }
+    });
     for (part, _) in blocks {
         pass.append(part);
     }

@@ -97,9 +97,7 @@ impl<T: Real> HalfSpectrum<T> {
 
     /// A half spectrum's filled rows, and the others.
     fn split<'a>(&self, spectrum: &'a mut [Complex<T>]) -> [&'a mut [Complex<T>]; 2] {
-        spectrum
-            .split_at_mut(self.filled_rows * self.columns())
-            .into()
+        spectrum.split_at_mut(self.filled_rows * self.columns()).into()
     }
 
     fn row(&self, index: usize) -> Row {
@@ -107,10 +105,7 @@ impl<T: Real> HalfSpectrum<T> {
     }
 
     pub fn scratch(&self) -> Scratch<T> {
-        Scratch {
-            spectrum: Vec::new(),
-            buffers: Vec::new(),
-        }
+        Scratch { spectrum: Vec::new(), buffers: Vec::new() }
     }
 
     fn buffers(&self) -> Buffers<T> {
@@ -137,14 +132,7 @@ impl<T: Real> HalfSpectrum<T> {
     ) {
         let buffers = &mut scratch.buffers;
         let rows = &mut Source(field);
-        self.pass_over(
-            Held::Nothing,
-            Held::Spectra,
-            rows,
-            spectrum,
-            threads,
-            buffers,
-        );
+        self.pass_over(Held::Nothing, Held::Spectra, rows, spectrum, threads, buffers);
         self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
             self.column_forward.process_with_scratch(tile, butterflies);
         });
@@ -162,14 +150,7 @@ impl<T: Real> HalfSpectrum<T> {
             self.column_inverse.process_with_scratch(tile, butterflies);
         });
         let rows = &mut Sink(Band::of(field));
-        self.pass_over(
-            Held::Spectra,
-            Held::Nothing,
-            rows,
-            spectrum,
-            threads,
-            buffers,
-        );
+        self.pass_over(Held::Spectra, Held::Nothing, rows, spectrum, threads, buffers);
     }
 
     /// Goes over all rows that are not zero for certain, which may come from the half spectrum and may
@@ -239,11 +220,7 @@ impl<T: Real> HalfSpectrum<T> {
             || self.buffers(),
             &mut blocks,
             |buffers, (first, halves, rows)| {
-                let Buffers {
-                    row: values,
-                    butterflies,
-                    ..
-                } = buffers;
+                let Buffers { row: values, butterflies, .. } = buffers;
                 for (row, half) in (*first..).zip(halves.chunks_exact_mut(self.columns())) {
                     match from {
                         Held::Nothing => (),

@@ -128,10 +128,7 @@ impl<T: Real> Packed<T> {
 
     /// Nothing yet: the first convolution makes room.
     pub fn scratch(&self) -> Scratch<T> {
-        Scratch {
-            tiles: Aligned::zeros(0),
-            buffers: Vec::new(),
-        }
+        Scratch { tiles: Aligned::zeros(0), buffers: Vec::new() }
     }
 
     /// Numbers in all tiles.
@@ -177,11 +174,8 @@ impl<T: Real> Packed<T> {
             || self.buffers(),
             &mut pairs,
             |buffers, pair| {
-                let work = columns::Convolve {
-                    columns: &self.columns,
-                    pair,
-                    spare: &mut buffers.spare,
-                };
+                let work =
+                    columns::Convolve { columns: &self.columns, pair, spare: &mut buffers.spare };
                 T::vectorize(self.instructions, work);
             },
         );
@@ -240,11 +234,8 @@ impl<T: Real> Packed<T> {
     /// Cuts all tiles at these rows.
     fn cut_tiles<'a>(&self, tiles: &'a mut [T], firsts: &[usize]) -> Vec<Shares<'a, T>> {
         let ends = firsts[1..].iter().chain([&self.filled_rows]);
-        let lengths: Vec<usize> = firsts
-            .iter()
-            .zip(ends)
-            .map(|(first, end)| (end - first) / 2 * T::LANES)
-            .collect();
+        let lengths: Vec<usize> =
+            firsts.iter().zip(ends).map(|(first, end)| (end - first) / 2 * T::LANES).collect();
         let count = self.nodes[1] / T::LANES;
         let mut shares: Vec<_> = firsts.iter().map(|_| Vec::with_capacity(count)).collect();
         for tile in tiles.chunks_exact_mut(self.tile_len()) {
@@ -271,9 +262,8 @@ impl<T: Real> Packed<T> {
         let Scratch { tiles, buffers } = scratch;
         let tiles: &[T] = bytemuck::cast_slice(tiles);
         let tiles = tiles[..self.tiles_len()].chunks_exact(self.tile_len());
-        let tiles: Vec<[&[T]; 2]> = tiles
-            .map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into())
-            .collect();
+        let tiles: Vec<[&[T]; 2]> =
+            tiles.map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into()).collect();
         let crew = threads.crew(2 * pairs.len() * nodes_y);
         let (parts, pairs) = cut_pairs(rows, pairs, &crew, nodes_y);
         let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();

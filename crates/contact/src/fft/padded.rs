@@ -25,10 +25,7 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
     fn split_off(&mut self, row: Row) -> Self {
         let [rows, row_nodes] = self.nodes;
         let row = Row::new(row.index().min(rows), row_nodes);
-        Self {
-            nodes: self.nodes,
-            rows: self.rows.split_off(row),
-        }
+        Self { nodes: self.nodes, rows: self.rows.split_off(row) }
     }
 
     fn append(&mut self, later: Self) {
@@ -42,10 +39,7 @@ pub fn in_corner<T: Real, P: Rows<T>>(
     rows: &mut P,
     see: impl FnOnce(&mut Padded<P>),
 ) {
-    let mut padded = Padded {
-        nodes,
-        rows: rows.split_off(Row::new(0, nodes[1])),
-    };
+    let mut padded = Padded { nodes, rows: rows.split_off(Row::new(0, nodes[1])) };
     see(&mut padded);
     rows.append(padded.rows);
 }

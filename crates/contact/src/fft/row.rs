@@ -51,10 +51,7 @@ pub struct Band<'a, V> {
 impl<'a, V> Band<'a, V> {
     /// All rows of a map.
     pub fn of(map: &'a mut [V]) -> Self {
-        Self {
-            first: 0,
-            values: map,
-        }
+        Self { first: 0, values: map }
     }
 
     /// Row of the map, one of these.
@@ -68,10 +65,7 @@ impl<'a, V> Band<'a, V> {
         let own = (row.index - self.first) * row.nodes;
         let (own, others) = std::mem::take(&mut self.values).split_at_mut(own);
         self.values = own;
-        Self {
-            first: row.index,
-            values: others,
-        }
+        Self { first: row.index, values: others }
     }
 }
 

@@ -25,9 +25,7 @@ const MESHES: [[usize; 2]; 13] = [
 fn map(nodes: [usize; 2]) -> Vec<f64> {
     let mut state = 12345_u64;
     let mut draw = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
     (0..nodes[0] * nodes[1]).map(|_| draw()).collect()
@@ -60,10 +58,7 @@ fn forward_is_the_fourier_sum() {
         transform.forward(&map, &mut spectrum, &mut transform.scratch());
         for (fast, slow) in spectrum.iter().zip(naive(&map, nodes)) {
             // The naive sum itself rounds N² terms of order one.
-            assert!(
-                (fast - slow).norm() < 1e-12,
-                "{nodes:?}: {fast} against {slow}"
-            );
+            assert!((fast - slow).norm() < 1e-12, "{nodes:?}: {fast} against {slow}");
         }
     }
 }
@@ -100,10 +95,7 @@ fn power_is_the_same_in_space_and_in_the_spectrum() {
             .sum();
         let in_space: f64 = map.iter().map(|value| value * value).sum();
         let in_spectrum = power / map.len() as f64;
-        assert!(
-            (in_space - in_spectrum).abs() < 1e-13 * in_space,
-            "{nodes:?}"
-        );
+        assert!((in_space - in_spectrum).abs() < 1e-13 * in_space, "{nodes:?}");
     }
 }
 
@@ -182,14 +174,8 @@ fn convolution_is_forward_times_kernel_then_inverse() {
     let squares = [60, 64, 96, 112, 160, 176, 240, 288].map(|nodes| [nodes; 2]);
     let rectangles = [[32, 240], [240, 32], [64, 48], [96, 64], [64, 50]];
     for nodes in MESHES.into_iter().chain(squares).chain(rectangles) {
-        assert!(
-            convolution_error::<f64>(nodes) < DOUBLE_ROUNDING,
-            "{nodes:?}"
-        );
-        assert!(
-            convolution_error::<f32>(nodes) < SINGLE_ROUNDING,
-            "{nodes:?}"
-        );
+        assert!(convolution_error::<f64>(nodes) < DOUBLE_ROUNDING, "{nodes:?}");
+        assert!(convolution_error::<f32>(nodes) < SINGLE_ROUNDING, "{nodes:?}");
     }
 }
 
@@ -197,14 +183,7 @@ fn convolution_is_forward_times_kernel_then_inverse() {
 fn every_instruction_set_convolves_to_the_same_bits() {
     // One block, blocks by 2, 3, 4, 5 and 8, and several stages.
     let squares = [32, 64, 96, 128, 160, 256, 480, 512].map(|nodes| [nodes; 2]);
-    let rectangles = [
-        [32, 16],
-        [64, 16],
-        [32, 512],
-        [512, 32],
-        [160, 96],
-        [96, 240],
-    ];
+    let rectangles = [[32, 16], [64, 16], [32, 512], [512, 32], [160, 96], [96, 240]];
     for nodes in squares.into_iter().chain(rectangles) {
         same_bits::<f64>(nodes, DOUBLE_ROUNDING);
         same_bits::<f32>(nodes, SINGLE_ROUNDING);
@@ -226,29 +205,15 @@ fn same_bits<T: Real>(nodes: [usize; 2], rounding: f64) {
 fn meshes_of_other_factors_are_left_to_rustfft() {
     for instructions in Instructions::all() {
         let squares = [1, 2, 6, 31, 100, 7 * 32, 11 * 64].map(|nodes| [nodes; 2]);
-        for nodes in squares
-            .into_iter()
-            .chain([[64, 36], [40, 64], [7 * 32, 64]])
-        {
-            assert!(
-                Packed::<f32>::new(nodes[0], nodes, instructions).is_none(),
-                "{nodes:?}"
-            );
+        for nodes in squares.into_iter().chain([[64, 36], [40, 64], [7 * 32, 64]]) {
+            assert!(Packed::<f32>::new(nodes[0], nodes, instructions).is_none(), "{nodes:?}");
         }
     }
 }
 
 /// Meshes of either way to convolve.
-const EITHER_WAY: [[usize; 2]; 8] = [
-    [1, 1],
-    [7, 7],
-    [36, 36],
-    [64, 64],
-    [480, 480],
-    [5, 36],
-    [96, 32],
-    [32, 160],
-];
+const EITHER_WAY: [[usize; 2]; 8] =
+    [[1, 1], [7, 7], [36, 36], [64, 64], [480, 480], [5, 36], [96, 32], [32, 160]];
 
 /// Meshes of either way that are large enough to be shared among three threads.
 const SHARED: [[usize; 2]; 4] = [[640, 640], [700, 601], [832, 480], [1, 500_000]];
@@ -290,14 +255,8 @@ fn any_number_of_threads_has_the_same_bits() {
         let double = bits_on::<f64>(&Threads::one(), nodes);
         for count in [2, 3, 8] {
             let threads = threads(count);
-            assert!(
-                bits_on::<f32>(&threads, nodes) == single,
-                "{count}, {nodes:?}"
-            );
-            assert!(
-                bits_on::<f64>(&threads, nodes) == double,
-                "{count}, {nodes:?}"
-            );
+            assert!(bits_on::<f32>(&threads, nodes) == single, "{count}, {nodes:?}");
+            assert!(bits_on::<f64>(&threads, nodes) == double, "{count}, {nodes:?}");
         }
     }
 }
@@ -383,10 +342,7 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
         }
 
         fn split_off(&mut self, _: Row) -> Self {
-            Self {
-                map: self.map,
-                rows: Vec::new(),
-            }
+            Self { map: self.map, rows: Vec::new() }
         }
 
         fn append(&mut self, later: Self) {
@@ -401,10 +357,7 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
         transform.convolve(&kernel, field, &mut convolved, &mut scratch);
         transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        let mut seen = Seen {
-            map: &convolved,
-            rows: Vec::new(),
-        };
+        let mut seen = Seen { map: &convolved, rows: Vec::new() };
         let pairs = Vec::from_iter(0..nodes[0].div_ceil(2));
         transform.peek(&pairs, &mut seen, &mut scratch);
         assert_eq!(seen.rows, Vec::from_iter(0..nodes[0]));
@@ -470,10 +423,7 @@ fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
         let out = &mut convolved;
         transform.finish(&mut Sink(Band::of(out)), &mut scratch);
         let work: f64 = field.iter().zip(&convolved).map(|(a, b)| a * b).sum();
-        assert!(
-            (told - work).abs() < 1e-13 * work,
-            "{nodes:?}: {told}, {work}"
-        );
+        assert!((told - work).abs() < 1e-13 * work, "{nodes:?}: {told}, {work}");
     }
 }
 

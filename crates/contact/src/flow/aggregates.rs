@@ -34,10 +34,7 @@ impl Coarser {
 
     fn pairs(graph: &Graph) -> Coarser {
         let (aggregates, count) = aggregates(graph);
-        Coarser {
-            graph: merged(graph, &aggregates, count),
-            aggregates,
-        }
+        Coarser { graph: merged(graph, &aggregates, count), aggregates }
     }
 }
 
@@ -117,9 +114,7 @@ fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {
     };
     let grounds = graph.grounds().iter();
     let grounds = grounds.map(|&(node, conductance)| (aggregates[node as usize], conductance));
-    let grounds = grounds
-        .filter(|(aggregate, _)| *aggregate != NONE)
-        .collect();
+    let grounds = grounds.filter(|(aggregate, _)| *aggregate != NONE).collect();
     let separate = Graph::of(count, Vec::new(), between);
     let mut merged: Vec<(u32, u32, f64)> = Vec::with_capacity(count * 3);
     let mut places = vec![NONE; count];

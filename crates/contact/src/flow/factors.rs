@@ -70,13 +70,7 @@ mod tests {
 
     #[test]
     fn potentials_make_the_currents_that_were_given() {
-        let links = [
-            (0, 1, 1.0),
-            (1, 2, 1e-6),
-            (2, 3, 5.0),
-            (0, 3, 1e-9),
-            (1, 3, 0.3),
-        ];
+        let links = [(0, 1, 1.0), (1, 2, 1e-6), (2, 3, 5.0), (0, 3, 1e-9), (1, 3, 0.3)];
         let graph = Graph::of(4, vec![(2, 2.0)], || links.into_iter());
         let currents = [[1.0, 0.0], [-2.0, 0.5], [0.0, 0.25], [1.0, -0.75]];
         let mut potentials = [[0.0; 2]; 4];

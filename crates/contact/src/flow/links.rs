@@ -29,11 +29,8 @@ impl Links {
         let cubed = |gap: &f64| (gap.max(0.0) / unit).powi(3);
         let cubed: Vec<f64> = gap.iter().map(cubed).collect();
         let [step_x, step_y] = grid.spacing();
-        let mut links = Links {
-            nodes: grid.nodes(),
-            conductances: [Vec::new(), Vec::new()],
-            seams: [0; 2],
-        };
+        let mut links =
+            Links { nodes: grid.nodes(), conductances: [Vec::new(), Vec::new()], seams: [0; 2] };
         for (axis, aspect) in [step_y / step_x, step_x / step_y].into_iter().enumerate() {
             let conductance =
                 |node| aspect * harmonic_mean(cubed[node], cubed[links.next(node, axis)]);

@@ -51,10 +51,7 @@ impl Multigrid {
         let mut levels = Vec::new();
         let mut graph = graph;
         while graph.count() > DIRECT {
-            let Coarser {
-                graph: coarser,
-                aggregates,
-            } = Coarser::of(&graph);
+            let Coarser { graph: coarser, aggregates } = Coarser::of(&graph);
             levels.push(Level::new(graph, aggregates, None));
             graph = coarser;
         }
@@ -110,13 +107,7 @@ impl Level {
 /// Sweep, correction by the coarser graph, sweep: potentials of the first level from its currents.
 fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let (level, coarser) = levels.split_first_mut().expect("there is a level");
-    let Level {
-        graph,
-        currents,
-        potentials,
-        work,
-        ..
-    } = level;
+    let Level { graph, currents, potentials, work, .. } = level;
     if let Some(factors) = &level.factors {
         factors.solve(currents, potentials);
         return Some(());
@@ -165,17 +156,10 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
         let step = search.turn(&level.graph, &level.potentials, &level.currents);
         add(&mut level.solution, step.length, &search.direction);
         gained = [0, 1].map(|of| gained[of] + step.gain[of]);
-        if [0, 1]
-            .iter()
-            .all(|&of| step.gain[of] <= ENOUGH * gained[of])
-        {
+        if [0, 1].iter().all(|&of| step.gain[of] <= ENOUGH * gained[of]) {
             break;
         }
-        add(
-            &mut level.currents,
-            step.length.map(|length| -length),
-            &search.image,
-        );
+        add(&mut level.currents, step.length.map(|length| -length), &search.image);
     }
     Some(())
 }

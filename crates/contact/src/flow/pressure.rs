@@ -52,11 +52,7 @@ pub fn conductances(
         multigrid.precondition(&surplus, is_interrupted)?;
         let step = search.turn(multigrid.graph(), multigrid.potentials(), &surplus);
         add(&mut pressures, step.length, &search.direction);
-        add(
-            &mut surplus,
-            step.length.map(|length| -length),
-            &search.image,
-        );
+        add(&mut surplus, step.length.map(|length| -length), &search.image);
         dissipation = [0, 1].map(|axis| dissipation[axis] - step.gain[axis]);
         let is_slow = |dissipation: Pair| {
             let mut axes = [0, 1].into_iter();
@@ -103,13 +99,7 @@ impl Film<'_> {
             if let Some(axis) = seam {
                 fall[axis] += 1.0;
             }
-            Passage {
-                conductance: link.conductance,
-                from,
-                to,
-                fall,
-                seam,
-            }
+            Passage { conductance: link.conductance, from, to, fall, seam }
         })
     }
 

@@ -46,10 +46,7 @@ impl Search {
         self.curvature = dot(&self.direction, &self.image);
         let along = dot(&self.direction, left);
         let length = [0, 1].map(|of| ratio(along[of], self.curvature[of]));
-        Step {
-            length,
-            gain: [0, 1].map(|of| length[of] * length[of] * self.curvature[of]),
-        }
+        Step { length, gain: [0, 1].map(|of| length[of] * length[of] * self.curvature[of]) }
     }
 }
 
@@ -68,7 +65,5 @@ fn ratio(of: f64, to: f64) -> f64 {
 /// The sums of products, in order.
 fn dot(one: &[Pair], other: &[Pair]) -> Pair {
     let pairs = one.iter().zip(other);
-    pairs.fold([0.0; 2], |sum, (one, other)| {
-        [0, 1].map(|of| sum[of] + one[of] * other[of])
-    })
+    pairs.fold([0.0; 2], |sum, (one, other)| [0, 1].map(|of| sum[of] + one[of] * other[of]))
 }

@@ -149,11 +149,7 @@ fn something_flows_where_the_gap_percolates_and_nowhere_else() {
             let grid = rectangle(nodes, [1.0, 2.0]);
             let found = conductivities(grid, |i, j| f64::from(!map.get(i, j)));
             let flows = found.map(|conductivity| conductivity > 0.0);
-            assert_eq!(
-                flows,
-                [clusters.around_x, clusters.around_y],
-                "{nodes:?} {share}"
-            );
+            assert_eq!(flows, [clusters.around_x, clusters.around_y], "{nodes:?} {share}");
         }
     }
 }

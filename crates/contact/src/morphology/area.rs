@@ -135,11 +135,7 @@ struct Row {
 impl Row {
     fn of(map: &ContactMap, i: usize) -> Self {
         let empty = vec![0; map.row_words()];
-        let mut row = Self {
-            bits: empty.clone(),
-            next: empty.clone(),
-            solid: empty,
-        };
+        let mut row = Self { bits: empty.clone(), next: empty.clone(), solid: empty };
         row.read(map, i);
         row
     }
@@ -189,9 +185,8 @@ mod tests {
             Boundary::Free => index.saturating_sub(1).min(nodes - 1),
         };
         let at = |i: usize, j: usize| map.get(inside(i, rows), inside(j, row_nodes));
-        let all: Vec<_> = (0..rows)
-            .flat_map(|i| (0..row_nodes).map(move |j| (i + 1, j + 1)))
-            .collect();
+        let all: Vec<_> =
+            (0..rows).flat_map(|i| (0..row_nodes).map(move |j| (i + 1, j + 1))).collect();
         let among =
             |test: &dyn Fn(usize, usize) -> bool| all.iter().filter(|(i, j)| test(*i, *j)).count();
         let nearest = [(0, 1), (2, 1), (1, 0), (1, 2)];
@@ -264,10 +259,7 @@ mod tests {
         let grid = grids::rectangle([20, 10], [2.0, 2.0]);
         let contact = map([20, 10], |i, j| i < 4 && j < 3);
         let area = ContactArea::of(&contact);
-        assert_eq!(
-            (area.switches_along_rows, area.switches_along_columns),
-            (8, 6)
-        );
+        assert_eq!((area.switches_along_rows, area.switches_along_columns), (8, 6));
         let [along_x, along_y] = [4.0 * 0.1, 3.0 * 0.2];
         let perimeter = area.manhattan_perimeter(grid);
         assert!((perimeter - 2.0 * (along_x + along_y)).abs() < 1e-15);

@@ -108,11 +108,7 @@ impl Joined {
                 ];
             }
         }
-        Joined {
-            runs,
-            row_ends,
-            forest,
-        }
+        Joined { runs, row_ends, forest }
     }
 
     /// The runs of a row.
@@ -253,9 +249,7 @@ impl Forest {
 
     fn clusters(&self) -> Clusters {
         let is_root = |&run: &usize| self.parent[run] as usize == run;
-        let sizes = (0..self.parent.len())
-            .filter(is_root)
-            .map(|run| self.size[run]);
+        let sizes = (0..self.parent.len()).filter(is_root).map(|run| self.size[run]);
         Clusters {
             count: sizes.clone().count(),
             largest: sizes.max().unwrap_or(0),
@@ -284,12 +278,7 @@ mod tests {
     }
 
     fn of(count: usize, largest: usize, around_x: bool, around_y: bool) -> Clusters {
-        Clusters {
-            count,
-            largest,
-            around_x,
-            around_y,
-        }
+        Clusters { count, largest, around_x, around_y }
     }
 
     /// Node by node: floods each cluster over the copies of the cell, where a node that is met
@@ -311,12 +300,7 @@ mod tests {
             let mut met = [false; 4];
             while let Some((x, y)) = open.pop() {
                 size += 1;
-                let edges = [
-                    x == 0,
-                    x + 1 == rows as i64,
-                    y == 0,
-                    y + 1 == row_nodes as i64,
-                ];
+                let edges = [x == 0, x + 1 == rows as i64, y == 0, y + 1 == row_nodes as i64];
                 met = [0, 1, 2, 3].map(|edge| met[edge] || edges[edge]);
                 for (x, y) in [(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)] {
                     let (i, j) = (wrap(x, rows), wrap(y, row_nodes));
@@ -406,14 +390,8 @@ mod tests {
     fn stripes_go_around_along_themselves_and_seal_across() {
         let along_y = of(5, 2 * 100, false, true);
         assert_eq!(clusters(100, |i, _| i % 20 < 2)[0], along_y);
-        assert_eq!(
-            clusters(100, |i, _| i % 20 < 2)[1],
-            of(5, 18 * 100, false, true)
-        );
-        assert_eq!(
-            clusters(100, |_, j| j % 20 < 2)[0],
-            of(5, 2 * 100, true, false)
-        );
+        assert_eq!(clusters(100, |i, _| i % 20 < 2)[1], of(5, 18 * 100, false, true));
+        assert_eq!(clusters(100, |_, j| j % 20 < 2)[0], of(5, 2 * 100, true, false));
     }
 
     #[test]

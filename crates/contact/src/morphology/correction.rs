@@ -90,21 +90,15 @@ mod tests {
             let (sine, cosine) = (PI * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
             // Centres anywhere within a node.
             let shift = |golden: f64| (golden * f64::from(direction + 1)).fract();
-            let centre = [
-                0.5 + step_x * shift(0.618_034),
-                0.5 + step_y * shift(0.414_214),
-            ];
+            let centre = [0.5 + step_x * shift(0.618_034), 0.5 + step_y * shift(0.414_214)];
             let contact = map(nodes, |i, j| {
                 let [x, y] = [i as f64 * step_x - centre[0], j as f64 * step_y - centre[1]];
                 let [along, across] = [cosine * x + sine * y, cosine * y - sine * x];
                 (along / AXES[0]).hypot(across / AXES[1]) < 1.0
             });
             let area = ContactArea::of(&contact);
-            let found = [
-                area.euclidean_perimeter(grid),
-                area.fraction(),
-                area.switches() as f64 * node,
-            ];
+            let found =
+                [area.euclidean_perimeter(grid), area.fraction(), area.switches() as f64 * node];
             for (sum, value) in sums.iter_mut().zip(found) {
                 *sum += value / f64::from(DIRECTIONS);
             }
@@ -137,11 +131,7 @@ mod tests {
     }
 
     fn counted(contact_nodes: usize, switches: usize) -> CountedArea {
-        CountedArea {
-            nodes: 64 * 64,
-            contact_nodes,
-            switches,
-        }
+        CountedArea { nodes: 64 * 64, contact_nodes, switches }
     }
 
     #[test]

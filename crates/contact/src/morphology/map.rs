@@ -34,11 +34,7 @@ pub struct ContactMap {
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapError {
     #[error("a contact map of {} × {} nodes has {needed} bytes, not {found}", nodes[0], nodes[1])]
-    Length {
-        nodes: [usize; 2],
-        needed: usize,
-        found: usize,
-    },
+    Length { nodes: [usize; 2], needed: usize, found: usize },
     #[error("a contact map needs at least one node per side and fewer than 2³², not {side}")]
     Nodes { side: usize },
     #[error("a contact map of {} × {} nodes has bits set past its last node", nodes[0], nodes[1])]
@@ -65,11 +61,7 @@ impl ContactMap {
             }
         };
         crew.each(&mut Vec::new(), || (), &mut blocks, fill);
-        Self {
-            nodes,
-            boundary: Boundary::Periodic,
-            words,
-        }
+        Self { nodes, boundary: Boundary::Periodic, words }
     }
 
     /// The map of ⌈N_x N_y/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
@@ -80,11 +72,7 @@ impl ContactMap {
         }
         let (needed, found) = (byte_count(nodes), bytes.len());
         if needed != found {
-            return Err(MapError::Length {
-                nodes,
-                needed,
-                found,
-            });
+            return Err(MapError::Length { nodes, needed, found });
         }
         let word = |bytes: &[u8]| {
             let byte = |(index, byte): (usize, &u8)| u64::from(*byte) << (8 * index);
@@ -95,11 +83,7 @@ impl ContactMap {
         if bits != 0 && words.last().is_some_and(|last| last >> bits != 0) {
             return Err(MapError::StrayBits { nodes });
         }
-        Ok(Self {
-            nodes,
-            boundary: Boundary::Periodic,
-            words,
-        })
+        Ok(Self { nodes, boundary: Boundary::Periodic, words })
     }
 
     /// The same map with other surroundings. Where there is nothing, nodes at an edge have no
@@ -212,9 +196,7 @@ pub(crate) mod samples {
     /// A map of independent nodes, of which `share` are in contact.
     pub fn random(nodes: [usize; 2], share: f64) -> ContactMap {
         let draws = crate::topography::draw::Draws::new(5, nodes[1] as u32);
-        map(nodes, |i, j| {
-            (-draws.mode(i as i32, j as u32).power()).exp() < share
-        })
+        map(nodes, |i, j| (-draws.mode(i as i32, j as u32).power()).exp() < share)
     }
 }
 
@@ -262,10 +244,7 @@ mod tests {
     #[test]
     fn bytes_of_another_mesh_are_refused() {
         let error = ContactMap::from_bytes([3, 3], &[0; 3]).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "a contact map of 3 × 3 nodes has 2 bytes, not 3"
-        );
+        assert_eq!(error.to_string(), "a contact map of 3 × 3 nodes has 2 bytes, not 3");
         let stray = ContactMap::from_bytes([3, 3], &[0, 0b10]);
         assert_eq!(stray, Err(MapError::StrayBits { nodes: [3, 3] }));
         for side in [0, usize::MAX] {

@@ -81,19 +81,12 @@ impl ActiveBand<'_> {
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> GroupsOfRow<'_> {
         let row = Row::new(row.index(), self.row_groups);
-        GroupsOfRow {
-            active: self.active.row(row),
-            free: self.free.row(row),
-        }
+        GroupsOfRow { active: self.active.row(row), free: self.free.row(row) }
     }
 
     pub fn split_off(&mut self, row: Row) -> Self {
         let row = Row::new(row.index(), self.row_groups);
-        Self {
-            active: self.active.split_off(row),
-            free: self.free.split_off(row),
-            ..*self
-        }
+        Self { active: self.active.split_off(row), free: self.free.split_off(row), ..*self }
     }
 }
 
@@ -109,11 +102,7 @@ mod tests {
     fn pressure_is_in_active_groups_alone() {
         // Strips of contact along y, and along x, where rows end with nine nodes of no group.
         let grid = rectangle([96, 153], [1.0, 1.0]);
-        let waves = Shape::Wave {
-            amplitude: 0.1,
-            waves: 2,
-        }
-        .draw(grid);
+        let waves = Shape::Wave { amplitude: 0.1, waves: 2 }.draw(grid);
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), waves.heights());
         solver.press(0.01, &Settings::default(), &|| false);
         let mut counts = [0; 2];
@@ -131,16 +120,9 @@ mod tests {
     #[test]
     fn all_groups_of_a_fine_search_stay_active() {
         let grid = square(64, 1.0);
-        let wave = Shape::Wave {
-            amplitude: 0.1,
-            waves: 1,
-        }
-        .draw(grid);
+        let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
-        let settings = Settings {
-            tolerance: 1e-8,
-            ..Settings::default()
-        };
+        let settings = Settings { tolerance: 1e-8, ..Settings::default() };
         solver.press(0.01, &settings, &|| false);
         assert!(solver.search.active.active.iter().all(|active| *active));
         assert!(solver.search.active.free.iter().any(|free| !free));

@@ -33,17 +33,10 @@ impl Solver {
     /// own gap: of 31 such nodes under twenty loads of two surfaces, 27 are in contact in a solution
     /// with a residual of 1e-10.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
-        let decision = Decision {
-            compliance: self.search.nodal_compliance,
-            offset,
-        };
+        let decision = Decision { compliance: self.search.nodal_compliance, offset };
         let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
-        let mut changes = Changes {
-            decision,
-            gap: &self.search.gap,
-            nodes: 0.0,
-            pressure: InOrder::new(),
-        };
+        let mut changes =
+            Changes { decision, gap: &self.search.gap, nodes: 0.0, pressure: InOrder::new() };
         over_rows(threads, &mut self.pressure, row_nodes, &mut changes);
         let total = self.search.load * self.pressure.len() as f64;
         let elastic = match self.search.bound {
@@ -53,10 +46,7 @@ impl Solver {
         if changes.nodes == 0.0 || changes.pressure.total() > LARGEST_CHANGE * elastic {
             return false;
         }
-        let mut decide = Decide {
-            decision,
-            gap: &self.search.gap,
-        };
+        let mut decide = Decide { decision, gap: &self.search.gap };
         over_rows(threads, &mut self.pressure, row_nodes, &mut decide);
         self.impose_load();
         true
@@ -103,11 +93,7 @@ impl Pass<f64> for Changes<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            nodes: 0.0,
-            pressure: InOrder::new(),
-            ..*self
-        }
+        Self { nodes: 0.0, pressure: InOrder::new(), ..*self }
     }
 
     fn append(&mut self, later: Self) {
@@ -152,10 +138,7 @@ mod tests {
         let heights = rough(256, 4);
         let press = |tolerance: f64| {
             let mut solver = solver(256, &heights);
-            let settings = Settings {
-                tolerance,
-                ..Settings::default()
-            };
+            let settings = Settings { tolerance, ..Settings::default() };
             let outcome = solver.press(0.2, &settings, &|| false);
             assert_eq!(outcome.stop, Stop::Converged);
             solver

@@ -28,10 +28,7 @@ pub struct Balance {
 
 impl Balance {
     pub fn seen(seen: &Seen, sum: f64, offset: f64) -> Self {
-        Self {
-            sum,
-            free_offset: offset + seen.free_sum / seen.free_nodes.max(1.0),
-        }
+        Self { sum, free_offset: offset + seen.free_sum / seen.free_nodes.max(1.0) }
     }
 }
 
@@ -52,12 +49,9 @@ impl Search {
         rows: usize,
     ) -> Option<f64> {
         let hardness = self.bound?;
-        self.asking
-            .follow(step as f32, share as f32, &self.last_moves);
+        self.asking.follow(step as f32, share as f32, &self.last_moves);
         let part = rows as f64 / self.nodes[0] as f64;
-        let shift = self
-            .asking
-            .shift(part * lacked, hardness.pressure() as f32)?;
+        let shift = self.asking.shift(part * lacked, hardness.pressure() as f32)?;
         Some(-shift / step)
     }
 
@@ -113,10 +107,7 @@ impl Solver {
         for pair in pairs {
             let first = 2 * pair * self.search.nodes[1];
             let last = self.pressure.len().min(first + 2 * self.search.nodes[1]);
-            for (p, gap) in self.pressure[first..last]
-                .iter()
-                .zip(&self.search.gap[first..last])
-            {
+            for (p, gap) in self.pressure[first..last].iter().zip(&self.search.gap[first..last]) {
                 let above = f64::from(*gap) - offset;
                 let may_change = match *p {
                     0.0 => above < error,

@@ -21,10 +21,7 @@ impl CentredHeights {
     pub fn of(threads: &Threads, heights: &[f64], row_nodes: usize) -> Self {
         let cells = heights.len();
         let (mut own, mut single_heights) = (vec![0.0; cells], vec![0.0; cells]);
-        let mut copy = CopyAndSum {
-            heights,
-            sum: InOrder::new(),
-        };
+        let mut copy = CopyAndSum { heights, sum: InOrder::new() };
         over_rows(threads, &mut own, row_nodes, &mut copy);
         let mut centre = Centre {
             mean: copy.sum.total() / cells as f64,
@@ -33,12 +30,7 @@ impl CentredHeights {
         };
         over_rows(threads, &mut own, row_nodes, &mut centre);
         let [lowest, highest] = centre.seen.found();
-        Self {
-            heights: own,
-            single_heights,
-            lowest,
-            highest,
-        }
+        Self { heights: own, single_heights, lowest, highest }
     }
 }
 
@@ -55,10 +47,7 @@ impl Pass<f64> for CopyAndSum<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            sum: InOrder::new(),
-            ..*self
-        }
+        Self { sum: InOrder::new(), ..*self }
     }
 
     fn append(&mut self, later: Self) {
@@ -83,11 +72,7 @@ impl Pass<f64> for Centre<'_> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            single_heights: self.single_heights.split_off(row),
-            seen: RangeSoFar::NONE,
-            ..*self
-        }
+        Self { single_heights: self.single_heights.split_off(row), seen: RangeSoFar::NONE, ..*self }
     }
 
     fn append(&mut self, later: Self) {

@@ -39,10 +39,7 @@ impl CoarseContact {
 
     /// The map s p − g.
     pub fn map(&self) -> CoarseMap<'_> {
-        CoarseMap {
-            values: &self.pressure_less_gap,
-            nodes: self.nodes,
-        }
+        CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
     }
 
     /// Transform pairs in those of the next finer mesh.
@@ -53,8 +50,7 @@ impl CoarseContact {
     /// Has no pressure anywhere.
     pub fn lose(&mut self) {
         self.pressure_less_gap.clear();
-        self.pressure_less_gap
-            .resize(self.nodes[0] * self.nodes[1], 0.0);
+        self.pressure_less_gap.resize(self.nodes[0] * self.nodes[1], 0.0);
         self.peak_pressure = 0.0;
     }
 

@@ -59,17 +59,9 @@ const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 pub enum End {
     /// At a residual that is low enough, or will not be lower without a new start: with this still to be done to
     /// pressures, and gaps in contact about as high as the offset.
-    Residual {
-        pending: PendingUpdate,
-        offset: f64,
-        is_reached: bool,
-    },
+    Residual { pending: PendingUpdate, offset: f64, is_reached: bool },
     /// At a move, made from this offset, that is expected to lead to such a residual; its gap is not known.
-    Move {
-        line: LineSearch,
-        balance: Option<Balance>,
-        offset: f64,
-    },
+    Move { line: LineSearch, balance: Option<Balance>, offset: f64 },
 }
 
 /// Where iterations are to lead.
@@ -91,19 +83,10 @@ impl Solver {
         tolerance: f64,
         stop: &dyn Fn(u32) -> bool,
     ) -> Evaluation {
-        let goal = Goal {
-            residual: tolerance,
-            is_evaluated: true,
-        };
+        let goal = Goal { residual: tolerance, is_evaluated: true };
         match self.search.iterate(history, start, goal, stop) {
-            End::Residual {
-                pending, offset, ..
-            } => self.settle(pending, offset),
-            End::Move {
-                line,
-                balance,
-                offset,
-            } => match (self.search.bound, &balance) {
+            End::Residual { pending, offset, .. } => self.settle(pending, offset),
+            End::Move { line, balance, offset } => match (self.search.bound, &balance) {
                 (Some(hardness), Some(balance)) => {
                     self.evaluate_yielding_move(history, &line, hardness, balance, offset)
                 }
@@ -123,11 +106,7 @@ impl Search {
         stop: &dyn Fn(u32) -> bool,
     ) -> End {
         let total = self.load * self.cells() as f64;
-        let Start {
-            mut standing,
-            base_sum,
-            mut balance,
-        } = start;
+        let Start { mut standing, base_sum, mut balance } = start;
         let expected_reduction = match self.bound {
             None => EXPECTED_REDUCTION,
             Some(_) => EXPECTED_REDUCTION_OF_STRIPS,
@@ -178,11 +157,7 @@ impl Search {
                 };
             }
             if is_last {
-                return End::Move {
-                    line,
-                    balance,
-                    offset: standing.offset,
-                };
+                return End::Move { line, balance, offset: standing.offset };
             }
             let before = standing;
             let (next, free_offset, made) = self.follow(history, &line, standing);
@@ -222,17 +197,12 @@ impl Search {
         standing: Standing,
     ) -> (Standing, f64, LastMove) {
         let offset = standing.offset;
-        let own_work = self
-            .transform
-            .multiply(&self.displacement, &mut self.scratch);
+        let own_work = self.transform.multiply(&self.displacement, &mut self.scratch);
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
         let part = self.learn(history, best);
-        let pending = PendingUpdate {
-            scale: line.scale,
-            part,
-        };
+        let pending = PendingUpdate { scale: line.scale, part };
         let (standing, free_offset) = match self.bound {
             None => {
                 let next_offset = line.offset(part, curvature);
@@ -246,11 +216,7 @@ impl Search {
         let made = LastMove {
             pending,
             curvature: part * part * curvature,
-            missed: if part < 1.0 {
-                0.0
-            } else {
-                (best - 1.0).min(1.0)
-            },
+            missed: if part < 1.0 { 0.0 } else { (best - 1.0).min(1.0) },
             offset_change: standing.offset - offset,
         };
         (standing, free_offset, made)

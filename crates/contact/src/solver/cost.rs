@@ -95,18 +95,9 @@ fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
 /// Seconds of one core that a pair takes on this machine, everything included; measured here and
 /// now, in a few transforms.
 pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
-    let longer = nodes
-        .into_iter()
-        .max()
-        .filter(|longer| *longer > LARGEST_MEASURED);
+    let longer = nodes.into_iter().max().filter(|longer| *longer > LARGEST_MEASURED);
     if let Some(longer) = longer {
-        let halved = nodes.map(|nodes| {
-            if nodes == longer {
-                nodes.div_ceil(2)
-            } else {
-                nodes
-            }
-        });
+        let halved = nodes.map(|nodes| if nodes == longer { nodes.div_ceil(2) } else { nodes });
         let parts = nodes.iter().filter(|nodes| **nodes == longer).count();
         return f64::from(1 << parts) * seconds_per_pair(halved);
     }
@@ -148,13 +139,7 @@ mod tests {
     #[test]
     fn the_campaign_costs_what_was_counted() {
         // Means over three spectra.
-        let counts = [
-            (32, 560.0),
-            (128, 760.0),
-            (256, 824.0),
-            (512, 892.0),
-            (1024, 995.0),
-        ];
+        let counts = [(32, 560.0), (128, 760.0), (256, 824.0), (512, 892.0), (1024, 995.0)];
         for (nodes, counted) in counts {
             let ratio = elastic_pairs([nodes; 2], &campaign(), 6e-5) / counted;
             assert!((0.85..1.15).contains(&ratio), "{nodes}: {ratio}");
@@ -212,9 +197,7 @@ mod tests {
     fn loads_far_apart_cost_as_many_on_all_meshes_that_have_coarser_ones() {
         let three = [0.006, 0.012, 0.018];
         let ratio = 1.7_f64 / 0.004;
-        let eight: Vec<f64> = (0..8)
-            .map(|i| 0.004 * ratio.powf(f64::from(i) / 7.0))
-            .collect();
+        let eight: Vec<f64> = (0..8).map(|i| 0.004 * ratio.powf(f64::from(i) / 7.0)).collect();
         // Means over three spectra and several surfaces.
         for (nodes, loads, tolerance, counted) in [
             (512, &eight[..], 5e-5, 101.0),

@@ -30,13 +30,7 @@ impl Search {
             rows: 0,
         });
         let extension = &self.extension;
-        let mut peek = Wide(Peek::new(
-            &self.carry,
-            &self.active,
-            &self.sample,
-            extension,
-            asking,
-        ));
+        let mut peek = Wide(Peek::new(&self.carry, &self.active, &self.sample, extension, asking));
         let by_blocks = self.is_by_blocks;
         let nodal = by_blocks.then(|| self.two_level.nodal(&self.gap, self.level));
         let (single, scratch) = (&self.transform, &mut self.scratch);
@@ -80,9 +74,7 @@ impl Search {
         let cells = self.cells() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
         let mean = share * part * (means.last_move + scaling) - means.correction;
-        let mean = self
-            .balanced_mean([step, share * part], lacked, rows)
-            .unwrap_or(mean);
+        let mean = self.balanced_mean([step, share * part], lacked, rows).unwrap_or(mean);
         Direction::next(last.pending, share, step, mean)
     }
 

@@ -70,12 +70,7 @@ impl Solver {
             base: &self.search.base,
             increment: &self.search.increment,
         };
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut promote,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut promote);
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
@@ -89,17 +84,9 @@ impl Solver {
 
     /// Takes so much of the last move from the pressures.
     pub(super) fn take_back(&mut self, part: f64) {
-        let mut pass = TakeBack {
-            part,
-            hardness: self.search.ceiling(),
-            carry: &self.search.carry,
-        };
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut pass,
-        );
+        let mut pass =
+            TakeBack { part, hardness: self.search.ceiling(), carry: &self.search.carry };
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
     }
 
     /// Evaluates a move at once, and once more if only a part of it is kept.
@@ -112,13 +99,7 @@ impl Solver {
         let offset_change = line.expected_offset();
         self.begin_promoted(line.scale, offset_change);
         let (evaluation, curvature) = self.finish_move::<false>(line.scale, offset_change);
-        self.keep_move(
-            history,
-            line.best(curvature),
-            curvature,
-            evaluation,
-            offset_change - offset,
-        )
+        self.keep_move(history, line.best(curvature), curvature, evaluation, offset_change - offset)
     }
 
     /// The same where the material yields: `balance` is of the pressures before the move.
@@ -144,16 +125,11 @@ impl Solver {
         scale: f64,
         reference_change: f64,
     ) -> (Evaluation, f64) {
-        let work = self
-            .double
-            .multiply(&self.displacement, &mut self.double_scratch);
+        let work = self.double.multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Wide(MoveOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.search.reference,
-            scaling: MoveScaling {
-                scale: scale as f32,
-                reference_change: reference_change as f32,
-            },
+            scaling: MoveScaling { scale: scale as f32, reference_change: reference_change as f32 },
             sums_gaps: !self.body.keeps_mean(),
             survey: InOrder::new(),
             curvature: InOrder::new(),
@@ -212,9 +188,7 @@ impl Solver {
     }
 
     fn finish_gap_as<const YIELDS: bool>(&mut self) -> Evaluation {
-        let work = self
-            .double
-            .multiply(&self.displacement, &mut self.double_scratch);
+        let work = self.double.multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Wide(GapOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.search.reference,

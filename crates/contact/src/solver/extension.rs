@@ -103,10 +103,7 @@ impl Extension {
         self.forget_beyond_map();
         for finer in 0..self.levels.len() - 1 {
             let [fine, coarse] = self.pair(finer);
-            for (of, to) in [
-                (&fine.free, &mut coarse.free),
-                (&fine.values, &mut coarse.values),
-            ] {
+            for (of, to) in [(&fine.free, &mut coarse.free), (&fine.values, &mut coarse.values)] {
                 let mut pass = SumQuarters::new(fine.blocks, of);
                 over_rows(threads, to, coarse.blocks[1], &mut pass);
             }
@@ -163,9 +160,7 @@ impl Extension {
 
     /// A level and the next one, of larger blocks.
     fn pair(&mut self, finer: usize) -> [&mut Level; 2] {
-        self.levels
-            .get_disjoint_mut([finer, finer + 1])
-            .expect("there is a larger block")
+        self.levels.get_disjoint_mut([finer, finer + 1]).expect("there is a larger block")
     }
 }
 

@@ -29,15 +29,10 @@ impl Solver {
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {
-        assert_eq!(
-            pressure.len(),
-            self.pressure.len(),
-            "pressures fill the mesh"
-        );
+        assert_eq!(pressure.len(), self.pressure.len(), "pressures fill the mesh");
         let mut displacement = vec![0.0; pressure.len()];
         let scratch = &mut self.double_scratch;
-        self.double
-            .convolve(&self.displacement, pressure, &mut displacement, scratch);
+        self.double.convolve(&self.displacement, pressure, &mut displacement, scratch);
         displacement
     }
 
@@ -51,9 +46,7 @@ impl Solver {
     /// # Panics
     /// As [`Solver::displacement_under`].
     pub fn gap_under(&mut self, pressure: &[f64]) -> Vec<f64> {
-        let hardness = self
-            .hardness
-            .map_or(f64::INFINITY, |bound| bound.pressure());
+        let hardness = self.hardness.map_or(f64::INFINITY, |bound| bound.pressure());
         let mut gap = self.displacement_under(pressure);
         for (gap, height) in gap.iter_mut().zip(&self.heights) {
             *gap -= height;
@@ -63,11 +56,7 @@ impl Solver {
         let offset = mean.or_else(|| mean_where(&gap, pressure, |pressure| pressure > 0.0));
         let offset = offset.unwrap_or_default();
         for (gap, &pressure) in gap.iter_mut().zip(pressure) {
-            *gap = if is_elastic(pressure) {
-                0.0
-            } else {
-                *gap - offset
-            };
+            *gap = if is_elastic(pressure) { 0.0 } else { *gap - offset };
         }
         gap
     }
@@ -91,13 +80,8 @@ mod tests {
     use crate::topography::spectrum::Spectrum;
 
     fn solver(body: HalfSpace) -> Solver {
-        let spectrum = Spectrum {
-            hurst: 0.8,
-            k_lower: 1,
-            k_rolloff: 1,
-            k_upper: 16,
-            anisotropy: None,
-        };
+        let spectrum =
+            Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 16, anisotropy: None };
         let surface = RandomSurface {
             spectrum,
             amplitude: Amplitude::Gaussian,
@@ -125,10 +109,7 @@ mod tests {
             let mean = gap.iter().sum::<f64>() / gap.len() as f64;
             assert!((mean - outcome.mean_gap).abs() < 1e-6 * outcome.mean_gap);
             let penetration = gap.iter().fold(0.0, |least: f64, gap| least.min(*gap));
-            assert!(
-                -penetration * 64.0 <= 1.01 * outcome.residual,
-                "{penetration}"
-            );
+            assert!(-penetration * 64.0 <= 1.01 * outcome.residual, "{penetration}");
             let product: f64 = gap.iter().zip(&pressure).map(|(g, p)| g * p).sum();
             assert_eq!(product, 0.0);
         }

@@ -46,11 +46,8 @@ impl Solver {
     /// leaves the mean `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
-        let [lowest, highest] = range(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-        );
+        let [lowest, highest] =
+            range(&self.search.threads, &mut self.pressure, self.search.nodes[1]);
         let most = match self.search.bound {
             Some(hardness) => hardness.pressure() - lowest,
             // With less than the load everywhere there would be none at the lowest.
@@ -64,16 +61,8 @@ impl Solver {
     fn guess_from_highest(&mut self, share: f64) {
         let nodes = share * self.heights.len() as f64;
         let [level, expected] = self.levels_above([PRESSED * nodes, nodes]);
-        let mut press = PressAbove {
-            level,
-            heights: &self.heights,
-        };
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut press,
-        );
+        let mut press = PressAbove { level, heights: &self.heights };
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut press);
         self.search.reference = -level;
         let expected = expected - self.search.height_reference;
         self.expected = Expected::AsHighAs(expected as f32);
@@ -100,12 +89,7 @@ impl Solver {
         nodes: [(f64, f64); N],
     ) -> [Highest; N] {
         let mut counts = CountHeights::between(low, high, &self.heights);
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut counts,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut counts);
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
     }
 
@@ -210,10 +194,7 @@ mod tests {
     #[test]
     fn a_plateau_is_above_the_level_of_its_first_node() {
         let grid = square(64, 1.0);
-        let punch = Shape::Punch {
-            radius: 0.2,
-            depth: 0.1,
-        };
+        let punch = Shape::Punch { radius: 0.2, depth: 0.1 };
         let punch = punch.draw(grid);
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), punch.heights());
         let plateau = punch.heights().iter().filter(|height| **height > -0.05);
@@ -225,17 +206,10 @@ mod tests {
     #[test]
     fn the_surface_that_nothing_touches_is_the_solution_before_the_first() {
         let grid = square(64, 1.0);
-        let wave = Shape::Wave {
-            amplitude: 0.1,
-            waves: 1,
-        }
-        .draw(grid);
+        let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
         solver.press(0.01, &Settings::default(), &|| false);
-        assert_eq!(
-            (solver.earlier_load, solver.earlier_contact_nodes),
-            (0.0, 0.0)
-        );
+        assert_eq!((solver.earlier_load, solver.earlier_contact_nodes), (0.0, 0.0));
         assert!(solver.earlier_pressure.iter().all(|p| *p == 0.0));
         // Gaps are open but at the crest.
         let closed = solver.earlier_gap.iter().filter(|gap| **gap == 0.0);

@@ -56,10 +56,7 @@ impl Default for History {
 impl History {
     /// Of iterations that begin where a coarser mesh led.
     pub fn nested() -> Self {
-        Self {
-            is_nested: true,
-            ..Self::default()
-        }
+        Self { is_nested: true, ..Self::default() }
     }
 
     /// Learns from a move of which the part `best` would have been right. Says which part to keep.
@@ -73,11 +70,7 @@ impl History {
         let short = !is_first && best < SMALLEST_PART;
         if !is_first || self.is_nested {
             let went_too_far = best < EXPECTED_PART;
-            self.caution = if went_too_far {
-                best.max(SMALLEST_PART)
-            } else {
-                1.0
-            };
+            self.caution = if went_too_far { best.max(SMALLEST_PART) } else { 1.0 };
         }
         self.iteration += 1;
         if !short {

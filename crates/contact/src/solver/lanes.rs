@@ -79,11 +79,7 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     let mut end = count;
     for block in crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter().rev() {
         let first = Row::new(ROWS_TOGETHER * block, nodes);
-        blocks.push((
-            first.index()..end,
-            whole.split_off(first),
-            Wide(pass.split_off(first)),
-        ));
+        blocks.push((first.index()..end, whole.split_off(first), Wide(pass.split_off(first))));
         end = first.index();
     }
     crew.each(
@@ -114,10 +110,7 @@ pub fn split_mut<S: Simd, const R: usize>(
     row: &mut [f32],
 ) -> (&mut [[S::f32s; R]], &mut [[f32; 1]]) {
     let (whole, rest) = row.split_at_mut(row.len() / LANES * LANES);
-    (
-        S::as_mut_simd_f32s(whole).0.as_chunks_mut().0,
-        rest.as_chunks_mut().0,
-    )
+    (S::as_mut_simd_f32s(whole).0.as_chunks_mut().0, rest.as_chunks_mut().0)
 }
 
 /// The instructions for the rest of a row.

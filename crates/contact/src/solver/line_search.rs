@@ -76,10 +76,7 @@ impl LineSearch {
     /// The same with elastic pressures scaled after the move, so that they come to what they should.
     pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
         let lacked = self.total - self.total / self.needed_scale;
-        Self {
-            slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * lacked,
-            ..self
-        }
+        Self { slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * lacked, ..self }
     }
 
     /// ⟨d, A d⟩, twice the elastic energy of the move alone, from ⟨m, A m⟩.
@@ -99,11 +96,7 @@ impl LineSearch {
     /// Which part of the move leads to the lowest energy; zero for a move of no length, without curvature, or
     /// against the slope: only rounding is left in it.
     pub fn best(&self, curvature: f64) -> f64 {
-        if self.slope < 0.0 && curvature > 0.0 {
-            -self.slope / curvature
-        } else {
-            0.0
-        }
+        if self.slope < 0.0 && curvature > 0.0 { -self.slope / curvature } else { 0.0 }
     }
 
     /// The mean of the gap, weighted by pressure, after `part` of the move.
@@ -130,9 +123,7 @@ mod tests {
     fn noise(seed: u64) -> Vec<f64> {
         let mut state = seed;
         let mut draw = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         (0..NODES * NODES).map(|_| draw()).collect()
@@ -182,11 +173,8 @@ mod tests {
     #[test]
     fn sums_tell_what_the_scaled_move_does() {
         let ([pressure, gap, moved], line) = example();
-        let whole: Vec<f64> = moved
-            .iter()
-            .zip(&pressure)
-            .map(|(m, p)| line.scale * (p + m) - p)
-            .collect();
+        let whole: Vec<f64> =
+            moved.iter().zip(&pressure).map(|(m, p)| line.scale * (p + m) - p).collect();
         assert!(whole.iter().sum::<f64>().abs() < 1e-12, "keeps the mean");
         let image = sunk(&whole);
         let curvature = line.curvature(dot(&moved, &sunk(&moved)));
@@ -210,19 +198,12 @@ mod tests {
         let ([pressure, gap, moved], _) = example();
         let after: f64 = pressure.iter().zip(&moved).map(|(p, m)| p + m).sum();
         let (before, total, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
-        let sums = Sums {
-            increment: after - 1.0,
-            move_on_gap: dot(&moved, &gap),
-            ..Sums::default()
-        };
+        let sums =
+            Sums { increment: after - 1.0, move_on_gap: dot(&moved, &gap), ..Sums::default() };
         let line = LineSearch::yielding(&sums, 1.0, [before, total], offset);
         let curvature = line.curvature(dot(&moved, &sunk(&moved)));
         // Gaps count from the offset.
-        let slope = moved
-            .iter()
-            .zip(&gap)
-            .map(|(m, g)| m * (g - offset))
-            .sum::<f64>();
+        let slope = moved.iter().zip(&gap).map(|(m, g)| m * (g - offset)).sum::<f64>();
         assert!(close(line.slope, slope));
         assert!(close(curvature, dot(&moved, &sunk(&moved))));
         assert!(close(line.best(curvature) * curvature, (-slope).max(0.0)));
@@ -237,23 +218,14 @@ mod tests {
         let with_slope = |slope| LineSearch { slope, ..line };
         assert_eq!(with_slope(-6.0).best(2.0), 3.0);
         // Rounding may turn either sign.
-        for (slope, curvature) in [
-            (6.0, 2.0),
-            (6.0, -2.0),
-            (-6.0, -2.0),
-            (-6.0, 0.0),
-            (0.0, 0.0),
-        ] {
+        for (slope, curvature) in [(6.0, 2.0), (6.0, -2.0), (-6.0, -2.0), (-6.0, 0.0), (0.0, 0.0)] {
             assert_eq!(with_slope(slope).best(curvature), 0.0);
         }
     }
 
     #[test]
     fn a_move_that_takes_all_pressure_away_sheds_the_load() {
-        let nothing_left = Sums {
-            increment: -1.0,
-            ..Sums::default()
-        };
+        let nothing_left = Sums { increment: -1.0, ..Sums::default() };
         assert!(LineSearch::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());
         let (_, line) = example();
         assert!(!line.sheds_load());

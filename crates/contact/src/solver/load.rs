@@ -52,12 +52,7 @@ impl Solver {
 
     fn sum_of_pressures(&mut self) -> f64 {
         let mut sum = Total(InOrder::new());
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut sum,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut sum);
         sum.0.total()
     }
 }
@@ -126,12 +121,7 @@ impl Pass<f64> for Count {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            contact_nodes: 0.0,
-            saturated_nodes: 0.0,
-            peak: [0.0; LANES],
-            ..*self
-        }
+        Self { contact_nodes: 0.0, saturated_nodes: 0.0, peak: [0.0; LANES], ..*self }
     }
 
     /// Counts are whole numbers, whose sum does not depend on the order.

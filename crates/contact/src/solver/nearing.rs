@@ -29,12 +29,7 @@ impl Solver {
             earlier_offset: self.earlier_offset as f32,
         };
         let mut pass = CountNearing::new(penetrate, &self.search.gap, &self.earlier_gap);
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut pass,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
         pass.first(EXCESS * reach * grown)
     }
 }
@@ -99,18 +94,12 @@ mod tests {
         for load in [0.04, 0.06] {
             let nearing = solver.nearing(1.0).expect("the contact grows");
             let expected = near(&solver, nearing);
-            let penetrate = Nearing {
-                part: 0.5,
-                ..nearing
-            };
+            let penetrate = Nearing { part: 0.5, ..nearing };
             let seem = near(&solver, penetrate);
             let before = contact(&solver);
             press(&mut solver, load);
-            let come: Vec<bool> = contact(&solver)
-                .iter()
-                .zip(&before)
-                .map(|(now, before)| *now && !before)
-                .collect();
+            let come: Vec<bool> =
+                contact(&solver).iter().zip(&before).map(|(now, before)| *now && !before).collect();
             let both = |some: &[bool]| count(come.iter().zip(some).map(|(a, b)| *a && *b));
             let all = |some: &[bool]| count(some.iter().copied());
             assert!(both(&expected) > 0.8 * all(&come), "{load}");

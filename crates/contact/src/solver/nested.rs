@@ -183,10 +183,7 @@ impl Level {
         let heights = heights.map(|height| height as f32).collect();
         let mut search = Search::new(threads, body, heights);
         search.drop_maps();
-        Self {
-            search,
-            found: CoarseContact::nothing(body),
-        }
+        Self { search, found: CoarseContact::nothing(body) }
     }
 
     /// Finds the contact from what was found on the next coarser mesh.
@@ -211,10 +208,7 @@ impl Coarsest {
             _ => &mut self.elastic,
         };
         solver.forget();
-        let settings = Settings {
-            tolerance: TOLERANCE,
-            pair_limit: PAIR_LIMIT,
-        };
+        let settings = Settings { tolerance: TOLERANCE, pair_limit: PAIR_LIMIT };
         let outcome = solver.press(asked.load, &settings, &|| asked.watch.is_interrupted());
         self.found.take_solution(solver, &outcome, compliance);
         &self.found
@@ -234,18 +228,12 @@ impl Search {
     /// Iterates to where a finer mesh can begin: with this still to be done to pressures, and gaps in contact about as high
     /// as that.
     fn find_coarse(&mut self, mut start: Start, watch: &dyn Watch) -> (PendingUpdate, f64) {
-        let goal = Goal {
-            residual: TOLERANCE,
-            is_evaluated: false,
-        };
+        let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
         let mut history = History::nested();
         loop {
-            let End::Residual {
-                pending,
-                offset,
-                is_reached,
-            } = self.iterate(&mut history, start, goal, &stop)
+            let End::Residual { pending, offset, is_reached } =
+                self.iterate(&mut history, start, goal, &stop)
             else {
                 unreachable!("no move is to be evaluated");
             };

@@ -20,10 +20,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self {
-            tolerance: DEFAULT_TOLERANCE,
-            pair_limit: DEFAULT_PAIR_LIMIT,
-        }
+        Self { tolerance: DEFAULT_TOLERANCE, pair_limit: DEFAULT_PAIR_LIMIT }
     }
 }
 

@@ -110,8 +110,7 @@ impl Solver {
     /// Whether the load presses all nodes into contact and makes none of them yield.
     pub fn is_flattened_by(&self, load: f64) -> bool {
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
-        self.full_contact
-            .is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
+        self.full_contact.is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
     }
 
     /// Iterates from an evaluation until it is a solution, with its undecided nodes decided.
@@ -178,11 +177,7 @@ impl Solver {
     /// Whether the residual is known no better than a small part of the tolerance: gaps are kept in
     /// single precision, and those in contact are too far from the reference that they count from.
     fn is_rounded(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
-        let Evaluation {
-            standing,
-            contact_nodes,
-            ..
-        } = evaluation;
+        let Evaluation { standing, contact_nodes, .. } = evaluation;
         let rounding = f64::from(f32::EPSILON) * standing.offset.abs();
         let tolerance = self.tolerance(settings, *contact_nodes);
         self.search.residual(rounding) > ROUNDED_PART * tolerance
@@ -194,9 +189,7 @@ impl Solver {
         let mean_pressure = self.search.load * self.pressure.len() as f64 / contact_nodes;
         let share = SHARE_OF_DISPLACEMENT * self.search.nodal_compliance * mean_pressure;
         let rounding = f64::EPSILON * self.highest;
-        settings
-            .tolerance
-            .min(self.search.residual(share.max(rounding)))
+        settings.tolerance.min(self.search.residual(share.max(rounding)))
     }
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation, summary: PressureSummary) -> Outcome {

@@ -26,11 +26,8 @@ impl Solver {
     ) -> Option<Evaluation> {
         let prolonged = self.search.prolonged(coarse)?;
         let row_nodes = self.search.nodes[1];
-        let mut pass = SetProlonged {
-            prolonged,
-            hardness: self.search.ceiling(),
-            row: vec![0.0; row_nodes],
-        };
+        let mut pass =
+            SetProlonged { prolonged, hardness: self.search.ceiling(), row: vec![0.0; row_nodes] };
         let pressure = &mut self.pressure;
         over_rows(&self.search.threads, pressure, row_nodes, &mut pass);
         self.impose_load();
@@ -78,15 +75,10 @@ impl Search {
         });
         self.transform.begin(&mut pass, &mut self.scratch);
         let sums = pass.0.sums.total();
-        let work = self
-            .transform
-            .multiply(&self.displacement, &mut self.scratch);
+        let work = self.transform.multiply(&self.displacement, &mut self.scratch);
         self.pairs += 1;
         let offset = if YIELDS {
-            let near = Standing {
-                offset: 0.0,
-                error: NEAR / self.steps_per_side,
-            };
+            let near = Standing { offset: 0.0, error: NEAR / self.steps_per_side };
             self.peek_offset(1.0, near, false)
         } else {
             (work - sums.pressure_on_height) / sums.pressure - reference
@@ -96,11 +88,7 @@ impl Search {
             sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
             free_offset,
         });
-        Start {
-            standing,
-            base_sum: 0.0,
-            balance,
-        }
+        Start { standing, base_sum: 0.0, balance }
     }
 
     /// Pressures of the mean that is searched for, or of what the bounds leave of that; none if there are none.

@@ -21,10 +21,8 @@ pub struct RangeSoFar {
 }
 
 impl RangeSoFar {
-    pub const NONE: Self = Self {
-        lowest: [f64::INFINITY; LANES],
-        highest: [f64::NEG_INFINITY; LANES],
-    };
+    pub const NONE: Self =
+        Self { lowest: [f64::INFINITY; LANES], highest: [f64::NEG_INFINITY; LANES] };
 
     #[inline(always)]
     pub fn see(&mut self, row: &[f64]) {

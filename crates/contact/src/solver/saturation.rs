@@ -32,11 +32,8 @@ impl Solver {
         for (p, gap) in self.pressure.iter_mut().zip(&self.search.gap) {
             *p -= (f64::from(*gap) - self.offset) / self.search.nodal_compliance;
         }
-        let [lowest, highest] = range(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-        );
+        let [lowest, highest] =
+            range(&self.search.threads, &mut self.pressure, self.search.nodes[1]);
         self.raise_to(self.search.load, (-highest, hardness.pressure() - lowest));
         self.impose_load();
         self.evaluate()
@@ -52,12 +49,7 @@ impl Solver {
             carry: &self.search.carry,
             tally: Tally::below(hardness.pressure()),
         };
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut promote,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut promote);
         let mut tally = promote.tally;
         if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
@@ -139,12 +131,7 @@ impl Solver {
     /// Finds elastic nodes; those above the hardness are brought down to it.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut tally,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut tally);
         tally
     }
 

@@ -119,19 +119,11 @@ impl Search {
 
     /// The steps of iterations that began where a coarser mesh led, or anywhere else.
     pub fn steps(&self, is_nested: bool) -> &Steps {
-        if is_nested {
-            &self.nested_steps
-        } else {
-            &self.steps
-        }
+        if is_nested { &self.nested_steps } else { &self.steps }
     }
 
     pub fn steps_mut(&mut self, is_nested: bool) -> &mut Steps {
-        if is_nested {
-            &mut self.nested_steps
-        } else {
-            &mut self.steps
-        }
+        if is_nested { &mut self.nested_steps } else { &mut self.steps }
     }
 
     pub fn cells(&self) -> usize {

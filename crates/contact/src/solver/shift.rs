@@ -95,11 +95,7 @@ impl Nodes {
                 return Some(shift);
             }
             let next = shift + step;
-            shift = if next > low && next < high {
-                next
-            } else {
-                0.5 * (low + high)
-            };
+            shift = if next > low && next < high { next } else { 0.5 * (low + high) };
         }
         Some(shift)
     }
@@ -170,13 +166,7 @@ mod tests {
     #[test]
     fn nodes_that_jump_from_bound_to_bound_are_chosen_by_how_much_they_want_to() {
         // Two of three that want to rise may, for two fall.
-        let all = nodes(&[
-            (0.0, 900.0),
-            (0.0, 800.0),
-            (0.0, 700.0),
-            (1.0, -800.0),
-            (1.0, -900.0),
-        ]);
+        let all = nodes(&[(0.0, 900.0), (0.0, 800.0), (0.0, 700.0), (1.0, -800.0), (1.0, -900.0)]);
         let shift = all.shift(0.0, 1.0).unwrap();
         assert!((-800.0..=-699.0).contains(&shift), "{shift}");
     }

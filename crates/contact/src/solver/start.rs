@@ -145,12 +145,7 @@ impl Solver {
             bounded_sum: InOrder::new(),
         };
         let row_nodes = self.search.nodes[1];
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            row_nodes,
-            &mut pass,
-        );
+        over_rows(&self.search.threads, &mut self.pressure, row_nodes, &mut pass);
         let (seen, base_sum) = (pass.seen.total(), pass.base_sum.total());
         let sum = pass.bounded_sum.total();
         self.search.free_nodes = seen.free_nodes;
@@ -182,16 +177,8 @@ impl Solver {
     /// Mean over the last contact of the gap before it: the level that the mean gap in contact was on, where
     /// nothing was in contact.
     fn mean_earlier_gap(&mut self) -> f64 {
-        let mut pass = SumInContact {
-            gap: &self.earlier_gap,
-            sum: InOrder::new(),
-        };
-        over_rows(
-            &self.search.threads,
-            &mut self.pressure,
-            self.search.nodes[1],
-            &mut pass,
-        );
+        let mut pass = SumInContact { gap: &self.earlier_gap, sum: InOrder::new() };
+        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
         pass.sum.total() / self.contact_nodes
     }
 
@@ -201,12 +188,7 @@ impl Solver {
             heights: &self.heights,
             earlier_pressure: Band::of(&mut self.earlier_pressure),
         };
-        over_rows(
-            &self.search.threads,
-            &mut self.earlier_gap,
-            self.search.nodes[1],
-            &mut pass,
-        );
+        over_rows(&self.search.threads, &mut self.earlier_gap, self.search.nodes[1], &mut pass);
         self.earlier_reference = -self.highest;
         self.earlier_offset = 0.0;
         self.earlier_load = 0.0;
@@ -227,15 +209,7 @@ impl Solver {
             return;
         }
         self.search.height_reference = height;
-        let mut pass = CountedFrom {
-            level: height,
-            heights: &self.heights,
-        };
-        over_rows(
-            &self.search.threads,
-            &mut self.search.heights,
-            self.search.nodes[1],
-            &mut pass,
-        );
+        let mut pass = CountedFrom { level: height, heights: &self.heights };
+        over_rows(&self.search.threads, &mut self.search.heights, self.search.nodes[1], &mut pass);
     }
 }

@@ -32,12 +32,9 @@ impl Solver {
         for pressure in &self.pressure {
             out.write_all(&pressure.to_le_bytes())?;
         }
-        for field in [
-            &self.earlier_pressure,
-            &self.search.gap,
-            &self.earlier_gap,
-            &self.search.carry,
-        ] {
+        for field in
+            [&self.earlier_pressure, &self.search.gap, &self.earlier_gap, &self.search.carry]
+        {
             for value in field {
                 out.write_all(&value.to_le_bytes())?;
             }
@@ -110,13 +107,8 @@ mod tests {
 
     fn solver(seed: u64, hardness: Option<f64>) -> Solver {
         let grid = Grid::square(48, 1.0).unwrap();
-        let spectrum = Spectrum {
-            hurst: 0.8,
-            k_lower: 1,
-            k_rolloff: 1,
-            k_upper: 12,
-            anisotropy: None,
-        };
+        let spectrum =
+            Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 12, anisotropy: None };
         let surface = RandomSurface {
             spectrum,
             amplitude: Amplitude::Gaussian,
@@ -137,18 +129,13 @@ mod tests {
     }
 
     /// From the lightest, where heights are the guess, to full contact, and back.
-    const LOADS: [f64; 12] = [
-        1e-9, 1e-5, 2e-5, 0.001, 0.01, 0.02, 0.03, 0.2, 0.5, 1.0, 4.0, 0.1,
-    ];
+    const LOADS: [f64; 12] = [1e-9, 1e-5, 2e-5, 0.001, 0.01, 0.02, 0.03, 0.2, 0.5, 1.0, 4.0, 0.1];
 
     #[test]
     fn a_solver_goes_on_with_the_same_bits_from_any_load() {
         for (seed, tolerance, hardness) in [(1, 6e-5, None), (2, 1e-8, None), (3, 6e-5, Some(5.0))]
         {
-            let settings = Settings {
-                tolerance,
-                ..Settings::default()
-            };
+            let settings = Settings { tolerance, ..Settings::default() };
             let mut undisturbed = solver(seed, hardness);
             for begin in 0..LOADS.len() {
                 let mut bytes = Vec::new();
@@ -164,12 +151,7 @@ mod tests {
                         press(&mut restored, load, &settings),
                         press(&mut expected, load, &settings),
                     );
-                    assert!(
-                        one == other,
-                        "from {begin}, at {load}: {} {}",
-                        one.0,
-                        other.0
-                    );
+                    assert!(one == other, "from {begin}, at {load}: {} {}", one.0, other.0);
                 }
                 press(&mut undisturbed, LOADS[begin], &settings);
             }

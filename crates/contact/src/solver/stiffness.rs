@@ -41,11 +41,7 @@ impl Stiffness {
                 moves: vec![0.0; map[0] * map[1]],
             }
         };
-        Self {
-            map,
-            kernel: elasticity::stiffness_on(threads, body),
-            apart: is_apart.then(apart),
-        }
+        Self { map, kernel: elasticity::stiffness_on(threads, body), apart: is_apart.then(apart) }
     }
 
     /// Lets these threads share the work from now on.
@@ -87,9 +83,7 @@ impl Stiffness {
         scratch: &mut Scratch<f32>,
     ) {
         let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
-        in_corner(self.map, rows, |rows| {
-            transform.peek_kept(pairs, rows, scratch)
-        });
+        in_corner(self.map, rows, |rows| transform.peek_kept(pairs, rows, scratch));
     }
 
     /// Reads rows that were kept, on the map.
@@ -150,10 +144,7 @@ impl<P: Rows<f32>> Rows<f32> for KeepMoves<'_, P> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            rows: self.rows.split_off(row),
-            moves: self.moves.split_off(row),
-        }
+        Self { rows: self.rows.split_off(row), moves: self.moves.split_off(row) }
     }
 
     fn append(&mut self, later: Self) {

@@ -25,10 +25,7 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    pub const NONE: Self = Self {
-        highest_in_contact: -f32::MAX,
-        lowest: f32::MAX,
-    };
+    pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
 
     /// An offset that contradicts the least, where all contact is saturated.
     pub fn middle(self) -> f64 {
@@ -42,10 +39,7 @@ impl Extremes {
     pub fn seen_from(self, offset: f64) -> Standing {
         let highest = f64::from(self.highest_in_contact) - offset;
         let lowest = f64::from(self.lowest) - offset;
-        Standing {
-            offset,
-            error: highest.max(-lowest),
-        }
+        Standing { offset, error: highest.max(-lowest) }
     }
 
     #[inline(always)]
@@ -53,10 +47,7 @@ impl Extremes {
         highest_in_contact: Lanes<S, R>,
         lowest: Lanes<S, R>,
     ) -> Self {
-        Self {
-            highest_in_contact: highest_in_contact.highest(),
-            lowest: lowest.lowest(),
-        }
+        Self { highest_in_contact: highest_in_contact.highest(), lowest: lowest.lowest() }
     }
 
     #[inline(always)]
@@ -106,10 +97,7 @@ impl Found for Survey {
 impl Survey {
     /// Nothing so far, of gaps that are to be summed or not.
     pub fn new(sums_gaps: bool) -> Self {
-        Self {
-            gap_sum: sums_gaps.then_some(0.0),
-            ..Self::NOTHING
-        }
+        Self { gap_sum: sums_gaps.then_some(0.0), ..Self::NOTHING }
     }
 
     /// Adds a row of gaps, in double precision, and of numbers that are marked by pressure.
@@ -120,9 +108,8 @@ impl Survey {
             weight::<f64>(is_elastic) * gap
         });
         if YIELDS {
-            self.saturated_sum += sum_by(gap, carry, |gap, carry| {
-                weight::<f64>(has(carry, SATURATED)) * gap
-            });
+            self.saturated_sum +=
+                sum_by(gap, carry, |gap, carry| weight::<f64>(has(carry, SATURATED)) * gap);
         }
         if let Some(sum) = &mut self.gap_sum {
             *sum += total(gap);

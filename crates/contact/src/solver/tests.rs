@@ -16,16 +16,11 @@ mod threads;
 mod truth;
 
 /// Where double precision ends on the meshes used here.
-const TIGHT: Settings = Settings {
-    tolerance: 1e-12,
-    pair_limit: 4000,
-};
+const TIGHT: Settings = Settings { tolerance: 1e-12, pair_limit: 4000 };
 
 fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     let place = |index: usize| index as f64 / nodes as f64;
-    (0..nodes * nodes)
-        .map(|node| height(place(node / nodes), place(node % nodes)))
-        .collect()
+    (0..nodes * nodes).map(|node| height(place(node / nodes), place(node % nodes))).collect()
 }
 
 /// A solver of a square surface on a periodic half-space.
@@ -51,15 +46,11 @@ fn mean(values: &[f64]) -> f64 {
 fn noise(nodes: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;
     let mut draw = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
     let slope = 2.0 * nodes as f64;
-    (0..nodes * nodes)
-        .map(|_| (draw() + draw() + draw()) / slope)
-        .collect()
+    (0..nodes * nodes).map(|_| (draw() + draw() + draw()) / slope).collect()
 }
 
 /// Noise smoothed by the half-space: a self-affine spectrum with a wavelength as long as the cell.
@@ -67,12 +58,7 @@ pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
     let kernel = elasticity::displacement(&PeriodicHalfSpace::new(square(nodes, 1.0)));
-    transform.convolve(
-        &kernel,
-        &noise(nodes, seed),
-        &mut heights,
-        &mut transform.scratch(),
-    );
+    transform.convolve(&kernel, &noise(nodes, seed), &mut heights, &mut transform.scratch());
     heights.iter().map(|height| height * nodes as f64).collect()
 }
 
@@ -81,21 +67,11 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = elasticity::transform::<f64>(&*solver.body);
     let mut gap = vec![0.0; heights.len()];
     let kernel = elasticity::displacement(&*solver.body);
-    transform.convolve(
-        &kernel,
-        solver.pressure(),
-        &mut gap,
-        &mut transform.scratch(),
-    );
-    gap.iter_mut()
-        .zip(heights)
-        .for_each(|(gap, height)| *gap -= height);
+    transform.convolve(&kernel, solver.pressure(), &mut gap, &mut transform.scratch());
+    gap.iter_mut().zip(heights).for_each(|(gap, height)| *gap -= height);
     let of = |chosen: &dyn Fn(f64) -> bool| -> Vec<f64> {
         let nodes = gap.iter().zip(solver.pressure());
-        nodes
-            .filter(|(_, p)| chosen(**p))
-            .map(|(gap, _)| *gap)
-            .collect()
+        nodes.filter(|(_, p)| chosen(**p)).map(|(gap, _)| *gap).collect()
     };
     let elastic = of(&|p| p > 0.0 && p < solver.search.ceiling());
     // Without elastic nodes, the highest of saturated ones must be below all others.
@@ -155,9 +131,6 @@ fn assert_told_truly_at(
     assert_complementary(solver, heights, load, 1.02 * tolerance + rounding);
     let violation = violation(solver, heights);
     let error = (violation - outcome.residual).abs();
-    assert!(
-        error <= 0.02 * tolerance + rounding,
-        "{violation}, {outcome:?}"
-    );
+    assert!(error <= 0.02 * tolerance + rounding, "{violation}, {outcome:?}");
     outcome
 }

@@ -85,11 +85,7 @@ impl TwoLevel {
 
     /// The rest of corrections of the gap above a level: s r.
     pub fn nodal<'a>(&self, gap: &'a [f32], level: f64) -> Nodal<'a> {
-        Nodal {
-            gap,
-            level: level as f32,
-            stiffness: self.stiffness,
-        }
+        Nodal { gap, level: level as f32, stiffness: self.stiffness }
     }
 }
 
@@ -152,10 +148,7 @@ mod tests {
                 asked.add_row::<_, 1>(Scalar512b, row, values, carry, &[true; 64]);
             }
             self.two_level.correct(&threads, &mut self.extension);
-            let mut pass = Wide(Keep {
-                given: self.extension.given_rows(),
-                rows: Vec::new(),
-            });
+            let mut pass = Wide(Keep { given: self.extension.given_rows(), rows: Vec::new() });
             let pairs: Vec<usize> = (0..rows.div_ceil(2)).collect();
             let nodal = self.two_level.nodal(&gap, 0.0);
             nodal.peek(&threads, &pairs, self.nodes, &mut pass);
@@ -176,10 +169,7 @@ mod tests {
         }
 
         fn split_off(&mut self, _: Row) -> Self {
-            Self {
-                given: self.given.split_off(),
-                rows: Vec::new(),
-            }
+            Self { given: self.given.split_off(), rows: Vec::new() }
         }
 
         fn append(&mut self, mut later: Self) {
@@ -235,17 +225,12 @@ mod tests {
             // Means over four nodes and over all between them.
             let half = waves.map(|waves| PI * waves as f64 / 64.0);
             let of_nodes = |half: f64| (4.0 * half).sin() / (4.0 * half.sin());
-            let mean: f64 = half
-                .map(|half| if half > 0.0 { of_nodes(half) } else { 1.0 })
-                .iter()
-                .product();
+            let mean: f64 =
+                half.map(|half| if half > 0.0 { of_nodes(half) } else { 1.0 }).iter().product();
             let part: f64 = waves.map(|waves| part_in_means(waves, 16)).iter().product();
             let expected =
                 own * (1.0 - mean * mean) + half_space.stiffness(waves) * mean * mean / part;
-            assert!(
-                (asked / expected - 1.0).abs() < 1e-5,
-                "{waves:?}: {asked}, {expected}"
-            );
+            assert!((asked / expected - 1.0).abs() < 1e-5, "{waves:?}: {asked}, {expected}");
         }
     }
 }

@@ -173,10 +173,7 @@ mod tests {
 
     fn close(left: f64, right: f64, tolerance: f64) -> Result<(), TestCaseError> {
         let scale = left.abs().max(right.abs()).max(1e-300);
-        prop_assert!(
-            (left - right).abs() <= tolerance * scale,
-            "{left:e} against {right:e}"
-        );
+        prop_assert!((left - right).abs() <= tolerance * scale, "{left:e} against {right:e}");
         Ok(())
     }
 
@@ -284,22 +281,14 @@ mod tests {
 
     #[test]
     fn slope_is_convex_from_zero_load_up_to_an_exponent_of_one() {
-        let law = |mu| ContactEvolution {
-            kappa: 2.5,
-            beta: 1.0,
-            mu,
-        };
+        let law = |mu| ContactEvolution { kappa: 2.5, beta: 1.0, mu };
         assert!(law(1.0).slope_is_convex_on(0.0..=1.0));
         assert!(!law(1.0 + 1e-9).slope_is_convex_on(0.0..=1.0));
     }
 
     #[test]
     fn area_is_proportional_to_a_vanishing_load() {
-        let law = ContactEvolution {
-            kappa: 2.7,
-            beta: 1.3,
-            mu: 0.55,
-        };
+        let law = ContactEvolution { kappa: 2.7, beta: 1.3, mu: 0.55 };
         for load in [1e-300, 1e-100, 1e-30] {
             // What the law takes away is βY^μ/μ of the area: 1e-16 at the heaviest of these.
             assert!((law.area(load) / (law.kappa * load) - 1.0).abs() < 1e-14);
@@ -309,11 +298,7 @@ mod tests {
 
     #[test]
     fn area_saturates_at_one_only_with_a_prefactor_of_one() {
-        let law = |beta| ContactEvolution {
-            kappa: 2.5,
-            beta,
-            mu: 0.6,
-        };
+        let law = |beta| ContactEvolution { kappa: 2.5, beta, mu: 0.6 };
         // ln Y = 70 cancels against ln(1 + t)/μ, each rounded.
         assert!((law(1.0).area(1e30) - 1.0).abs() < 1e-13);
         assert!((law(0.5).area(1e30) - 0.5f64.powf(-1.0 / 0.6)).abs() < 1e-13);

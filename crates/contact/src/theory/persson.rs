@@ -111,9 +111,7 @@ mod tests {
             let pressure = f64::from(i) * width;
             pressure_density(load, pressure) * pressure.powi(power)
         };
-        let inner: f64 = (1..steps)
-            .map(|i| value(i) * if i % 2 == 1 { 4.0 } else { 2.0 })
-            .sum();
+        let inner: f64 = (1..steps).map(|i| value(i) * if i % 2 == 1 { 4.0 } else { 2.0 }).sum();
         (value(0) + inner + value(steps)) * width / 3.0
     }
 
@@ -127,9 +125,8 @@ mod tests {
                 share_between(load, low, low + width)
             };
             let total: f64 = (0..bins).map(share).sum();
-            let moment: f64 = (0..bins)
-                .map(|bin| (f64::from(bin) + 0.5) * width * share(bin))
-                .sum();
+            let moment: f64 =
+                (0..bins).map(|bin| (f64::from(bin) + 0.5) * width * share(bin)).sum();
             assert!((total - area(load)).abs() < 1e-12, "{load}");
             assert!((moment - load).abs() < 1e-6, "{load}: {moment}");
         }
@@ -214,11 +211,7 @@ mod tests {
     #[test]
     fn there_is_no_load_of_full_contact() {
         assert_eq!(
-            (
-                load(1.0),
-                load_leaving(0.0),
-                approach_to_full_contact(1.0, 0.0)
-            ),
+            (load(1.0), load_leaving(0.0), approach_to_full_contact(1.0, 0.0)),
             (None, None, None)
         );
     }

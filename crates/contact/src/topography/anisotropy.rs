@@ -80,11 +80,7 @@ impl Anisotropy {
 
 impl SquareLength {
     /// Without a grain.
-    pub const ISOTROPIC: Self = Self {
-        xx: 1.0,
-        xy: 0.0,
-        yy: 1.0,
-    };
+    pub const ISOTROPIC: Self = Self { xx: 1.0, xy: 0.0, yy: 1.0 };
 
     /// Of a wavevector.
     pub fn of(&self, [x, y]: [f64; 2]) -> f64 {

@@ -51,9 +51,7 @@ impl Statistics {
             })
         });
         let skewed = self.skewness.filter(|value| value.abs() > SYMMETRIC);
-        let peaked = self
-            .excess_kurtosis
-            .filter(|value| value.abs() > MESOKURTIC);
+        let peaked = self.excess_kurtosis.filter(|value| value.abs() > MESOKURTIC);
         let few = (self.effective_modes < ENOUGH_MODES).then_some(self.effective_modes);
         let told = |value: f64| format!("{value:.1}").replace('-', "−");
         let heights = [
@@ -127,34 +125,19 @@ mod tests {
     fn worn_summits_make_heights_skewed_and_peaked() {
         let rough = random(4);
         let told = of(&with(&rough, |height| -height.abs().powi(2))).join(", ");
-        assert!(
-            told.contains("skewness −") && told.contains("kurtosis"),
-            "{told}"
-        );
+        assert!(told.contains("skewness −") && told.contains("kurtosis"), "{told}");
         // Turned over, the valleys are where the summits were.
         let turned = of(&with(&rough, |height| height.abs().powi(2))).join(", ");
-        assert!(
-            turned.contains("skewness ") && !turned.contains("skewness −"),
-            "{turned}"
-        );
+        assert!(turned.contains("skewness ") && !turned.contains("skewness −"), "{turned}");
     }
 
     #[test]
     fn a_wave_in_one_direction_has_no_slope_in_the_other() {
         let wave = |shape: Shape| of(&shape.draw(square(64, 1.0))).join(", ");
-        let along_x = wave(Shape::Wave {
-            amplitude: 0.1,
-            waves: 2,
-        });
+        let along_x = wave(Shape::Wave { amplitude: 0.1, waves: 2 });
         assert!(along_x.contains("m₂₀/m₀₂ > 1000"), "{along_x}");
         // A sum of two is square, not isotropic: no curvature of x twists along y.
-        let both = wave(Shape::WaveSum {
-            amplitude: 0.1,
-            waves: 2,
-        });
-        assert!(
-            both.contains("3 m₂₂/m₄ = 0.00") && !both.contains("m₂₀/m₀₂"),
-            "{both}"
-        );
+        let both = wave(Shape::WaveSum { amplitude: 0.1, waves: 2 });
+        assert!(both.contains("3 m₂₂/m₄ = 0.00") && !both.contains("m₂₀/m₀₂"), "{both}");
     }
 }

@@ -70,11 +70,7 @@ impl Autocorrelation {
             *value = value.norm_sqr().into();
         }
         transform.inverse(&mut spectrum, &mut values, &mut scratch);
-        let mut correlation = Self {
-            grid,
-            nodes,
-            values,
-        };
+        let mut correlation = Self { grid, nodes, values };
         correlation.take_means(boundary);
         correlation
     }
@@ -125,12 +121,8 @@ impl Autocorrelation {
             }
         }
         let means = sums.into_iter().zip(0..);
-        let ring = |((count, sum), steps)| {
-            (count > 0.0).then(|| LagRing {
-                steps,
-                value: sum / count,
-            })
-        };
+        let ring =
+            |((count, sum), steps)| (count > 0.0).then(|| LagRing { steps, value: sum / count });
         means.filter_map(ring).collect()
     }
 

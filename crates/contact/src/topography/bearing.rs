@@ -41,11 +41,7 @@ pub fn levels(surface: &Surface, steps: usize, range: f64) -> Vec<Level> {
         let level = range - 2.0 * range * step as f64 / steps as f64;
         let height = level * rms;
         let above = heights.partition_point(|other| *other >= height);
-        Level {
-            level,
-            height,
-            share: above as f64 / count,
-        }
+        Level { level, height, share: above as f64 / count }
     };
     (0..=steps).map(level).collect()
 }
@@ -71,10 +67,7 @@ mod tests {
 
     #[test]
     fn a_punch_bears_on_its_top() {
-        let punch = Shape::Punch {
-            radius: 0.3,
-            depth: 1.0,
-        };
+        let punch = Shape::Punch { radius: 0.3, depth: 1.0 };
         let surface = punch.draw(square(32, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
         let shares: Vec<f64> = levels(&surface, 100, 5.0).iter().map(|l| l.share).collect();

@@ -32,12 +32,7 @@ pub struct Crop {
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum CropError {
     #[error("along {axis} it reaches from {from} to {to}, the map from 0 to {side}")]
-    Outside {
-        axis: char,
-        from: f64,
-        to: f64,
-        side: f64,
-    },
+    Outside { axis: char, from: f64, to: f64, side: f64 },
     #[error("along {axis} its side {size} is less than a node, which are {step} apart")]
     Empty { axis: char, size: f64, step: f64 },
 }
@@ -48,10 +43,7 @@ impl Crop {
     /// # Errors
     /// When the rectangle reaches beyond the map by half a step or more, or has no node.
     pub fn window(&self, grid: Grid) -> Result<Window, CropError> {
-        let mut window = Window {
-            first: [0; 2],
-            nodes: [0; 2],
-        };
+        let mut window = Window { first: [0; 2], nodes: [0; 2] };
         for (axis, name) in ['x', 'y'].into_iter().enumerate() {
             let (from, size) = (self.from[axis], self.size[axis]);
             let step = grid.spacing()[axis];
@@ -97,10 +89,7 @@ mod tests {
     #[test]
     fn what_is_no_part_of_a_map_is_refused_with_the_axis() {
         let beyond = window([0.5, 1.0], [0.5, 3.2]).unwrap_err();
-        assert_eq!(
-            beyond.to_string(),
-            "along y it reaches from 1 to 4.2, the map from 0 to 4"
-        );
+        assert_eq!(beyond.to_string(), "along y it reaches from 1 to 4.2, the map from 0 to 4");
         assert!(matches!(
             window([-0.2, 0.0], [0.5, 1.0]),
             Err(CropError::Outside { axis: 'x', .. })

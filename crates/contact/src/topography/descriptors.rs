@@ -77,11 +77,7 @@ impl Descriptors {
             skewness,
             excess_kurtosis,
             effective_modes: moments.effective_modes(),
-            full_contact_load: if rms_slope > 0.0 {
-                -deepest / rms_slope
-            } else {
-                0.0
-            },
+            full_contact_load: if rms_slope > 0.0 { -deepest / rms_slope } else { 0.0 },
         }
     }
 }
@@ -193,10 +189,7 @@ mod tests {
 
     #[test]
     fn two_levels_have_the_skewness_and_kurtosis_of_a_bernoulli_trial() {
-        let shape = Shape::Punch {
-            radius: 0.3,
-            depth: 5.0,
-        };
+        let shape = Shape::Punch { radius: 0.3, depth: 5.0 };
         let surface = shape.draw(square(32, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count();
         let share = top as f64 / 1024.0;
@@ -204,10 +197,7 @@ mod tests {
         let descriptors = Descriptors::of(&surface);
         let skewness = (1.0 - 2.0 * share) / variance.sqrt();
         assert_close(descriptors.skewness.unwrap(), skewness);
-        assert_close(
-            descriptors.excess_kurtosis.unwrap(),
-            (1.0 - 6.0 * variance) / variance,
-        );
+        assert_close(descriptors.excess_kurtosis.unwrap(), (1.0 - 6.0 * variance) / variance);
     }
 
     #[test]

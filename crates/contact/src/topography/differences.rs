@@ -70,9 +70,8 @@ pub fn mean_square_slopes(
         let nodes = lines.flat_map(|line| line..line + nodes_y.saturating_sub(1));
         let slopes = nodes.map(|node| (heights[node + next] - heights[node]) / step);
         let known = slopes.filter(|slope| !slope.is_nan());
-        let (sum, count) = known.fold((0.0, 0_usize), |(sum, count), slope| {
-            (sum + slope.powi(2), count + 1)
-        });
+        let (sum, count) =
+            known.fold((0.0, 0_usize), |(sum, count), slope| (sum + slope.powi(2), count + 1));
         (count > 0).then(|| sum / count as f64)
     })
 }
@@ -134,16 +133,12 @@ mod tests {
 
     #[test]
     fn slopes_from_and_to_missing_points_do_not_count() {
-        let mut heights: Vec<f64> = (0..20)
-            .map(|node| 3.0 * f64::from(node / 5) + 0.5 * f64::from(node % 5))
-            .collect();
+        let mut heights: Vec<f64> =
+            (0..20).map(|node| 3.0 * f64::from(node / 5) + 0.5 * f64::from(node % 5)).collect();
         heights[7] = f64::NAN;
         let slopes = mean_square_slopes([4, 5], [1.5, 0.25], &heights);
         assert_eq!(slopes, [Some(4.0), Some(4.0)]);
-        assert_eq!(
-            mean_square_slopes([4, 5], [1.0, 1.0], &[f64::NAN; 20]),
-            [None; 2]
-        );
+        assert_eq!(mean_square_slopes([4, 5], [1.0, 1.0], &[f64::NAN; 20]), [None; 2]);
     }
 
     #[test]

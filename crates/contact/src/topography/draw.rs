@@ -166,10 +166,8 @@ mod tests {
         let row: Vec<_> = draws.row(5, 0).take(20_001).collect();
         let product = |pair: &[ModeDraw]| (pair[0].power() - 1.0) * (pair[1].power() - 1.0);
         let powers: f64 = row.windows(2).map(product).sum();
-        let phases: Complex<f64> = row
-            .windows(2)
-            .map(|pair| pair[0].phase() * pair[1].phase().conj())
-            .sum();
+        let phases: Complex<f64> =
+            row.windows(2).map(|pair| pair[0].phase() * pair[1].phase().conj()).sum();
         // Four standard errors of a sum of 20 000 terms of unit variance.
         assert!(powers.abs() < 4.0 * 20_000_f64.sqrt());
         assert!(phases.norm() < 4.0 * 20_000_f64.sqrt());

@@ -80,9 +80,7 @@ mod tests {
         let heights = || map.measured().map(|(_, height)| height);
         let lowest = heights().fold(f64::INFINITY, f64::min);
         let highest = heights().fold(f64::NEG_INFINITY, f64::max);
-        for (fill, is_periodic) in FILLS
-            .into_iter()
-            .flat_map(|fill| [(fill, false), (fill, true)])
+        for (fill, is_periodic) in FILLS.into_iter().flat_map(|fill| [(fill, false), (fill, true)])
         {
             let filled = fill.fill(map.clone(), is_periodic).unwrap();
             for (node, height) in map.measured() {
@@ -96,10 +94,7 @@ mod tests {
     #[test]
     fn holes_are_an_error_unless_something_fills_them() {
         let map = scan([4, 5], [1.0, 1.0], |x, _| x, |i, j| i == 2 && j > 1);
-        let missing = MissingPoints {
-            missing: 3,
-            count: 20,
-        };
+        let missing = MissingPoints { missing: 3, count: 20 };
         assert_eq!(Fill::Error.fill(map, false), Err(missing));
         let nothing = scan([4, 5], [1.0, 1.0], |x, _| x, |_, _| true);
         for fill in FILLS {

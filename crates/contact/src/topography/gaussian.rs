@@ -82,28 +82,17 @@ fn inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     let [along_x, along_y] = [0, 1].map(|axis| weights(cutoff / grid.spacing()[axis]));
     // Above the first height rounding is that of the roughness, however high the map lies.
     let reference = surface.heights()[0];
-    let heights: Vec<f64> = surface
-        .heights()
-        .iter()
-        .map(|height| height - reference)
-        .collect();
+    let heights: Vec<f64> = surface.heights().iter().map(|height| height - reference).collect();
     let mut rows = vec![0.0; heights.len()];
     let share = normalisation(nodes_x, &along_x);
     for (i, row) in rows.chunks_exact_mut(nodes_y).enumerate() {
         for (other, weight) in neighbours(i, nodes_x, &along_x) {
-            add(
-                row,
-                &heights[other * nodes_y..][..nodes_y],
-                weight / share[i],
-            );
+            add(row, &heights[other * nodes_y..][..nodes_y], weight / share[i]);
         }
     }
     let share = normalisation(nodes_y, &along_y);
     let mut means = vec![reference; heights.len()];
-    for (row, means) in rows
-        .chunks_exact(nodes_y)
-        .zip(means.chunks_exact_mut(nodes_y))
-    {
+    for (row, means) in rows.chunks_exact(nodes_y).zip(means.chunks_exact_mut(nodes_y)) {
         let mut sums = vec![0.0; nodes_y];
         for (steps, &weight) in along_y.iter().enumerate().take(nodes_y) {
             add(&mut sums[..nodes_y - steps], &row[steps..], weight);
@@ -121,9 +110,7 @@ fn inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
 fn weights(cutoff: f64) -> Vec<f64> {
     // π/α² = π²/ln 2
     let exponent = |steps: usize| PI * PI / LN_2 * (steps as f64 / cutoff).powi(2);
-    let known = (0..)
-        .map(exponent)
-        .take_while(|exponent| *exponent < NEGLIGIBLE);
+    let known = (0..).map(exponent).take_while(|exponent| *exponent < NEGLIGIBLE);
     known.map(|exponent| libm::exp(-exponent)).collect()
 }
 
@@ -136,11 +123,7 @@ fn neighbours(node: usize, nodes: usize, weights: &[f64]) -> impl Iterator<Item 
 
 /// The sum of the weights that count for each node of a row.
 fn normalisation(nodes: usize, weights: &[f64]) -> Vec<f64> {
-    let sum = |node: usize| {
-        neighbours(node, nodes, weights)
-            .map(|(_, weight)| weight)
-            .sum()
-    };
+    let sum = |node: usize| neighbours(node, nodes, weights).map(|(_, weight)| weight).sum();
     (0..nodes).map(sum).collect()
 }
 

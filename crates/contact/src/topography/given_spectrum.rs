@@ -99,15 +99,9 @@ impl Wave {
             // A single mode, which the mesh shows as 2 Re(c).
             true => {
                 let coefficient = FRAC_1_SQRT_2 * coefficient;
-                Wave {
-                    coefficient,
-                    power: (2.0 * coefficient.re).powi(2),
-                }
+                Wave { coefficient, power: (2.0 * coefficient.re).powi(2) }
             }
-            false => Wave {
-                coefficient,
-                power: 2.0 * coefficient.norm_sqr(),
-            },
+            false => Wave { coefficient, power: 2.0 * coefficient.norm_sqr() },
         }
     }
 }
@@ -129,12 +123,11 @@ fn modes(grid: Grid, highest: f64) -> impl Iterator<Item = (i32, RangeInclusive<
     let [nodes_x, nodes_y] = grid.nodes();
     let is_nyquist = |waves: i32, nodes: usize| 2 * waves.unsigned_abs() as usize == nodes;
     let rows = -most_x..=most_x;
-    rows.filter(move |&k_x| k_x >= 0 || !is_nyquist(k_x, nodes_x))
-        .map(move |k_x| {
-            // What lies at ±N/2 along y and left of x = 0 is there with the opposite sign.
-            let hidden = k_x < 0 && is_nyquist(most_y, nodes_y);
-            (k_x, i32::from(k_x <= 0)..=most_y - i32::from(hidden))
-        })
+    rows.filter(move |&k_x| k_x >= 0 || !is_nyquist(k_x, nodes_x)).map(move |k_x| {
+        // What lies at ±N/2 along y and left of x = 0 is there with the opposite sign.
+        let hidden = k_x < 0 && is_nyquist(most_y, nodes_y);
+        (k_x, i32::from(k_x <= 0)..=most_y - i32::from(hidden))
+    })
 }
 
 fn wavenumber(grid: Grid, k_x: i32, k_y: i32) -> f64 {
@@ -157,12 +150,7 @@ mod tests {
     }
 
     fn surface(density: &SpectralDensity, realization: u32) -> GivenSpectrum<'_> {
-        GivenSpectrum {
-            density,
-            rms_slope: None,
-            seed: 11,
-            realization,
-        }
+        GivenSpectrum { density, rms_slope: None, seed: 11, realization }
     }
 
     #[test]
@@ -195,10 +183,7 @@ mod tests {
         // To the corners of the mesh: waves of two nodes count as the mesh sees them.
         let density = power_law(2.0, [1.0, 100.0]);
         for grid in [square(16, 1.0), rectangle([9, 12], [1.0, 0.5])] {
-            let scaled = GivenSpectrum {
-                rms_slope: Some(0.3),
-                ..surface(&density, 0)
-            };
+            let scaled = GivenSpectrum { rms_slope: Some(0.3), ..surface(&density, 0) };
             let slope = Moments::of(&scaled.draw(grid)).rms_slope();
             assert!((slope / 0.3 - 1.0).abs() < 1e-12, "{slope}");
         }
@@ -209,10 +194,7 @@ mod tests {
         let density = power_law(2.0, [1.1, 1.3]);
         // Wavenumbers of 1 and √2, but none between.
         assert!(!occupies(&density, square(16, 1.0)));
-        assert!(
-            occupies(&density, square(16, 2.0)),
-            "√5 of half the wavenumber"
-        );
+        assert!(occupies(&density, square(16, 2.0)), "√5 of half the wavenumber");
         assert!(surface(&density, 0).draw(square(16, 1.0)).heights() == [0.0; 256]);
     }
 
@@ -222,13 +204,7 @@ mod tests {
         for realization in 0..surfaces {
             let drawn = surface(density, realization).draw(grid);
             let rings = power_spectrum::rings(&drawn, Boundary::Periodic);
-            mean.resize(
-                rings.len(),
-                Ring {
-                    density: 0.0,
-                    ..rings[0]
-                },
-            );
+            mean.resize(rings.len(), Ring { density: 0.0, ..rings[0] });
             for (mean, ring) in mean.iter_mut().zip(rings) {
                 mean.waves = ring.waves;
                 mean.modes = ring.modes;

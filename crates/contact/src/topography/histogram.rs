@@ -41,11 +41,7 @@ impl Histogram {
         let mean = heights.iter().sum::<f64>() / nodes;
         let deviations = heights.iter().map(|height| height - mean);
         let variance = deviations.clone().map(|d| d * d).sum::<f64>() / nodes;
-        let scale = if variance > 0.0 {
-            1.0 / variance.sqrt()
-        } else {
-            0.0
-        };
+        let scale = if variance > 0.0 { 1.0 / variance.sqrt() } else { 0.0 };
         let width = 2.0 * range / bins as f64;
         let mut counts = vec![0; bins];
         let mut outside = 0;
@@ -64,12 +60,7 @@ impl Histogram {
             density: count as f64 / (nodes * width),
         };
         let bins = counts.into_iter().enumerate().map(bin).collect();
-        Self {
-            bins,
-            width,
-            rms_height: variance.sqrt(),
-            outside,
-        }
+        Self { bins, width, rms_height: variance.sqrt(), outside }
     }
 }
 

@@ -166,9 +166,7 @@ impl NormalEquations {
         }
         for k in (0..self.terms).rev() {
             if factor[k][k] > 0.0 {
-                let sum: f64 = (k + 1..self.terms)
-                    .map(|m| factor[m][k] * solution[m])
-                    .sum();
+                let sum: f64 = (k + 1..self.terms).map(|m| factor[m][k] * solution[m]).sum();
                 solution[k] = (solution[k] - sum) / factor[k][k];
             }
         }
@@ -187,14 +185,7 @@ mod tests {
     fn form(level: Level) -> impl Fn(f64, f64) -> f64 {
         let terms = level.terms();
         move |x, y| {
-            let all = [
-                3.0,
-                -2.0 * x,
-                0.7 * y,
-                4.0 * x * x,
-                -5.0 * x * y,
-                0.3 * y * y,
-            ];
+            let all = [3.0, -2.0 * x, 0.7 * y, 4.0 * x * x, -5.0 * x * y, 0.3 * y * y];
             all[..terms].iter().sum()
         }
     }
@@ -226,9 +217,7 @@ mod tests {
             let left = level.level(map.clone());
             let basis = Basis::on(left.grid());
             for term in 0..level.terms() {
-                let moments = left
-                    .measured()
-                    .map(|(node, height)| basis.at(node)[term] * height);
+                let moments = left.measured().map(|(node, height)| basis.at(node)[term] * height);
                 assert!(moments.sum::<f64>().abs() < 1e-11, "{level:?}");
             }
             let again = level.level(left.clone());
@@ -261,10 +250,7 @@ mod tests {
         }
         let point = scan([9, 9], [1.0, 1.0], |_, _| 7.0, |i, j| (i, j) != (2, 3));
         for level in LEVELS {
-            assert_eq!(
-                level.level(point.clone()).measured().next(),
-                Some((21, 0.0))
-            );
+            assert_eq!(level.level(point.clone()).measured().next(), Some((21, 0.0)));
         }
     }
 

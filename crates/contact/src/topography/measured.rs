@@ -26,12 +26,7 @@ pub enum MeasuredError {
     #[error("the array has shape {found:?}, a height map has rows and columns, like [256, 256]")]
     Shape { found: Vec<u64> },
     #[error("shape {shape:?} of type `{element}` needs {needed} bytes of data, {found} are there")]
-    Length {
-        shape: Vec<u64>,
-        element: &'static str,
-        needed: u128,
-        found: usize,
-    },
+    Length { shape: Vec<u64>, element: &'static str, needed: u128, found: usize },
     #[error(transparent)]
     Surface(#[from] SurfaceError),
 }
@@ -143,27 +138,19 @@ impl Element {
 }
 
 fn decode<const SIZE: usize>(data: &[u8], value: impl Fn([u8; SIZE]) -> f64) -> Vec<f64> {
-    data.as_chunks()
-        .0
-        .iter()
-        .map(|bytes| value(*bytes))
-        .collect()
+    data.as_chunks().0.iter().map(|bytes| value(*bytes)).collect()
 }
 
 /// Header and data of a NumPy file.
 fn split(bytes: &[u8]) -> Result<(&str, &[u8]), MeasuredError> {
-    let rest = bytes
-        .strip_prefix(b"\x93NUMPY")
-        .ok_or(MeasuredError::Magic)?;
+    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or(MeasuredError::Magic)?;
     let (claimed, rest) = match *rest {
         [1, _, a, b, ref rest @ ..] => (u16::from_le_bytes([a, b]).into(), rest),
         [2 | 3, _, a, b, c, d, ref rest @ ..] => (u32::from_le_bytes([a, b, c, d]) as usize, rest),
         [version @ (0 | 4..), ..] => return Err(MeasuredError::Version(version)),
         _ => return Err(MeasuredError::CutOff),
     };
-    let (header, data) = rest
-        .split_at_checked(claimed)
-        .ok_or(MeasuredError::CutOff)?;
+    let (header, data) = rest.split_at_checked(claimed).ok_or(MeasuredError::CutOff)?;
     let header = str::from_utf8(header)
         .map_err(|_| unreadable(&String::from_utf8_lossy(header), "dictionary"))?;
     Ok((header.trim(), data))
@@ -231,10 +218,7 @@ mod tests {
     }
 
     fn doubles(values: &[f64]) -> Vec<u8> {
-        values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect()
+        values.iter().flat_map(|value| value.to_le_bytes()).collect()
     }
 
     fn valid() -> Vec<u8> {
@@ -272,10 +256,8 @@ mod tests {
 
     #[test]
     fn single_precision_and_the_second_version_are_read_too() {
-        let data: Vec<u8> = [0.5_f32, -2.0, 0.0, 8.0]
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect();
+        let data: Vec<u8> =
+            [0.5_f32, -2.0, 0.0, 8.0].iter().flat_map(|value| value.to_le_bytes()).collect();
         let single = read_npy(&npy("<f4", "False", "(2, 2)", &data), cell(1.0)).unwrap();
         assert_eq!(single.heights(), [0.5, -2.0, 0.0, 8.0]);
         let mut second = valid();
@@ -288,10 +270,7 @@ mod tests {
     fn every_truncation_is_an_error() {
         let bytes = valid();
         for length in 0..bytes.len() {
-            assert!(
-                read_npy(&bytes[..length], cell(1.0)).is_err(),
-                "{length} bytes"
-            );
+            assert!(read_npy(&bytes[..length], cell(1.0)).is_err(), "{length} bytes");
         }
         let longer = [bytes, vec![0]].concat();
         assert_eq!(
@@ -326,11 +305,7 @@ mod tests {
 
     #[test]
     fn what_has_no_rows_and_columns_is_refused_with_its_shape() {
-        let shapes = [
-            ("(4,)", vec![4]),
-            ("()", vec![]),
-            ("(2, 2, 1)", vec![2, 2, 1]),
-        ];
+        let shapes = [("(4,)", vec![4]), ("()", vec![]), ("(2, 2, 1)", vec![2, 2, 1])];
         for (shape, found) in shapes {
             let error = read_npy(&npy("<f8", "False", shape, &[0; 32]), cell(1.0));
             assert_eq!(error, Err(MeasuredError::Shape { found }));

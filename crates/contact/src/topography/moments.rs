@@ -105,11 +105,7 @@ impl Moments {
     /// for a flat one.
     pub fn summit_density(&self) -> f64 {
         let second = self.second();
-        if second > 0.0 {
-            3_f64.sqrt() / (18.0 * PI) * self.fourth() / second
-        } else {
-            0.0
-        }
+        if second > 0.0 { 3_f64.sqrt() / (18.0 * PI) * self.fourth() / second } else { 0.0 }
     }
 
     /// Summit density in integer wavenumbers, as the paper tabulates it: summits per (L/2π)², L
@@ -141,10 +137,7 @@ pub(super) struct MomentSum {
 impl MomentSum {
     /// No mode so far.
     pub fn on(cell: Cell) -> Self {
-        Self {
-            cell,
-            sums: Moments::default(),
-        }
+        Self { cell, sums: Moments::default() }
     }
 
     /// Adds a pair of modes of ± so many waves along x and y; `power` is that of both together.
@@ -188,11 +181,7 @@ impl MomentSum {
 
 /// Wavenumber along x of row `i` of a half spectrum; positive at Nyquist.
 pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
-    if 2 * i <= nodes {
-        i as f64
-    } else {
-        i as f64 - nodes as f64
-    }
+    if 2 * i <= nodes { i as f64 } else { i as f64 - nodes as f64 }
 }
 
 /// How many modes of the full spectrum entry (i, k_y) stands for: two, but one where k and −k
@@ -216,18 +205,11 @@ mod tests {
     /// Heights without any symmetry.
     fn rough(nodes: usize, side: f64) -> Surface {
         let height = |node| libm::sin(7.0 + (node * node) as f64);
-        Surface::new(
-            square(nodes, side),
-            (0..nodes * nodes).map(height).collect(),
-        )
-        .unwrap()
+        Surface::new(square(nodes, side), (0..nodes * nodes).map(height).collect()).unwrap()
     }
 
     fn assert_close(found: f64, exact: f64) {
-        assert!(
-            (found - exact).abs() < 1e-12 * exact.abs(),
-            "{found} should be {exact}"
-        );
+        assert!((found - exact).abs() < 1e-12 * exact.abs(), "{found} should be {exact}");
     }
 
     #[test]
@@ -239,10 +221,7 @@ mod tests {
             let square = |height: &f64| (height - mean).powi(2);
             let variance = surface.heights().iter().map(square).sum::<f64>() / count;
             let power = Moments::of(&surface).m00;
-            assert!(
-                (power - variance).abs() < 1e-15,
-                "{nodes}: {power} {variance}"
-            );
+            assert!((power - variance).abs() < 1e-15, "{nodes}: {power} {variance}");
         }
     }
 
@@ -282,10 +261,8 @@ mod tests {
     fn equal_waves_count_as_many_modes_as_there_are() {
         let (amplitude, waves) = (0.1, 3);
         // cos·cos is the sum of waves along (1, 1) and (1, −1), cos + cos along the axes.
-        for shape in [
-            Shape::WaveProduct { amplitude, waves },
-            Shape::WaveSum { amplitude, waves },
-        ] {
+        for shape in [Shape::WaveProduct { amplitude, waves }, Shape::WaveSum { amplitude, waves }]
+        {
             let moments = Moments::of(&shape.draw(square(16, 1.0)));
             assert_close(moments.effective_modes(), 2.0);
             // All modes on one circle: m2 and m4 are half the square slope and, along the axes,
@@ -310,11 +287,7 @@ mod tests {
     #[test]
     fn units_of_length_scale_moments_and_leave_ratios_alone() {
         let surface = rough(12, 1.0);
-        let scaled = surface
-            .heights()
-            .iter()
-            .map(|height| 3.0 * height)
-            .collect();
+        let scaled = surface.heights().iter().map(|height| 3.0 * height).collect();
         let scaled = Moments::of(&Surface::new(square(12, 3.0), scaled).unwrap());
         let moments = Moments::of(&surface);
         assert_close(scaled.rms_height(), 3.0 * moments.rms_height());

@@ -31,11 +31,7 @@ impl Continuum {
     /// With the integer wavenumber instead, the value tabulated in the paper, which is smaller than
     /// the number of summits in the cell by (2π)².
     pub fn summit_density(&self, k_rolloff: f64) -> f64 {
-        let ratio = if self.is_ring() {
-            1.0
-        } else {
-            self.moment(4.0) / self.moment(2.0)
-        };
+        let ratio = if self.is_ring() { 1.0 } else { self.moment(4.0) / self.moment(2.0) };
         3_f64.sqrt() / (24.0 * PI) * k_rolloff * k_rolloff * ratio
     }
 
@@ -64,18 +60,11 @@ mod tests {
     use super::*;
 
     fn self_affine(hurst: f64, magnification: f64) -> Continuum {
-        Continuum {
-            hurst,
-            plateau: 1.0,
-            magnification,
-        }
+        Continuum { hurst, plateau: 1.0, magnification }
     }
 
     fn assert_close(found: f64, exact: f64) {
-        assert!(
-            (found / exact - 1.0).abs() < 1e-12,
-            "{found} should be {exact}"
-        );
+        assert!((found / exact - 1.0).abs() < 1e-12, "{found} should be {exact}");
     }
 
     /// D in units of its value on a ring of radius k_rolloff.
@@ -122,11 +111,7 @@ mod tests {
 
     #[test]
     fn a_plateau_alone_goes_from_three_halves_to_two() {
-        let disc = |plateau: f64| Continuum {
-            hurst: 0.8,
-            plateau,
-            magnification: 1.0,
-        };
+        let disc = |plateau: f64| Continuum { hurst: 0.8, plateau, magnification: 1.0 };
         for x in [0.9, 0.5, 0.1] {
             let six = 1.0 - f64::powi(x, 6);
             let four = 1.0 - f64::powi(x, 4);

@@ -81,9 +81,7 @@ pub fn detrend(surface: &Surface) -> Surface {
 /// Σ of the squared offsets of so many nodes from their middle.
 fn square_offsets(nodes: usize) -> f64 {
     let middle = (nodes as f64 - 1.0) / 2.0;
-    (0..nodes)
-        .map(|index| (index as f64 - middle).powi(2))
-        .sum()
+    (0..nodes).map(|index| (index as f64 - middle).powi(2)).sum()
 }
 
 /// The map and its three mirror images, on a cell of twice the sides.
@@ -128,23 +126,13 @@ pub(super) fn window(nodes: usize, edge: f64) -> Vec<f64> {
     let faded = edge.min(0.5) * nodes as f64;
     (0..nodes)
         .map(|index| index.min(nodes - 1 - index) as f64 + 0.5)
-        .map(|depth| {
-            if depth < faded {
-                libm::sin(PI / 2.0 * depth / faded).powi(2)
-            } else {
-                1.0
-            }
-        })
+        .map(|depth| if depth < faded { libm::sin(PI / 2.0 * depth / faded).powi(2) } else { 1.0 })
         .collect()
 }
 
 fn map_nodes(surface: &Surface, change: impl Fn(usize, f64) -> f64) -> Surface {
-    let heights = surface
-        .heights()
-        .iter()
-        .enumerate()
-        .map(|(node, height)| change(node, *height))
-        .collect();
+    let heights =
+        surface.heights().iter().enumerate().map(|(node, height)| change(node, *height)).collect();
     Surface::new(surface.grid(), heights).expect("averages of finite heights are finite")
 }
 

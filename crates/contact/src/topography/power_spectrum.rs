@@ -166,19 +166,12 @@ mod tests {
     }
 
     fn assert_close(found: f64, exact: f64) {
-        assert!(
-            (found - exact).abs() < 1e-12 * exact.abs(),
-            "{found} should be {exact}"
-        );
+        assert!((found - exact).abs() < 1e-12 * exact.abs(), "{found} should be {exact}");
     }
 
     #[test]
     fn the_density_of_all_modes_is_the_variance_of_the_heights() {
-        for (nodes, size) in [
-            ([8, 8], [1.0, 1.0]),
-            ([15, 6], [3.0, 0.5]),
-            ([6, 15], [0.2, 0.7]),
-        ] {
+        for (nodes, size) in [([8, 8], [1.0, 1.0]), ([15, 6], [3.0, 0.5]), ([6, 15], [0.2, 0.7])] {
             let surface = rough(nodes, size);
             let sum: f64 = rings(&surface, Boundary::Periodic)
                 .iter()
@@ -199,12 +192,9 @@ mod tests {
 
     #[test]
     fn profiles_have_the_variance_about_their_means() {
-        for (nodes, axis) in [
-            ([8, 6], Axis::X),
-            ([9, 6], Axis::X),
-            ([5, 12], Axis::Y),
-            ([5, 13], Axis::Y),
-        ] {
+        for (nodes, axis) in
+            [([8, 6], Axis::X), ([9, 6], Axis::X), ([5, 12], Axis::Y), ([5, 13], Axis::Y)]
+        {
             let surface = rough(nodes, [3.0, 2.0]);
             let densities = of_profiles(&surface, axis, Boundary::Periodic);
             let along = axis.of(nodes);
@@ -222,10 +212,7 @@ mod tests {
 
     #[test]
     fn a_wave_has_its_power_at_its_own_wavenumber() {
-        let wave = Shape::Wave {
-            amplitude: 0.2,
-            waves: 5,
-        };
+        let wave = Shape::Wave { amplitude: 0.2, waves: 5 };
         let surface = wave.draw(rectangle([32, 16], [2.0, 1.0]));
         let densities = of_profiles(&surface, Axis::X, Boundary::Periodic);
         // Δ²/2 = 2 C₁/L.

@@ -134,10 +134,7 @@ mod tests {
         let prepared = Preparation::default().prepare(map.clone(), Edges::Open);
         let surface = map.whole().unwrap();
         assert_eq!(prepared, Ok(Prepared { surface, filled: 0 }));
-        assert_eq!(
-            serde_json::to_string(&Preparation::default()).unwrap(),
-            "{}"
-        );
+        assert_eq!(serde_json::to_string(&Preparation::default()).unwrap(), "{}");
     }
 
     #[test]
@@ -147,10 +144,7 @@ mod tests {
         let is_missing = |i: usize, j: usize| (i, j) == (40, 9);
         let map = scan([96, 24], [3.0, 0.75], height, is_missing);
         let preparation = Preparation {
-            crop: Some(Crop {
-                from: [0.5, 0.125],
-                size: [2.0, 0.5],
-            }),
+            crop: Some(Crop { from: [0.5, 0.125], size: [2.0, 0.5] }),
             level: Some(Level::Plane),
             fill: Some(Fill::Harmonic),
             low_pass: Some(0.5),
@@ -164,28 +158,16 @@ mod tests {
         let middle = prepared.surface.heights()[32 * 16 + 8];
         let expected = 0.01 * transmission(0.5, 0.5);
         assert!((middle / expected - 1.0).abs() < 0.05, "{middle}");
-        let unfilled = Preparation {
-            fill: None,
-            ..preparation
-        };
-        let missing = MissingPoints {
-            missing: 1,
-            count: 1024,
-        };
-        assert_eq!(
-            unfilled.prepare(map, Edges::Open),
-            Err(PreparationError::Missing(missing))
-        );
+        let unfilled = Preparation { fill: None, ..preparation };
+        let missing = MissingPoints { missing: 1, count: 1024 };
+        assert_eq!(unfilled.prepare(map, Edges::Open), Err(PreparationError::Missing(missing)));
     }
 
     #[test]
     fn a_map_of_which_nothing_is_left_is_an_error() {
         let plane = scan([8, 6], [1.0, 1.0], |x, y| x - y, |_, _| false);
         let level = Some(Level::Plane);
-        let preparation = Preparation {
-            level,
-            ..Preparation::default()
-        };
+        let preparation = Preparation { level, ..Preparation::default() };
         let error = preparation.prepare(plane.clone(), Edges::Open);
         assert_eq!(error, Err(PreparationError::Flat));
         let error = Preparation::default().prepare(plane, Edges::Mirror);

@@ -87,10 +87,7 @@ impl RandomSurface {
         let [nodes_x, nodes_y] = grid.nodes();
         let [most_x, most_y] = self.spectrum.most_waves(grid.cell());
         for (nodes, waves) in [(nodes_x, most_x), (nodes_y, most_y)] {
-            assert!(
-                2 * waves as usize <= nodes,
-                "{nodes} nodes cannot carry {waves} waves"
-            );
+            assert!(2 * waves as usize <= nodes, "{nodes} nodes cannot carry {waves} waves");
         }
         let mut waves = Waves::on(grid.nodes());
         let mut sum = MomentSum::on(grid.cell());
@@ -176,11 +173,7 @@ impl RandomSurface {
     /// What the heights are multiplied by for the slope asked for.
     fn scale(&self, sum: &MomentSum) -> f64 {
         let square_slope = sum.square_slope();
-        if square_slope > 0.0 {
-            self.rms_slope / square_slope.sqrt()
-        } else {
-            0.0
-        }
+        if square_slope > 0.0 { self.rms_slope / square_slope.sqrt() } else { 0.0 }
     }
 }
 
@@ -219,16 +212,11 @@ mod tests {
     fn rings_hold_the_power_of_all_modes() {
         let random = random(Amplitude::Gaussian, 4, 64);
         let rings = random.rings(cell(3.0));
-        let square_height: f64 = rings
-            .iter()
-            .map(|ring| 2.0 * f64::from(ring.pairs) * ring.power)
-            .sum();
+        let square_height: f64 =
+            rings.iter().map(|ring| 2.0 * f64::from(ring.pairs) * ring.power).sum();
         assert_close(square_height, random.moments(cell(3.0)).m00, 1e-12);
         let wavenumbers = rings.iter().map(|ring| ring.wavenumber);
-        assert!(
-            wavenumbers.eq(4..=64),
-            "every ring between the cutoffs has modes"
-        );
+        assert!(wavenumbers.eq(4..=64), "every ring between the cutoffs has modes");
     }
 
     #[test]
@@ -279,10 +267,7 @@ mod tests {
     fn slope_is_the_one_asked_for_in_every_realization() {
         for amplitude in [Amplitude::Gaussian, Amplitude::Deterministic] {
             for realization in 0..3 {
-                let surface = RandomSurface {
-                    realization,
-                    ..random(amplitude, 1, 15)
-                };
+                let surface = RandomSurface { realization, ..random(amplitude, 1, 15) };
                 for side in [1.0, 2.5] {
                     let slope = Moments::of(&surface.draw(square(32, side))).rms_slope();
                     assert_close(slope, 0.02, 1e-13);
@@ -312,10 +297,7 @@ mod tests {
     }
 
     fn moments_agree(surface: &RandomSurface, grid: Grid) {
-        let (modes, mesh) = (
-            surface.moments(grid.cell()),
-            Moments::of(&surface.draw(grid)),
-        );
+        let (modes, mesh) = (surface.moments(grid.cell()), Moments::of(&surface.draw(grid)));
         assert_close(mesh.rms_slope(), 0.02, 1e-13);
         assert_close(modes.m00, mesh.m00, 1e-13);
         assert_close(modes.m20, mesh.m20, 1e-13);
@@ -330,27 +312,9 @@ mod tests {
     fn deterministic_moduli_give_the_sums_over_the_lattice_of_modes() {
         // (k_lower, k_upper, α, D, effective modes), summed over the whole annulus in Python.
         let sums = [
-            (
-                1,
-                32,
-                43.907438965701495,
-                4.944027327049505,
-                5.184543977857162,
-            ),
-            (
-                4,
-                64,
-                12.3413395996431,
-                23.100322026423022,
-                91.83554119769903,
-            ),
-            (
-                16,
-                128,
-                5.263759124960063,
-                110.01537689845746,
-                1499.1122607919833,
-            ),
+            (1, 32, 43.907438965701495, 4.944027327049505, 5.184543977857162),
+            (4, 64, 12.3413395996431, 23.100322026423022, 91.83554119769903),
+            (16, 128, 5.263759124960063, 110.01537689845746, 1499.1122607919833),
         ];
         for (k_lower, k_upper, nayak, density, effective) in sums {
             let [scattering, fixed] =
@@ -379,14 +343,8 @@ mod tests {
         let moments = |ratio: f64, angle: f64| {
             let isotropic = random(Amplitude::Deterministic, 8, 64);
             let anisotropy = Anisotropy::new(ratio, angle);
-            let spectrum = Spectrum {
-                anisotropy,
-                ..isotropic.spectrum
-            };
-            let surface = RandomSurface {
-                spectrum,
-                ..isotropic
-            };
+            let spectrum = Spectrum { anisotropy, ..isotropic.spectrum };
+            let surface = RandomSurface { spectrum, ..isotropic };
             surface.moments(cell(1.0))
         };
         let along_x = moments(2.0, 0.0);
@@ -418,12 +376,7 @@ mod tests {
             // Modes on the cutoffs go, a hundredth of all.
             assert!((one - other).abs() < rms_height);
         }
-        let product: f64 = one
-            .heights()
-            .iter()
-            .zip(other.heights())
-            .map(|(a, b)| a * b)
-            .sum();
+        let product: f64 = one.heights().iter().zip(other.heights()).map(|(a, b)| a * b).sum();
         let squares = [&one, &other].map(|s| s.heights().iter().map(|h| h * h).sum::<f64>());
         assert!(product / (squares[0] * squares[1]).sqrt() > 0.95);
     }
@@ -432,10 +385,7 @@ mod tests {
     fn gaussian_moduli_scatter_around_the_published_mean() {
         let (mut nayak, mut density) = (0.0, 0.0);
         for realization in 0..8 {
-            let surface = RandomSurface {
-                realization,
-                ..random(Amplitude::Gaussian, 4, 64)
-            };
+            let surface = RandomSurface { realization, ..random(Amplitude::Gaussian, 4, 64) };
             let moments = surface.moments(cell(1.0));
             nayak += moments.nayak().unwrap() / 8.0;
             density += moments.summit_density_integer(cell(1.0)) / 8.0;
@@ -449,11 +399,6 @@ mod tests {
     fn a_spectrum_without_modes_is_flat() {
         let flat = random(Amplitude::Gaussian, 8, 4);
         assert_eq!(flat.moments(cell(1.0)), Moments::default());
-        assert!(
-            flat.draw(square(16, 1.0))
-                .heights()
-                .iter()
-                .all(|h| *h == 0.0)
-        );
+        assert!(flat.draw(square(16, 1.0)).heights().iter().all(|h| *h == 0.0));
     }
 }

@@ -110,10 +110,7 @@ mod tests {
     #[test]
     fn every_mesh_shows_the_same_waves() {
         let meshes = [[7, 5], [8, 6], [9, 16], [20, 6], [31, 24]];
-        for (from, to) in meshes
-            .into_iter()
-            .flat_map(|from| meshes.map(|to| (from, to)))
-        {
+        for (from, to) in meshes.into_iter().flat_map(|from| meshes.map(|to| (from, to))) {
             assert_equal(&resampled(&waves(from), to), &waves(to));
         }
     }

@@ -74,10 +74,7 @@ mod tests {
 
     #[test]
     fn a_punch_has_the_roughness_of_two_levels() {
-        let punch = Shape::Punch {
-            radius: 0.3,
-            depth: 2.0,
-        };
+        let punch = Shape::Punch { radius: 0.3, depth: 2.0 };
         let surface = punch.draw(square(32, 1.0));
         let share = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
         let found = Roughness::of(&surface, Boundary::Free);
@@ -100,11 +97,9 @@ mod tests {
         let high = low.heights().iter().map(|height| height + 64.0).collect();
         let high = Surface::new(low.grid(), high).unwrap();
         let [low, high] = [low, high].map(|surface| Roughness::of(&surface, Boundary::Free));
-        for (low, high) in [
-            (low.sq, high.sq),
-            (low.sa, high.sa),
-            (low.ssk.unwrap(), high.ssk.unwrap()),
-        ] {
+        for (low, high) in
+            [(low.sq, high.sq), (low.sa, high.sa), (low.ssk.unwrap(), high.ssk.unwrap())]
+        {
             assert!((low - high).abs() < 1e-12);
         }
     }

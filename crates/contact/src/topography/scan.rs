@@ -53,10 +53,7 @@ impl Scan {
     /// When there are more or fewer numbers than nodes.
     pub fn new(grid: Grid, mut heights: Vec<f64>) -> Result<Scan, SurfaceError> {
         if grid.count() != heights.len() {
-            return Err(SurfaceError::Count {
-                found: heights.len(),
-                nodes: grid.nodes(),
-            });
+            return Err(SurfaceError::Count { found: heights.len(), nodes: grid.nodes() });
         }
         let infinite = heights.iter_mut().filter(|height| height.is_infinite());
         infinite.for_each(|height| *height = f64::NAN);
@@ -96,10 +93,7 @@ impl Scan {
             true => f64::NAN,
             false => change(node, *height),
         });
-        Scan {
-            grid: self.grid,
-            heights: heights.collect(),
-        }
+        Scan { grid: self.grid, heights: heights.collect() }
     }
 
     /// The same map with heights at some of its nodes.
@@ -145,10 +139,7 @@ impl Scan {
 
 impl From<Surface> for Scan {
     fn from(surface: Surface) -> Scan {
-        Scan {
-            grid: surface.grid(),
-            heights: surface.into_heights(),
-        }
+        Scan { grid: surface.grid(), heights: surface.into_heights() }
     }
 }
 
@@ -184,16 +175,8 @@ mod tests {
 
     #[test]
     fn a_window_has_the_heights_and_the_steps_of_the_map() {
-        let map = scan(
-            [5, 4],
-            [1.0, 2.0],
-            |x, y| 10.0 * x + y,
-            |i, j| (i, j) == (2, 2),
-        );
-        let window = Window {
-            first: [1, 2],
-            nodes: [3, 2],
-        };
+        let map = scan([5, 4], [1.0, 2.0], |x, y| 10.0 * x + y, |i, j| (i, j) == (2, 2));
+        let window = Window { first: [1, 2], nodes: [3, 2] };
         let part = map.cropped(window);
         assert_eq!(part.grid().nodes(), [3, 2]);
         assert!((part.grid().cell().size()[0] - 0.6).abs() < 1e-15);
@@ -208,10 +191,7 @@ mod tests {
     #[test]
     fn the_whole_window_is_the_map_to_the_last_bit() {
         let map = scan([7, 3], [0.1, 0.3], |x, y| x * y, |_, _| false);
-        let window = Window {
-            first: [0, 0],
-            nodes: [7, 3],
-        };
+        let window = Window { first: [0, 0], nodes: [7, 3] };
         assert_eq!(map.cropped(window).whole(), map.clone().whole());
     }
 
@@ -219,10 +199,7 @@ mod tests {
     fn what_is_not_finite_is_missing() {
         let map = scan([2, 2], [1.0, 1.0], |x, _| 1.0 / x, |_, _| false);
         assert_eq!(map.missing(), 2);
-        let missing = MissingPoints {
-            missing: 2,
-            count: 4,
-        };
+        let missing = MissingPoints { missing: 2, count: 4 };
         assert_eq!(map.whole(), Err(missing));
         assert_eq!(missing.to_string(), "2 of 4 points are missing");
     }

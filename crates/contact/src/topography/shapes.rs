@@ -45,9 +45,7 @@ pub enum Shape {
 impl Shape {
     /// The heights on a grid; radii must be positive, all lengths finite.
     pub fn draw(&self, grid: Grid) -> Surface {
-        let heights = (0..grid.count())
-            .map(|node| self.height(grid, grid.place(node)))
-            .collect();
+        let heights = (0..grid.count()).map(|node| self.height(grid, grid.place(node))).collect();
         Surface::new(grid, heights).expect("lengths are finite and radii positive")
     }
 
@@ -94,11 +92,7 @@ mod tests {
 
     #[test]
     fn wave_repeats_exactly_and_varies_along_x_only() {
-        let surface = Shape::Wave {
-            amplitude: 0.1,
-            waves: 4,
-        }
-        .draw(square(32, 1.0));
+        let surface = Shape::Wave { amplitude: 0.1, waves: 4 }.draw(square(32, 1.0));
         for (node, height) in surface.heights().iter().enumerate() {
             assert_eq!(*height, surface.heights()[(node / 32 % 8) * 32]);
         }
@@ -140,10 +134,7 @@ mod tests {
 
     #[test]
     fn punch_covers_the_area_of_its_disc() {
-        let shape = Shape::Punch {
-            radius: 0.3,
-            depth: 2.0,
-        };
+        let shape = Shape::Punch { radius: 0.3, depth: 2.0 };
         let surface = shape.draw(square(256, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count();
         let bottom = surface.heights().iter().filter(|&&h| h == -2.0).count();

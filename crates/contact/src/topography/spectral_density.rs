@@ -113,10 +113,7 @@ impl SpectralDensity {
             Shape::Points(points) => {
                 let next = points.partition_point(|&[known, _]| known < wavenumber);
                 let is_at = |known: f64| (wavenumber / known - 1.0).abs() <= ROUNDING;
-                match (
-                    next.checked_sub(1).map(|left| points[left]),
-                    points.get(next),
-                ) {
+                match (next.checked_sub(1).map(|left| points[left]), points.get(next)) {
                     (_, Some(&[known, density])) if is_at(known) => density,
                     (Some([known, density]), _) if is_at(known) => density,
                     (Some(left), Some(&right)) => between(left, right, wavenumber),
@@ -218,27 +215,15 @@ mod tests {
     fn numbers_that_are_no_density_are_refused() {
         let found = |points: Vec<[f64; 2]>| SpectralDensity::through(points).unwrap_err();
         let number = 2;
-        assert_eq!(
-            found(vec![[1.0, 1.0]]),
-            SpectralDensityError::TooFew { found: 1 }
-        );
+        assert_eq!(found(vec![[1.0, 1.0]]), SpectralDensityError::TooFew { found: 1 });
         assert_eq!(
             found(vec![[1.0, 1.0], [1.0, 1.0]]),
-            SpectralDensityError::Wavenumber {
-                number,
-                wavenumber: 1.0
-            }
+            SpectralDensityError::Wavenumber { number, wavenumber: 1.0 }
         );
         assert_eq!(
             found(vec![[1.0, 1.0], [2.0, -1.0]]),
-            SpectralDensityError::Density {
-                number,
-                density: -1.0
-            }
+            SpectralDensityError::Density { number, density: -1.0 }
         );
-        assert_eq!(
-            found(vec![[1.0, 0.0], [2.0, 0.0]]),
-            SpectralDensityError::Flat
-        );
+        assert_eq!(found(vec![[1.0, 0.0], [2.0, 0.0]]), SpectralDensityError::Flat);
     }
 }

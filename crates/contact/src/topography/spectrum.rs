@@ -79,10 +79,7 @@ impl Spectrum {
     /// Densities of many modes.
     pub fn densities(&self) -> Densities {
         let lengths = square(self.k_upper).min(MOST_KNOWN as f64) as usize + 1;
-        Densities {
-            spectrum: *self,
-            known: vec![f64::NAN; lengths],
-        }
+        Densities { spectrum: *self, known: vec![f64::NAN; lengths] }
     }
 
     /// What the square of a wavevector is, on which its density depends.
@@ -212,13 +209,7 @@ mod tests {
     use crate::grid::samples::{cell, rectangle};
 
     fn spectrum(k_lower: u32, k_rolloff: u32, k_upper: u32) -> Spectrum {
-        Spectrum {
-            hurst: 0.8,
-            k_lower,
-            k_rolloff,
-            k_upper,
-            anisotropy: None,
-        }
+        Spectrum { hurst: 0.8, k_lower, k_rolloff, k_upper, anisotropy: None }
     }
 
     fn modes(spectrum: &Spectrum, cell: Cell) -> Vec<(i32, i32)> {
@@ -250,10 +241,7 @@ mod tests {
         for (k_lower, k_upper, nayak) in [(1, 32, 43.91), (4, 64, 12.34), (16, 128, 5.264)] {
             let moments = spectrum(k_lower, k_lower, k_upper).moments(cell(0.3));
             let found = moments.nayak().unwrap();
-            assert!(
-                (found - nayak).abs() < 0.005,
-                "{k_lower} {k_upper}: {found}"
-            );
+            assert!((found - nayak).abs() < 0.005, "{k_lower} {k_upper}: {found}");
         }
     }
 
@@ -285,10 +273,7 @@ mod tests {
     fn a_grain_leaves_the_modes_of_a_turned_ellipse() {
         for angle in [0.0, 30.0, 90.0, 150.0] {
             let anisotropy = Anisotropy::new(2.0, angle);
-            let spectrum = Spectrum {
-                anisotropy,
-                ..spectrum(4, 4, 12)
-            };
+            let spectrum = Spectrum { anisotropy, ..spectrum(4, 4, 12) };
             let square_length = spectrum.square_length();
             let expected: Vec<_> = (-12..=12)
                 .flat_map(|k_x| (0..=12).map(move |k_y| (k_x, k_y)))
@@ -313,10 +298,7 @@ mod tests {
     #[test]
     fn a_narrow_strip_has_waves_along_itself_alone() {
         let strip = rectangle([1, 1], [0.1, 1.0]).cell();
-        assert_eq!(
-            modes(&spectrum(2, 2, 5), strip),
-            [2, 3, 4, 5].map(|k| (0, k))
-        );
+        assert_eq!(modes(&spectrum(2, 2, 5), strip), [2, 3, 4, 5].map(|k| (0, k)));
     }
 
     #[test]

@@ -35,20 +35,12 @@ pub enum SurfaceError {
     #[error(transparent)]
     Grid(#[from] GridError),
     #[error("height at row {row}, column {column} is {height}, every height must be finite")]
-    NotFinite {
-        row: usize,
-        column: usize,
-        height: f64,
-    },
+    NotFinite { row: usize, column: usize, height: f64 },
     #[error(
         "height at row {row}, column {column} is {height:e}, more than {HIGHEST:e}: squares and sums of such \
          heights are no numbers"
     )]
-    TooHigh {
-        row: usize,
-        column: usize,
-        height: f64,
-    },
+    TooHigh { row: usize, column: usize, height: f64 },
 }
 
 /// How far from zero heights may be that somebody gives: what is made of them then stays finite.
@@ -64,11 +56,7 @@ pub fn check_range(grid: Grid, heights: &[f64]) -> Result<(), SurfaceError> {
         return Ok(());
     };
     let [row, column] = grid.place(index);
-    Err(SurfaceError::TooHigh {
-        row,
-        column,
-        height: heights[index],
-    })
+    Err(SurfaceError::TooHigh { row, column, height: heights[index] })
 }
 
 impl Surface {
@@ -78,18 +66,11 @@ impl Surface {
     /// When there are more or fewer heights than nodes, or one is not finite.
     pub fn new(grid: Grid, heights: Vec<f64>) -> Result<Self, SurfaceError> {
         if grid.count() != heights.len() {
-            return Err(SurfaceError::Count {
-                found: heights.len(),
-                nodes: grid.nodes(),
-            });
+            return Err(SurfaceError::Count { found: heights.len(), nodes: grid.nodes() });
         }
         if let Some(index) = heights.iter().position(|height| !height.is_finite()) {
             let [row, column] = grid.place(index);
-            return Err(SurfaceError::NotFinite {
-                row,
-                column,
-                height: heights[index],
-            });
+            return Err(SurfaceError::NotFinite { row, column, height: heights[index] });
         }
         Ok(Self { grid, heights })
     }
@@ -128,10 +109,7 @@ mod tests {
     fn heights_that_are_no_surface_are_refused() {
         let grid = rectangle([2, 3], [1.0, 1.0]);
         let few = Surface::new(grid, vec![0.0; 3]).unwrap_err();
-        assert_eq!(
-            few.to_string(),
-            "3 heights do not fill a mesh of 2 × 3 nodes"
-        );
+        assert_eq!(few.to_string(), "3 heights do not fill a mesh of 2 × 3 nodes");
         let heights = vec![0.0, 0.0, 0.0, 0.0, f64::NAN, 0.0];
         assert_eq!(
             Surface::new(grid, heights).unwrap_err().to_string(),

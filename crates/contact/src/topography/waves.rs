@@ -17,11 +17,7 @@ impl Waves {
     pub fn on(nodes: [usize; 2]) -> Self {
         let transform = Transform::new(nodes);
         let half = vec![Complex::default(); transform.spectrum_len()];
-        Self {
-            transform,
-            nodes,
-            half,
-        }
+        Self { transform, nodes, half }
     }
 
     /// Adds the wave with so many periods along x and y, at most half as many as there are nodes.
@@ -41,8 +37,7 @@ impl Waves {
     pub fn heights(mut self, threads: &Threads, factor: f64) -> Vec<f64> {
         let mut heights = vec![0.0; self.nodes[0] * self.nodes[1]];
         let scratch = &mut self.transform.scratch_on(threads.clone());
-        self.transform
-            .inverse(&mut self.half, &mut heights, scratch);
+        self.transform.inverse(&mut self.half, &mut heights, scratch);
         heights.iter_mut().for_each(|height| *height *= factor);
         heights
     }

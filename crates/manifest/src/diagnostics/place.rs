@@ -15,10 +15,7 @@ impl ManifestErrors {
             before.map(|(_, character)| character).collect()
         };
         let line_start = before.iter().rposition(|character| *character == '\n');
-        let lines = before
-            .iter()
-            .filter(|character| **character == '\n')
-            .count();
+        let lines = before.iter().filter(|character| **character == '\n').count();
         let column = before.len() - line_start.map_or(0, |place| place + 1);
         Some([lines + 1, column + 1])
     }

@@ -79,9 +79,7 @@ pub fn chain(error: &(dyn Error + 'static)) -> String {
 
 /// What a panic says of itself.
 pub fn words_of_panic(payload: &(dyn Any + Send)) -> String {
-    let text = payload
-        .downcast_ref::<&str>()
-        .map(|text| (*text).to_owned());
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "no message".to_owned())
 }
@@ -124,10 +122,7 @@ mod tests {
     #[test]
     fn lines_break_at_spaces_and_never_within_backticks() {
         let text = format!("{} `a b c` d", "x".repeat(WIDTH - 4));
-        assert_eq!(
-            wrapped(&text),
-            format!("{} `a b c`\nd", "x".repeat(WIDTH - 4))
-        );
+        assert_eq!(wrapped(&text), format!("{} `a b c`\nd", "x".repeat(WIDTH - 4)));
         assert_eq!(wrapped("short"), "short");
     }
 

@@ -11,10 +11,7 @@ use crate::diagnostics::{did_you_mean, listed};
 /// When it is no expression.
 pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
     if text.len() > LONGEST {
-        let reason = format!(
-            "the expression is {} bytes long, {LONGEST} is the most",
-            text.len()
-        );
+        let reason = format!("the expression is {} bytes long, {LONGEST} is the most", text.len());
         return Err(error(reason, 0..text.len()));
     }
     let mut parser = Parser { text, place: 0 };
@@ -52,10 +49,7 @@ impl Parser<'_> {
 
     fn here(&self, reason: String) -> ExpressionError {
         let letter = self.text[self.place..].chars().next();
-        error(
-            reason,
-            self.place..self.place + letter.map_or(0, char::len_utf8),
-        )
+        error(reason, self.place..self.place + letter.map_or(0, char::len_utf8))
     }
 
     fn sum(&mut self) -> Result<Expression, ExpressionError> {
@@ -100,9 +94,10 @@ impl Parser<'_> {
             }
             Some(letter) if letter.is_ascii_digit() || letter == '.' => self.number(),
             Some(letter) if letter.is_ascii_alphabetic() || letter == '_' => self.name(),
-            Some(letter) => Err(self.here(format!(
-                "`{letter}` stands where a number, a column or `(` is needed"
-            ))),
+            Some(letter) => {
+                Err(self
+                    .here(format!("`{letter}` stands where a number, a column or `(` is needed")))
+            }
         }
     }
 
@@ -152,10 +147,7 @@ impl Parser<'_> {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("there are {}", listed(words(), "and")),
             };
-            return Err(error(
-                format!("there is no function `{name}`; {advice}"),
-                at,
-            ));
+            return Err(error(format!("there is no function `{name}`; {advice}"), at));
         };
         Ok(Expression::Call(function, Box::new(self.enclosed()?)))
     }

@@ -74,10 +74,7 @@ pub fn no_such_word(key: &str, value: &Spanned<DeValue<'_>>, words: &[&str]) -> 
     let words = words.iter().copied();
     let help = format!("one of {}", listed(words.clone(), "and"));
     let (message, label) = match value.get_ref().as_str() {
-        Some(written) => (
-            format!("`{key}` cannot be {written:?}"),
-            suggestion(written, words),
-        ),
+        Some(written) => (format!("`{key}` cannot be {written:?}"), suggestion(written, words)),
         None => (format!("`{key}` must be a word"), found(value.get_ref())),
     };
     Problem::new(message, value.span(), label).help(help)
@@ -139,29 +136,19 @@ pub fn unusable(
     }
     if let Some(field) = about("missing field ") {
         let message = format!("`{key}` lacks {field}");
-        return with_help(
-            Problem::new(message, span, format!("{field} is missing here")),
-            help,
-        );
+        return with_help(Problem::new(message, span, format!("{field} is missing here")), help);
     }
     if reason.starts_with("wanted ") {
         let message = format!("`{key}` must be a word in quotes");
         return with_help(Problem::new(message, span, found(value.get_ref())), help);
     }
-    with_help(
-        Problem::new(format!("`{key}` cannot be read"), span, reason),
-        help,
-    )
+    with_help(Problem::new(format!("`{key}` cannot be read"), span, reason), help)
 }
 
 /// The key that serde was at, `loads.spacing`; the error says so only when it is printed.
 fn path(error: &Error) -> Option<String> {
     let printed = error.to_string();
-    let path = printed
-        .lines()
-        .last()?
-        .strip_prefix("in `")?
-        .strip_suffix('`')?;
+    let path = printed.lines().last()?.strip_prefix("in `")?.strip_suffix('`')?;
     Some(path.to_owned())
 }
 

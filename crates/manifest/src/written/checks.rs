@@ -42,12 +42,7 @@ impl<'a> Checks<'a> {
         point: &'a Point<T>,
         problems: &'a mut Problems,
     ) -> Self {
-        Self {
-            problems,
-            place: &point.place,
-            excused: &section.excused,
-            layout: T::layout(),
-        }
+        Self { problems, place: &point.place, excused: &section.excused, layout: T::layout() }
     }
 
     /// A value that must be there.
@@ -167,8 +162,7 @@ impl<'a> Checks<'a> {
             return Some(());
         };
         let message = format!("`{name}` has no meaning here");
-        self.problems
-            .push(Problem::new(message, written.span.clone(), why));
+        self.problems.push(Problem::new(message, written.span.clone(), why));
         None
     }
 

@@ -44,12 +44,7 @@ pub struct Point<T> {
 impl<T> Section<T> {
     /// A table that cannot be read, which is reported.
     pub fn unreadable(place: Span) -> Self {
-        Self {
-            place,
-            points: Vec::new(),
-            excused: BTreeSet::new(),
-            may_be_swept: false,
-        }
+        Self { place, points: Vec::new(), excused: BTreeSet::new(), may_be_swept: false }
     }
 }
 
@@ -70,9 +65,7 @@ pub struct Axis<'i> {
 impl<'i> Grid<'i> {
     /// The value that all cases share for a key, or its list, if there is any.
     pub fn common_key(&self, axis: Option<usize>, name: &str) -> Option<Span> {
-        let axis = axis
-            .and_then(|axis| self.axes.get(&axis))
-            .map(|axis| &axis.key);
+        let axis = axis.and_then(|axis| self.axes.get(&axis)).map(|axis| &axis.key);
         let shared = || self.shared.get_key_value(name).map(|(key, _)| key);
         axis.or_else(shared).map(Spanned::span)
     }
@@ -82,9 +75,7 @@ impl<'i> Grid<'i> {
     /// # Errors
     /// When there are too many.
     pub fn spread<T: DeserializeOwned>(self, place: &Span) -> Result<Vec<Point<T>>, Problem> {
-        let cases = self
-            .cases
-            .unwrap_or_else(|| vec![(place.clone(), DeTable::new())]);
+        let cases = self.cases.unwrap_or_else(|| vec![(place.clone(), DeTable::new())]);
         let axes: Vec<Axis> = self.axes.into_values().collect();
         let lengths = axes.iter().map(|axis| axis.values.len());
         let combinations = lengths.fold(1, usize::saturating_mul);

@@ -42,13 +42,7 @@ impl Layout {
         });
         let mut schema = settings.into_generator().into_root_schema_for::<T>();
         schema.remove("title");
-        Self {
-            swept,
-            lists,
-            pairs,
-            always_pairs,
-            schema,
-        }
+        Self { swept, lists, pairs, always_pairs, schema }
     }
 
     /// The schemas of the keys.

@@ -52,10 +52,7 @@ impl<T: Copy> OnAxes<T> {
 impl<T: Copy> Written<OnAxes<T>> {
     /// The number along x and along y, each where it is written.
     pub fn on_either(&self) -> [Written<T>; 2] {
-        self.value.pair().map(|value| Written {
-            value,
-            span: self.span.clone(),
-        })
+        self.value.pair().map(|value| Written { value, span: self.span.clone() })
     }
 }
 
@@ -120,19 +117,10 @@ impl<T: JsonSchema> JsonSchema for OnAxes<T> {
 
 /// Lets a pair of numbers stand for a number, each within the same bounds.
 pub fn or_a_pair(schema: &mut Schema) {
-    let bounds = [
-        "type",
-        "minimum",
-        "maximum",
-        "exclusiveMinimum",
-        "exclusiveMaximum",
-    ];
-    let known = bounds
-        .iter()
-        .filter_map(|rule| Some((*rule, schema.get(*rule)?.clone())));
-    let item: serde_json::Map<String, Value> = known
-        .map(|(rule, value)| (rule.to_owned(), value))
-        .collect();
+    let bounds = ["type", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"];
+    let known = bounds.iter().filter_map(|rule| Some((*rule, schema.get(*rule)?.clone())));
+    let item: serde_json::Map<String, Value> =
+        known.map(|(rule, value)| (rule.to_owned(), value)).collect();
     let plain = item.get("type").cloned().unwrap_or(json!("number"));
     schema.insert("type".to_owned(), json!([plain, "array"]));
     schema.insert("items".to_owned(), item.into());
@@ -162,16 +150,10 @@ impl Pairs {
     pub fn among(table: &DeTable<'_>, layout: &'static Layout) -> Pairs {
         let keys = layout.pairs.iter().copied();
         let writings: Vec<_> = keys.map(|key| (key, Writing::of(table, key))).collect();
-        let two: Vec<_> = writings
-            .iter()
-            .filter(|(_, writing)| matches!(writing, Writing::Two(_)))
-            .collect();
-        let beside_pairs = writings
-            .iter()
-            .any(|(_, writing)| *writing == Writing::Pairs);
-        let differ = two
-            .iter()
-            .all(|(_, writing)| *writing == Writing::Two(true));
+        let two: Vec<_> =
+            writings.iter().filter(|(_, writing)| matches!(writing, Writing::Two(_))).collect();
+        let beside_pairs = writings.iter().any(|(_, writing)| *writing == Writing::Pairs);
+        let differ = two.iter().all(|(_, writing)| *writing == Writing::Two(true));
         let are_pairs = two.len() > 1 || beside_pairs;
         let always = layout.always_pairs.iter().copied();
         let always = always.filter(|key| matches!(Writing::of(table, key), Writing::Two(_)));
@@ -194,9 +176,7 @@ impl Writing {
             let value = case.get_ref().as_table().and_then(|case| case.get(key));
             value.is_some_and(|value| value.get_ref().is_array())
         };
-        let cases = table
-            .get("cases")
-            .and_then(|cases| cases.get_ref().as_array());
+        let cases = table.get("cases").and_then(|cases| cases.get_ref().as_array());
         if cases.is_some_and(|cases| cases.iter().any(in_case)) {
             return Writing::Pairs;
         }

@@ -44,12 +44,7 @@ pub fn read<T: Table>(
         problems.push(problem);
         Vec::new()
     });
-    Section {
-        place,
-        points,
-        excused,
-        may_be_swept: pairs.may_be_swept,
-    }
+    Section { place, points, excused, may_be_swept: pairs.may_be_swept }
 }
 
 struct Reader<'a, 'i, T> {
@@ -140,10 +135,7 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         let help = "a list of tables, each a point of the grid: `cases = [{ … }, { … }]`";
         match value.into_inner() {
             DeValue::Array(cases) if !cases.is_empty() => {
-                let cases: Vec<_> = cases
-                    .into_iter()
-                    .filter_map(|case| self.case(case))
-                    .collect();
+                let cases: Vec<_> = cases.into_iter().filter_map(|case| self.case(case)).collect();
                 self.grid.cases = Some(cases);
             }
             other => {
@@ -171,8 +163,7 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
             }
             other => {
                 let label = advice::found(&other);
-                self.problems
-                    .push(Problem::new("a case must be a table", span, label));
+                self.problems.push(Problem::new("a case must be a table", span, label));
                 None
             }
         }
@@ -184,17 +175,13 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         if let Some(other) = self.grid.common_key(position, name) {
             let message = format!("`{name}` is given both by a case and for all cases");
             let problem = Problem::new(message, key.span(), "here for one case");
-            self.problems
-                .push(problem.and(other, "here for all of them"));
+            self.problems.push(problem.and(other, "here for all of them"));
             return false;
         }
         if position.is_some() {
             return true;
         }
-        let help = format!(
-            "cases may name {}",
-            listed(self.layout.swept.iter().copied(), "and")
-        );
+        let help = format!("cases may name {}", listed(self.layout.swept.iter().copied(), "and"));
         if self.layout.has(name) {
             let message = format!("`{name}` cannot differ from case to case");
             let problem = Problem::new(message, key.span(), "say it once for the stage");

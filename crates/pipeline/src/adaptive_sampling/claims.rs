@@ -48,9 +48,7 @@ pub fn condition(
 /// Every task that a condition on claims looks at.
 pub fn tasks(plan: &Plan) -> Vec<usize> {
     let tasks = 0..plan.tasks.len();
-    tasks
-        .filter(|&task| is_looked_at(&plan.tasks[task].recipe))
-        .collect()
+    tasks.filter(|&task| is_looked_at(&plan.tasks[task].recipe)).collect()
 }
 
 /// Whether claims rest on a table, and it is of one surface.
@@ -85,10 +83,7 @@ fn all_tables(
         of_tasks[task] = read.next();
     }
     let stages = plan.stages.iter().map(|stage| {
-        let own = stage
-            .tasks
-            .iter()
-            .filter_map(|&task| of_tasks[task].clone());
+        let own = stage.tasks.iter().filter_map(|&task| of_tasks[task].clone());
         let own: Vec<Table> = own.collect();
         (!own.is_empty()).then(|| Table::stack(&own)).transpose()
     });
@@ -111,9 +106,8 @@ pub fn least_step(surfaces: u32) -> u32 {
 
 /// Returns how often claims are looked at, at most, before there are the most surfaces.
 pub fn looks(growth: &Growth) -> NonZeroU32 {
-    let steps = std::iter::successors(Some(growth.at_least), |&surfaces| {
-        Some(least_step(surfaces))
-    });
+    let steps =
+        std::iter::successors(Some(growth.at_least), |&surfaces| Some(least_step(surfaces)));
     let looks = steps.take_while(|&surfaces| surfaces < growth.at_most);
     let looks = u32::try_from(looks.count()).unwrap_or(u32::MAX);
     NonZeroU32::new(looks).unwrap_or(NonZeroU32::MIN)
@@ -126,29 +120,19 @@ mod tests {
     use crate::study::Until;
 
     fn growth(at_least: u32, at_most: u32) -> Growth {
-        Growth {
-            at_least,
-            at_most,
-            until: Until::Claims(Vec::new()),
-        }
+        Growth { at_least, at_most, until: Until::Claims(Vec::new()) }
     }
 
     /// A claim that this many of ten surfaces would decide.
     fn needs(needed: Option<usize>) -> Undecided {
-        Undecided {
-            name: "area-above-persson",
-            surfaces: needed.map(|needed| [10, needed]),
-        }
+        Undecided { name: "area-above-persson", surfaces: needed.map(|needed| [10, needed]) }
     }
 
     #[test]
     fn as_many_are_drawn_as_the_most_demanding_claim_needs_within_a_step() {
         let next = |needed: &[Option<usize>]| {
             let undecided = needed.iter().map(|&needed| needs(needed)).collect();
-            let decisions = Decisions {
-                undecided,
-                ..Decisions::default()
-            };
+            let decisions = Decisions { undecided, ..Decisions::default() };
             wanted(10, &decisions, 60)
         };
         assert_eq!(next(&[Some(17), Some(13), None]), 17);
@@ -167,10 +151,7 @@ mod tests {
                 surfaces = wanted(surfaces, &Decisions::default(), most);
             }
             let counted = looks(&growth(least, most)).get();
-            assert!(
-                seen <= counted && counted <= seen.max(1),
-                "{least} to {most}"
-            );
+            assert!(seen <= counted && counted <= seen.max(1), "{least} to {most}");
         }
         assert_eq!(looks(&growth(10, 60)).get(), 5);
     }

@@ -31,10 +31,7 @@ pub enum Finding {
 impl Condition {
     /// Nothing is known as long as these tasks have no tables.
     pub fn open(tasks: Vec<usize>) -> Condition {
-        Condition::Open {
-            tasks,
-            damaged: Vec::new(),
-        }
+        Condition::Open { tasks, damaged: Vec::new() }
     }
 
     /// Whether it can be told, and there is nothing more to compute for it.

@@ -31,10 +31,8 @@ pub fn condition(
         Ok(tables) => tables,
         Err(open) => return Ok(open),
     };
-    let error = largest_error(&tables, mean).map_err(|source| SamplingError::Mean {
-        until: mean.to_string(),
-        source,
-    })?;
+    let error = largest_error(&tables, mean)
+        .map_err(|source| SamplingError::Mean { until: mean.to_string(), source })?;
     Ok(match error < 1.0 {
         true => Condition::Holds(Finding::Error(error)),
         false => Condition::Fails(Finding::Error(error)),

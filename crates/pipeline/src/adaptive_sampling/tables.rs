@@ -30,10 +30,7 @@ pub fn read(
     }
     Ok(match damaged.is_empty() {
         true => Ok(tables),
-        false => Err(Condition::Open {
-            tasks: lines(),
-            damaged,
-        }),
+        false => Err(Condition::Open { tasks: lines(), damaged }),
     })
 }
 

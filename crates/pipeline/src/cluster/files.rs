@@ -23,13 +23,9 @@ pub fn all(root: &Path) -> Result<Vec<Found>, StoreError> {
     let mut files = Vec::new();
     for folder in studies(root)? {
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        let what = || What::Cluster {
-            study: name.clone().into_owned(),
-        };
+        let what = || What::Cluster { study: name.clone().into_owned() };
         let own = ["element.sh", "finish.sh", "submission.json"];
-        files.extend(listing::known(&folder, |name| {
-            own.contains(&name).then(what)
-        })?);
+        files.extend(listing::known(&folder, |name| own.contains(&name).then(what))?);
         for (inner, ending) in [("receipts", ".json"), ("logs", ".txt")] {
             let is_own = |name: &str| name.ends_with(ending).then(what);
             files.extend(listing::known(&folder.join(inner), is_own)?);

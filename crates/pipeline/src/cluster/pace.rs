@@ -22,14 +22,7 @@ pub struct Paces(BTreeMap<[usize; 2], (f64, f64)>);
 
 impl Paces {
     /// Adds work. What was expected to take no transforms tells no pace.
-    pub fn add(
-        &mut self,
-        Pace {
-            nodes,
-            pairs,
-            seconds,
-        }: Pace,
-    ) {
+    pub fn add(&mut self, Pace { nodes, pairs, seconds }: Pace) {
         if pairs > 0.0 {
             let sums = self.0.entry(nodes).or_default();
             sums.0 += pairs;
@@ -40,19 +33,13 @@ impl Paces {
     /// The sums, by mesh.
     pub fn all(&self) -> Vec<Pace> {
         let sums = self.0.iter();
-        sums.map(|(&nodes, &(pairs, seconds))| Pace {
-            nodes,
-            pairs,
-            seconds,
-        })
-        .collect()
+        sums.map(|(&nodes, &(pairs, seconds))| Pace { nodes, pairs, seconds }).collect()
     }
 
     /// Seconds of one core for each expected pair, by mesh.
     pub fn seconds_per_pair(&self) -> BTreeMap<[usize; 2], f64> {
         let sums = self.0.iter();
-        sums.map(|(&nodes, &(pairs, seconds))| (nodes, seconds / pairs))
-            .collect()
+        sums.map(|(&nodes, &(pairs, seconds))| (nodes, seconds / pairs)).collect()
     }
 }
 
@@ -65,11 +52,7 @@ mod tests {
         let mut paces = Paces::default();
         for (pairs, seconds) in [(100.0, 1.0), (300.0, 7.0), (0.0, 5.0)] {
             let nodes = [64, 32];
-            paces.add(Pace {
-                nodes,
-                pairs,
-                seconds,
-            });
+            paces.add(Pace { nodes, pairs, seconds });
         }
         assert_eq!(paces.seconds_per_pair(), BTreeMap::from([([64, 32], 0.02)]));
     }

@@ -104,15 +104,8 @@ impl Receipt {
     /// Where it is among the receipts in a folder.
     pub fn path(&self, folder: &Path) -> PathBuf {
         let (number, count) = (self.shard.number(), self.shard.count());
-        let Receipt {
-            machine,
-            process,
-            begun,
-            ..
-        } = self;
-        folder.join(format!(
-            "{number}-of-{count}-{machine}-{process}-{begun}.json"
-        ))
+        let Receipt { machine, process, begun, .. } = self;
+        folder.join(format!("{number}-of-{count}-{machine}-{process}-{begun}.json"))
     }
 
     /// Writes it in the place of what it was before.
@@ -185,11 +178,7 @@ mod tests {
         assert_eq!(read(folder.path()).unwrap(), []);
         let mut receipts = [receipt(1), receipt(3)];
         for receipt in &mut receipts {
-            receipt.pace.push(Pace {
-                nodes: [64; 2],
-                pairs: 10.0,
-                seconds: 0.25,
-            });
+            receipt.pace.push(Pace { nodes: [64; 2], pairs: 10.0, seconds: 0.25 });
             receipt.write(folder.path()).unwrap();
         }
         fs::write(folder.path().join("notes.json"), "{}").unwrap();

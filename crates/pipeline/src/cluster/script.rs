@@ -133,10 +133,7 @@ fn check(settings: &Settings, places: &Places) -> Result<(), ControlCharacter> {
         ("`account`", settings.account.as_slice()),
         ("`qos`", settings.qos.as_slice()),
         ("`before`", settings.before.as_deref().unwrap_or_default()),
-        (
-            "`directives`",
-            settings.directives.as_deref().unwrap_or_default(),
-        ),
+        ("`directives`", settings.directives.as_deref().unwrap_or_default()),
     ];
     let words = words.into_iter().flat_map(|(what, words)| {
         let words = words.iter();
@@ -145,10 +142,7 @@ fn check(settings: &Settings, places: &Places) -> Result<(), ControlCharacter> {
     let mut texts = paths.into_iter().chain(words);
     match texts.find(|(_, text)| text.contains(char::is_control)) {
         None => Ok(()),
-        Some((what, text)) => Err(ControlCharacter {
-            what,
-            text: text.into_owned(),
-        }),
+        Some((what, text)) => Err(ControlCharacter { what, text: text.into_owned() }),
     }
 }
 
@@ -161,20 +155,13 @@ fn rendered(template: &str, values: &Values) -> String {
 }
 
 fn directives(settings: &Settings) -> Vec<String> {
-    let Settings {
-        partition,
-        account,
-        qos,
-        ..
-    } = settings;
+    let Settings { partition, account, qos, .. } = settings;
     let named = [("partition", partition), ("account", account), ("qos", qos)];
     let named = named.into_iter().filter_map(|(option, name)| {
         let name = name.as_ref()?;
         Some(format!("--{option}={name}"))
     });
-    named
-        .chain(settings.directives.iter().flatten().cloned())
-        .collect()
+    named.chain(settings.directives.iter().flatten().cloned()).collect()
 }
 
 /// Minutes as Slurm has them: `2:05:00`.
@@ -218,10 +205,7 @@ mod tests {
             manifest: format!("{folder}/quarter.toml").into(),
             folder: format!("{folder}/data/cluster/quarter").into(),
         };
-        let extras = Extras {
-            report: true,
-            replace: false,
-        };
+        let extras = Extras { report: true, replace: false };
         Scripts::of("quarter", &sizing, &settings, &places, extras)
     }
 
@@ -238,10 +222,7 @@ mod tests {
         let element = scripts("/scratch/a da's 100%").unwrap().element;
         let manifest = "manifest=\"/scratch/a da's 100%/quarter.toml\"";
         assert!(element.contains(manifest), "{element}");
-        assert!(
-            element.contains("100%%/data/cluster/quarter/logs\"/%A_%a.txt"),
-            "{element}"
-        );
+        assert!(element.contains("100%%/data/cluster/quarter/logs\"/%A_%a.txt"), "{element}");
         assert!(element.contains("logs\"/%A_%a.txt"), "{element}");
     }
 

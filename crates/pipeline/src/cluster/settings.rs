@@ -99,9 +99,7 @@ impl Settings {
         let file = path.display().to_string();
         let unreadable = |why: String| {
             let mut problems = Problems::default();
-            problems.push(Problem::without_place(format!(
-                "cannot read `{file}`: {why}"
-            )));
+            problems.push(Problem::without_place(format!("cannot read `{file}`: {why}")));
             problems.into_errors(&file, "")
         };
         let bytes = match read_regular(path, LONGEST) {
@@ -172,14 +170,7 @@ pub fn line(line: &str) -> Result<String, String> {
 /// # Errors
 /// What is wrong with it.
 pub fn directive(option: &str) -> Result<String, String> {
-    const OWN: [&str; 6] = [
-        "array",
-        "dependency",
-        "job-name",
-        "output",
-        "parsable",
-        "signal",
-    ];
+    const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
     let option = line(option)?;
     if !option.starts_with('-') {
         return Err("must be an option of `sbatch`, as `--constraint=avx2` is one".to_owned());
@@ -266,9 +257,7 @@ fn list(
     judge: Judge<String>,
 ) -> Option<Vec<String>> {
     let items = key.written()?.value.iter();
-    items
-        .map(|item| judged(checks, name, item, judge))
-        .collect()
+    items.map(|item| judged(checks, name, item, judge)).collect()
 }
 
 fn judged<T>(

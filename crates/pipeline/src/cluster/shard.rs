@@ -42,10 +42,7 @@ pub struct NoShard {
 
 impl Shard {
     /// All surfaces.
-    pub const WHOLE: Shard = Shard {
-        number: 1,
-        count: 1,
-    };
+    pub const WHOLE: Shard = Shard { number: 1, count: 1 };
 
     /// The part of this number, from 1 on, of so many.
     pub fn new(number: u32, count: u32) -> Option<Shard> {
@@ -56,10 +53,7 @@ impl Shard {
     /// The part of so many that a surface is in.
     pub fn of(surface: TaskKey, count: u32) -> Shard {
         let place = (u128::from(surface.first_word()) * u128::from(count)) >> 64;
-        Shard {
-            number: 1 + place as u32,
-            count,
-        }
+        Shard { number: 1 + place as u32, count }
     }
 
     /// Which part it is, from 1 on.
@@ -77,8 +71,7 @@ impl Shard {
         let surfaces = plan.surfaces();
         let is_in = |surface: TaskKey| Shard::of(surface, self.count) == self;
         let own = among.iter().copied();
-        own.filter(|&task| surfaces[task].is_some_and(is_in))
-            .collect()
+        own.filter(|&task| surfaces[task].is_some_and(is_in)).collect()
     }
 }
 
@@ -96,9 +89,7 @@ impl FromStr for Shard {
             let whole = |digits: &str| digits.trim().parse().ok();
             Shard::new(whole(number)?, whole(count)?)
         });
-        shard.ok_or_else(|| NoShard {
-            word: word.to_owned(),
-        })
+        shard.ok_or_else(|| NoShard { word: word.to_owned() })
     }
 }
 
@@ -169,13 +160,7 @@ mod tests {
             "
         );
         Plan::of(
-            &Study::parse(
-                &manifest,
-                "study.toml",
-                Path::new(""),
-                crate::study::no_claims,
-            )
-            .unwrap(),
+            &Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap(),
         )
     }
 
@@ -201,10 +186,7 @@ mod tests {
     fn parts_are_about_equal() {
         let mut sizes = [0; 8];
         (0..8000).for_each(|number| sizes[Shard::of(key(number), 8).number as usize - 1] += 1);
-        assert!(
-            sizes.iter().all(|size| (900..1100).contains(size)),
-            "{sizes:?}"
-        );
+        assert!(sizes.iter().all(|size| (900..1100).contains(size)), "{sizes:?}");
     }
 
     #[test]
@@ -241,22 +223,9 @@ mod tests {
 
     #[test]
     fn words_that_are_no_shards_are_refused() {
-        for word in [
-            "",
-            "1",
-            "0/4",
-            "5/4",
-            "-1/4",
-            "1/0",
-            "a/b",
-            "1/2/3",
-            "1/1000001",
-        ] {
+        for word in ["", "1", "0/4", "5/4", "-1/4", "1/0", "a/b", "1/2/3", "1/1000001"] {
             let refused = word.parse::<Shard>().unwrap_err().to_string();
-            assert!(
-                refused.starts_with(&format!("`{word}` is no shard")),
-                "{refused}"
-            );
+            assert!(refused.starts_with(&format!("`{word}` is no shard")), "{refused}");
         }
     }
 }

@@ -78,9 +78,7 @@ impl Sizing {
             core_hours: seconds / 3600.0,
             core_hours_after: after / 3600.0,
             cores,
-            memory: settings
-                .memory
-                .unwrap_or_else(|| enough(plan, missing, cores)),
+            memory: settings.memory.unwrap_or_else(|| enough(plan, missing, cores)),
             minutes,
             minutes_after,
         }
@@ -154,9 +152,7 @@ fn hours_of_shards(
     }
     let mut loads: BTreeMap<u32, Load> = BTreeMap::new();
     for (&surface, &seconds) in by_surface {
-        let load = loads
-            .entry(Shard::of(surface, elements).number())
-            .or_default();
+        let load = loads.entry(Shard::of(surface, elements).number()).or_default();
         load.seconds += seconds;
         load.longest = load.longest.max(seconds);
     }
@@ -220,14 +216,8 @@ mod tests {
 
     #[test]
     fn elements_take_about_as_long_as_asked_for() {
-        let half = sizing(Settings {
-            per_element: Some(0.5),
-            ..Settings::default()
-        });
-        let quarter = sizing(Settings {
-            per_element: Some(0.25),
-            ..Settings::default()
-        });
+        let half = sizing(Settings { per_element: Some(0.5), ..Settings::default() });
+        let quarter = sizing(Settings { per_element: Some(0.25), ..Settings::default() });
         assert!(half.core_hours > 5.0, "{half:?}");
         assert_eq!(half.elements, (half.core_hours / 0.5).ceil() as u32);
         assert_eq!(quarter.elements, (half.core_hours / 0.25).ceil() as u32);
@@ -240,25 +230,10 @@ mod tests {
     #[test]
     fn there_are_no_more_elements_than_allowed_or_than_surfaces() {
         let elements = |settings| sizing(settings).elements;
-        let short = || Settings {
-            per_element: Some(1e-6),
-            ..Settings::default()
-        };
+        let short = || Settings { per_element: Some(1e-6), ..Settings::default() };
         assert_eq!(elements(short()), 200);
-        assert_eq!(
-            elements(Settings {
-                at_most: Some(7),
-                ..short()
-            }),
-            7
-        );
-        assert_eq!(
-            elements(Settings {
-                per_element: Some(1e6),
-                ..short()
-            }),
-            1
-        );
+        assert_eq!(elements(Settings { at_most: Some(7), ..short() }), 7);
+        assert_eq!(elements(Settings { per_element: Some(1e6), ..short() }), 1);
     }
 
     #[test]

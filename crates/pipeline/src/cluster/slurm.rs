@@ -41,10 +41,7 @@ pub struct Queued {
 impl Queued {
     /// Whether it has begun and not ended.
     pub fn is_running(&self) -> bool {
-        matches!(
-            self.state.as_str(),
-            "RUNNING" | "COMPLETING" | "CONFIGURING" | "SUSPENDED"
-        )
+        matches!(self.state.as_str(), "RUNNING" | "COMPLETING" | "CONFIGURING" | "SUSPENDED")
     }
 }
 
@@ -107,15 +104,8 @@ pub fn submit(
     words.extend(arguments.iter().cloned());
     let told = run("sbatch", &words)?;
     // `12`, or `12;cluster` where there are several clusters.
-    let number = told
-        .trim()
-        .split(';')
-        .next()
-        .and_then(|word| word.parse().ok());
-    number.map(Job).ok_or(SlurmError::Unreadable {
-        command: "sbatch",
-        told,
-    })
+    let number = told.trim().split(';').next().and_then(|word| word.parse().ok());
+    number.map(Job).ok_or(SlurmError::Unreadable { command: "sbatch", told })
 }
 
 /// What is in the queue under these names.
@@ -124,16 +114,8 @@ pub fn submit(
 /// When Slurm is not here, or does not answer.
 pub fn queue(names: &[&str]) -> Result<Vec<Queued>, SlurmError> {
     let names = format!("--name={}", names.join(","));
-    let told = run(
-        "squeue",
-        &[
-            "--noheader",
-            "--me",
-            "--array",
-            &names,
-            "--format=%A|%F|%K|%T|%r",
-        ],
-    )?;
+    let told =
+        run("squeue", &["--noheader", "--me", "--array", &names, "--format=%A|%F|%K|%T|%r"])?;
     Ok(told.lines().filter_map(queued).collect())
 }
 
@@ -168,9 +150,7 @@ pub fn largest_array() -> u32 {
         let (name, size) = line.split_once('=')?;
         (name.trim() == "MaxArraySize").then(|| size.trim().parse::<u32>().ok())?
     });
-    sizes
-        .next_back()
-        .map_or(USUAL_ARRAY, |size| size.saturating_sub(1).max(1))
+    sizes.next_back().map_or(USUAL_ARRAY, |size| size.saturating_sub(1).max(1))
 }
 
 fn run(command: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, SlurmError> {
@@ -188,16 +168,9 @@ fn run(command: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, Slu
         let line = line.strip_prefix(&format!("{command}: ")).unwrap_or(line);
         line.strip_prefix("error: ").unwrap_or(line).trim()
     });
-    let told = lines
-        .filter(|line| !line.is_empty())
-        .collect::<Vec<_>>()
-        .join("; ");
+    let told = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
     let cure = cure(&told);
-    Err(SlurmError::Refused {
-        command,
-        told,
-        cure,
-    })
+    Err(SlurmError::Refused { command, told, cure })
 }
 
 /// What may be done about what Slurm says.
@@ -246,10 +219,7 @@ mod tests {
     #[test]
     fn lines_of_the_queue_are_jobs_and_elements() {
         let element = queued("15|12|3|RUNNING|None").unwrap();
-        assert_eq!(
-            (element.job, element.array, element.element),
-            (Job(15), Job(12), Some(3))
-        );
+        assert_eq!((element.job, element.array, element.element), (Job(15), Job(12), Some(3)));
         assert!(element.is_running());
         let last = queued(" 16|16|N/A|PENDING|Dependency ").unwrap();
         assert_eq!((last.element, last.reason.as_str()), (None, "Dependency"));

@@ -60,18 +60,13 @@ impl Submission {
     /// When it cannot be read.
     pub fn read(folder: &Path) -> Result<Option<Submission>, StoreError> {
         let path = Submission::path(folder);
-        let unreadable = |source| StoreError::Read {
-            path: path.clone(),
-            source,
-        };
+        let unreadable = |source| StoreError::Read { path: path.clone(), source };
         let bytes = match fs::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             bytes => bytes.map_err(unreadable)?,
         };
         let submission = serde_json::from_slice(&bytes);
-        submission
-            .map(Some)
-            .map_err(|error| unreadable(error.into()))
+        submission.map(Some).map_err(|error| unreadable(error.into()))
     }
 
     /// Keeps it in the folder of a study.

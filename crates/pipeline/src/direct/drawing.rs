@@ -35,12 +35,7 @@ pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
     let surface = params.draw(&SurfaceFiles::new(Path::new("")), &Threads::one())?;
     let row = params.described(&surface);
     let rms_slope = row.reals(RMS_SLOPE.name).map_err(of_table)?.value(0);
-    Ok(Drawn {
-        surface,
-        rms_slope,
-        is_periodic: !params.origin.is_open(),
-        row,
-    })
+    Ok(Drawn { surface, rms_slope, is_periodic: !params.origin.is_open(), row })
 }
 
 fn of_table(error: TableError) -> DirectError {

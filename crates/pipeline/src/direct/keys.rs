@@ -36,18 +36,15 @@ pub fn surface(keys: &Table) -> Result<PlannedSurfaces, KeyErrors> {
 pub fn block(keys: &Table) -> Result<solve::Params, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
-    let study = study([
-        ("surface", stage("generate", &anything())),
-        ("contact", contact),
-    ])?;
+    let study = study([("surface", stage("generate", &anything())), ("contact", contact)])?;
     match study.stages[1].work.recipes() {
         // Its rows would be those of another method than the keys ask for.
-        [Recipe::Solve(block)] if block.asperities.is_some() => Err(KeyErrors(vec![
-            "`method = \"asperities\"` is for stages of a manifest".to_owned(),
-        ])),
-        [Recipe::Solve(block)] if block.flow => Err(KeyErrors(vec![
-            "`flow = true` is for stages of a manifest".to_owned(),
-        ])),
+        [Recipe::Solve(block)] if block.asperities.is_some() => {
+            Err(KeyErrors(vec!["`method = \"asperities\"` is for stages of a manifest".to_owned()]))
+        }
+        [Recipe::Solve(block)] if block.flow => {
+            Err(KeyErrors(vec!["`flow = true` is for stages of a manifest".to_owned()]))
+        }
         [Recipe::Solve(block)] => Ok(block.as_ref().clone()),
         several => Err(not_one(several.len(), "blocks of loads")),
     }
@@ -55,14 +52,8 @@ pub fn block(keys: &Table) -> Result<solve::Params, KeyErrors> {
 
 /// A surface on which no check of loads depends: one whose slope is not known beforehand.
 fn anything() -> Table {
-    let keys = [
-        ("method", Value::from("wave")),
-        ("nodes", 16.into()),
-        ("amplitude", 1.0.into()),
-    ];
-    keys.map(|(key, value)| (key.to_owned(), value))
-        .into_iter()
-        .collect()
+    let keys = [("method", Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];
+    keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
 }
 
 /// The table of a stage of this kind.
@@ -80,12 +71,7 @@ fn study<const N: usize>(stages: [(&str, Table); N]) -> Result<Study, KeyErrors>
         ("stage".to_owned(), Value::from(Table::from_iter(named))),
     ]);
     let text = toml::to_string(&manifest).expect("a table of TOML can be written");
-    Ok(Study::parse(
-        &text,
-        "keys",
-        Path::new(""),
-        crate::study::no_claims,
-    )?)
+    Ok(Study::parse(&text, "keys", Path::new(""), crate::study::no_claims)?)
 }
 
 fn not_one(found: usize, what: &str) -> KeyErrors {
@@ -106,10 +92,7 @@ mod tests {
     fn what_is_wrong_with_keys_is_told_as_in_a_manifest() {
         let keys = table("nodes = 64\nhurst = 1.7\nk_lower = 2\nk_upper = 16");
         let message = surface(&keys).unwrap_err().to_string();
-        assert!(
-            message.contains("`hurst`") && message.contains("1.7"),
-            "{message}"
-        );
+        assert!(message.contains("`hurst`") && message.contains("1.7"), "{message}");
         let message = block(&table("loads = [0.2, 0.1]")).unwrap_err().to_string();
         assert!(message.contains("ascend"), "{message}");
     }

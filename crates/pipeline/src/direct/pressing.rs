@@ -83,10 +83,7 @@ impl Pressing {
 
     /// Keeps contact maps of loads alone, and no pressures.
     pub fn without_fields(self) -> Pressing {
-        Pressing {
-            keeps_fields: false,
-            ..self
-        }
+        Pressing { keeps_fields: false, ..self }
     }
 
     /// Presses by the next load; `None` when there is none, or every node touches under the last one
@@ -229,34 +226,19 @@ mod tests {
         let keys =
             format!("effective_modulus = 3.0\nload_unit = \"absolute\"\nloads = [{pressure}]");
         let mut pressing = pressed(&keys);
-        assert!(
-            pressing
-                .contact(0)
-                .unwrap()
-                .into_iter()
-                .all(|touches| touches)
-        );
+        assert!(pressing.contact(0).unwrap().into_iter().all(|touches| touches));
         let displacement = pressing.displacement(0).unwrap();
         let heights = wave().surface.into_heights();
-        let differ = displacement
-            .iter()
-            .zip(&heights)
-            .map(|(u, h)| (u - h).abs());
+        let differ = displacement.iter().zip(&heights).map(|(u, h)| (u - h).abs());
         assert!(differ.fold(0.0, f64::max) < 1e-14);
         assert!(pressing.gap(0).unwrap().into_iter().all(|gap| gap == 0.0));
     }
 
     #[test]
     fn a_map_that_is_not_periodic_is_not_pressed_as_one_that_is() {
-        let map = Map {
-            is_periodic: false,
-            ..wave()
-        };
+        let map = Map { is_periodic: false, ..wave() };
         let keys = "loads = [0.1]".parse().unwrap();
-        assert!(matches!(
-            Pressing::new(map.clone(), &keys),
-            Err(DirectError::Open)
-        ));
+        assert!(matches!(Pressing::new(map.clone(), &keys), Err(DirectError::Open)));
         let keys = "loads = [0.1]\nboundary = \"free\"".parse().unwrap();
         assert!(Pressing::new(map, &keys).is_ok());
     }

@@ -42,10 +42,7 @@ fn stage(form: Form) -> Value {
         json!({ "description": "What the stage does.", "const": kind.name() }),
     );
     if let Some((key, word)) = form.selector() {
-        properties.insert(
-            key.to_owned(),
-            json!({ "description": form.about(), "const": word }),
-        );
+        properties.insert(key.to_owned(), json!({ "description": form.about(), "const": word }));
         // The first form is meant when nothing is said.
         if !form.is_default() {
             required.push(json!(key));
@@ -97,9 +94,7 @@ fn from() -> Value {
 }
 
 fn cases(swept: &[&str], own: &Map<String, Value>) -> Value {
-    let keys = swept
-        .iter()
-        .filter_map(|key| Some((key.to_string(), own.get(*key)?.clone())));
+    let keys = swept.iter().filter_map(|key| Some((key.to_string(), own.get(*key)?.clone())));
     json!({
         "description": "Points of the grid, named outright: each case sets some of the swept keys.",
         "type": "array",
@@ -132,9 +127,7 @@ fn split(value: Value) -> (Map<String, Value>, Value) {
         return (Map::new(), value);
     };
     let about = |key: &String| key == "description" || key == "default";
-    let (about, bare) = object
-        .into_iter()
-        .partition::<Map<_, _>, _>(|(key, _)| about(key));
+    let (about, bare) = object.into_iter().partition::<Map<_, _>, _>(|(key, _)| about(key));
     (about, Value::Object(bare))
 }
 

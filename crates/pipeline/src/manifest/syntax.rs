@@ -55,8 +55,7 @@ fn not_toml(text: &str, error: &Error, span: Span) -> Problem {
 
 fn is_decimal_comma(text: &str, position: usize) -> bool {
     let is_digit = |at: Option<usize>| {
-        at.and_then(|at| text.as_bytes().get(at))
-            .is_some_and(u8::is_ascii_digit)
+        at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit)
     };
     text.as_bytes().get(position) == Some(&b',')
         && is_digit(position.checked_sub(1))
@@ -67,10 +66,7 @@ fn is_decimal_comma(text: &str, position: usize) -> bool {
 fn twice(text: &str, line: usize, span: Span) -> Problem {
     let name = text.get(span.clone()).unwrap_or_default();
     let (what, help) = if text[line..].starts_with('[') {
-        (
-            "the table",
-            "each stage has a name of its own: rename one, or remove it",
-        )
+        ("the table", "each stage has a name of its own: rename one, or remove it")
     } else {
         ("the key", "keep one of them")
     };

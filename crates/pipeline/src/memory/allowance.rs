@@ -36,20 +36,11 @@ impl Allowance {
     /// more than the process has addresses for.
     pub fn of(asked: Option<ByteSize>, threads: usize) -> Allowance {
         let allowance = match asked {
-            Some(size) => Allowance {
-                size,
-                limit: LimitedBy::Asked,
-            },
-            None => Allowance {
-                size: ByteSize(of_machine().0 / 8 * 7),
-                limit: LimitedBy::Machine,
-            },
+            Some(size) => Allowance { size, limit: LimitedBy::Asked },
+            None => Allowance { size: ByteSize(of_machine().0 / 8 * 7), limit: LimitedBy::Machine },
         };
         match addresses_left(threads) {
-            Some(size) if size < allowance.size => Allowance {
-                size,
-                limit: LimitedBy::Addresses,
-            },
+            Some(size) if size < allowance.size => Allowance { size, limit: LimitedBy::Addresses },
             _ => allowance,
         }
     }
@@ -95,10 +86,9 @@ impl fmt::Display for Allowance {
         let size = self.size.display().si();
         match self.limit {
             LimitedBy::Asked => write!(formatter, "the {size} of `--memory`"),
-            LimitedBy::Machine => write!(
-                formatter,
-                "{size}, seven eighths of what the machine has for this process"
-            ),
+            LimitedBy::Machine => {
+                write!(formatter, "{size}, seven eighths of what the machine has for this process")
+            }
             LimitedBy::Addresses => {
                 write!(formatter, "the {size} that `ulimit -v` leaves the process")
             }
@@ -118,14 +108,9 @@ pub struct TooLarge {
 
 impl fmt::Display for TooLarge {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            stage, allowance, ..
-        } = self;
+        let Self { stage, allowance, .. } = self;
         let takes = rounded_up(self.takes);
-        write!(
-            formatter,
-            "a task of stage `{stage}` takes {takes} of memory"
-        )?;
+        write!(formatter, "a task of stage `{stage}` takes {takes} of memory")?;
         if let Some([[nodes_x, nodes_y], _]) = self.mesh {
             write!(formatter, " on its mesh of {nodes_x} × {nodes_y} nodes")?;
         }
@@ -162,9 +147,7 @@ pub fn of_machine() -> ByteSize {
     limits.extend(system.cgroup_limits().map(|limits| limits.total_memory));
     if let Ok(own) = sysinfo::get_current_pid() {
         system.refresh_processes(ProcessesToUpdate::Some(&[own]), false);
-        let own = system
-            .process(own)
-            .and_then(|process| process.cgroup_limits());
+        let own = system.process(own).and_then(|process| process.cgroup_limits());
         limits.extend(own.map(|limits| limits.total_memory));
     }
     let known = limits.into_iter().filter(|&limit| limit > 0);
@@ -177,9 +160,7 @@ fn addresses_left(threads: usize) -> Option<ByteSize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = address_limit(&limits)?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    let taken = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmSize:"))?;
+    let taken = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
     let taken: ByteSize = taken.trim().parse().ok()?;
     // polars has a thread for each core, and each of ours may have one to help it.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -192,13 +192,7 @@ impl fmt::Display for Change {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let or_none =
             |value: &Option<Shown>| value.as_ref().map_or("–".to_owned(), Shown::to_string);
-        write!(
-            formatter,
-            "{} {} → {}",
-            self.field,
-            or_none(&self.old),
-            or_none(&self.new)
-        )
+        write!(formatter, "{} {} → {}", self.field, or_none(&self.old), or_none(&self.new))
     }
 }
 

@@ -76,14 +76,10 @@ impl Matched {
     fn of(before: &[PointRecord], now: &[PointRecord]) -> Matched {
         let known = before.iter().enumerate();
         let known: BTreeMap<_, _> = known.map(|(index, point)| (&point.fields, index)).collect();
-        let same: Vec<Option<usize>> = now
-            .iter()
-            .map(|point| known.get(&point.fields).copied())
-            .collect();
+        let same: Vec<Option<usize>> =
+            now.iter().map(|point| known.get(&point.fields).copied()).collect();
         let mut is_taken = vec![false; before.len()];
-        same.iter()
-            .flatten()
-            .for_each(|&index| is_taken[index] = true);
+        same.iter().flatten().for_each(|&index| is_taken[index] = true);
         let mut edited = vec![None; now.len()];
         let mut left: Vec<usize> = (0..before.len()).filter(|&old| !is_taken[old]).collect();
         for new in (0..now.len()).filter(|&new| same[new].is_none()) {
@@ -96,11 +92,7 @@ impl Matched {
                 is_taken[old] = true;
             }
         }
-        Matched {
-            same,
-            edited,
-            is_taken,
-        }
+        Matched { same, edited, is_taken }
     }
 
     fn points(&self, before: &[PointRecord], now: &[PointRecord]) -> Vec<PointChange> {
@@ -112,16 +104,12 @@ impl Matched {
                     ..PointChange::default()
                 },
                 (None, Some(old)) => PointChange {
-                    why: Some(Why::Changed {
-                        fields: changes(&before[old], point),
-                    }),
+                    why: Some(Why::Changed { fields: changes(&before[old], point) }),
                     keeps_identity: before[old].identity == point.identity,
                     realizations_before: None,
                 },
                 (None, None) => PointChange {
-                    why: Some(Why::New {
-                        fields: seen.coordinates(point),
-                    }),
+                    why: Some(Why::New { fields: seen.coordinates(point) }),
                     ..PointChange::default()
                 },
             };
@@ -134,9 +122,7 @@ impl Matched {
         let left = (0..before.len()).filter(|&old| !self.is_taken[old]);
         let mut gone: Vec<Why> = Vec::new();
         for old in left {
-            let why = Why::Fewer {
-                fields: seen.coordinates(&before[old]),
-            };
+            let why = Why::Fewer { fields: seen.coordinates(&before[old]) };
             if gone.last() != Some(&why) {
                 gone.push(why);
             }
@@ -146,9 +132,7 @@ impl Matched {
 
     fn is_in_order(&self) -> bool {
         let places = self.same.iter().zip(&self.edited);
-        places
-            .filter_map(|(same, edited)| same.or(*edited))
-            .is_sorted()
+        places.filter_map(|(same, edited)| same.or(*edited)).is_sorted()
     }
 }
 
@@ -159,9 +143,7 @@ impl<'a> Seen<'a> {
     fn among(points: impl IntoIterator<Item = &'a PointRecord>) -> Seen<'a> {
         let mut seen = BTreeMap::<_, BTreeSet<_>>::new();
         for (name, value) in points.into_iter().flat_map(|point| &point.fields) {
-            seen.entry(name.as_str())
-                .or_default()
-                .insert(value.as_str());
+            seen.entry(name.as_str()).or_default().insert(value.as_str());
         }
         Seen(seen)
     }

@@ -74,17 +74,13 @@ impl Record {
                 name: stage.name.clone(),
                 kind: planned.kind,
                 version: planned.kind.version(),
-                reads: reads
-                    .map(|&input| study.stages[input].name.clone())
-                    .collect(),
+                reads: reads.map(|&input| study.stages[input].name.clone()).collect(),
                 points: points(&stage.work),
                 tasks: planned.tasks.len(),
                 finished: finished.count(),
             }
         };
-        Record {
-            stages: stages.map(record).collect(),
-        }
+        Record { stages: stages.map(record).collect() }
     }
 
     /// The positions of the stages with these names.
@@ -147,10 +143,7 @@ impl StageRecord {
             return places.collect();
         }
         let tasks_of_point = (self.tasks / self.points.len().max(1)).max(1);
-        let place = |task| Place {
-            point: task / tasks_of_point,
-            realization: 0,
-        };
+        let place = |task| Place { point: task / tasks_of_point, realization: 0 };
         (0..self.tasks).map(place).collect()
     }
 }
@@ -197,11 +190,7 @@ impl PointRecord {
         let mut fields = fields_of(json);
         // It tells surfaces of one point apart.
         fields.remove("realization");
-        PointRecord {
-            fields,
-            realizations,
-            identity: Digest::of(&recipe.identity()).to_string(),
-        }
+        PointRecord { fields, realizations, identity: Digest::of(&recipe.identity()).to_string() }
     }
 }
 
@@ -218,8 +207,5 @@ fn fields_of(json: Value) -> BTreeMap<String, String> {
             .next()
             .unwrap_or_default();
     }
-    object
-        .into_iter()
-        .map(|(name, value)| (name, value.to_string()))
-        .collect()
+    object.into_iter().map(|(name, value)| (name, value.to_string())).collect()
 }

@@ -70,10 +70,7 @@ impl Sets {
 
     /// What is in a set, in the order in which it was met.
     pub fn causes(&self, set: usize) -> Vec<Cause> {
-        self.sets[set]
-            .iter()
-            .map(|&cause| self.causes[cause].clone())
-            .collect()
+        self.sets[set].iter().map(|&cause| self.causes[cause].clone()).collect()
     }
 
     fn number(&mut self, set: Vec<usize>) -> usize {

@@ -77,8 +77,7 @@ impl<'a> Walk<'a> {
         let stage = self.own.len();
         let why = Why::FirstRun;
         let set = self.sets.one(Cause { stage, why });
-        self.own
-            .push(vec![set; self.plan.stages[stage].tasks.len()]);
+        self.own.push(vec![set; self.plan.stages[stage].tasks.len()]);
     }
 
     /// The next stage, and what it was before.
@@ -162,12 +161,7 @@ impl<'a> Walk<'a> {
             (read, self.sets.one(cause(Why::ReadsMore { name })))
         });
         let reads_more = more.collect();
-        Here {
-            to_all,
-            points,
-            reads_more,
-            gone: self.gone(stage, record, changes),
-        }
+        Here { to_all, points, reads_more, gone: self.gone(stage, record, changes) }
     }
 
     fn point(&mut self, stage: usize, to_all: usize, change: &PointChange, now: u32) -> Point {
@@ -175,12 +169,10 @@ impl<'a> Walk<'a> {
         let changed = self.sets.all(change.why.iter().cloned().map(cause));
         let both = self.sets.union(to_all, changed);
         let realizations_before = change.realizations_before.unwrap_or(now);
-        let new = (now > realizations_before).then(|| Why::New {
-            fields: realizations(realizations_before, now),
-        });
-        let fewer = (now < realizations_before).then(|| Why::Fewer {
-            fields: realizations(now, realizations_before),
-        });
+        let new = (now > realizations_before)
+            .then(|| Why::New { fields: realizations(realizations_before, now) });
+        let fewer = (now < realizations_before)
+            .then(|| Why::Fewer { fields: realizations(now, realizations_before) });
         let [new, fewer] = [new, fewer].map(|why| self.sets.all(why.map(cause)));
         Point {
             before: both,
@@ -198,16 +190,8 @@ impl<'a> Walk<'a> {
         let order = changes.is_reordered.then_some(cause(Why::Reordered));
         let order = self.sets.all(order);
         let mut sum = match record.kind {
-            Kind::Generate => Gone {
-                surfaces: gone,
-                others: EMPTY,
-                order,
-            },
-            _ => Gone {
-                surfaces: EMPTY,
-                others: gone,
-                order,
-            },
+            Kind::Generate => Gone { surfaces: gone, others: EMPTY, order },
+            _ => Gone { surfaces: EMPTY, others: gone, order },
         };
         for read in self.now.positions(&record.reads) {
             let above = self.gone[read];
@@ -225,8 +209,5 @@ fn realizations(from: u32, to: u32) -> Vec<Field> {
         0 | 1 => from.to_string(),
         _ => format!("{from} … {}", to - 1),
     };
-    vec![Field {
-        field: "realization".to_owned(),
-        value: Shown(value),
-    }]
+    vec![Field { field: "realization".to_owned(), value: Shown(value) }]
 }

@@ -40,9 +40,7 @@ struct StageFile {
 impl StageFile {
     /// A table that cannot be read has no rows: who asks for it by its name hears of it.
     fn published(&self) -> Option<&Published> {
-        let published = self
-            .published
-            .get_or_init(|| Published::read(&self.path).ok().flatten());
+        let published = self.published.get_or_init(|| Published::read(&self.path).ok().flatten());
         published.as_ref()
     }
 }
@@ -50,11 +48,7 @@ impl StageFile {
 impl Archive {
     /// What there is in a store, and in the folder of a study's results.
     pub fn of(store: Store, folder: &Path) -> Archive {
-        Archive {
-            store,
-            folder: folder.to_owned(),
-            stages: OnceLock::new(),
-        }
+        Archive { store, folder: folder.to_owned(), stages: OnceLock::new() }
     }
 
     /// The store, which alone has maps.
@@ -96,16 +90,13 @@ impl Archive {
 
     /// The stages whose tables have been published, and their tasks.
     pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
-        self.published()
-            .map(|(stage, published)| (stage, published.tasks().collect()))
-            .collect()
+        self.published().map(|(stage, published)| (stage, published.tasks().collect())).collect()
     }
 
     /// What the files of measured surfaces held when their tables were published.
     pub fn recollection(&self) -> Recollection {
-        let generated = self
-            .published()
-            .filter(|(_, published)| published.kind == Kind::Generate.name());
+        let generated =
+            self.published().filter(|(_, published)| published.kind == Kind::Generate.name());
         let tables = generated.filter_map(|(_, published)| published.table().ok());
         let told = tables.filter_map(|table| files(&table).ok());
         told.flatten().collect()
@@ -120,11 +111,9 @@ impl Archive {
         self.stages.get_or_init(|| {
             let files = files_of(&self.folder).unwrap_or_default().into_iter();
             let stages = files.filter_map(|file| match file.what {
-                What::Stage { stage, .. } => Some(StageFile {
-                    stage,
-                    path: file.path,
-                    published: OnceLock::new(),
-                }),
+                What::Stage { stage, .. } => {
+                    Some(StageFile { stage, path: file.path, published: OnceLock::new() })
+                }
                 _ => None,
             });
             stages.collect()
@@ -142,12 +131,10 @@ impl TaskTables for Archive {
     }
 
     fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
-        self.store
-            .light(key)
-            .or_else(|error| match error.is_mendable() {
-                true => self.rows_of(key).ok_or(error),
-                false => Err(error),
-            })
+        self.store.light(key).or_else(|error| match error.is_mendable() {
+            true => self.rows_of(key).ok_or(error),
+            false => Err(error),
+        })
     }
 }
 
@@ -168,9 +155,7 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
             content: ContentHash::from_hex(contents.value(row))?,
             format: format.map(|formats| formats.value(row).to_owned()),
             unit: units.map_or_else(String::new, |units| units.value(row).to_owned()),
-            nodes: grid
-                .nodes()
-                .map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX)),
+            nodes: grid.nodes().map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX)),
             side: grid.cell().size(),
         };
         Some((PathBuf::from(paths.value(row)), recalled))

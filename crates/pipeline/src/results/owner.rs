@@ -66,10 +66,7 @@ impl Owner {
 
     /// A manifest, as the owner of tables from whose folder it is at `place`.
     pub fn at(place: String, study: &Study, plan: &Plan) -> Owner {
-        Owner {
-            manifest: place,
-            study: Record::of(study, plan, &[]),
-        }
+        Owner { manifest: place, study: Record::of(study, plan, &[]) }
     }
 
     /// What the file says.
@@ -113,16 +110,13 @@ pub fn check(manifest: &Path, study: &Study, plan: &Plan, archive: &Archive) -> 
         _ if published.is_empty() => Vec::new(),
         Some(owner) => {
             let most = at_its_most(study.clone());
-            owner
-                .study
-                .lost_by(&Record::of(&most, &Plan::of(&most), &[]))
+            owner.study.lost_by(&Record::of(&most, &Plan::of(&most), &[]))
         }
         None => {
             let keys = plan.keys();
             let is_lost = |tasks: &[TaskKey]| tasks.iter().any(|task| !keys.contains(task));
             let lost = published.iter().filter(|(_, tasks)| is_lost(tasks));
-            lost.map(|(stage, _)| format!("rows of `{stage}`"))
-                .collect()
+            lost.map(|(stage, _)| format!("rows of `{stage}`")).collect()
         }
     };
     match lost.is_empty() {

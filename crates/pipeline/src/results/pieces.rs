@@ -42,12 +42,7 @@ impl Part {
 impl Pieces {
     /// Creates an empty collection with room for this many bytes.
     pub fn within(room: usize) -> Pieces {
-        Pieces {
-            parts: Vec::new(),
-            stacking: Stacking::default(),
-            damaged: Vec::new(),
-            room,
-        }
+        Pieces { parts: Vec::new(), stacking: Stacking::default(), damaged: Vec::new(), room }
     }
 
     /// Adds the rows of tasks that lie under each other in one table, so many of each.
@@ -117,11 +112,7 @@ impl Pieces {
         sources: &SurfaceFiles,
     ) -> Result<(Vec<usize>, Option<Table>), ResultsError> {
         let tasks = self.tasks()?;
-        let frame = Frame {
-            plan,
-            stage,
-            sources,
-        };
+        let frame = Frame { plan, stage, sources };
         let all = self.rows();
         let mut groups = self.tables(frame, all.max(1), |_| unreachable!("all tables are held"));
         let table = groups.next().transpose()?.filter(|_| !tasks.is_empty());
@@ -144,9 +135,7 @@ impl Pieces {
         most: usize,
         mut read: impl FnMut(&Part) -> Result<Table, ResultsError> + 'a,
     ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
-        let Pieces {
-            parts, stacking, ..
-        } = self;
+        let Pieces { parts, stacking, .. } = self;
         let mut parts = parts.into_iter();
         let mut rest: Option<Rows> = None;
         let mut is_first = true;
@@ -220,14 +209,10 @@ impl Frame<'_> {
     }
 
     fn stacked(self, stacking: &Stacking, rows: Vec<Rows>) -> Result<Table, ResultsError> {
-        let contradiction = |source: TableError| ResultsError::Table {
-            stage: self.stage.name.clone(),
-            source,
-        };
-        let (tables, keys): (Vec<(usize, Table)>, Vec<Table>) = rows
-            .into_iter()
-            .map(|rows| ((rows.layout, rows.table), rows.keys))
-            .unzip();
+        let contradiction =
+            |source: TableError| ResultsError::Table { stage: self.stage.name.clone(), source };
+        let (tables, keys): (Vec<(usize, Table)>, Vec<Table>) =
+            rows.into_iter().map(|rows| ((rows.layout, rows.table), rows.keys)).unzip();
         let table = stacking.stack(&tables).map_err(contradiction)?;
         let keys = match keys.is_empty() {
             true => Table::empty(&[TASK]),

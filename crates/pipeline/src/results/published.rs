@@ -74,12 +74,10 @@ impl Lacking {
     fn end_from(&self, row: usize) -> usize {
         let ends = self.0.iter().map(|(_, ranges)| {
             let next = ranges.partition_point(|range| range.end <= row);
-            ranges
-                .get(next)
-                .map_or(usize::MAX, |range| match range.start > row {
-                    true => range.start,
-                    false => range.end,
-                })
+            ranges.get(next).map_or(usize::MAX, |range| match range.start > row {
+                true => range.start,
+                false => range.end,
+            })
         });
         ends.min().unwrap_or(usize::MAX)
     }
@@ -270,9 +268,7 @@ mod tests {
 
     fn lacking(tables: &[Table]) -> String {
         let mut stacking = Stacking::default();
-        let parts = tables
-            .iter()
-            .map(|table| (stacking.add(table), table.rows()));
+        let parts = tables.iter().map(|table| (stacking.add(table), table.rows()));
         let parts: Vec<_> = parts.collect();
         serde_json::to_string(&Lacking::of(&stacking, &parts)).unwrap()
     }
@@ -303,17 +299,11 @@ mod tests {
         let [two, one] = pieces();
         let stacked = Table::stack(&[two.clone(), two, one]).unwrap();
         let pieces = [stacked.slice(0..2), stacked.slice(2..4)];
-        let pieces = [
-            pieces[0].without(&["gap"]),
-            pieces[1].without(&["gap"]),
-            stacked.slice(4..5),
-        ];
+        let pieces =
+            [pieces[0].without(&["gap"]), pieces[1].without(&["gap"]), stacked.slice(4..5)];
         let told = lacking(&pieces);
         let keys = texts(['a', 'a', 'b', 'b', 'c'].map(key));
-        let entries = vec![
-            (KIND.to_owned(), "measure".to_owned()),
-            (LACKING.to_owned(), told),
-        ];
+        let entries = vec![(KIND.to_owned(), "measure".to_owned()), (LACKING.to_owned(), told)];
         let metadata = Metadata { key: None, entries };
         let table = stacked.clone().with(vec![(TASK, keys)]);
         let published = Published::of(table.into(), &metadata).unwrap().unwrap();

@@ -162,11 +162,7 @@ impl Desk<'_> {
     ) -> Result<Option<PathBuf>, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
         let (finished, lacking, rows) = (pieces.tasks()?.len(), pieces.lacking(), pieces.rows());
-        let frame = Frame {
-            plan,
-            stage,
-            sources: &study.sources,
-        };
+        let frame = Frame { plan, stage, sources: &study.sources };
         let mut groups = pieces.groups(frame, |part| Ok(self.read_again(stage, part, kept)?));
         let Some(first) = groups.next().transpose()? else {
             return Ok(None);

@@ -73,12 +73,7 @@ impl Reading {
     ) -> Result<Reading, SamplingError> {
         let archive = Archive::of(store, &folder.join(&study.name));
         let SampledStudy { study, plan, .. } = SampledStudy::of(study, &archive, rule)?;
-        Ok(Reading {
-            study,
-            plan,
-            archive,
-            folder: folder.to_owned(),
-        })
+        Ok(Reading { study, plan, archive, folder: folder.to_owned() })
     }
 
     /// The rows of every stage, in the order of the plan.

@@ -44,9 +44,7 @@ impl RunOutcome {
         self.computed = self.computed.into_iter().filter_map(place).collect();
         self.computed.sort_unstable();
         let failed = self.failed.into_iter();
-        self.failed = failed
-            .filter_map(|(task, error)| Some((place(task)?, error)))
-            .collect();
+        self.failed = failed.filter_map(|(task, error)| Some((place(task)?, error))).collect();
         for damage in &mut self.damaged {
             damage.task = place(damage.task).unwrap_or(damage.task);
         }
@@ -77,11 +75,7 @@ impl Damage {
         cause: StoreError,
     ) -> Result<Option<Damage>, StoreError> {
         let quarantined = store.quarantine(plan.tasks[task].key)?;
-        Ok(quarantined.map(|quarantined| Damage {
-            task,
-            cause,
-            quarantined,
-        }))
+        Ok(quarantined.map(|quarantined| Damage { task, cause, quarantined }))
     }
 }
 

@@ -49,9 +49,7 @@ impl ReadyTasks {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state
-            .lock()
-            .expect("no panic happens while it is held")
+        self.state.lock().expect("no panic happens while it is held")
     }
 }
 

@@ -21,10 +21,7 @@ impl Room {
     pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> Room {
         Room {
             parts: parts.map(|part| part.min(size)).collect(),
-            state: Mutex::new(State {
-                free: size,
-                waiting: Vec::new(),
-            }),
+            state: Mutex::new(State { free: size, waiting: Vec::new() }),
         }
     }
 
@@ -49,9 +46,7 @@ impl Room {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state
-            .lock()
-            .expect("no panic happens while it is held")
+        self.state.lock().expect("no panic happens while it is held")
     }
 }
 

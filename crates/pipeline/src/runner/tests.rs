@@ -48,19 +48,13 @@ fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
     let stopped = AtomicBool::new(false);
     let sources = &study.sources;
     let archive = Archive::of(store, &folder.path().join("results"));
-    let outcome = run(
-        &plan, &missing, &archive, sources, means, &Silence, &stopped,
-    );
+    let outcome = run(&plan, &missing, &archive, sources, means, &Silence, &stopped);
     let (first, error) = &outcome.failed[0];
     assert_eq!(*first, 0);
     assert!(matches!(error, TaskError::Memory { .. }), "{error}");
     assert!(error.to_string().contains("the system does not give"));
     let others = &outcome.failed[1..];
-    assert!(
-        others
-            .iter()
-            .all(|(_, error)| matches!(error, TaskError::Upstream(_)))
-    );
+    assert!(others.iter().all(|(_, error)| matches!(error, TaskError::Upstream(_))));
     let all = outcome.computed.len() + outcome.failed.len();
     assert_eq!(all, plan.tasks.len());
     assert!(outcome.computed.len() > others.len());

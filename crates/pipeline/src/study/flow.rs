@@ -34,11 +34,7 @@ pub fn check(
         };
         match read {
             _ if !reads.rows.contains(&rows) => {
-                problems.push(problem(format!(
-                    "{} cannot read {}",
-                    a_stage(kind),
-                    rows.name()
-                )));
+                problems.push(problem(format!("{} cannot read {}", a_stage(kind), rows.name())));
             }
             Some((other, before)) if before != rows && !mixes => {
                 problems.push(problem(format!(

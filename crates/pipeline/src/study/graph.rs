@@ -25,10 +25,8 @@ impl Graph {
         let names = stages.iter().enumerate();
         let names = names.map(|(index, stage)| (stage.name.value.as_str(), index));
         let names: BTreeMap<&str, usize> = names.collect();
-        let mut inputs: Vec<Option<Vec<usize>>> = stages
-            .iter()
-            .map(|stage| resolve(stage, &names, problems))
-            .collect();
+        let mut inputs: Vec<Option<Vec<usize>>> =
+            stages.iter().map(|stage| resolve(stage, &names, problems)).collect();
         let mut order = sorted(&inputs);
         if order.len() < stages.len() {
             report_cycle(stages, &inputs, &order, problems);
@@ -77,10 +75,7 @@ pub fn check_name(
     let (message, label) = if name.len() > LONGEST {
         (format!("the {what}'s name is too long"), "too long")
     } else if !is_plain(name) {
-        (
-            format!("{name:?} is no name for a {what}"),
-            "not a plain name",
-        )
+        (format!("{name:?} is no name for a {what}"), "not a plain name")
     } else {
         return;
     };
@@ -110,12 +105,8 @@ fn resolve(
         match seen.insert(input, span) {
             None => inputs.push(input),
             Some(before) => problems.push(
-                Problem::new(
-                    format!("`from` names `{value}` twice"),
-                    span.clone(),
-                    "here again",
-                )
-                .and(before.clone(), "first here"),
+                Problem::new(format!("`from` names `{value}` twice"), span.clone(), "here again")
+                    .and(before.clone(), "first here"),
             ),
         }
     }
@@ -128,12 +119,7 @@ fn unknown_stage(
     stage: &StageTable,
     names: &BTreeMap<&str, usize>,
 ) -> Problem {
-    let others = || {
-        names
-            .keys()
-            .copied()
-            .filter(|other| *other != stage.name.value)
-    };
+    let others = || names.keys().copied().filter(|other| *other != stage.name.value);
     let label = match did_you_mean(name, others()) {
         Some(meant) => format!("did you mean `{meant}`?"),
         None => "unknown stage".to_owned(),
@@ -195,8 +181,7 @@ fn report_cycle(
     let name = |stage: &usize| stages[*stage].name.value.as_str();
     let reads = |stage: usize, input: usize| {
         let from = stages[stage].from.iter().flatten();
-        from.into_iter()
-            .find(|from| from.value == stages[input].name.value)
+        from.into_iter().find(|from| from.value == stages[input].name.value)
     };
     let next = |index: usize| cycle[(index + 1) % cycle.len()];
     let message = match cycle {

@@ -25,21 +25,14 @@ fn every_mistake_is_explained() {
     settings.set_omit_expression(true);
     let entries = fs::read_dir(folder()).unwrap();
     let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| {
-        path.extension()
-            .is_some_and(|extension| extension == "toml")
-    });
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     paths.sort();
     assert!(paths.len() > 50, "the manifests are gone");
     for path in paths {
         let name = path.file_stem().unwrap().to_str().unwrap();
         let text = fs::read_to_string(&path).unwrap();
-        let errors = Study::parse(
-            &text,
-            &format!("{name}.toml"),
-            &folder(),
-            crate::study::no_claims,
-        );
+        let errors =
+            Study::parse(&text, &format!("{name}.toml"), &folder(), crate::study::no_claims);
         let page = errors.expect_err(name).render(false);
         settings.bind(|| insta::assert_snapshot!(name, page));
     }
@@ -180,17 +173,9 @@ fn whole_numbers_stand_for_numbers() {
 fn stages_follow_what_they_read_and_otherwise_the_file() {
     let study = study(ALL_KINDS);
     for (position, stage) in study.stages.iter().enumerate() {
-        assert!(
-            stage.inputs.iter().all(|&input| input < position),
-            "{}",
-            stage.name
-        );
+        assert!(stage.inputs.iter().all(|&input| input < position), "{}", stage.name);
     }
-    let names: Vec<_> = study
-        .stages
-        .iter()
-        .map(|stage| stage.name.as_str())
-        .collect();
+    let names: Vec<_> = study.stages.iter().map(|stage| stage.name.as_str()).collect();
     assert_eq!(names[..5], ["rough", "map", "ball", "light", "heavy"]);
 }
 
@@ -306,10 +291,7 @@ fn chosen_loads_are_those_of_the_block() {
 fn two_equal_bodies_have_half_the_modulus_of_one_against_a_rigid_body() {
     let body = "{ youngs_modulus = 3, poisson_ratio = 0.5 }";
     // E/(1 − ν²) of the one body.
-    assert_eq!(
-        block(&format!("loads = [1]\nbodies = [{body}]")).effective_modulus,
-        4.0
-    );
+    assert_eq!(block(&format!("loads = [1]\nbodies = [{body}]")).effective_modulus, 4.0);
     let two = block(&format!("loads = [1]\nbodies = [{body}, {body}]"));
     assert_eq!(two.effective_modulus, 2.0);
 }
@@ -324,10 +306,7 @@ fn a_number_is_named_in_its_shortest_form() {
         },
         _ => None,
     });
-    let names = corrections
-        .unwrap()
-        .iter()
-        .map(|correction| correction.name.as_str());
+    let names = corrections.unwrap().iter().map(|correction| correction.name.as_str());
     let names: Vec<_> = names.collect();
     assert_eq!(names, ["none", "pi/8", "2017", "0.1", "0.001", "mine"]);
 }
@@ -340,12 +319,7 @@ fn one_mistake_hides_no_other() {
         .replace("steps = 3", "steps = 0")
         .replace("from = \"true_area\"\nkappa", "from = \"true-area\"\nkappa")
         .replace("\"q05\"", "\"q5\"");
-    assert_eq!(
-        parse(&text).unwrap_err().problems().len(),
-        5,
-        "{}",
-        message(&text)
-    );
+    assert_eq!(parse(&text).unwrap_err().problems().len(), 5, "{}", message(&text));
 }
 
 #[test]
@@ -363,16 +337,10 @@ fn manifests_that_ship_make_sense() {
 #[test]
 fn a_manifest_that_cannot_be_read_says_why() {
     let missing = Study::read(Path::new("no/such.toml"), crate::study::no_claims).unwrap_err();
-    assert!(
-        missing
-            .render(false)
-            .contains("cannot read manifest `no/such.toml`")
-    );
+    assert!(missing.render(false).contains("cannot read manifest `no/such.toml`"));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("latin.toml");
     fs::write(&file, b"[study]\nname = \"\xe9\"\n").unwrap();
-    let latin = Study::read(&file, crate::study::no_claims)
-        .unwrap_err()
-        .render(false);
+    let latin = Study::read(&file, crate::study::no_claims).unwrap_err().render(false);
     assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
 }

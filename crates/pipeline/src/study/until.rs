@@ -39,12 +39,7 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
         let growing = points.growing()?;
         let written = growing.until.written()?;
         let until = parse(&written.value)?;
-        Some(Conditional {
-            stage,
-            growing,
-            written,
-            until,
-        })
+        Some(Conditional { stage, growing, written, until })
     })
 }
 
@@ -73,9 +68,7 @@ pub fn check<'t>(
             Until::Mean(mean) => of_mean(&condition, mean, stages, graph, &empty),
             Until::Claims(names) => of_claims(&condition, names, &claims()),
         };
-        problem
-            .into_iter()
-            .for_each(|problem| problems.push(problem));
+        problem.into_iter().for_each(|problem| problems.push(problem));
     }
 }
 
@@ -110,10 +103,7 @@ fn of_mean<'t>(
         return None;
     }
     let label = meant(&mean.column, columns.iter().copied(), "unknown column");
-    let message = format!(
-        "`{}` has no column of results `{}`",
-        mean.stage, mean.column
-    );
+    let message = format!("`{}` has no column of results `{}`", mean.stage, mean.column);
     let help = format!("there are {}", listed(columns.iter().copied(), "and"));
     Some(condition.problem(message, &label).help(help))
 }
@@ -136,10 +126,7 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
 /// What was meant by a name, or that it is unknown.
 fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>, otherwise: &str) -> String {
     let meant = did_you_mean(name, known);
-    meant.map_or_else(
-        || otherwise.to_owned(),
-        |meant| format!("did you mean `{meant}`?"),
-    )
+    meant.map_or_else(|| otherwise.to_owned(), |meant| format!("did you mean `{meant}`?"))
 }
 
 /// Whether rows of a stage come from another, itself included.

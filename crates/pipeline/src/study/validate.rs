@@ -33,11 +33,7 @@ pub fn validate(
         sources,
         is_read: vec![false; manifest.stages.len()],
         tasks: 0,
-        validated: manifest
-            .stages
-            .iter()
-            .map(|_| Validated::default())
-            .collect(),
+        validated: manifest.stages.iter().map(|_| Validated::default()).collect(),
     };
     for &input in graph.inputs.iter().flatten().flatten() {
         validator.is_read[input] = true;
@@ -62,11 +58,7 @@ pub fn validate(
             work: validator.validated[stage].work.take()?,
         })
     });
-    Some(Study {
-        name: name?,
-        stages: stages.collect::<Option<_>>()?,
-        sources: validator.sources,
-    })
+    Some(Study { name: name?, stages: stages.collect::<Option<_>>()?, sources: validator.sources })
 }
 
 /// Name and seed.
@@ -118,12 +110,7 @@ impl Validator<'_> {
         let inputs = inputs.unwrap_or_default();
         let flowing: Vec<_> = inputs
             .iter()
-            .map(|&input| {
-                (
-                    self.stages[input].name.value.as_str(),
-                    self.validated[input].rows,
-                )
-            })
+            .map(|&input| (self.stages[input].name.value.as_str(), self.validated[input].rows))
             .collect();
         let points = table.points.as_ref();
         let is_query = points.is_some_and(|points| points.is_query());
@@ -162,16 +149,8 @@ impl Validator<'_> {
         let empty = empty
             .zip(points)
             .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
-        let made = work
-            .as_ref()
-            .map(|work| Surfaces::made_by(&table.name.value, work));
-        Validated {
-            rows,
-            surfaces: surfaces.and(&made.unwrap_or_default()),
-            work,
-            empty,
-            tasks,
-        }
+        let made = work.as_ref().map(|work| Surfaces::made_by(&table.name.value, work));
+        Validated { rows, surfaces: surfaces.and(&made.unwrap_or_default()), work, empty, tasks }
     }
 
     /// Refuses a stage of too many tasks, and the stage with which a study has too many.

@@ -98,9 +98,7 @@ impl ShortestWave {
     /// Its mesh as a manifest has it, so many times finer along both axes; rounded up, but for the
     /// rounding of a quotient.
     fn mesh(&self, finer: f64) -> String {
-        let [x, y] = self
-            .nodes
-            .map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
+        let [x, y] = self.nodes.map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
         match x == y {
             true => format!("{x}"),
             false => format!("[{x}, {y}]"),
@@ -124,10 +122,7 @@ impl Study {
             ];
             let messages = messages.into_iter().flatten();
             let messages = messages.chain(files::told(stage, &self.sources));
-            messages.map(|message| Warning {
-                stage: stage.name.clone(),
-                message,
-            })
+            messages.map(|message| Warning { stage: stage.name.clone(), message })
         });
         warnings.collect()
     }
@@ -148,9 +143,7 @@ impl Study {
             .collect();
         waves.sort_by(|one, other| one.resolution.total_cmp(&other.resolution));
         let (coarsest, others) = waves.split_first()?;
-        let ShortestWave {
-            key, wavenumber, ..
-        } = *coarsest;
+        let ShortestWave { key, wavenumber, .. } = *coarsest;
         let others = match others.len() {
             0 => String::new(),
             1 => format!(" (1 other point has less than {enough}, too)"),
@@ -274,22 +267,15 @@ correction = ["none", "2017"]
 "#;
 
     fn told(manifest: &str) -> Vec<String> {
-        let study = Study::parse(
-            manifest,
-            "coarse.toml",
-            Path::new(""),
-            crate::study::no_claims,
-        )
-        .unwrap();
+        let study =
+            Study::parse(manifest, "coarse.toml", Path::new(""), crate::study::no_claims).unwrap();
         study.warnings().iter().map(ToString::to_string).collect()
     }
 
     #[test]
     fn the_coarsest_mesh_of_a_stage_is_named_with_what_it_adds_and_what_would_do() {
         let told = told(PRESSED);
-        let [warning] = told.as_slice() else {
-            panic!("{told:?}")
-        };
+        let [warning] = told.as_slice() else { panic!("{told:?}") };
         for part in [
             "stage `rough`",
             "`nodes = 64` with `k_upper = 32` is 2 nodes to the shortest wavelength",
@@ -305,9 +291,7 @@ correction = ["none", "2017"]
     #[test]
     fn where_cells_are_no_squares_only_a_finer_mesh_is_advised() {
         let told = told(&PRESSED.replace("nodes = 64", "nodes = [[64, 64]]\nside = [[1.0, 0.8]]"));
-        let [warning] = told.as_slice() else {
-            panic!("{told:?}")
-        };
+        let [warning] = told.as_slice() else { panic!("{told:?}") };
         assert!(warning.contains("lighter ones; `nodes = 256`"), "{warning}");
     }
 
@@ -323,9 +307,7 @@ correction = ["none", "2017"]
         let corrected = format!("{PRESSED}{CORRECTED}");
         let told_at = |k_upper| told(&corrected.replace("[8, 16, 32]", k_upper));
         assert!(told_at("[8, 16, 21]").is_empty());
-        let [warning] = &told_at("32")[..] else {
-            panic!("two nodes are too few for corrections")
-        };
+        let [warning] = &told_at("32")[..] else { panic!("two nodes are too few for corrections") };
         assert!(warning.contains("up to 12 %"), "{warning}");
         // No correction is none, and one of other contacts neither.
         let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");
@@ -339,11 +321,7 @@ correction = ["none", "2017"]
         let shape = |lines: &str| {
             let start = PRESSED.find("hurst").unwrap();
             let end = PRESSED.find("[stage.loads]").unwrap();
-            told(&format!(
-                "{}{lines}\n{}",
-                &PRESSED[..start],
-                &PRESSED[end..]
-            ))
+            told(&format!("{}{lines}\n{}", &PRESSED[..start], &PRESSED[end..]))
         };
         let wave = shape("method = \"wave-sum\"\namplitude = 0.1\nwaves = 24");
         assert!(wave[0].contains("`waves = 24` is 2.7 nodes"), "{wave:?}");
@@ -358,9 +336,7 @@ correction = ["none", "2017"]
         let lower = "[stage.lower]\nkind = \"generate\"\nmethod = \"wave\"\nnodes = 64\n\
                      amplitude = 0.1\n[stage.pressed]\nkind = \"solve\"\nloads = [0.01]\n";
         let warned = |from: &str, bodies: &str| {
-            let told = told(&format!(
-                "{upper}{lower}from = {from}\nbodies = [{bodies}]\n"
-            ));
+            let told = told(&format!("{upper}{lower}from = {from}\nbodies = [{bodies}]\n"));
             let mut told = told.into_iter();
             told.find(|warning| warning.contains("pressed alone"))
         };

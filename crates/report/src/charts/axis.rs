@@ -44,19 +44,12 @@ impl Axis {
     }
 
     fn new(label: impl Into<String>, spacing: Spacing) -> Axis {
-        Axis {
-            label: label.into(),
-            spacing,
-            range: None,
-        }
+        Axis { label: label.into(), spacing, range: None }
     }
 
     /// The same axis between these numbers.
     pub fn within(self, from: f64, to: f64) -> Axis {
-        Axis {
-            range: Some([from, to]),
-            ..self
-        }
+        Axis { range: Some([from, to]), ..self }
     }
 
     /// Whether a number has a place on it, in or out of sight.
@@ -96,34 +89,20 @@ impl Axis {
             return range;
         }
         let values = values.filter(|&value| self.can_show(value));
-        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| {
-            (a.min(value), b.max(value))
-        });
+        let (least, most) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
         if least > most {
             return [0.1, 1.0];
         }
         match self.spacing {
             Spacing::Linear => {
-                let room = 0.05
-                    * if most > least {
-                        most - least
-                    } else {
-                        most.abs().max(1.0)
-                    };
+                let room = 0.05 * if most > least { most - least } else { most.abs().max(1.0) };
                 // Most quantities are not negative: an axis that begins near zero begins there.
-                let from = if least >= 0.0 && least < 0.35 * most {
-                    0.0
-                } else {
-                    least - room
-                };
+                let from = if least >= 0.0 && least < 0.35 * most { 0.0 } else { least - room };
                 [from, most + room]
             }
             Spacing::Logarithmic | Spacing::Octaves => {
-                let room = if most > least {
-                    (most / least).powf(0.04)
-                } else {
-                    2.0
-                };
+                let room = if most > least { (most / least).powf(0.04) } else { 2.0 };
                 [least / room, most * room]
             }
         }
@@ -227,19 +206,7 @@ mod tests {
     #[test]
     fn powers_of_ten_beyond_a_thousand_and_a_hundredth_are_written_as_such() {
         let written = [1e-3, 0.01, 0.5, 1000.0, 1e4, 5e-3, 2e-12, 5e7].map(power);
-        assert_eq!(
-            written,
-            [
-                "10⁻³",
-                "0.01",
-                "0.5",
-                "1000",
-                "10⁴",
-                "5·10⁻³",
-                "2·10⁻¹²",
-                "5·10⁷"
-            ]
-        );
+        assert_eq!(written, ["10⁻³", "0.01", "0.5", "1000", "10⁴", "5·10⁻³", "2·10⁻¹²", "5·10⁷"]);
     }
 
     #[test]
@@ -263,16 +230,7 @@ mod tests {
 
     #[test]
     fn ends_are_finite_and_their_ratio_bounded_whatever_the_data() {
-        let odd = [
-            0.0,
-            1e-320,
-            1.0,
-            1e300,
-            f64::MAX,
-            f64::INFINITY,
-            f64::NAN,
-            -1e305,
-        ];
+        let odd = [0.0, 1e-320, 1.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN, -1e305];
         for axis in [Axis::linear(""), Axis::logarithmic(""), Axis::octaves("")] {
             for (one, other) in odd.iter().flat_map(|one| odd.map(|other| (*one, other))) {
                 for ends in [
@@ -286,10 +244,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(
-            Axis::linear("").within(0.2, 0.3).ends(std::iter::empty()),
-            [0.2, 0.3]
-        );
+        assert_eq!(Axis::linear("").within(0.2, 0.3).ends(std::iter::empty()), [0.2, 0.3]);
     }
 
     #[test]

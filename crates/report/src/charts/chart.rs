@@ -88,31 +88,19 @@ impl Series {
 
     /// The same with a name in the legend.
     pub fn named(self, label: impl Into<String>) -> Series {
-        Series {
-            label: Some(label.into()),
-            ..self
-        }
+        Series { label: Some(label.into()), ..self }
     }
 }
 
 impl Chart {
     /// Axes and nothing on them yet.
     pub fn new(x: Axis, y: Axis) -> Chart {
-        Chart {
-            title: String::new(),
-            x,
-            y,
-            series: Vec::new(),
-            notes: Vec::new(),
-        }
+        Chart { title: String::new(), x, y, series: Vec::new(), notes: Vec::new() }
     }
 
     /// The same under a few words.
     pub fn titled(self, title: impl Into<String>) -> Chart {
-        Chart {
-            title: title.into(),
-            ..self
-        }
+        Chart { title: title.into(), ..self }
     }
 
     /// Draws it, `[width, height]` in pixels, with words of the given size.
@@ -250,12 +238,7 @@ impl Frame {
         };
         let y = chart.y.ends(points().filter(in_sight).flat_map(heights));
         let spacing = [chart.x.spacing_between(x), chart.y.spacing_between(y)];
-        Frame {
-            x,
-            y,
-            spacing,
-            lift: [spacing[0].lift(x), spacing[1].lift(y)],
-        }
+        Frame { x, y, spacing, lift: [spacing[0].lift(x), spacing[1].lift(y)] }
     }
 
     fn holds(&self, point: &DataPoint) -> bool {
@@ -265,10 +248,7 @@ impl Frame {
 
     fn placed(&self, x: f64, y: f64) -> (f64, f64) {
         let [along_x, along_y] = self.spacing;
-        (
-            along_x.place(x, self.lift[0]),
-            along_y.place(y, self.lift[1]),
-        )
+        (along_x.place(x, self.lift[0]), along_y.place(y, self.lift[1]))
     }
 }
 

@@ -33,15 +33,8 @@ const SERIES: [(&str, &str); 7] = [
 
 impl Colour {
     fn all() -> impl Iterator<Item = Colour> {
-        let fixed = [
-            Colour::Text,
-            Colour::Muted,
-            Colour::Grid,
-            Colour::Background,
-        ];
-        fixed
-            .into_iter()
-            .chain((0..SERIES.len()).map(Colour::Series))
+        let fixed = [Colour::Text, Colour::Muted, Colour::Grid, Colour::Background];
+        fixed.into_iter().chain((0..SERIES.len()).map(Colour::Series))
     }
 
     /// As CSS writes it.
@@ -93,9 +86,7 @@ fn declarations(mode: usize) -> String {
 /// The same drawing with the colours of light paper written in, for programs that know no
 /// variables.
 pub fn written_in(svg: &str) -> String {
-    Colour::all().fold(svg.to_owned(), |svg, colour| {
-        svg.replace(&colour.css(), colour.shades()[0])
-    })
+    Colour::all().fold(svg.to_owned(), |svg, colour| svg.replace(&colour.css(), colour.shades()[0]))
 }
 
 #[cfg(test)]
@@ -133,11 +124,7 @@ mod tests {
             {
                 let shade = colour.shades()[mode];
                 // WCAG asks for 4.5 of words and for 3 of graphics.
-                let least = if matches!(colour, Colour::Series(_)) {
-                    3.0
-                } else {
-                    4.5
-                };
+                let least = if matches!(colour, Colour::Series(_)) { 3.0 } else { 4.5 };
                 assert!(contrast(shade, paper) >= least, "{colour:?} in mode {mode}");
             }
         }

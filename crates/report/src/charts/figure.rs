@@ -57,10 +57,7 @@ impl Figure {
     /// Rows of charts.
     pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
         let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
-        Figure {
-            rows: rows.into_iter().map(|row| panels(row).collect()).collect(),
-            panel,
-        }
+        Figure { rows: rows.into_iter().map(|row| panels(row).collect()).collect(), panel }
     }
 
     /// The figure as SVG in the variables of [`super::colour`]; `name` keeps its parts apart from
@@ -69,11 +66,7 @@ impl Figure {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let [panel_width, panel_height] = self.panel;
         let width = (columns * (panel_width + GAP) - GAP + 2.0 * MARGIN).ceil();
-        let legend = Legend::new(
-            legend::entries(self.series()),
-            width - 2.0 * MARGIN,
-            WORDS - 1,
-        );
+        let legend = Legend::new(legend::entries(self.series()), width - 2.0 * MARGIN, WORDS - 1);
         let top = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
         let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
         scene.background_color = None;
@@ -154,25 +147,16 @@ mod tests {
 
     fn figure() -> Figure {
         let mut chart = Chart::new(Axis::linear("load y"), Axis::logarithmic("area"));
-        let point = |x: f64| DataPoint {
-            x,
-            y: x * x,
-            bar: Some([0.5 * x * x, 2.0 * x * x]),
-        };
+        let point = |x: f64| DataPoint { x, y: x * x, bar: Some([0.5 * x * x, 2.0 * x * x]) };
         chart.series.push(Series {
             points: [0.0, 0.5, 1.0, f64::NAN].map(point).to_vec(),
             style: Style::marker(Colour::Series(0), Marker::Triangle),
             label: Some("k_lower 4".to_owned()),
         });
         let line = Style::line(Colour::Text, Dash::Dashed, 1.5);
-        chart
-            .series
-            .push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
+        chart.series.push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
         let map = Panel::Map(MapPanel::new("heights", heights(), [1.0, 1.0]));
-        Figure {
-            rows: vec![vec![Panel::Chart(Box::new(chart)), map]],
-            panel: [300.0, 200.0],
-        }
+        Figure { rows: vec![vec![Panel::Chart(Box::new(chart)), map]], panel: [300.0, 200.0] }
     }
 
     #[test]
@@ -220,10 +204,6 @@ mod tests {
         let png = pixels::to_png(&alone, 2.0).unwrap();
         let decoder = png::Decoder::new(std::io::Cursor::new(&png));
         let reader = decoder.read_info().unwrap();
-        assert_eq!(
-            reader.info().width,
-            1252,
-            "two panels, the gap between them and the margins"
-        );
+        assert_eq!(reader.info().width, 1252, "two panels, the gap between them and the margins");
     }
 }

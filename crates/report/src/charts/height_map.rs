@@ -54,11 +54,7 @@ fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<
                 }
             }
             let is_hole = missing >= known;
-            means.push(if is_hole {
-                f64::NAN
-            } else {
-                sum / f64::from(known)
-            });
+            means.push(if is_hole { f64::NAN } else { sum / f64::from(known) });
         }
     }
     (pixels, means)
@@ -96,11 +92,7 @@ mod tests {
         assert_eq!(means[0], 3.0);
         assert!(means[1].is_nan());
         let picture = HeightMap::of([4, 4], &heights, 2);
-        assert_eq!(
-            picture.range,
-            Some([-3.0, 2.0]),
-            "of the nodes, not of the pixels"
-        );
+        assert_eq!(picture.range, Some([-3.0, 2.0]), "of the nodes, not of the pixels");
         let holes = picture.raster.pixels().filter(|pixel| **pixel == HOLE);
         assert_eq!(holes.count(), 1);
     }

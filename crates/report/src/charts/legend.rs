@@ -29,10 +29,7 @@ pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
     for series in series {
         let Some(label) = &series.label else { continue };
         if entries.iter().all(|entry| entry.label != *label) {
-            entries.push(Entry {
-                style: series.style,
-                label: label.clone(),
-            });
+            entries.push(Entry { style: series.style, label: label.clone() });
         }
     }
     entries
@@ -58,11 +55,7 @@ impl Block {
         let column = SAMPLE + longest.fold(0.0, f64::max) + GUTTER;
         let most = (((width + GUTTER) / column) as usize).max(1);
         let rows = entries.len().div_ceil(most).max(1);
-        Block {
-            columns: entries.len().div_ceil(rows).max(1),
-            entries,
-            column,
-        }
+        Block { columns: entries.len().div_ceil(rows).max(1), entries, column }
     }
 
     fn rows(&self) -> usize {
@@ -80,10 +73,7 @@ impl Legend {
         let has_marker = |entry: &Entry| entry.style.marker.is_some();
         let (data, curves) = entries.into_iter().partition(has_marker);
         let blocks = [data, curves].map(|entries| Block::new(entries, width, words));
-        Legend {
-            blocks: blocks.into(),
-            words,
-        }
+        Legend { blocks: blocks.into(), words }
     }
 
     fn row(&self) -> f64 {
@@ -113,11 +103,7 @@ impl Legend {
     }
 
     fn draw_entry(&self, scene: &mut Scene, entry: &Entry, x: f64, y: f64) {
-        let Style {
-            colour,
-            line,
-            marker,
-        } = entry.style;
+        let Style { colour, line, marker } = entry.style;
         if let Some(line) = line {
             scene.add(Primitive::Line {
                 x1: x,
@@ -153,9 +139,7 @@ impl Legend {
 
 /// A single marker at a place of the figure: the middle of a chart whose axes are left out.
 fn alone(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
-    let layout = Layout::new((0.0, 1.0), (0.0, 1.0))
-        .with_width(100.0)
-        .with_height(100.0);
+    let layout = Layout::new((0.0, 1.0), (0.0, 1.0)).with_width(100.0).with_height(100.0);
     let computed = ComputedLayout::from_layout(&layout);
     let (from_x, from_y) = (computed.map_x(0.5), computed.map_y(0.5));
     let scene = render_multiple(vec![Plot::Scatter(sample)], layout);

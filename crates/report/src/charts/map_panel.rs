@@ -69,11 +69,7 @@ pub(super) struct Frame {
 impl Frame {
     /// Of maps in panels of a width.
     pub(super) fn of<'a>(maps: impl Iterator<Item = &'a MapPanel>, width: f64) -> Frame {
-        let none = Frame {
-            tallest: 0.0,
-            lines: 0,
-            bars: 0,
-        };
+        let none = Frame { tallest: 0.0, lines: 0, bars: 0 };
         let frame = maps.fold(none, |frame, map| {
             let [size_x, size_y] = map.size;
             Frame {
@@ -84,10 +80,7 @@ impl Frame {
         });
         match frame.tallest > 0.0 {
             true => frame,
-            false => Frame {
-                tallest: 1.0,
-                ..frame
-            },
+            false => Frame { tallest: 1.0, ..frame },
         }
     }
 
@@ -104,13 +97,7 @@ impl Frame {
 impl MapPanel {
     /// A map without bars.
     pub fn new(title: impl Into<String>, raster: Raster, size: [f64; 2]) -> MapPanel {
-        MapPanel {
-            title: title.into(),
-            raster,
-            size,
-            scale_bar: None,
-            colour_bar: None,
-        }
+        MapPanel { title: title.into(), raster, size, scale_bar: None, colour_bar: None }
     }
 
     fn bars(&self) -> usize {
@@ -262,14 +249,8 @@ mod tests {
     #[test]
     fn a_scale_bar_has_its_share_of_the_side_along_x() {
         for (size, pixels) in [([8.0, 8.0], 200.0), ([4.0, 8.0], 100.0)] {
-            let scale_bar = Some(ScaleBar {
-                length: 1.0,
-                label: "1 µm".to_owned(),
-            });
-            let svg = drawn(vec![MapPanel {
-                scale_bar,
-                ..map(size)
-            }]);
+            let scale_bar = Some(ScaleBar { length: 1.0, label: "1 µm".to_owned() });
+            let svg = drawn(vec![MapPanel { scale_bar, ..map(size) }]);
             let length = numbers(&svg, "x2")[0] - numbers(&svg, "x1")[0];
             assert!((length - pixels / size[0]).abs() < 0.1, "{length}");
             assert!(svg.contains(">1 µm</text>"));
@@ -279,15 +260,9 @@ mod tests {
     #[test]
     fn a_colour_bar_lies_between_its_numbers() {
         let colours = Raster::of_heights([2, 1], &[0.0, 1.0]);
-        let colour_bar = Some(ColourBar {
-            colours,
-            lowest: "−3 nm".to_owned(),
-            highest: "12 nm".to_owned(),
-        });
-        let svg = drawn(vec![MapPanel {
-            colour_bar,
-            ..map([1.0, 1.0])
-        }]);
+        let colour_bar =
+            Some(ColourBar { colours, lowest: "−3 nm".to_owned(), highest: "12 nm".to_owned() });
+        let svg = drawn(vec![MapPanel { colour_bar, ..map([1.0, 1.0]) }]);
         assert_eq!(svg.matches("<image ").count(), 2);
         let bar = svg.split("<image ").last().unwrap();
         let [left, width] = ["x", "width"].map(|name| numbers(&format!(" {bar}"), name)[0]);
@@ -298,21 +273,11 @@ mod tests {
 
     #[test]
     fn maps_beside_each_other_are_of_one_size_whatever_is_below_them() {
-        let scale_bar = Some(ScaleBar {
-            length: 0.2,
-            label: "2 mm".to_owned(),
-        });
-        let barred = MapPanel {
-            scale_bar,
-            ..map([1.0, 1.0])
-        };
+        let scale_bar = Some(ScaleBar { length: 0.2, label: "2 mm".to_owned() });
+        let barred = MapPanel { scale_bar, ..map([1.0, 1.0]) };
         let svg = drawn(vec![map([1.0, 1.0]), barred]);
         let images: Vec<&str> = svg.split("<image ").skip(1).collect();
-        let places = |name| {
-            images
-                .iter()
-                .map(move |image| numbers(&format!(" {image}"), name)[0])
-        };
+        let places = |name| images.iter().map(move |image| numbers(&format!(" {image}"), name)[0]);
         assert_eq!(places("y").collect::<Vec<_>>(), [32.0, 32.0]);
         assert_eq!(places("height").collect::<Vec<_>>(), [200.0, 200.0]);
     }

@@ -45,19 +45,14 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 /// # Errors
 /// When it is no SVG, or has no size.
 pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
-    let options = Options {
-        fontdb: FONTS.clone(),
-        ..Options::default()
-    };
+    let options = Options { fontdb: FONTS.clone(), ..Options::default() };
     let tree = Tree::from_str(svg, &options)?;
     let [width, height] =
         [tree.size().width(), tree.size().height()].map(|side| (side * scale).ceil() as u32);
     let mut pixels = Pixmap::new(width, height).ok_or(PixelsError::Size { width, height })?;
     let transform = Transform::from_scale(scale, scale);
     resvg::render(&tree, transform, &mut pixels.as_mut());
-    let encode = |error: png::EncodingError| PixelsError::Encode {
-        reason: error.to_string(),
-    };
+    let encode = |error: png::EncodingError| PixelsError::Encode { reason: error.to_string() };
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);

@@ -48,10 +48,7 @@ impl Scale {
     /// From no pressure to the highest one.
     pub fn of_pressures(pressures: &[f64]) -> Scale {
         let scale = Scale::over(INFERNO, pressures);
-        Scale {
-            lowest: 0.0,
-            ..scale
-        }
+        Scale { lowest: 0.0, ..scale }
     }
 
     fn over(gradient: Gradient, values: &[f64]) -> Scale {
@@ -71,11 +68,7 @@ impl Scale {
     /// All of its colours, from the lowest number to the highest.
     pub fn bar(&self) -> Raster {
         let colour = |step| self.gradient.eval_rational(step, PALETTE).into_array();
-        Raster {
-            width: PALETTE,
-            height: 1,
-            pixels: (0..PALETTE).map(colour).collect(),
-        }
+        Raster { width: PALETTE, height: 1, pixels: (0..PALETTE).map(colour).collect() }
     }
 
     /// The colour of a number; numbers beyond an end have that of the end.
@@ -85,9 +78,7 @@ impl Scale {
         let share = if share.is_finite() { share } else { 0.5 };
         // As many colours as a palette holds, and more than an eye tells apart.
         let step = ((PALETTE - 1) as f64 * share.clamp(0.0, 1.0)).round();
-        self.gradient
-            .eval_rational(step as usize, PALETTE)
-            .into_array()
+        self.gradient.eval_rational(step as usize, PALETTE).into_array()
     }
 }
 
@@ -149,11 +140,7 @@ impl Raster {
     fn of_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
         let rows = (0..nodes_y).rev();
         let pixels = rows.flat_map(|j| (0..nodes_x).map(move |i| i * nodes_y + j));
-        Raster {
-            width: nodes_x,
-            height: nodes_y,
-            pixels: pixels.map(colour).collect(),
-        }
+        Raster { width: nodes_x, height: nodes_y, pixels: pixels.map(colour).collect() }
     }
 
     /// Row by row from the top.
@@ -181,11 +168,7 @@ impl Raster {
             let row = row * self.height / height;
             self.pixels[row * self.width + column * self.width / width]
         };
-        Raster {
-            width,
-            height,
-            pixels: places.map(nearest).collect(),
-        }
+        Raster { width, height, pixels: places.map(nearest).collect() }
     }
 
     /// The picture at most `most` pixels wide and high: squares of pixels become their mean.
@@ -209,11 +192,7 @@ impl Raster {
             }
             sum.map(|sum| ((sum + count / 2) / count) as u8)
         };
-        Raster {
-            width,
-            height,
-            pixels: cells.map(mean).collect(),
-        }
+        Raster { width, height, pixels: cells.map(mean).collect() }
     }
 
     /// The picture as a PNG file, the same bytes every time: a third as many if a palette holds its
@@ -336,10 +315,7 @@ mod tests {
         assert!(rows[0] == rows[1] && rows[1] != rows[2] && rows[2] == rows[3]);
         let wide = picture().in_proportion([7.5, 2.0]);
         assert_eq!(wide.size(), [8, 2]);
-        assert_eq!(
-            [wide.pixels[0], wide.pixels[7]],
-            [picture().pixels[0], picture().pixels[2]]
-        );
+        assert_eq!([wide.pixels[0], wide.pixels[7]], [picture().pixels[0], picture().pixels[2]]);
     }
 
     #[test]

@@ -75,32 +75,18 @@ impl Marker {
 impl Style {
     /// A line.
     pub fn line(colour: Colour, dash: Dash, width: f64) -> Style {
-        Style {
-            colour,
-            line: Some(Line { dash, width }),
-            marker: None,
-        }
+        Style { colour, line: Some(Line { dash, width }), marker: None }
     }
 
     /// Separate points.
     pub fn marker(colour: Colour, marker: Marker) -> Style {
-        Style {
-            colour,
-            line: None,
-            marker: Some(marker),
-        }
+        Style { colour, line: None, marker: Some(marker) }
     }
 
     /// The same with a thin line through the points.
     pub fn joined(self) -> Style {
-        let line = Line {
-            dash: Dash::Solid,
-            width: 1.0,
-        };
-        Style {
-            line: Some(line),
-            ..self
-        }
+        let line = Line { dash: Dash::Solid, width: 1.0 };
+        Style { line: Some(line), ..self }
     }
 }
 

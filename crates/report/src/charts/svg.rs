@@ -14,10 +14,8 @@ pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
     let head = svg.find('>').expect("a drawing begins with its tag");
     let (width, height) = (scene.width, scene.height);
     // On a wide page it grows, but not so far that its words outgrow those around it.
-    let size = format!(
-        "viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{:.0}px\"",
-        1.4 * width
-    );
+    let size =
+        format!("viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{:.0}px\"", 1.4 * width);
     let (tag, rest) = svg.split_at(head);
     format!("{tag} {size}>{maps}{}", &rest[1..])
 }
@@ -29,9 +27,7 @@ fn with_own_numbers(svg: &str, name: &str) -> String {
     let mut parts = svg.split(MARK);
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        let end = part
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(part.len());
+        let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
         let (number, rest) = part.split_at(end);
         let place = known.iter().position(|&seen| seen == number);
         let place = place.unwrap_or_else(|| {

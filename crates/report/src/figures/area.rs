@@ -11,11 +11,8 @@ use crate::figure_data::{
     AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
 };
 
-pub const FIGURE: Definition = Definition {
-    name: "area-light",
-    title: "Contact area under light load",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "area-light", title: "Contact area under light load", draw };
 
 /// Lighter loads touch so few nodes that their secants would fill the chart.
 const SECANT_FROM: f64 = LIGHT / 100.0;
@@ -25,10 +22,7 @@ const FACTOR: f64 = 1.25;
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis.clone(), Axis::linear(AREA_LABEL));
-    let mut secants = Chart::new(
-        Axis::logarithmic(LOAD_LABEL),
-        Axis::linear("secant A/(A₀ y)"),
-    );
+    let mut secants = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("secant A/(A₀ y)"));
     for ensemble in &data.measured {
         let means = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
@@ -48,15 +42,12 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let lightest = secants.series.iter().flat_map(|series| &series.points);
     let lightest = lightest.fold(LIGHT, |least, point| least.min(point.x));
-    for (chart, quantity, range) in [
-        (&mut chart, AREA, [LIGHT * 1e-3, LIGHT]),
-        (&mut secants, SECANT, [lightest, LIGHT]),
-    ] {
+    for (chart, quantity, range) in
+        [(&mut chart, AREA, [LIGHT * 1e-3, LIGHT]), (&mut secants, SECANT, [lightest, LIGHT])]
+    {
         chart.series.push(theories::persson_curve(quantity, range));
         chart.series.push(theories::asymptote(quantity, range));
-        chart
-            .series
-            .extend(theories::asperity_curves(quantity, range));
+        chart.series.extend(theories::asperity_curves(quantity, range));
     }
     let caption = format!(
         "Contact area fraction against load and, to the right, its secant under loads from \
@@ -72,8 +63,5 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
 
 fn missing(data: &FigureData) -> Drawn {
     let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-    Drawn::missing(
-        "measured contacts under at least two loads up to 0.06",
-        lines,
-    )
+    Drawn::missing("measured contacts under at least two loads up to 0.06", lines)
 }

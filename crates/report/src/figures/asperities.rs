@@ -14,26 +14,15 @@ use asperity_stages::columns::{
     AREA_CORRECTED, ASPERITY_AREA_FRACTION, INTERACTION, LOAD, SURFACE,
 };
 
-pub const FIGURE: Definition = Definition {
-    name: "asperities",
-    title: "Asperity models beside the solution",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "asperities", title: "Asperity models beside the solution", draw };
 
 /// Interactions in the order of what they know.
-const INTERACTIONS: [(&str, &str); 3] = [
-    ("none", "no interaction"),
-    ("mean-field", "mean field"),
-    ("explicit", "each by all others"),
-];
+const INTERACTIONS: [(&str, &str); 3] =
+    [("none", "no interaction"), ("mean-field", "mean field"), ("explicit", "each by all others")];
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
-    let wanted = [
-        SURFACE.name,
-        LOAD.name,
-        INTERACTION.name,
-        ASPERITY_AREA_FRACTION.name,
-    ];
+    let wanted = [SURFACE.name, LOAD.name, INTERACTION.name, ASPERITY_AREA_FRACTION.name];
     let mut models = Vec::new();
     for stage in data.finished.with(&wanted) {
         models.extend(ensembles::of(&stage.table, data.bars)?);
@@ -50,9 +39,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut charts = Vec::new();
     let mut surfaces = Vec::new();
     for (word, title) in INTERACTIONS {
-        let models = models
-            .iter()
-            .filter(|model| interaction(model) == Some(word));
+        let models = models.iter().filter(|model| interaction(model) == Some(word));
         let beside = models.filter_map(|model| {
             let solved = solved.iter().find(|solved| is_of(solved, model))?;
             Some((model, *solved))
@@ -113,9 +100,7 @@ fn chart(data: &FigureData, title: &str, ratios: &[(&EnsembleCurves, Vec<Mean>)]
     let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), ratio).titled(title);
     for (ensemble, means) in ratios {
         let style = data.styles.markers(&ensemble.point).joined();
-        chart
-            .series
-            .push(series(means, style).named(data.label(ensemble)));
+        chart.series.push(series(means, style).named(data.label(ensemble)));
     }
     let points = chart.series.iter().flat_map(|one| &one.points);
     let range = chart.x.ends(points.map(|point| point.x));

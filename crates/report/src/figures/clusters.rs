@@ -12,11 +12,7 @@ use asperity_stages::columns::{
 };
 use asperity_tables::column::Column;
 
-pub const FIGURE: Definition = Definition {
-    name: "clusters",
-    title: "Clusters of contact",
-    draw,
-};
+pub const FIGURE: Definition = Definition { name: "clusters", title: "Clusters of contact", draw };
 
 /// What the axis of areas says.
 const LABEL: &str = "area of a cluster over A₀";
@@ -45,9 +41,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             Axis::logarithmic("clusters per ln(area)").within(0.5 * least, 2.0 * most)
         })?,
         row(CLUSTER_AREA_SHARE, &|_| Axis::linear("share of A₀ covered"))?,
-        row(CLUSTER_COMPACTNESS, &|_| {
-            Axis::linear("4π area/perimeter²").within(0.0, 1.3)
-        })?,
+        row(CLUSTER_COMPACTNESS, &|_| Axis::linear("4π area/perimeter²").within(0.0, 1.3))?,
     ];
     let caption = format!(
         "Clusters of contact nodes that share edges, by their area, from {}: how many there are, how much of \
@@ -56,8 +50,5 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&distributions::surfaces(&numbers)),
         data.bars,
     );
-    Ok(Drawn::figure(
-        Figure::of_charts(rows, [300.0, 230.0]),
-        caption,
-    ))
+    Ok(Drawn::figure(Figure::of_charts(rows, [300.0, 230.0]), caption))
 }

@@ -15,11 +15,8 @@ use asperity_stages::columns::{AREA_CORRECTED, HURST, K_LOWER, K_ROLLOFF, K_UPPE
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::line;
 
-pub const FIGURE: Definition = Definition {
-    name: "collapse",
-    title: "Collapse of the corrected area on the bandwidth",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "collapse", title: "Collapse of the corrected area on the bandwidth", draw };
 
 /// Loads whose secants lie apart: from light contact to a third of the area.
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
@@ -28,11 +25,8 @@ const NEAR: f64 = 0.1;
 /// Fewest spectra of a curve.
 const FEWEST_SPECTRA: usize = 3;
 /// The corrections, and the words above their charts.
-const CORRECTIONS: [(&str, &str); 3] = [
-    (AS_COUNTED, "as counted"),
-    (OF_2015, "corrected by π/8"),
-    (OF_2017, "corrected as in 2017"),
-];
+const CORRECTIONS: [(&str, &str); 3] =
+    [(AS_COUNTED, "as counted"), (OF_2015, "corrected by π/8"), (OF_2017, "corrected as in 2017")];
 
 /// Secants of one spectrum.
 struct Spectrum<'a> {
@@ -73,10 +67,9 @@ impl Abscissa {
     fn meaning(self) -> (&'static str, &'static str) {
         match self {
             Abscissa::Bandwidth => ("the bandwidth ζ = k_upper/k_lower", "ζ"),
-            Abscissa::Nayak => (
-                "Nayak's parameter α of the spectrum over the modes of the cell",
-                "α",
-            ),
+            Abscissa::Nayak => {
+                ("Nayak's parameter α of the spectrum over the modes of the cell", "α")
+            }
         }
     }
 
@@ -115,10 +108,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces),
         data.bars,
     );
-    Ok(Drawn::figure(
-        Figure::of_charts(in_pairs(charts), [430.0, 320.0]),
-        caption,
-    ))
+    Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 320.0]), caption))
 }
 
 /// The spectra with a corrected area at one of the loads, or more.
@@ -133,25 +123,15 @@ fn spectra<'a>(
         let Some(abscissa) = own.and_then(|own| abscissa.value(&own)) else {
             continue;
         };
-        let area = if correction == AS_COUNTED {
-            COUNTED_AREA
-        } else {
-            AREA_CORRECTED.name
-        };
+        let area = if correction == AS_COUNTED { COUNTED_AREA } else { AREA_CORRECTED.name };
         let means = ensemble.mean(area)?;
         let at = |load: f64| {
             let distance = |mean: &Mean| (mean.load / load - 1.0).abs();
-            let nearest = means
-                .iter()
-                .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            let nearest = means.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
             (distance(nearest) < NEAR).then(|| nearest.secant())
         };
         let means: Option<Vec<Mean>> = LOADS.into_iter().map(at).collect();
-        spectra.extend(means.map(|means| Spectrum {
-            ensemble,
-            abscissa,
-            means,
-        }));
+        spectra.extend(means.map(|means| Spectrum { ensemble, abscissa, means }));
     }
     Ok(spectra)
 }
@@ -159,16 +139,10 @@ fn spectra<'a>(
 fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
     let mut chart = Chart::new(Axis::logarithmic(label), Axis::linear("secant A/(A₀ y)"));
     let abscissae = || spectra.iter().map(|one| one.abscissa);
-    let [least, most] = [
-        abscissae().fold(f64::MAX, f64::min),
-        abscissae().fold(0.0, f64::max),
-    ];
+    let [least, most] = [abscissae().fold(f64::MAX, f64::min), abscissae().fold(0.0, f64::max)];
     for load in 0..LOADS.len() {
         let logarithms: Vec<f64> = abscissae().map(f64::ln).collect();
-        let secants: Vec<f64> = spectra
-            .iter()
-            .map(|one| one.means[load].mean.ln())
-            .collect();
+        let secants: Vec<f64> = spectra.iter().map(|one| one.means[load].mean.ln()).collect();
         if let Some((slope, offset)) = line(&logarithms, &secants) {
             let style = Style::line(Colour::Muted, Dash::Dashed, 1.2);
             let secant = |x: f64| (offset + slope * x.ln()).exp();
@@ -181,11 +155,7 @@ fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
     }
     chart.x = chart.x.within(least / 3.2, 1.3 * most);
     for spectrum in spectra {
-        let point = |mean: &Mean| DataPoint {
-            x: spectrum.abscissa,
-            y: mean.mean,
-            bar: mean.bar(),
-        };
+        let point = |mean: &Mean| DataPoint { x: spectrum.abscissa, y: mean.mean, bar: mean.bar() };
         let place = &spectrum.ensemble.point;
         let series = Series {
             points: spectrum.means.iter().map(point).collect(),

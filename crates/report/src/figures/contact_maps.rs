@@ -27,11 +27,7 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 use asperity_tables::table::Table;
 
-pub const FIGURE: Definition = Definition {
-    name: "contact-maps",
-    title: "Contact maps",
-    draw,
-};
+pub const FIGURE: Definition = Definition { name: "contact-maps", title: "Contact maps", draw };
 
 /// Where maps are shown, or at the nearest loads that a study has.
 pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
@@ -157,8 +153,7 @@ impl Pressed {
             let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
             let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
             let mean_gap = gaps.value(row);
-            self.states
-                .insert(loads.value(row).to_bits(), State { map, mean_gap });
+            self.states.insert(loads.value(row).to_bits(), State { map, mean_gap });
         }
         Ok(())
     }

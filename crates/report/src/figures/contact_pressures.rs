@@ -12,11 +12,8 @@ use crate::figure::{Definition, Drawn, sample};
 use crate::figure_data::FigureData;
 use asperity_stages::columns::{CONTACT_PRESSURE, PRESSURE_DENSITY, PRESSURE_DENSITY_PERSSON};
 
-pub const FIGURE: Definition = Definition {
-    name: "contact-pressures",
-    title: "Distribution of contact pressures",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "contact-pressures", title: "Distribution of contact pressures", draw };
 
 /// What the axis of pressures says.
 const LABEL: &str = "pressure p/(E* h′)";
@@ -40,12 +37,9 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         });
         charts.collect()
     };
-    let linear = row(0.01, |highest| {
-        Axis::linear("density").within(0.0, 1.1 * highest)
-    });
-    let logarithmic = row(SHARE, |highest| {
-        Axis::logarithmic("density").within(SHARE * highest, 2.0 * highest)
-    });
+    let linear = row(0.01, |highest| Axis::linear("density").within(0.0, 1.1 * highest));
+    let logarithmic =
+        row(SHARE, |highest| Axis::logarithmic("density").within(SHARE * highest, 2.0 * highest));
     let caption = format!(
         "Probability density of the contact pressure over the nominal area, linear and logarithmic, from \
          {}. Markers are means over the surfaces at some of the bins, bars {}; lines join all bins. What is \

@@ -22,11 +22,8 @@ pub const RELATIVE_ERROR: Definition = Definition {
     draw: draw_errors,
 };
 
-pub const CORRECTED: Definition = Definition {
-    name: "area-corrected",
-    title: "Corrected contact area",
-    draw: draw_corrected,
-};
+pub const CORRECTED: Definition =
+    Definition { name: "area-corrected", title: "Corrected contact area", draw: draw_corrected };
 
 fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(
@@ -44,10 +41,7 @@ fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
         let against_area: Vec<Mean> = errors
             .iter()
             .zip(&areas)
-            .map(|(error, area)| Mean {
-                load: area.mean,
-                ..*error
-            })
+            .map(|(error, area)| Mean { load: area.mean, ..*error })
             .collect();
         let [line, markers] = data.styles.both(&ensemble.point);
         for (chart, means, apart) in [
@@ -78,22 +72,14 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
     let corrections = data.corrections();
     if corrections.is_empty() {
         let lines = data.lines_of_corrections();
-        return Ok(Drawn::missing(
-            "areas under a correction other than \"none\"",
-            lines,
-        ));
+        return Ok(Drawn::missing("areas under a correction other than \"none\"", lines));
     }
-    let rows = corrections
-        .iter()
-        .take(2)
-        .filter_map(|correction| charts(data, correction).transpose());
+    let rows =
+        corrections.iter().take(2).filter_map(|correction| charts(data, correction).transpose());
     let rows = rows.collect::<Result<Vec<_>, ReportError>>()?;
     if rows.is_empty() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing(
-            "corrected areas under at least two loads up to 0.06",
-            lines,
-        ));
+        return Ok(Drawn::missing("corrected areas under at least two loads up to 0.06", lines));
     }
     let surfaces: Vec<usize> = data.under(corrections[0]).map(|one| one.surfaces).collect();
     let caption = format!(
@@ -102,18 +88,10 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
          corrections: {}.{}",
         data.bars,
         sample(&surfaces),
-        corrections
-            .iter()
-            .take(2)
-            .copied()
-            .collect::<Vec<_>>()
-            .join(", "),
+        corrections.iter().take(2).copied().collect::<Vec<_>>().join(", "),
         data.caveat,
     );
-    Ok(Drawn::figure(
-        Figure::of_charts(rows, [430.0, 320.0]),
-        caption,
-    ))
+    Ok(Drawn::figure(Figure::of_charts(rows, [430.0, 320.0]), caption))
 }
 
 /// Area and secant under one correction, light loads only; nothing where there is no curve.
@@ -131,9 +109,7 @@ fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, Rep
         area.series.push(series(&counted, line).without_bars());
         let corrected = spaced(LIGHT / 20.0, &corrected);
         area.series.push(series(&corrected, markers).named(label));
-        secant
-            .series
-            .push(series(&secants(&counted), line).without_bars());
+        secant.series.push(series(&secants(&counted), line).without_bars());
         secant.series.push(series(&secants(&corrected), markers));
     }
     if area.series.iter().all(|series| series.points.len() < 2) {
@@ -141,8 +117,7 @@ fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, Rep
     }
     let range = [LIGHT * 1e-3, LIGHT];
     let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
-    area.series
-        .push(Series::new([], counted).named("lines: as counted on the mesh"));
+    area.series.push(Series::new([], counted).named("lines: as counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
         chart.series.push(theories::persson_curve(quantity, range));
         chart.series.push(theories::asymptote(quantity, range));

@@ -16,11 +16,7 @@ use asperity_stages::columns::{FLOW_FACTOR_X, FLOW_FACTOR_Y};
 use asperity_tables::column::Column;
 use asperity_tables::table::TableError;
 
-pub const FIGURE: Definition = Definition {
-    name: "flow",
-    title: "Flow through the gap",
-    draw,
-};
+pub const FIGURE: Definition = Definition { name: "flow", title: "Flow through the gap", draw };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut left = chart(data, "along x", FLOW_FACTOR_X)?;
@@ -28,10 +24,8 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     if left.series.is_empty() && right.series.is_empty() {
         return Ok(Drawn::NotAsked);
     }
-    let thresholds = [
-        thresholds(data, "percolation_load_x")?,
-        thresholds(data, "percolation_load_y")?,
-    ];
+    let thresholds =
+        [thresholds(data, "percolation_load_x")?, thresholds(data, "percolation_load_y")?];
     let range = range([&left, &right]);
     for (chart, thresholds) in [&mut left, &mut right].into_iter().zip(&thresholds) {
         for &(load, style) in thresholds {
@@ -96,10 +90,6 @@ fn thresholds(data: &FigureData, column: &str) -> Result<Vec<(f64, Style)>, Tabl
 /// The smallest and the largest flow of charts.
 fn range(charts: [&Chart; 2]) -> [f64; 2] {
     let series = charts.into_iter().flat_map(|chart| &chart.series);
-    let flows = series
-        .flat_map(|series| &series.points)
-        .map(|point| point.y);
-    flows.fold([f64::INFINITY, 0.0], |[least, most], flow| {
-        [least.min(flow), most.max(flow)]
-    })
+    let flows = series.flat_map(|series| &series.points).map(|point| point.y);
+    flows.fold([f64::INFINITY, 0.0], |[least, most], flow| [least.min(flow), most.max(flow)])
 }

@@ -12,11 +12,8 @@ use crate::figure::{Definition, Drawn, sample};
 use crate::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced};
 use asperity_contact::theory::persson;
 
-pub const FIGURE: Definition = Definition {
-    name: "area-full",
-    title: "Contact area under all loads",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "area-full", title: "Contact area under all loads", draw };
 
 /// Letters nearer to each other than this share of the axis stand one below the other.
 const CLOSE: f64 = 0.03;
@@ -29,19 +26,14 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         let means = ensemble.mean(COUNTED_AREA)?;
         let last = means.last().map_or(0.0, |mean| mean.load);
         heaviest = heaviest.max(last);
-        largest = means
-            .iter()
-            .fold(largest, |largest, mean| largest.max(mean.mean));
+        largest = means.iter().fold(largest, |largest, mean| largest.max(mean.mean));
         let markers = spaced(0.04 * last, &means);
         let line = data.styles.joins(&ensemble.point);
         chart.series.push(series(&means, line).without_bars());
         chart.series.push(data.points(ensemble, &markers));
         let points = ensemble.slope(COUNTED_AREA)?;
-        let points = points.iter().map(|slope| DataPoint {
-            x: slope.load,
-            y: slope.slope,
-            bar: None,
-        });
+        let points =
+            points.iter().map(|slope| DataPoint { x: slope.load, y: slope.slope, bar: None });
         slopes.series.push(Series {
             points: points.collect(),
             style: data.styles.line(&ensemble.point),
@@ -52,17 +44,12 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     if heaviest <= LIGHT * (1.0 + 1e-9) {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing(
-            "measured contacts under loads beyond 0.06",
-            lines,
-        ));
+        return Ok(Drawn::missing("measured contacts under loads beyond 0.06", lines));
     }
     let range = [0.0, heaviest];
     chart.x = chart.x.within(0.0, 1.03 * heaviest);
     chart.series.push(theories::persson_curve(AREA, range));
-    chart
-        .series
-        .push(theories::asymptote(AREA, [0.0, 0.4_f64.min(heaviest)]));
+    chart.series.push(theories::asymptote(AREA, [0.0, 0.4_f64.min(heaviest)]));
     let style = Style::line(Colour::Text, Dash::Dashed, 1.8);
     let persson = Series::curve(persson::slope, range, Spacing::Linear, style);
     slopes.series.push(persson);

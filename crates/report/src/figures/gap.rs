@@ -15,37 +15,22 @@ use crate::units::{LengthUnit, Scaled};
 use asperity_stages::columns::MEAN_GAP;
 use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition = Definition {
-    name: "gap",
-    title: "Mean gap",
-    draw,
-};
+pub const FIGURE: Definition = Definition { name: "gap", title: "Mean gap", draw };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let gaps = gaps(data, data.measured.iter())?;
-    let mut chart = Chart::new(
-        Axis::logarithmic(LOAD_LABEL),
-        Axis::linear(gaps.label.clone()),
-    );
+    let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear(gaps.label.clone()));
     for (ensemble, gaps) in data.measured.iter().zip(&gaps.means) {
         let style = data.styles.markers(&ensemble.point);
-        chart
-            .series
-            .push(series(gaps, style).named(data.label(ensemble)));
+        chart.series.push(series(gaps, style).named(data.label(ensemble)));
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
         let lines =
             data.lines_of_loads("{ from = 0.001, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing(
-            "measured contacts under several loads",
-            lines,
-        ));
+        return Ok(Drawn::missing("measured contacts under several loads", lines));
     }
     let drawn = chart.series.len();
-    for stage in data
-        .finished
-        .with(&["decay_length", "closing_load", "window_lower"])
-    {
+    for stage in data.finished.with(&["decay_length", "closing_load", "window_lower"]) {
         chart.series.extend(relations(data, &stage.table, &gaps)?);
     }
     let fits = match chart.series.len() > drawn {
@@ -95,19 +80,11 @@ pub fn gaps<'a>(
         let gaps = ensemble.mean(MEAN_GAP.name)?.into_iter();
         means.push(gaps.map(|gap| gap.times(factor)).collect::<Vec<_>>());
     }
-    let largest = means
-        .iter()
-        .flatten()
-        .fold(0.0_f64, |most, gap| most.max(gap.mean));
+    let largest = means.iter().flatten().fold(0.0_f64, |most, gap| most.max(gap.mean));
     let Scaled { factor, unit } = shared.scaled(largest);
     let scale = |gap: &mut Mean| *gap = gap.times(factor);
     means.iter_mut().flatten().for_each(scale);
-    Ok(Gaps {
-        label: format!("mean gap, in {unit}"),
-        means,
-        shared,
-        factor,
-    })
+    Ok(Gaps { label: format!("mean gap, in {unit}"), means, shared, factor })
 }
 
 /// The fitted relations as lines over their windows of loads.

@@ -9,11 +9,8 @@ use crate::figure::{Definition, Drawn, sample};
 use crate::figure_data::FigureData;
 use asperity_stages::columns::{GAP, GAP_DENSITY};
 
-pub const FIGURE: Definition = Definition {
-    name: "gap-distribution",
-    title: "Distribution of gaps",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "gap-distribution", title: "Distribution of gaps", draw };
 
 /// What the axis of gaps says.
 const LABEL: &str = "gap over the rms height";

@@ -22,11 +22,8 @@ use crate::surface_curves::runs;
 use asperity_stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
 use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition = Definition {
-    name: "heights",
-    title: "Distribution of heights",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "heights", title: "Distribution of heights", draw };
 
 /// Single surfaces that stand beside the mean.
 const SINGLE: usize = 3;
@@ -92,15 +89,10 @@ fn charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
     let axes = [
         (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 0.75)),
         (x.clone().within(2.0, 4.0), y.within(0.0, 0.1)),
-        (
-            x.within(-5.0, 5.0),
-            Axis::logarithmic("density").within(1e-6, 1.5),
-        ),
+        (x.within(-5.0, 5.0), Axis::logarithmic("density").within(1e-6, 1.5)),
     ];
-    let chart = |(x, y)| Chart {
-        series: densities.series(),
-        ..Chart::new(x, y).titled(label.clone())
-    };
+    let chart =
+        |(x, y)| Chart { series: densities.series(), ..Chart::new(x, y).titled(label.clone()) };
     axes.map(chart).into()
 }
 
@@ -113,9 +105,7 @@ impl Densities {
         let mean = |bin: usize| of_bin(bin).sum::<f64>() / surfaces;
         let deviation = |bin: usize| {
             let mean = mean(bin);
-            let square = of_bin(bin)
-                .map(|density| (density - mean).powi(2))
-                .sum::<f64>();
+            let square = of_bin(bin).map(|density| (density - mean).powi(2)).sum::<f64>();
             (square / (surfaces - 1.0)).sqrt()
         };
         let curve = |value: &dyn Fn(usize) -> f64| {
@@ -126,11 +116,7 @@ impl Densities {
         Densities {
             surfaces: self.single.len(),
             mean: curve(&mean),
-            deviation: if surfaces > 1.0 {
-                curve(&deviation)
-            } else {
-                Vec::new()
-            },
+            deviation: if surfaces > 1.0 { curve(&deviation) } else { Vec::new() },
             normal: curve(&normal),
             ..self
         }
@@ -168,15 +154,11 @@ impl Densities {
 }
 
 fn thinned(points: &[(f64, f64)], style: Style) -> Series {
-    let joined = points
-        .chunks(points.len().div_ceil(POINTS).max(1))
-        .map(|bins| {
-            let count = bins.len() as f64;
-            let sum = bins
-                .iter()
-                .fold((0.0, 0.0), |sum, bin| (sum.0 + bin.0, sum.1 + bin.1));
-            (sum.0 / count, sum.1 / count)
-        });
+    let joined = points.chunks(points.len().div_ceil(POINTS).max(1)).map(|bins| {
+        let count = bins.len() as f64;
+        let sum = bins.iter().fold((0.0, 0.0), |sum, bin| (sum.0 + bin.0, sum.1 + bin.1));
+        (sum.0 / count, sum.1 / count)
+    });
     Series::new(joined.collect::<Vec<_>>(), style)
 }
 
@@ -186,10 +168,7 @@ fn entry<'a>(table: &Table, row: usize, all: &'a mut Vec<Densities>) -> &'a mut 
     point.remove(BIN.name);
     let at = all.iter().position(|known| known.point == point);
     let at = at.unwrap_or_else(|| {
-        all.push(Densities {
-            point,
-            ..Densities::default()
-        });
+        all.push(Densities { point, ..Densities::default() });
         all.len() - 1
     });
     &mut all[at]
@@ -221,13 +200,9 @@ fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     let (bins, density) = (table.reals(BIN.name)?, table.reals(DENSITY.name)?);
     let mut unpooled: Vec<Densities> = Vec::new();
     for rows in runs(bins.values()) {
-        let curve = rows
-            .clone()
-            .map(|row| (bins.value(row), density.value(row)));
+        let curve = rows.clone().map(|row| (bins.value(row), density.value(row)));
         let point = entry(table, rows.start, all).point.clone();
-        let pooled = all
-            .iter_mut()
-            .find(|known| known.point == point && known.surfaces > 0);
+        let pooled = all.iter_mut().find(|known| known.point == point && known.surfaces > 0);
         let densities = match pooled {
             Some(densities) => densities,
             None => entry(table, rows.start, &mut unpooled),
@@ -236,7 +211,6 @@ fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     }
     all.retain(|densities| densities.surfaces > 0);
     all.extend(unpooled.into_iter().map(Densities::averaged));
-    all.iter_mut()
-        .for_each(|densities| densities.single.truncate(SINGLE));
+    all.iter_mut().for_each(|densities| densities.single.truncate(SINGLE));
     Ok(())
 }

@@ -41,10 +41,7 @@ struct Limit {
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut limits = Vec::new();
-    for stage in data
-        .finished
-        .with(&["quantity", "limit", "term_1", LOAD.name])
-    {
+    for stage in data.finished.with(&["quantity", "limit", "term_1", LOAD.name]) {
         limits.extend(fitted(&stage.table)?);
     }
     if limits.is_empty() {
@@ -79,9 +76,7 @@ fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
     let (lower, upper) = (column("limit_lower")?, column("limit_upper")?);
     let quantity = table.texts("quantity")?;
     let corrections = table.has(CORRECTION.name);
-    let corrections = corrections
-        .then(|| table.texts(CORRECTION.name))
-        .transpose()?;
+    let corrections = corrections.then(|| table.texts(CORRECTION.name)).transpose()?;
     let forms = forms(table)?;
     let status = table.texts("status")?;
     let is_fitted =
@@ -145,10 +140,7 @@ fn chart(of: &str, limits: &[Limit], forms: &[&str]) -> Chart {
         let of_forms = own.iter().filter(|limit| limit.forms == ***forms);
         // Beside each other, or bars would lie on bars.
         let aside = 1.04_f64.powf(beside as f64 - (shown.len() - 1) as f64 / 2.0);
-        let points = of_forms.map(|limit| DataPoint {
-            x: aside * limit.point.x,
-            ..limit.point
-        });
+        let points = of_forms.map(|limit| DataPoint { x: aside * limit.point.x, ..limit.point });
         chart.series.push(Series {
             points: points.collect(),
             style: Style::marker(Colour::Series(*place), Marker::of(*place)),

@@ -43,10 +43,7 @@ pub fn charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
         Axis::logarithmic(label).within(2e-6 * highest, 2.0 * highest),
     ];
     let x = Axis::linear(format!("height, {unit}")).within(-RANGE * largest, RANGE * largest);
-    let chart = |y| Chart {
-        series: series.clone(),
-        ..Chart::new(x.clone(), y)
-    };
+    let chart = |y| Chart { series: series.clone(), ..Chart::new(x.clone(), y) };
     let caption = format!(
         "Probability density of the heights of measured surfaces, as they are pressed, about their \
          mean, linear and logarithmic; dashed the Gaussian of the same rms height: {}.",
@@ -65,9 +62,6 @@ fn look(data: &FigureData, map: &MeasuredMap, surfaces: usize) -> (String, [Styl
         _ => [data.styles.colour(&map.point); 2],
     };
     let [solid, dashed] = colours;
-    let lines = [
-        Style::line(solid, Dash::Solid, 1.5),
-        Style::line(dashed, Dash::Dashed, 1.2),
-    ];
+    let lines = [Style::line(solid, Dash::Solid, 1.5), Style::line(dashed, Dash::Dashed, 1.2)];
     (label, lines)
 }

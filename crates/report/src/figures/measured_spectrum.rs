@@ -106,11 +106,7 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
         }
     }
     for spectrum in &mut spectra {
-        let most = spectrum
-            .points
-            .iter()
-            .map(|point| point.y)
-            .fold(0.0, f64::max);
+        let most = spectrum.points.iter().map(|point| point.y).fold(0.0, f64::max);
         spectrum.points.retain(|point| point.y > ROUNDING * most);
     }
     spectra.retain(|spectrum| spectrum.points.len() > 1);
@@ -144,9 +140,7 @@ fn laws(data: &FigureData, spectrum: &SurfaceCurve) -> Result<Vec<FittedLaw>, Ta
 /// Whether a row of a fit stands where a spectrum does: they agree in all that both have.
 fn is_fit_of(table: &Table, row: usize, spectrum: &Point) -> bool {
     let point = ensembles::point(table, row);
-    spectrum
-        .iter()
-        .all(|(name, value)| point.get(name) == Some(value))
+    spectrum.iter().all(|(name, value)| point.get(name) == Some(value))
 }
 
 impl FittedLaw {
@@ -171,16 +165,11 @@ impl FittedLaw {
         else {
             return Ok(None);
         };
-        let ends = [
-            number("hurst_exponent_lower")?,
-            number("hurst_exponent_upper")?,
-        ];
+        let ends = [number("hurst_exponent_lower")?, number("hurst_exponent_upper")?];
         let rolloff = number("rolloff_wavenumber")?;
         // The C₀ of the greatest likelihood, which a row without a roll-off does not hold.
         let weight: f64 = inside.iter().map(|point| point.weight).sum();
-        let prefactor = inside
-            .iter()
-            .map(|point| point.weight * point.y * falls(point.x, hurst));
+        let prefactor = inside.iter().map(|point| point.weight * point.y * falls(point.x, hurst));
         let prefactor = prefactor.sum::<f64>() / weight;
         Ok(Some(FittedLaw {
             hurst,

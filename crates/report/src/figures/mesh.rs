@@ -18,11 +18,8 @@ use asperity_stages::columns::{AREA_CORRECTED, K_UPPER, LOAD};
 use asperity_stages::correct::AS_COUNTED;
 use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition = Definition {
-    name: "mesh-convergence",
-    title: "Convergence with the mesh",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "mesh-convergence", title: "Convergence with the mesh", draw };
 
 /// The coefficient of one parameter point under one load, pooled over surfaces.
 struct Coefficient {
@@ -35,18 +32,12 @@ struct Coefficient {
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut coefficients = Vec::new();
-    for stage in data
-        .finished
-        .with(&["mesh_coefficient", "pooled", "area_limit", LOAD.name])
-    {
+    for stage in data.finished.with(&["mesh_coefficient", "pooled", "area_limit", LOAD.name]) {
         coefficients.extend(pooled(&stage.table)?);
     }
     if coefficients.is_empty() {
         let lines = data.lines_of_meshes();
-        return Ok(Drawn::missing(
-            "the same surfaces on at least two meshes",
-            lines,
-        ));
+        return Ok(Drawn::missing("the same surfaces on at least two meshes", lines));
     }
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
     let styles = Styles::of(points, &data.files);
@@ -65,17 +56,12 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
          step; from {}.",
         sample(&data.sample()),
     );
-    Ok(Drawn::figure(
-        Figure::of_charts(in_pairs(charts), [430.0, 310.0]),
-        caption,
-    ))
+    Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 310.0]), caption))
 }
 
 fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
-    let mut chart = Chart::new(
-        Axis::logarithmic(LOAD_LABEL),
-        Axis::linear("coefficient c").within(0.0, 0.45),
-    );
+    let mut chart =
+        Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("coefficient c").within(0.0, 0.45));
     chart.title = "what the mesh adds".to_owned();
     let mut loads: Vec<f64> = coefficients.iter().map(|one| one.load).collect();
     loads.sort_by(f64::total_cmp);
@@ -90,18 +76,13 @@ fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
         chart.series.push(line.named(label));
     }
     for coefficient in coefficients {
-        let place = DataPoint {
-            x: coefficient.load,
-            y: coefficient.value,
-            bar: coefficient.interval,
-        };
+        let place =
+            DataPoint { x: coefficient.load, y: coefficient.value, bar: coefficient.interval };
         chart.series.push(Series {
             points: vec![place],
             style: styles.markers(&coefficient.point),
             label: Some(
-                styles
-                    .label(&coefficient.point)
-                    .unwrap_or_else(|| "the surfaces".to_owned()),
+                styles.label(&coefficient.point).unwrap_or_else(|| "the surfaces".to_owned()),
             ),
         });
     }
@@ -125,9 +106,7 @@ fn error_chart(
     );
     chart.title = title;
     for coefficient in at_light_load(coefficients) {
-        let of_point = ensembles
-            .iter()
-            .filter(|one| is_at(&one.point, &coefficient.point));
+        let of_point = ensembles.iter().filter(|one| is_at(&one.point, &coefficient.point));
         let mut points = Vec::new();
         for ensemble in of_point {
             let k_upper = ensemble.point.get(K_UPPER.name);
@@ -155,9 +134,7 @@ fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coeffici
         .iter()
         .map(|one| one.load)
         .min_by(|one, other| distance(*one).total_cmp(&distance(*other)));
-    coefficients
-        .iter()
-        .filter(move |one| Some(one.load) == nearest)
+    coefficients.iter().filter(move |one| Some(one.load) == nearest)
 }
 
 /// Whether an ensemble belongs to a point in which meshes are not told apart.
@@ -173,19 +150,14 @@ fn is_at(ensemble: &Point, point: &Point) -> bool {
         "k_rolloff",
         "k_upper",
     ];
-    spectrum
-        .iter()
-        .all(|name| ensemble.get(*name) == point.get(*name))
+    spectrum.iter().all(|name| ensemble.get(*name) == point.get(*name))
 }
 
 fn pooled(table: &Table) -> Result<Vec<Coefficient>, TableError> {
     let (pooled, loads) = (table.texts("pooled")?, table.reals(LOAD.name)?);
     let real = |name: &str| table.reals(name);
     let (values, limits) = (real("mesh_coefficient")?, real("area_limit")?);
-    let (lower, upper) = (
-        real("mesh_coefficient_lower")?,
-        real("mesh_coefficient_upper")?,
-    );
+    let (lower, upper) = (real("mesh_coefficient_lower")?, real("mesh_coefficient_upper")?);
     let is_shown = |&row: &usize| {
         pooled.value(row) == "surfaces" && values.is_valid(row) && limits.is_valid(row)
     };
@@ -199,8 +171,5 @@ fn pooled(table: &Table) -> Result<Vec<Coefficient>, TableError> {
             area_limit: limits.value(row),
         }
     };
-    Ok((0..table.rows())
-        .filter(is_shown)
-        .map(coefficient)
-        .collect())
+    Ok((0..table.rows()).filter(is_shown).map(coefficient).collect())
 }

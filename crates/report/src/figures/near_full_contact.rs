@@ -12,11 +12,8 @@ use crate::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData, LOAD_LABEL, serie
 use asperity_contact::theory::models::full_contact;
 use asperity_contact::theory::persson;
 
-pub const FIGURE: Definition = Definition {
-    name: "near-full-contact",
-    title: "Approach to full contact",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "near-full-contact", title: "Approach to full contact", draw };
 
 /// The load from which contact is taken for nearly full.
 const FROM: f64 = 0.5;
@@ -27,14 +24,9 @@ const SCALES: [f64; 2] = [1.09, 1.16];
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(Axis::linear(LOAD_LABEL), Axis::linear(AREA_LABEL));
-    let mut approach = Chart::new(
-        Axis::logarithmic(LOAD_LABEL),
-        Axis::logarithmic("approach F(y)"),
-    );
-    let mut open = Chart::new(
-        Axis::linear(LOAD_LABEL),
-        Axis::logarithmic("(1 − A/A₀)/erfc(√2 y)"),
-    );
+    let mut approach =
+        Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::logarithmic("approach F(y)"));
+    let mut open = Chart::new(Axis::linear(LOAD_LABEL), Axis::logarithmic("(1 − A/A₀)/erfc(√2 y)"));
     let mut heaviest = 0.0_f64;
     let mut least = 1.0_f64;
     for ensemble in &data.measured {
@@ -55,10 +47,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     if heaviest < 2.0 * FROM {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing(
-            "measured contacts under loads up to 1 and beyond",
-            lines,
-        ));
+        return Ok(Drawn::missing("measured contacts under loads up to 1 and beyond", lines));
     }
     let range = [FROM, heaviest];
     let curve = |of: fn(f64) -> f64, colour, dash, width| {
@@ -66,12 +55,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     };
     let whole = |of: fn(f64) -> f64, dash| {
         let range = [APPROACH_FROM, heaviest];
-        Series::curve(
-            of,
-            range,
-            Spacing::Logarithmic,
-            Style::line(Colour::Text, dash, 1.8),
-        )
+        Series::curve(of, range, Spacing::Logarithmic, Style::line(Colour::Text, dash, 1.8))
     };
     for (scale, dash) in SCALES.into_iter().zip([Dash::Solid, Dash::DashDot]) {
         let scaled = |load: f64| persson::area(scale * load);
@@ -85,13 +69,8 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     chart.series.extend([
         curve(persson::area, Colour::Text, Dash::Dashed, 1.8).named("Persson 2001"),
         curve(asymptote, Colour::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
-        curve(
-            |y| 1.0 - full_contact::noncontact(y),
-            Colour::Text,
-            Dash::Solid,
-            1.2,
-        )
-        .named("isolated cracks, 1 − ¾ erfc(√2 y)"),
+        curve(|y| 1.0 - full_contact::noncontact(y), Colour::Text, Dash::Solid, 1.2)
+            .named("isolated cracks, 1 − ¾ erfc(√2 y)"),
     ]);
     approach.series.extend([
         whole(persson::approach, Dash::Dashed),

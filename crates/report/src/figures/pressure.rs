@@ -15,11 +15,8 @@ use crate::units::{Scaled, digits};
 use asperity_contact::theory::persson;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, PRESSURE};
 
-pub const FIGURE: Definition = Definition {
-    name: "pressure",
-    title: "Area and mean gap against the mean pressure",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "pressure", title: "Area and mean gap against the mean pressure", draw };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let pressed = data.measured.iter();
@@ -31,10 +28,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
             "{ to = 0.06, steps = 50 }\n\
              bodies = [{ youngs_modulus = 210e9, poisson_ratio = 0.3 }]",
         );
-        return Ok(Drawn::missing(
-            "loads on bodies with a modulus: pressures in its unit",
-            lines,
-        ));
+        return Ok(Drawn::missing("loads on bodies with a modulus: pressures in its unit", lines));
     }
     let gaps = gap::gaps(data, pressed.iter().copied())?;
     let mut pressures = Vec::new();
@@ -50,11 +44,8 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut moduli: Vec<String> = Vec::new();
     for ((ensemble, gaps), pressures) in pressed.iter().zip(&gaps.means).zip(&pressures) {
         let style = data.styles.markers(&ensemble.point);
-        let against = |means: &[Mean]| Series {
-            points: against(pressures, means),
-            style,
-            label: None,
-        };
+        let against =
+            |means: &[Mean]| Series { points: against(pressures, means), style, label: None };
         let area = against(&ensemble.mean(COUNTED_AREA)?);
         areas.series.push(area.named(data.label(ensemble)));
         mean_gaps.series.push(against(gaps));
@@ -64,9 +55,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     moduli.dedup();
     // One entry for all of its lines.
     let persson = Style::line(Colour::Text, Dash::Dashed, 1.2);
-    areas
-        .series
-        .push(Series::new([], persson).named("Persson 2001"));
+    areas.series.push(Series::new([], persson).named("Persson 2001"));
     let caption = format!(
         "Contact area fraction and, to the right, mean gap against the mean pressure, from {}; \
          area as counted on the mesh. E* = {}. Points are means over the surfaces, bars {}. An exponential \
@@ -110,11 +99,7 @@ fn modulus(ensemble: &EnsembleCurves) -> Option<f64> {
 fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
     let pairs = pressures.iter().zip(means);
     pairs
-        .map(|(pressure, mean)| DataPoint {
-            x: pressure.mean,
-            y: mean.mean,
-            bar: mean.bar(),
-        })
+        .map(|(pressure, mean)| DataPoint { x: pressure.mean, y: mean.mean, bar: mean.bar() })
         .collect()
 }
 

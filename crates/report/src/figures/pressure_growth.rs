@@ -15,11 +15,8 @@ use crate::tables::FinishedStage;
 use asperity_stages::columns::CORRECTION;
 use asperity_stages::correct::AS_COUNTED;
 
-pub const FIGURE: Definition = Definition {
-    name: "pressure-growth",
-    title: "Growth of the mean contact pressure",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "pressure-growth", title: "Growth of the mean contact pressure", draw };
 
 /// The area to which the growth is shown: near full contact all curves fall to zero.
 const MOST: f64 = 0.5;
@@ -30,16 +27,12 @@ const FEWEST: usize = 3;
 const GUIDES_ABOVE: f64 = 1.8;
 
 /// The exponents that the paper draws.
-const GUIDES: [(f64, Colour, Dash); 2] = [
-    (-0.7, Colour::Text, Dash::Dashed),
-    (-0.9, Colour::Muted, Dash::DashDot),
-];
+const GUIDES: [(f64, Colour, Dash); 2] =
+    [(-0.7, Colour::Text, Dash::Dashed), (-0.9, Colour::Muted, Dash::DashDot)];
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
-    let mut chart = Chart::new(
-        Axis::logarithmic(AREA_LABEL),
-        Axis::logarithmic("dp̄/dp₀, with p̄ = p₀ A₀/A"),
-    );
+    let mut chart =
+        Chart::new(Axis::logarithmic(AREA_LABEL), Axis::logarithmic("dp̄/dp₀, with p̄ = p₀ A₀/A"));
     let (mut all, mut rising) = (0, 0);
     for ensemble in &data.measured {
         let mut growth = ensemble.pressure_growth(COUNTED_AREA)?;
@@ -48,11 +41,8 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         growth.retain(|one| one.growth > 0.0);
         rising += growth.len();
         let style = data.styles.markers(&ensemble.point);
-        let points = growth.iter().map(|one| DataPoint {
-            x: one.area,
-            y: one.growth,
-            bar: one.bar,
-        });
+        let points =
+            growth.iter().map(|one| DataPoint { x: one.area, y: one.growth, bar: one.bar });
         chart.series.push(Series {
             points: points.collect(),
             style,
@@ -61,10 +51,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let Some(extent) = Extent::of(&chart.series) else {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing(
-            "measured contacts under several light loads",
-            lines,
-        ));
+        return Ok(Drawn::missing("measured contacts under several light loads", lines));
     };
     let fits = fits(data, extent.areas)?;
     let told = match fits.is_empty() {
@@ -105,10 +92,7 @@ impl Extent {
         let points = || series.iter().flat_map(|series| &series.points);
         let ends = |of: fn(&DataPoint) -> f64| {
             let values = || points().map(of);
-            [
-                values().fold(f64::INFINITY, f64::min),
-                values().fold(0.0, f64::max),
-            ]
+            [values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max)]
         };
         let [areas, growths] = [ends(|point| point.x), ends(|point| point.y)];
         let middle = (areas[0] * areas[1]).sqrt();

@@ -16,11 +16,7 @@ use asperity_contact::topography::lines;
 use asperity_stages::columns::{ALONG, DISTANCE, SLOPE_AT_SCALE};
 use asperity_tables::table::TableError;
 
-pub const FIGURE: Definition = Definition {
-    name: "slope-at-scale",
-    title: "Slope by scale",
-    draw,
-};
+pub const FIGURE: Definition = Definition { name: "slope-at-scale", title: "Slope by scale", draw };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let curves = curves(data)?;
@@ -40,10 +36,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         points.map(|point| (factor * point.x, point.y)).collect()
     };
     let points: Vec<Vec<(f64, f64)>> = curves.iter().map(in_unit).collect();
-    let longest = points
-        .iter()
-        .flatten()
-        .fold(0.0_f64, |most, point| most.max(point.0));
+    let longest = points.iter().flatten().fold(0.0_f64, |most, point| most.max(point.0));
     let scaled = shared.scaled(longest);
     let mut chart = Chart::new(
         Axis::logarithmic(format!("distance ℓ, {}", scaled.unit)),
@@ -60,9 +53,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         let style = Style::line(data.styles.colour(&curve.point), dash, 1.5);
         let points = points.into_iter().map(|(x, y)| (scaled.factor * x, y));
         let series = Series::new(points, style);
-        chart
-            .series
-            .push(series.named(format!("{label}, along {along}")));
+        chart.series.push(series.named(format!("{label}, along {along}")));
     }
     let caption = "Slope of the straight lines between points a distance ℓ apart, root mean square \
                    over all pairs of nodes, along x and, dashed, along y. It grows towards small \

@@ -15,11 +15,8 @@ use crate::styles::Styles;
 use asperity_stages::columns::{K_LOWER, SURFACES};
 use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition = Definition {
-    name: "sealing",
-    title: "Where the interface seals",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "sealing", title: "Where the interface seals", draw };
 
 /// Where the gap of isotropic surfaces stops percolating by Wang & Müser (2020).
 const WANG_MUSER: f64 = 0.415;
@@ -27,11 +24,7 @@ const WANG_MUSER: f64 = 0.415;
 const BRUGGEMAN: f64 = 0.5;
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
-    let wanted = [
-        "percolation_area_corrected",
-        "percolation_load",
-        K_LOWER.name,
-    ];
+    let wanted = ["percolation_area_corrected", "percolation_load", K_LOWER.name];
     let Some(stage) = data.finished.with(&wanted).next() else {
         return Ok(Drawn::NotAsked);
     };
@@ -60,9 +53,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut loads = chart("percolation_load", "load p₀/(E* h′)")?;
     loads.x = loads.x.within(from, to);
     let surfaces = table.integers(SURFACES.name)?.values().iter();
-    let surfaces: Vec<usize> = surfaces
-        .map(|count| count.unsigned_abs() as usize)
-        .collect();
+    let surfaces: Vec<usize> = surfaces.map(|count| count.unsigned_abs() as usize).collect();
     let caption = format!(
         "Contact area and load from which on no channel of gap leads through the cell, mean of both \
          directions and of the surfaces, from {}; bars are intervals by resampling of whole surfaces. The \
@@ -78,9 +69,7 @@ fn thresholds(data: &FigureData, table: &Table, quantity: &str) -> Result<Vec<Se
     let column = |ending: &str| table.reals(&format!("{quantity}{ending}"));
     let (value, lower, upper) = (column("")?, column("_lower")?, column("_upper")?);
     let cutoffs = table.integers(K_LOWER.name)?;
-    let points: Vec<_> = (0..table.rows())
-        .map(|row| ensembles::point(table, row))
-        .collect();
+    let points: Vec<_> = (0..table.rows()).map(|row| ensembles::point(table, row)).collect();
     let styles = Styles::of(&points, &data.files);
     let is_known = |&row: &usize| value.is_valid(row) && cutoffs.is_valid(row);
     let series = (0..table.rows()).filter(is_known).map(|row| {

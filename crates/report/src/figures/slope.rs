@@ -17,11 +17,8 @@ use asperity_contact::theory::persson;
 use asperity_stages::correct::AS_COUNTED;
 use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition = Definition {
-    name: "slope",
-    title: "Slope of the contact area under light load",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "slope", title: "Slope of the contact area under light load", draw };
 
 fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
@@ -35,15 +32,9 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if chart.series.iter().all(|series| series.points.len() < 2) {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing(
-            "measured contacts under several loads up to 0.06",
-            lines,
-        ));
+        return Ok(Drawn::missing("measured contacts under several loads up to 0.06", lines));
     }
-    for stage in data
-        .finished
-        .with(&["law", "kappa", "beta", "mu", "fitted_to"])
-    {
+    for stage in data.finished.with(&["law", "kappa", "beta", "mu", "fitted_to"]) {
         for fit in fits(&stage.table)? {
             let style = Style::line(data.styles.colour(&fit.point), Dash::Solid, 2.0);
             let range = [LIGHT * 1e-3, LIGHT];
@@ -86,11 +77,7 @@ fn points(slopes: &[Slope], style: Style) -> Series {
         y: slope.slope,
         bar: slope.bar,
     });
-    Series {
-        points: points.collect(),
-        style,
-        label: None,
-    }
+    Series { points: points.collect(), style, label: None }
 }
 
 struct Fit {
@@ -102,10 +89,7 @@ struct Fit {
 fn fits(table: &Table) -> Result<Vec<Fit>, TableError> {
     let texts = |name: &str| table.texts(name);
     let (laws, kappas) = (texts("law")?, texts("kappa_is")?);
-    let corrections = table
-        .has("correction")
-        .then(|| texts("correction"))
-        .transpose()?;
+    let corrections = table.has("correction").then(|| texts("correction")).transpose()?;
     let [kappa, beta, mu] = ["kappa", "beta", "mu"].map(|name| table.reals(name));
     let (kappa, beta, mu) = (kappa?, beta?, mu?);
     let is_shown = |&row: &usize| {
@@ -118,11 +102,7 @@ fn fits(table: &Table) -> Result<Vec<Fit>, TableError> {
     };
     let fit = |row: usize| Fit {
         point: ensembles::point(table, row),
-        law: ContactEvolution {
-            kappa: kappa.value(row),
-            beta: beta.value(row),
-            mu: mu.value(row),
-        },
+        law: ContactEvolution { kappa: kappa.value(row), beta: beta.value(row), mu: mu.value(row) },
     };
     Ok((0..table.rows()).filter(is_shown).map(fit).collect())
 }

@@ -12,11 +12,8 @@ use crate::figure_data::FigureData;
 use crate::measured::{FILE_IS_GONE, MeasuredMaps};
 use crate::samples;
 
-pub const FIGURE: Definition = Definition {
-    name: "spectrum",
-    title: "Power spectral density",
-    draw,
-};
+pub const FIGURE: Definition =
+    Definition { name: "spectrum", title: "Power spectral density", draw };
 
 /// Points of one spectrum, evenly by the logarithm of the wavenumber.
 const POINTS: f64 = 40.0;
@@ -58,9 +55,7 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
         let label = data.styles.label(&sample.point);
         let label = label.unwrap_or_else(|| "the first surface".to_owned());
         let line = Style::line(data.styles.colour(&sample.point), Dash::Solid, 1.4);
-        let mean = rings
-            .iter()
-            .map(|ring| (f64::from(ring.wavenumber), ring.mean_power / unit));
+        let mean = rings.iter().map(|ring| (f64::from(ring.wavenumber), ring.mean_power / unit));
         let mut shown = 0;
         let drawn = rings.iter().filter(|ring| {
             let place = (f64::from(ring.wavenumber).ln() * POINTS / 6.0).floor() as i64 + 1;
@@ -69,9 +64,7 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
         let drawn = drawn.map(|ring| (f64::from(ring.wavenumber), ring.power / unit));
         let markers = data.styles.markers(&sample.point);
         chart.series.push(Series::new(mean, line));
-        chart
-            .series
-            .push(Series::new(drawn.collect::<Vec<_>>(), markers).named(label));
+        chart.series.push(Series::new(drawn.collect::<Vec<_>>(), markers).named(label));
     }
     if chart.series.is_empty() {
         return Ok(None);

@@ -88,10 +88,7 @@ fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
     }
     if curves.values().map(BTreeMap::len).sum::<usize>() < 2 {
         let lines = data.lines_of_surfaces();
-        return Ok(Drawn::missing(
-            "random surfaces of at least two spectra",
-            lines,
-        ));
+        return Ok(Drawn::missing("random surfaces of at least two spectra", lines));
     }
     let surfaces = curves.values().flat_map(Curve::values);
     let counts: Vec<usize> = surfaces.map(|one| one.values.len()).collect();
@@ -129,10 +126,7 @@ fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quanti
         let mut chart = chart(&|_| true);
         if has_other(curves) {
             chart.series.extend(curves.iter().map(|(family, curve)| {
-                let other = Family {
-                    hurst: OTHER_HURST.to_bits(),
-                    ..*family
-                };
+                let other = Family { hurst: OTHER_HURST.to_bits(), ..*family };
                 other.closed_form(curve, range, &data.styles, quantity, Dash::Dashed)
             }));
         }
@@ -173,12 +167,7 @@ impl Family {
         let first = curve.values().next().map(|surfaces| &surfaces.point);
         let colour = first.map_or(Colour::Text, |point| styles.colour(point));
         let range = [from.max(k_rolloff), to];
-        Series::curve(
-            closed_form,
-            range,
-            Spacing::Octaves,
-            Style::line(colour, dash, 1.3),
-        )
+        Series::curve(closed_form, range, Spacing::Octaves, Style::line(colour, dash, 1.3))
     }
 
     /// The closed form as a line, and each spectrum's surfaces as a point.
@@ -195,11 +184,7 @@ impl Family {
         for (&k_upper, surfaces) in curve {
             let values: Vec<f64> = surfaces.values.values().copied().collect();
             let (mean, half) = mean_and_half_bar(&values, bars);
-            let place = DataPoint {
-                x: k_upper as f64,
-                y: mean,
-                bar: ends(mean, half),
-            };
+            let place = DataPoint { x: k_upper as f64, y: mean, bar: ends(mean, half) };
             series.push(Series {
                 points: vec![place],
                 style: styles.markers(&surfaces.point),
@@ -219,10 +204,7 @@ fn collect(
     let cutoffs = [K_LOWER, K_ROLLOFF, K_UPPER].map(|cutoff| table.integers(cutoff.name));
     let [lower, rolloff, upper] = cutoffs;
     let (lower, rolloff, upper) = (lower?, rolloff?, upper?);
-    let (seeds, realizations) = (
-        table.integers(SEED.name)?,
-        table.integers(REALIZATION.name)?,
-    );
+    let (seeds, realizations) = (table.integers(SEED.name)?, table.integers(REALIZATION.name)?);
     let values = table.reals(column)?;
     for row in (0..table.rows()).filter(|&row| hurst.is_valid(row) && values.is_valid(row)) {
         let family = Family {

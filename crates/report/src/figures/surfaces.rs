@@ -16,11 +16,7 @@ use crate::samples::Sample;
 use crate::units::{LengthUnit, digits, scale_bar};
 use asperity_stages::generate::Heights;
 
-pub const FIGURE: Definition = Definition {
-    name: "surfaces",
-    title: "Maps of heights",
-    draw,
-};
+pub const FIGURE: Definition = Definition { name: "surfaces", title: "Maps of heights", draw };
 
 /// Pixels per side of a map.
 const PIXELS: usize = 512;
@@ -147,11 +143,7 @@ fn colour_bar(heights: &HeightMap, range: [f64; 2], unit: Option<&str>) -> Colou
             LengthUnit::Metre | LengthUnit::Named(_) => format!("{number} {}", scaled.unit),
         }
     };
-    ColourBar {
-        colours: heights.colours.clone(),
-        lowest: told(range[0]),
-        highest: told(range[1]),
-    }
+    ColourBar { colours: heights.colours.clone(), lowest: told(range[0]), highest: told(range[1]) }
 }
 
 /// One column for each upper cutoff where all pairs of cutoffs are there, else three.

@@ -47,20 +47,12 @@ pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
 pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
     let models = [
         (AsperityModel::BushGibsonThomas, "BGT 1975", Dash::Solid),
-        (
-            AsperityModel::SimplifiedElliptic,
-            "Greenwood 2006",
-            Dash::DashDot,
-        ),
+        (AsperityModel::SimplifiedElliptic, "Greenwood 2006", Dash::DashDot),
     ];
     let curves = models.into_iter().flat_map(|(model, name, dash)| {
         NAYAK.map(|(nayak, colour)| {
             let asperities = Asperities::new(model, nayak).expect("both are above 3/2");
-            let area = |load| {
-                asperities
-                    .at_load(load)
-                    .map_or(f64::NAN, |contact| contact.area)
-            };
+            let area = |load| asperities.at_load(load).map_or(f64::NAN, |contact| contact.area);
             let curve = |load| quantity(area(load), load);
             let style = Style::line(colour, dash, 1.4);
             let label = format!("{name}, α = {nayak}");

@@ -43,12 +43,8 @@ fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) ->
     let named = group_by.as_ref().and_then(|names| names.as_deref());
     let statistics = statistics::statistics(&table.statistics, named, input, checks);
     let models = models::models(table, input, checks);
-    let groups = Groups {
-        group_by: group_by?,
-        over: over?,
-        statistics: statistics?,
-        models: models?,
-    };
+    let groups =
+        Groups { group_by: group_by?, over: over?, statistics: statistics?, models: models? };
     check_outputs(table, &groups, checks)?;
     Some(Params::Groups(groups))
 }
@@ -62,21 +58,12 @@ fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> 
     let columns = meanings(table, checks);
     if sql.value.trim().is_empty() {
         let label = "must be a query";
-        checks.report(
-            "sql",
-            Problem::new("`sql` is empty", sql.span.clone(), label),
-        );
+        checks.report("sql", Problem::new("`sql` is empty", sql.span.clone(), label));
         return None;
     }
     let clear = group_by.and(over).and(statistics).and(models);
     let columns = columns?;
-    clear.map(|()| {
-        Params::Sql(Sql {
-            query: sql.value.clone(),
-            tables: Vec::new(),
-            columns,
-        })
-    })
+    clear.map(|()| Params::Sql(Sql { query: sql.value.clone(), tables: Vec::new(), columns }))
 }
 
 /// What the manifest says of the columns of a query's answer.
@@ -91,10 +78,7 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
             checks.report("columns", problem);
             clear = None;
         }
-        let meaning = Meaning {
-            unit: value.unit.clone(),
-            meaning: value.meaning.clone(),
-        };
+        let meaning = Meaning { unit: value.unit.clone(), meaning: value.meaning.clone() };
         (name.clone(), meaning)
     });
     let columns = columns.collect();

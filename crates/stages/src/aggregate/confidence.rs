@@ -83,10 +83,7 @@ pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<Lazy
 /// Returns the standard error of a group's mean and the number of its surfaces, from which
 /// intervals are computed.
 pub fn of_group(name: &str) -> [Expr; 2] {
-    [
-        standard_error(name).alias(error_of(name)),
-        surfaces(name).alias(surfaces_of(name)),
-    ]
+    [standard_error(name).alias(error_of(name)), surfaces(name).alias(surfaces_of(name))]
 }
 
 /// Number of surfaces that have a value in the group.
@@ -117,11 +114,7 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
     let half_width = factor * col(error_of(name));
     let mean = || col(mean_of(name));
     let several = || col(surfaces_of(name)).gt(lit(1.0));
-    let end = |value: Expr| {
-        when(several())
-            .then(value)
-            .otherwise(lit(polars::prelude::NULL))
-    };
+    let end = |value: Expr| when(several()).then(value).otherwise(lit(polars::prelude::NULL));
     let word = word(level);
     [
         end(mean() - half_width.clone()).alias(format!("{name}_{word}_lower")),

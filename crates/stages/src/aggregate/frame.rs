@@ -49,9 +49,7 @@ fn series(name: &str, array: &dyn Array) -> Series {
 /// When a column holds something else than numbers, truth values and text.
 pub fn columns(frame: &DataFrame) -> Result<Vec<(String, ArrayRef)>, StageError> {
     let columns = frame.columns().iter();
-    columns
-        .map(|column| Ok((column.name().to_string(), array(column)?)))
-        .collect()
+    columns.map(|column| Ok((column.name().to_string(), array(column)?))).collect()
 }
 
 fn array(column: &Column) -> Result<ArrayRef, StageError> {
@@ -73,20 +71,12 @@ fn array(column: &Column) -> Result<ArrayRef, StageError> {
                 Err(_) => Arc::new(values.iter().collect::<Int64Array>()),
             }
         }
-        DataType::Boolean => Arc::new(
-            column
-                .bool()
-                .map_err(polars_error)?
-                .iter()
-                .collect::<BooleanArray>(),
-        ),
-        DataType::String => Arc::new(
-            column
-                .str()
-                .map_err(polars_error)?
-                .iter()
-                .collect::<StringArray>(),
-        ),
+        DataType::Boolean => {
+            Arc::new(column.bool().map_err(polars_error)?.iter().collect::<BooleanArray>())
+        }
+        DataType::String => {
+            Arc::new(column.str().map_err(polars_error)?.iter().collect::<StringArray>())
+        }
         DataType::Null => Arc::new(Float64Array::new_null(column.len())),
         other => {
             let name = column.name();
@@ -101,7 +91,5 @@ fn array(column: &Column) -> Result<ArrayRef, StageError> {
 pub fn polars_error(error: PolarsError) -> StageError {
     let text = error.to_string();
     let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
-    StageError::Aggregate {
-        reason: reason.unwrap_or("polars gives no reason").to_owned(),
-    }
+    StageError::Aggregate { reason: reason.unwrap_or("polars gives no reason").to_owned() }
 }

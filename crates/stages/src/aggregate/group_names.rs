@@ -17,10 +17,8 @@ use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 /// Coordinates that exist in two units, of which a manifest gives one.
-const IN_TWO_UNITS: [[&str; 2]; 2] = [
-    [LOAD.name, PRESSURE.name],
-    [HARDNESS.name, HARDNESS_REDUCED.name],
-];
+const IN_TWO_UNITS: [[&str; 2]; 2] =
+    [[LOAD.name, PRESSURE.name], [HARDNESS.name, HARDNESS_REDUCED.name]];
 
 /// The columns that name the groups of a reduction.
 pub struct GroupNames {
@@ -63,11 +61,7 @@ impl GroupNames {
         let is_load = |name: &&String| IN_TWO_UNITS[0].contains(&name.as_str());
         GroupNames {
             derived: derived.collect(),
-            load: keys
-                .iter()
-                .find(is_load)
-                .cloned()
-                .filter(|_| table.has(LOAD.name)),
+            load: keys.iter().find(is_load).cloned().filter(|_| table.has(LOAD.name)),
             shown,
             keys,
             stand_ins,
@@ -84,10 +78,7 @@ impl GroupNames {
     pub fn curve(&self) -> Vec<String> {
         let stands_in = |name: &String| self.stand_ins.iter().any(|(own, _)| own == name);
         let shown = self.shown.iter().filter(|name| !is_of_a_load(name));
-        shown
-            .filter(|name| self.keys.contains(name) || stands_in(name))
-            .cloned()
-            .collect()
+        shown.filter(|name| self.keys.contains(name) || stands_in(name)).cloned().collect()
     }
 
     /// Returns the values of derived columns in each group: the common value, or else the mean.
@@ -120,9 +111,7 @@ impl GroupNames {
 /// Returns the column from which a derived column is computed.
 fn coordinate_of(table: &Table, derived: &str) -> Option<&'static str> {
     let pair = IN_TWO_UNITS.iter().find(|pair| pair.contains(&derived))?;
-    pair.iter()
-        .copied()
-        .find(|&name| name != derived && table.has(name))
+    pair.iter().copied().find(|&name| name != derived && table.has(name))
 }
 
 fn is_of_a_load(name: &str) -> bool {

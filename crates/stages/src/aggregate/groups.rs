@@ -48,18 +48,11 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let mut reduced = rows
         .group_by_stable(keys.clone())
         .agg(aggregations(table, &names, groups))
-        .sort_by_exprs(
-            keys,
-            SortMultipleOptions::default().with_maintain_order(true),
-        );
+        .sort_by_exprs(keys, SortMultipleOptions::default().with_maintain_order(true));
     if names.load.is_some() {
         reduced = reduced.filter(is_complete(&names)?);
     }
-    if groups
-        .statistics
-        .iter()
-        .any(|s| matches!(s, Statistic::Slope | Statistic::Secant))
-    {
+    if groups.statistics.iter().any(|s| matches!(s, Statistic::Slope | Statistic::Secant)) {
         reduced = reduced.with_columns(against_load(&names, groups)?);
     }
     for level in groups.levels() {
@@ -94,9 +87,7 @@ fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
     frame
         .column(name)
         .map(drop)
-        .map_err(|_| StageError::Aggregate {
-            reason: format!("the input has no column `{name}`"),
-        })
+        .map_err(|_| StageError::Aggregate { reason: format!("the input has no column `{name}`") })
 }
 
 fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr> {
@@ -159,10 +150,7 @@ fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageE
     let curve = names.keys_of_a_curve();
     let before = |values: Expr| match curve.is_empty() {
         true => Ok(values.shift(lit(1))),
-        false => values
-            .shift(lit(1))
-            .over(curve.clone())
-            .map_err(polars_error),
+        false => values.shift(lit(1)).over(curve.clone()).map_err(polars_error),
     };
     let load = || col(LOAD_OF_GROUP);
     let load_before = before(load())?.fill_null(lit(0.0));

@@ -26,20 +26,12 @@ pub fn with_meanings(
         if let Ok(field) = schema.field_with_name(name) {
             return field.clone();
         }
-        let source = schema
-            .fields()
-            .iter()
-            .filter(|f| name.starts_with(&format!("{}_", f.name())));
+        let source = schema.fields().iter().filter(|f| name.starts_with(&format!("{}_", f.name())));
         let source = source.max_by_key(|field| field.name().len());
-        let metadata = source
-            .map(|field| inherited(field, name, groups))
-            .unwrap_or_default();
+        let metadata = source.map(|field| inherited(field, name, groups)).unwrap_or_default();
         Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
     };
-    let fields: Vec<Field> = columns
-        .iter()
-        .map(|(name, array)| field(name, array))
-        .collect();
+    let fields: Vec<Field> = columns.iter().map(|(name, array)| field(name, array)).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
     Table::of(rows, Schema::new(fields), arrays)
 }

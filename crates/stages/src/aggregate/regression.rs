@@ -20,10 +20,7 @@ pub fn slope(values: &Expr) -> Expr {
 
 /// The value at zero load.
 pub fn intercept(values: &Expr) -> Expr {
-    let Line {
-        loads,
-        values: known,
-    } = Line::of(values);
+    let Line { loads, values: known } = Line::of(values);
     known.mean() - slope(values) * loads.mean()
 }
 

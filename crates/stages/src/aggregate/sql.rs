@@ -91,10 +91,8 @@ fn answer(
 ) -> Result<DataFrame, StageError> {
     let statement = Statement::read(query)?;
     check_names(&statement, names)?;
-    let columns: Vec<(String, Vec<String>)> = tables
-        .iter()
-        .map(|(name, table)| (name.clone(), table.names()))
-        .collect();
+    let columns: Vec<(String, Vec<String>)> =
+        tables.iter().map(|(name, table)| (name.clone(), table.names())).collect();
     let damage = Damage::default();
     let mut context = SQLContext::new();
     for (name, table) in tables {
@@ -146,10 +144,7 @@ mod tests {
     const POINT: Column = Column::parameter("point", ColumnKind::Integer, "", "point");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
 
-    const TOTAL: Meaning = Meaning {
-        unit: String::new(),
-        meaning: String::new(),
-    };
+    const TOTAL: Meaning = Meaning { unit: String::new(), meaning: String::new() };
 
     fn table(points: std::ops::Range<i64>) -> Table {
         let areas: Vec<f64> = points.clone().map(|point| point as f64 / 10.0).collect();
@@ -163,11 +158,7 @@ mod tests {
             tables: vec![("light".to_owned(), 2), ("heavy".to_owned(), 1)],
             columns: [("total".to_owned(), TOTAL)].into(),
         };
-        query(
-            &[table(0..3), table(3..500), table(0..4)],
-            &sql,
-            ByteSize::mb(1),
-        )
+        query(&[table(0..3), table(3..500), table(0..4)], &sql, ByteSize::mb(1))
     }
 
     #[test]
@@ -197,10 +188,7 @@ mod tests {
         };
         assert_eq!(joined(500).unwrap().rows(), 1000);
         let told = chain(&joined(1).unwrap_err());
-        assert!(
-            told.contains("it puts 501000 rows of 1 column together"),
-            "{told}"
-        );
+        assert!(told.contains("it puts 501000 rows of 1 column together"), "{told}");
         for fits in [
             format!("{cross} limit 10"),
             "select l.point, r.area from light l join light r using (point)".to_owned(),
@@ -215,10 +203,7 @@ mod tests {
         let text =
             "select l.point, l.area + h.area as total from light l join heavy h using (point)";
         let answer = ask(text).unwrap();
-        assert_eq!(
-            answer.reals("total").unwrap().values(),
-            &[0.0, 0.2, 0.4, 0.6]
-        );
+        assert_eq!(answer.reals("total").unwrap().values(), &[0.0, 0.2, 0.4, 0.6]);
     }
 
     #[test]
@@ -281,10 +266,7 @@ mod tests {
         let total = sum(300).unwrap().reals("total").unwrap().value(1);
         assert!((total - 30.0).abs() < 1e-12, "{total}");
         let refused = sum(3000).unwrap_err();
-        assert!(
-            chain(&refused).contains("within one another"),
-            "{refused:?}"
-        );
+        assert!(chain(&refused).contains("within one another"), "{refused:?}");
     }
 
     #[test]
@@ -317,10 +299,7 @@ mod tests {
     #[test]
     fn a_name_that_is_not_there_is_told_with_those_that_are_in_its_place() {
         let told = |message: &str, known: &[&str]| {
-            (
-                message.to_owned(),
-                known.iter().map(|name| name.to_string()).collect(),
-            )
+            (message.to_owned(), known.iter().map(|name| name.to_string()).collect())
         };
         assert_eq!(
             unknown("select a.pint from light a, (select 1 as one) b"),

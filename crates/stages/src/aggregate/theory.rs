@@ -67,10 +67,7 @@ impl Model {
     /// Whether it integrates over summits of all heights and curvatures, load by load, which takes
     /// seconds.
     pub fn integrates_over_summits(self) -> bool {
-        matches!(
-            self,
-            Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature
-        )
+        matches!(self, Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature)
     }
 
     /// The columns that it fills: area, slope, secant, approach to full contact.
@@ -108,10 +105,7 @@ impl Model {
             Model::BgtAsymptote => (KAPPA_BGT * load, KAPPA_BGT),
             Model::PennyCrack => {
                 let share = full_contact::noncontact(load) / persson::noncontact(load);
-                (
-                    1.0 - full_contact::noncontact(load),
-                    share * persson::slope(load),
-                )
+                (1.0 - full_contact::noncontact(load), share * persson::slope(load))
             }
             _ => (persson::area(load), persson::slope(load)),
         };
@@ -167,11 +161,7 @@ fn hide_means(reduced: &Table, groups: &Groups) -> Table {
 
 fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
     let field = APPROACH.field().with_name(name);
-    let one = Table::of(
-        table.rows(),
-        arrow::datatypes::Schema::new(vec![field]),
-        vec![values],
-    );
+    let one = Table::of(table.rows(), arrow::datatypes::Schema::new(vec![field]), vec![values]);
     table.beside(&one)
 }
 
@@ -184,10 +174,7 @@ fn approach(
     names: &[String],
     name: &str,
 ) -> Result<(String, ArrayRef), StageError> {
-    let (means, loads) = (
-        reduced.reals(&mean_of(name))?,
-        reduced.reals(LOAD_OF_GROUP)?,
-    );
+    let (means, loads) = (reduced.reals(&mean_of(name))?, reduced.reals(LOAD_OF_GROUP)?);
     let counts = reduced.integers(COUNT.name)?;
     let curves = curve_of_rows(reduced, names);
     let mut whole: BTreeMap<usize, i64> = BTreeMap::new();
@@ -206,10 +193,8 @@ fn approach(
 
 /// Numbers the curves by the columns that tell them apart, and returns the number for each row.
 fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
-    let columns: Vec<_> = names
-        .iter()
-        .filter_map(|name| table.batch().column_by_name(name))
-        .collect();
+    let columns: Vec<_> =
+        names.iter().filter_map(|name| table.batch().column_by_name(name)).collect();
     let mut known = BTreeMap::new();
     let curve = |row| {
         let values: Vec<String> = columns
@@ -238,20 +223,14 @@ fn predictions(
     };
     let [area, slope, secant, approach] = model.columns();
     let prediction = |load, nayak| model.predict(load, nayak);
-    let mut columns = vec![(
-        area,
-        at(LOAD_OF_GROUP, &|y, nayak| Some(prediction(y, nayak)?.area))?,
-    )];
+    let mut columns =
+        vec![(area, at(LOAD_OF_GROUP, &|y, nayak| Some(prediction(y, nayak)?.area))?)];
     if asks_for(Statistic::Slope) {
-        let values = at(LOAD_MIDPOINT.name, &|y, nayak| {
-            Some(prediction(y, nayak)?.slope)
-        })?;
+        let values = at(LOAD_MIDPOINT.name, &|y, nayak| Some(prediction(y, nayak)?.slope))?;
         columns.push((slope, values));
     }
     if asks_for(Statistic::Secant) {
-        let values = at(LOAD_OF_GROUP, &|y, nayak| {
-            Some(prediction(y, nayak)?.area / y)
-        })?;
+        let values = at(LOAD_OF_GROUP, &|y, nayak| Some(prediction(y, nayak)?.area / y))?;
         columns.push((secant, values));
     }
     if asks_for(Statistic::Approach) {
@@ -294,14 +273,8 @@ fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
         let cell = cell(row)?;
         let [aspect_x, aspect_y] = cell.aspect().map(f64::to_bits);
         let cutoffs = [k_lower?, k_rolloff?, k_upper?].map(u64::from);
-        let key = [
-            cutoffs[0],
-            cutoffs[1],
-            cutoffs[2],
-            spectrum.hurst.to_bits(),
-            aspect_x,
-            aspect_y,
-        ];
+        let key =
+            [cutoffs[0], cutoffs[1], cutoffs[2], spectrum.hurst.to_bits(), aspect_x, aspect_y];
         let nayak = known.entry(key);
         *nayak.or_insert_with(|| spectrum.moments(cell).nayak())
     };
@@ -319,34 +292,14 @@ const fn columns(names: [&'static str; 4], meaning: &'static str) -> [Column; 4]
     let [area, slope, secant, approach] = names;
     [
         Column::result(area, ColumnKind::Real, "1", meaning),
-        Column::result(
-            slope,
-            ColumnKind::Real,
-            "1 per load",
-            "its slope at `load_midpoint`",
-        ),
-        Column::result(
-            secant,
-            ColumnKind::Real,
-            "1 per load",
-            "the same over the load",
-        ),
-        Column::result(
-            approach,
-            ColumnKind::Real,
-            "1",
-            "F = −ln[(1 − a) y √(2π)] of this area",
-        ),
+        Column::result(slope, ColumnKind::Real, "1 per load", "its slope at `load_midpoint`"),
+        Column::result(secant, ColumnKind::Real, "1 per load", "the same over the load"),
+        Column::result(approach, ColumnKind::Real, "1", "F = −ln[(1 − a) y √(2π)] of this area"),
     ]
 }
 
 const PERSSON: [Column; 4] = columns(
-    [
-        "area_persson",
-        "area_persson_slope",
-        "area_persson_secant",
-        "area_persson_approach",
-    ],
+    ["area_persson", "area_persson_slope", "area_persson_secant", "area_persson_approach"],
     "share of the area by Persson 2001, for isotropic Gaussian roughness",
 );
 const BUSH_GIBSON_THOMAS: [Column; 4] = columns(

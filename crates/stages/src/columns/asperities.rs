@@ -11,11 +11,8 @@ pub const INTERACTION: Column = parameter_text(
      make; null where the contact of every node is solved",
 );
 pub const CONTACTS: Column = integer("contacts", "1", "summits that touch");
-pub const OVERLAPPING_CONTACTS: Column = integer(
-    "overlapping_contacts",
-    "1",
-    "summits that touch on an ellipse that overlaps another",
-);
+pub const OVERLAPPING_CONTACTS: Column =
+    integer("overlapping_contacts", "1", "summits that touch on an ellipse that overlaps another");
 pub const ASPERITY_AREA_FRACTION: Column = real(
     "asperity_area_fraction",
     "1",

@@ -7,26 +7,17 @@ use asperity_tables::column::ColumnKind::{Bytes, Reals};
 // What a load does.
 pub const CONTACT_NODES: Column = integer("contact_nodes", "1", "nodes with positive pressure");
 pub const MEAN_GAP: Column = real("mean_gap", "length", "mean distance of the surfaces");
-pub const ENERGY: Column = real(
-    "energy",
-    "pressure × length",
-    "elastic energy per unit of nominal area",
-);
+pub const ENERGY: Column =
+    real("energy", "pressure × length", "elastic energy per unit of nominal area");
 pub const PEAK_PRESSURE: Column = real("peak_pressure", "pressure", "largest pressure");
 pub const PAIRS: Column = integer(
     "pairs",
     "1",
     "forward and inverse transforms that the load took, those on coarser meshes by their nodes",
 );
-pub const RESIDUAL: Column = real(
-    "residual",
-    "rms slope × mesh step",
-    "largest gap in contact or penetration outside it",
-);
-pub const STOP: Column = text(
-    "stop",
-    "how the load ended: converged, full-contact or pair-limit",
-);
+pub const RESIDUAL: Column =
+    real("residual", "rms slope × mesh step", "largest gap in contact or penetration outside it");
+pub const STOP: Column = text("stop", "how the load ended: converged, full-contact or pair-limit");
 pub const CONTACT: Column = Column::heavy(
     "contact",
     Bytes,
@@ -77,37 +68,22 @@ pub const SWITCHES_Y: Column = integer(
     "changes between contact and gap from node to node along y, edges of length Δx; of a rectangle; \
      a square has them as `switches_along_rows`",
 );
-pub const SWITCHES: Column = integer(
-    "switches",
-    "1",
-    "changes between contact and gap along all rows and columns",
-);
+pub const SWITCHES: Column =
+    integer("switches", "1", "changes between contact and gap along all rows and columns");
 pub const PERIMETER_MANHATTAN: Column = real(
     "perimeter_manhattan",
     "length",
     "S_d: switches × mesh step, of a rectangle Δy × switches_x + Δx × switches_y; without the edges of \
      a map that nothing surrounds",
 );
-pub const PERIMETER_EUCLIDEAN: Column = real(
-    "perimeter_euclidean",
-    "length",
-    "π/4 of the Manhattan perimeter",
-);
-pub const EDGE_NODES_4: Column = integer(
-    "edge_nodes_4",
-    "1",
-    "contact nodes with a gap among their 4 neighbours",
-);
-pub const EDGE_NODES_8: Column = integer(
-    "edge_nodes_8",
-    "1",
-    "contact nodes with a gap among their 8 neighbours",
-);
-pub const INTERIOR_NODES: Column = integer(
-    "interior_nodes",
-    "1",
-    "contact nodes whose 8 neighbours all touch",
-);
+pub const PERIMETER_EUCLIDEAN: Column =
+    real("perimeter_euclidean", "length", "π/4 of the Manhattan perimeter");
+pub const EDGE_NODES_4: Column =
+    integer("edge_nodes_4", "1", "contact nodes with a gap among their 4 neighbours");
+pub const EDGE_NODES_8: Column =
+    integer("edge_nodes_8", "1", "contact nodes with a gap among their 8 neighbours");
+pub const INTERIOR_NODES: Column =
+    integer("interior_nodes", "1", "contact nodes whose 8 neighbours all touch");
 pub const CLUSTERS: Column = integer(
     "clusters",
     "1",
@@ -134,11 +110,8 @@ pub const GAP_PERCOLATES_Y: Column = flag(
     "some 4-connected channel of gap winds around the cell along y, or reaches from edge to edge where \
      it is not periodic",
 );
-pub const MEAN_CONTACT_PRESSURE: Column = real(
-    "mean_contact_pressure",
-    "pressure",
-    "mean pressure over the contact nodes",
-);
+pub const MEAN_CONTACT_PRESSURE: Column =
+    real("mean_contact_pressure", "pressure", "mean pressure over the contact nodes");
 pub const SECANT: Column = real("secant", "1", "area fraction over load, κ of the secant");
 
 pub const STIFFNESS: Column = real(

@@ -12,22 +12,10 @@ pub const DESCRIPTORS: [Column; 14] = [
     real("m20", "1", "spectral moment m₂₀: mean square slope along x"),
     real("m02", "1", "spectral moment m₀₂: mean square slope along y"),
     real("m22", "1/length²", "spectral moment m₂₂"),
-    real(
-        "m40",
-        "1/length²",
-        "spectral moment m₄₀: mean square curvature along x",
-    ),
-    real(
-        "m04",
-        "1/length²",
-        "spectral moment m₀₄: mean square curvature along y",
-    ),
+    real("m40", "1/length²", "spectral moment m₄₀: mean square curvature along x"),
+    real("m04", "1/length²", "spectral moment m₀₄: mean square curvature along y"),
     real("nayak", "1", "Nayak's parameter α = m₀ m₄/m₂²"),
-    real(
-        "summit_density",
-        "1/length²",
-        "Nayak's density of summits D = (√3/18π) m₄/m₂",
-    ),
+    real("summit_density", "1/length²", "Nayak's density of summits D = (√3/18π) m₄/m₂"),
     real(
         "summit_density_integer",
         "(side/2π)⁻²",
@@ -35,16 +23,8 @@ pub const DESCRIPTORS: [Column; 14] = [
     ),
     RMS_HEIGHT,
     real("skewness", "1", "third standardised moment of the heights"),
-    real(
-        "excess_kurtosis",
-        "1",
-        "fourth standardised moment of the heights, less 3",
-    ),
-    real(
-        "effective_modes",
-        "1",
-        "inverse participation ratio of the modes' powers",
-    ),
+    real("excess_kurtosis", "1", "fourth standardised moment of the heights, less 3"),
+    real("effective_modes", "1", "inverse participation ratio of the modes' powers"),
     real(
         "full_contact_load",
         "E* × rms slope",
@@ -54,31 +34,15 @@ pub const DESCRIPTORS: [Column; 14] = [
 
 /// What the spectrum alone says of a random surface.
 pub const REFERENCES: [Column; 5] = [
-    real(
-        "nayak_continuum",
-        "1",
-        "α of the spectrum over continuous wavenumbers",
-    ),
+    real("nayak_continuum", "1", "α of the spectrum over continuous wavenumbers"),
     real(
         "summit_density_continuum",
         "(side/2π)⁻²",
         "D of the spectrum over continuous wavenumbers",
     ),
-    real(
-        "nayak_lattice",
-        "1",
-        "α of the spectrum over the modes of the cell",
-    ),
-    real(
-        "summit_density_lattice",
-        "(side/2π)⁻²",
-        "D of the spectrum over the modes of the cell",
-    ),
-    real(
-        "effective_modes_lattice",
-        "1",
-        "effective modes of the spectrum in the cell",
-    ),
+    real("nayak_lattice", "1", "α of the spectrum over the modes of the cell"),
+    real("summit_density_lattice", "(side/2π)⁻²", "D of the spectrum over the modes of the cell"),
+    real("effective_modes_lattice", "1", "effective modes of the spectrum in the cell"),
 ];
 
 pub const HEIGHTS: Column = Column::heavy(

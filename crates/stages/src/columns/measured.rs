@@ -6,16 +6,10 @@ use asperity_tables::column::Column;
 pub const CONTENT: Column = parameter_text("content", "hash of the measured surface's file");
 pub const UNIT: Column = parameter_text("unit", "unit of length of the measured surface");
 pub const EDGES: Column = parameter_text("edges", "how the map's edges are made to meet");
-pub const HEIGHT_SCALE: Column = parameter(
-    "height_scale",
-    "1",
-    "factor from the file's heights to lengths",
-);
-pub const TAPER_FRACTION: Column = parameter(
-    "taper_fraction",
-    "1",
-    "share of the side over which heights fade at each edge",
-);
+pub const HEIGHT_SCALE: Column =
+    parameter("height_scale", "1", "factor from the file's heights to lengths");
+pub const TAPER_FRACTION: Column =
+    parameter("taper_fraction", "1", "share of the side over which heights fade at each edge");
 pub const CHANNEL: Column = parameter_text(
     "channel",
     "which map of the file was asked for, by its name, or by its number from 1 on",
@@ -26,21 +20,15 @@ pub const CROP_FROM_X: Column = parameter(
     "where the part of the map that was cut out begins along x; `side` is its side, and its nodes lie \
      where they lay",
 );
-pub const CROP_FROM_Y: Column = parameter(
-    "crop_from_y",
-    "length",
-    "where the part of the map that was cut out begins along y",
-);
+pub const CROP_FROM_Y: Column =
+    parameter("crop_from_y", "length", "where the part of the map that was cut out begins along y");
 pub const CROP_SIZE_X: Column = parameter(
     "crop_size_x",
     "length",
     "side along x that the part was asked to have, before it was rounded to nodes",
 );
-pub const CROP_SIZE_Y: Column = parameter(
-    "crop_size_y",
-    "length",
-    "side along y that the part was asked to have",
-);
+pub const CROP_SIZE_Y: Column =
+    parameter("crop_size_y", "length", "side along y that the part was asked to have");
 pub const LEVEL: Column = parameter_text(
     "level",
     "which form was taken away: the mean, plane or quadric that fits the measured points best, or none",
@@ -61,11 +49,8 @@ pub const RESAMPLED_X: Column = parameter_integer(
     "1",
     "nodes along x that the map was interpolated on, by its Fourier modes",
 );
-pub const RESAMPLED_Y: Column = parameter_integer(
-    "resampled_y",
-    "1",
-    "nodes along y that the map was interpolated on",
-);
+pub const RESAMPLED_Y: Column =
+    parameter_integer("resampled_y", "1", "nodes along y that the map was interpolated on");
 pub const FORMAT: Column = text("format", "format of the measured surface's file");
 pub const CHANNEL_READ: Column = text("channel_read", "name of the map of the file that was read");
 pub const CHANNELS: Column = integer("channels", "1", "maps that the file holds");

@@ -6,22 +6,16 @@ use asperity_tables::column::ColumnKind::Text;
 
 pub const BIN: Column = parameter("bin", "rms height", "centre of the bin");
 pub const COUNT: Column = integer("nodes_in_bin", "1", "nodes whose height lies in the bin");
-pub const DENSITY: Column = real(
-    "density",
-    "1/rms height",
-    "probability density of the height in the bin",
-);
+pub const DENSITY: Column =
+    real("density", "1/rms height", "probability density of the height in the bin");
 pub const SURFACES: Column = integer("surfaces", "1", "surfaces of the parameter point");
 pub const DENSITY_MEAN: Column = real(
     "density_mean",
     "1/rms height",
     "mean over the surfaces of the probability density of the height in the bin",
 );
-pub const DENSITY_SD: Column = real(
-    "density_sd",
-    "1/rms height",
-    "standard deviation of that density between surfaces",
-);
+pub const DENSITY_SD: Column =
+    real("density_sd", "1/rms height", "standard deviation of that density between surfaces");
 pub const DENSITY_NORMAL: Column = real(
     "density_normal",
     "1/rms height",
@@ -88,53 +82,28 @@ pub const DISTANCE: Column = parameter(
     "length",
     "distance ℓ of the points whose heights are compared, the scale",
 );
-pub const SLOPE_AT_SCALE: Column = real(
-    "slope_at_scale",
-    "1",
-    "scale-dependent slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩",
-);
+pub const SLOPE_AT_SCALE: Column =
+    real("slope_at_scale", "1", "scale-dependent slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩");
 pub const CURVATURE_AT_SCALE: Column = real(
     "curvature_at_scale",
     "1/length",
     "scale-dependent curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩",
 );
-pub const BEARING_LEVEL: Column = parameter(
-    "bearing_level",
-    "rms height",
-    "height of a plane above the mean of the surface",
-);
-pub const HEIGHT: Column = real(
-    "height",
-    "length",
-    "height of the plane above the mean of the surface",
-);
+pub const BEARING_LEVEL: Column =
+    parameter("bearing_level", "rms height", "height of a plane above the mean of the surface");
+pub const HEIGHT: Column =
+    real("height", "length", "height of the plane above the mean of the surface");
 pub const BEARING_SHARE: Column = real(
     "bearing_share",
     "1",
     "share of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2",
 );
 pub const ROUGHNESS: [Column; 6] = [
-    real(
-        "Sq",
-        "length",
-        "root mean square height about the mean, ISO 25178-2",
-    ),
-    real(
-        "Sa",
-        "length",
-        "mean absolute height about the mean, ISO 25178-2",
-    ),
-    real(
-        "Sz",
-        "length",
-        "distance of the highest and the lowest node, ISO 25178-2",
-    ),
+    real("Sq", "length", "root mean square height about the mean, ISO 25178-2"),
+    real("Sa", "length", "mean absolute height about the mean, ISO 25178-2"),
+    real("Sz", "length", "distance of the highest and the lowest node, ISO 25178-2"),
     real("Ssk", "1", "skewness of the heights, ISO 25178-2"),
-    real(
-        "Sku",
-        "1",
-        "kurtosis of the heights, 3 for a Gaussian, ISO 25178-2",
-    ),
+    real("Sku", "1", "kurtosis of the heights, 3 for a Gaussian, ISO 25178-2"),
     real(
         "Sdq",
         "1",

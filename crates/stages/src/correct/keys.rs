@@ -108,9 +108,7 @@ fn check_cells(
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<()> {
-    let corrects = corrections
-        .iter()
-        .find(|correction| correction.coefficient > 0.0);
+    let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
     let (Some(correction), Some((stage, ratio))) = (corrects, &surfaces.oblong) else {
         return Some(());
     };
@@ -138,11 +136,7 @@ fn corrections(table: &CorrectTable, checks: &mut Checks) -> Option<Vec<Correcti
         checks.report("correction", problem);
         return None;
     }
-    let corrections: Vec<_> = written
-        .value
-        .iter()
-        .map(|entry| correction(entry, checks))
-        .collect();
+    let corrections: Vec<_> = written.value.iter().map(|entry| correction(entry, checks)).collect();
     let mut seen = BTreeMap::new();
     for (correction, written) in corrections.iter().zip(&written.value) {
         let Some(correction) = correction else {
@@ -152,9 +146,7 @@ fn corrections(table: &CorrectTable, checks: &mut Checks) -> Option<Vec<Correcti
             let message = format!("two corrections are called {:?}", correction.name);
             let problem = Problem::new(message, written.span.clone(), "here again")
                 .and(before.clone(), "first here");
-            checks
-                .problems
-                .push(problem.help("`{ name = \"…\", coefficient = … }` gives a name"));
+            checks.problems.push(problem.help("`{ name = \"…\", coefficient = … }` gives a name"));
         }
     }
     corrections.into_iter().collect()
@@ -165,10 +157,7 @@ fn correction(written: &Written<WrittenCorrection>, checks: &mut Checks) -> Opti
     match &written.value {
         WrittenCorrection::Word(word) => Some(known(*word)),
         WrittenCorrection::Coefficient(value) => {
-            let value = Written {
-                value: *value,
-                span: written.span.clone(),
-            };
+            let value = Written { value: *value, span: written.span.clone() };
             let coefficient = checks.holds("correction", &value, coefficients)?;
             let name = coefficient.to_string();
             Some(Correction { name, coefficient })
@@ -176,27 +165,18 @@ fn correction(written: &Written<WrittenCorrection>, checks: &mut Checks) -> Opti
         WrittenCorrection::Named(named) => {
             let coefficient = checks.is_in("coefficient", &named.coefficient, coefficients);
             let name = &named.name.value;
-            let words = [
-                CorrectionWord::None,
-                CorrectionWord::PiOver8,
-                CorrectionWord::Of2017,
-            ];
+            let words = [CorrectionWord::None, CorrectionWord::PiOver8, CorrectionWord::Of2017];
             let label = match words.map(known).iter().find(|known| known.name == *name) {
                 Some(_) => "this name is taken by a known estimator",
                 None if name.trim().is_empty() => "a name must not be empty",
                 None if name.len() > asperity_manifest::names::LONGEST => "too long",
                 None => {
                     let name = name.clone();
-                    return Some(Correction {
-                        name,
-                        coefficient: coefficient?,
-                    });
+                    return Some(Correction { name, coefficient: coefficient? });
                 }
             };
             let message = format!("a correction cannot be called {name:?}");
-            checks
-                .problems
-                .push(Problem::new(message, named.name.span.clone(), label));
+            checks.problems.push(Problem::new(message, named.name.span.clone(), label));
             None
         }
     }
@@ -208,8 +188,5 @@ fn known(word: CorrectionWord) -> Correction {
         CorrectionWord::PiOver8 => (OF_2015, PI_OVER_EIGHT),
         CorrectionWord::Of2017 => (OF_2017, YASTREBOV_2017),
     };
-    Correction {
-        name: name.to_owned(),
-        coefficient,
-    }
+    Correction { name: name.to_owned(), coefficient }
 }

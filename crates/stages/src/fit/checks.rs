@@ -186,13 +186,7 @@ fn evolutions(section: &Section<EvolutionTable>, given: &mut Given) -> Option<Ve
         };
         let kappa = kappa(table, checks);
         let law = kappa.map(|kappa| Law::ContactEvolution(EvolutionChoices { to, kappa }));
-        fits.push(fit(
-            law,
-            &keys,
-            contact_evolution::WINDOW,
-            given.seed,
-            checks,
-        ));
+        fits.push(fit(law, &keys, contact_evolution::WINDOW, given.seed, checks));
     }
     let fits = fits.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, &fits, given.problems);
@@ -248,21 +242,11 @@ pub fn fit(
     checks: &mut Checks,
 ) -> Option<Params> {
     let window = window(keys.window, default_window, checks);
-    let bootstrap = checks.whole_or(
-        "bootstrap",
-        keys.bootstrap,
-        0..=MOST_RESAMPLINGS,
-        DEFAULT_RESAMPLINGS,
-    );
+    let bootstrap =
+        checks.whole_or("bootstrap", keys.bootstrap, 0..=MOST_RESAMPLINGS, DEFAULT_RESAMPLINGS);
     let level = checks.number_or("level", keys.level, SHARE, DEFAULT_LEVEL);
     let seed = checks.whole_or("seed", keys.seed, 0..=i64::MAX as u64, study_seed);
-    Some(Params {
-        law: law?,
-        window: window?,
-        bootstrap: bootstrap?,
-        level: level?,
-        seed: seed?,
-    })
+    Some(Params { law: law?, window: window?, bootstrap: bootstrap?, level: level?, seed: seed? })
 }
 
 fn window(

@@ -30,11 +30,7 @@ pub const CHI_SQUARE: Column = Column::result(
 pub const BOOTSTRAP: Column =
     Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
 /// Those that failed.
-pub const BOOTSTRAP_FAILED: Column = Column::result(
-    "bootstrap_failed",
-    Integer,
-    "1",
-    "resamplings that could not be fitted",
-);
+pub const BOOTSTRAP_FAILED: Column =
+    Column::result("bootstrap_failed", Integer, "1", "resamplings that could not be fitted");
 /// Whether there is a fit.
 pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why values are missing");

@@ -24,12 +24,7 @@ pub const WINDOW: [f64; 2] = [0.0, 0.06];
 pub const PARAMETERS: [Parameter; 3] = [KAPPA, BETA, MU];
 
 const KAPPA: Parameter = Parameter::number(
-    [
-        "kappa",
-        "kappa_lower",
-        "kappa_upper",
-        "kappa_standard_error",
-    ],
+    ["kappa", "kappa_lower", "kappa_upper", "kappa_standard_error"],
     "κ: slope of area against load at first touch",
 )
 .called("κ");
@@ -144,9 +139,8 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
 fn with_common_kappa(points: &[Point], to: Datum, params: &Params) -> Vec<Row> {
     let mut rows: Vec<Option<Row>> = points.iter().map(|_| None).collect();
     for correction in points::corrections(points) {
-        let members: Vec<usize> = (0..points.len())
-            .filter(|&i| points[i].correction == correction)
-            .collect();
+        let members: Vec<usize> =
+            (0..points.len()).filter(|&i| points[i].correction == correction).collect();
         let fitted = common_kappa(points, &members, to, params);
         for (slot, row) in members.iter().zip(fitted) {
             rows[*slot] = Some(row);
@@ -171,34 +165,23 @@ fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params)
     };
     let units = points::units(members.iter().map(|&member| &points[member].members[..]));
     let of_kappa = common.bootstrap(&problems, &units, &params.bootstrap());
-    let rows = problems
-        .iter()
-        .zip(&common.fits)
-        .zip(&common.own)
-        .map(|((problem, fit), own)| {
-            let fit = match fit {
-                Ok(fit) => fit,
-                Err(error) => return Row::failed(error),
-            };
-            let given = evolution::Kappa::Given(common.kappa);
-            let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
-            replace_first(&mut intervals, &of_kappa);
-            Row {
-                own_kappa: own.as_ref().ok().copied(),
-                ..evolution_row(fit, intervals)
-            }
-        });
+    let rows = problems.iter().zip(&common.fits).zip(&common.own).map(|((problem, fit), own)| {
+        let fit = match fit {
+            Ok(fit) => fit,
+            Err(error) => return Row::failed(error),
+        };
+        let given = evolution::Kappa::Given(common.kappa);
+        let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
+        replace_first(&mut intervals, &of_kappa);
+        Row { own_kappa: own.as_ref().ok().copied(), ..evolution_row(fit, intervals) }
+    });
     rows.collect()
 }
 
 /// A given κ has no interval, only rounding.
 fn forget_first(intervals: &mut Intervals) {
     if let Some(kappa) = intervals.intervals.as_mut().and_then(|all| all.first_mut()) {
-        *kappa = Interval {
-            lower: f64::NAN,
-            upper: f64::NAN,
-            standard_error: f64::NAN,
-        };
+        *kappa = Interval { lower: f64::NAN, upper: f64::NAN, standard_error: f64::NAN };
     }
 }
 

@@ -194,20 +194,14 @@ macro_rules! names {
     };
 }
 
-const EXPONENT: Parameter = Parameter::number(
-    names!("exponent"),
-    "exponent of dp̄/dp₀ as a power of the area, μ − 1",
-)
-.called("exponent");
-const PREFACTOR: Parameter = Parameter::number(
-    names!("prefactor"),
-    "prefactor of dp̄/dp₀ as a power of the area, β",
-);
-const ERF_SCALE: Parameter = Parameter::number(
-    names!("erf_scale"),
-    "β of a = erf(β √2 y); 1 in Persson's theory",
-)
-.called("scale");
+const EXPONENT: Parameter =
+    Parameter::number(names!("exponent"), "exponent of dp̄/dp₀ as a power of the area, μ − 1")
+        .called("exponent");
+const PREFACTOR: Parameter =
+    Parameter::number(names!("prefactor"), "prefactor of dp̄/dp₀ as a power of the area, β");
+const ERF_SCALE: Parameter =
+    Parameter::number(names!("erf_scale"), "β of a = erf(β √2 y); 1 in Persson's theory")
+        .called("scale");
 const DECAY_LENGTH: Parameter = Parameter::of_unit(
     "length",
     names!("decay_length"),
@@ -284,11 +278,8 @@ const ROLLOFF: Parameter = Parameter::of_unit(
      ring on",
 )
 .called("q_r");
-const PLATEAU_DENSITY: Parameter = Parameter::of_unit(
-    "length⁴",
-    names!("plateau_density"),
-    "spectral density up to the roll-off",
-);
+const PLATEAU_DENSITY: Parameter =
+    Parameter::of_unit("length⁴", names!("plateau_density"), "spectral density up to the roll-off");
 
 fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = PressureGrowthProblem::new(curves, params.window());
@@ -310,11 +301,7 @@ fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = LoadSeparationProblem::new(gaps, params.window());
     let fit = problem.fit()?;
     let intervals = problem.bootstrap(&fit, &params.bootstrap());
-    let row = Row::fitted(
-        vec![fit.decay_length, fit.closing_load],
-        &fit.goodness,
-        intervals,
-    );
+    let row = Row::fitted(vec![fit.decay_length, fit.closing_load], &fit.goodness, intervals);
     Ok(row)
 }
 
@@ -327,22 +314,12 @@ mod tests {
     #[test]
     fn a_fit_is_written_as_it_always_was() {
         let written = |law: Law| {
-            let params = Params {
-                law,
-                window: [0.0, 0.06],
-                bootstrap: 10,
-                level: 0.95,
-                seed: 3,
-            };
+            let params = Params { law, window: [0.0, 0.06], bootstrap: 10, level: 0.95, seed: 3 };
             serde_json::to_string(&params).unwrap()
         };
         let rest = r#""window":[0.0,0.06],"bootstrap":10,"level":0.95,"seed":3}"#;
-        let evolution = |kappa| {
-            written(Law::ContactEvolution(EvolutionChoices {
-                to: Datum::Slope,
-                kappa,
-            }))
-        };
+        let evolution =
+            |kappa| written(Law::ContactEvolution(EvolutionChoices { to: Datum::Slope, kappa }));
         for (kappa, text) in [
             (Kappa::Free, r#""free""#),
             (Kappa::Given(2.5), r#"{"given":2.5}"#),
@@ -353,10 +330,7 @@ mod tests {
         }
         for law in PlainLaw::ALL {
             let word = law.definition().word;
-            assert_eq!(
-                written(Law::Plain(law)),
-                format!(r#"{{"law":"{word}",{rest}"#)
-            );
+            assert_eq!(written(Law::Plain(law)), format!(r#"{{"law":"{word}",{rest}"#));
         }
     }
 }

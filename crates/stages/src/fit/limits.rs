@@ -199,12 +199,7 @@ fn lines<'a>(
     fits.map(|((forms, numeric), fit)| {
         let outcome = fit.clone().map(|fit| {
             let (intervals, comparison) = resampled.next().expect("each fit was resampled");
-            Outcome {
-                judged: problem.judge(numeric, &fit),
-                fit,
-                intervals,
-                comparison,
-            }
+            Outcome { judged: problem.judge(numeric, &fit), fit, intervals, comparison }
         });
         line(forms, problem.surfaces(), outcome)
     })

@@ -25,13 +25,8 @@ use asperity_tables::table::{Table, TableError};
 
 /// Parameters in which the rows of a point may differ: the mesh, and how its areas are corrected,
 /// for it is the counted ones that are compared.
-const VARIED: [&str; 5] = [
-    NODES.name,
-    NODES_X.name,
-    NODES_Y.name,
-    CORRECTION.name,
-    COEFFICIENT.name,
-];
+const VARIED: [&str; 5] =
+    [NODES.name, NODES_X.name, NODES_Y.name, CORRECTION.name, COEFFICIENT.name];
 
 const POOLED: Column = Column::parameter(
     "pooled",
@@ -45,10 +40,7 @@ const AREA_LIMIT: Column = Column::result(
     "1",
     "A*: share of the area on an infinitely fine mesh; its mean where pooled",
 );
-const ERROR_NONE: Column = error(
-    "error_none",
-    "rms error of the counted area, relative to A*",
-);
+const ERROR_NONE: Column = error("error_none", "rms error of the counted area, relative to A*");
 const ERROR_PI_8: Column = error("error_pi_8", "the same after the correction by π/8");
 const ERROR_2017: Column = error("error_2017", "the same after the correction of 2017");
 const ERROR_FITTED: Column = error("error_fitted", "the same after the fitted correction");
@@ -58,14 +50,8 @@ const fn error(name: &'static str, meaning: &'static str) -> Column {
 }
 
 /// What the table has beyond that of other laws.
-pub const COLUMNS: [Column; 6] = [
-    POOLED,
-    AREA_LIMIT,
-    ERROR_NONE,
-    ERROR_PI_8,
-    ERROR_2017,
-    ERROR_FITTED,
-];
+pub const COLUMNS: [Column; 6] =
+    [POOLED, AREA_LIMIT, ERROR_NONE, ERROR_PI_8, ERROR_2017, ERROR_FITTED];
 
 /// Areas and edges of one surface under one load, by nodes along x and y.
 type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
@@ -112,11 +98,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         let keys = || point.refinements.keys();
         for &(member, load) in keys() {
             let line = point.line(|state| state == (member, load), "nothing", params);
-            lines.push(Line {
-                member: Some(member),
-                load: Some(point.reduced[&load]),
-                ..line
-            });
+            lines.push(Line { member: Some(member), load: Some(point.reduced[&load]), ..line });
         }
         let mut loads: Vec<u64> = keys().map(|&(_, load)| load).collect();
         loads.sort_unstable();
@@ -198,10 +180,7 @@ impl Point {
     fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         let mut failure = None;
-        let own = self
-            .refinements
-            .iter()
-            .filter(|&(&state, _)| belongs(state));
+        let own = self.refinements.iter().filter(|&(&state, _)| belongs(state));
         for (&(member, _), refinement) in own {
             match refinement {
                 Ok(refinement) => surfaces.entry(member).or_default().push(refinement),
@@ -220,15 +199,8 @@ impl Point {
         };
         if surfaces.is_empty() {
             let window = params.window();
-            let nothing = FitError::TooFew {
-                window,
-                found: 0,
-                needed: 2,
-            };
-            return Line {
-                fit: Row::failed(failure.unwrap_or(&nothing)),
-                ..empty
-            };
+            let nothing = FitError::TooFew { window, found: 0, needed: 2 };
+            return Line { fit: Row::failed(failure.unwrap_or(&nothing)), ..empty };
         }
         let problem = MeshProblem::new(surfaces.into_values().collect());
         let coefficient = problem.coefficient();

@@ -44,10 +44,7 @@ impl Parameter {
 
     /// The same, with what one line calls it.
     pub const fn called(self, symbol: &'static str) -> Parameter {
-        Parameter {
-            symbol: Some(symbol),
-            ..self
-        }
+        Parameter { symbol: Some(symbol), ..self }
     }
 
     /// Its columns.
@@ -64,12 +61,7 @@ impl Parameter {
             };
             optional_reals(rows.iter().map(of).collect::<Vec<_>>())
         };
-        let value = |row: &&Row| {
-            row.values
-                .get(index)
-                .copied()
-                .filter(|value| value.is_finite())
-        };
+        let value = |row: &&Row| row.values.get(index).copied().filter(|value| value.is_finite());
         let values = rows.iter().map(value);
         [
             (self.value, optional_reals(values)),

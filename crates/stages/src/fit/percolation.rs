@@ -40,10 +40,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 
 /// Returns whether the surfaces are drawn from a spectrum that is the same in all directions.
 fn is_isotropic(ensemble: &Ensemble) -> bool {
-    let is_drawn = ensemble
-        .members
-        .iter()
-        .all(|&member| member != Member::Sole);
+    let is_drawn = ensemble.members.iter().all(|&member| member != Member::Sole);
     let ratio = ensemble.point.get(ANISOTROPY_RATIO.name);
     is_drawn && ratio.is_none_or(|ratio| *ratio == Value::Real(1.0))
 }
@@ -70,10 +67,7 @@ impl<'a> Measured<'a> {
             loads: table.reals(LOAD.name)?,
             contact_nodes: table.integers(CONTACT_NODES.name)?,
             switches: table.integers(SWITCHES.name)?,
-            is_open: [
-                table.flags(GAP_PERCOLATES_X.name)?,
-                table.flags(GAP_PERCOLATES_Y.name)?,
-            ],
+            is_open: [table.flags(GAP_PERCOLATES_X.name)?, table.flags(GAP_PERCOLATES_Y.name)?],
             stops: table.texts(STOP.name)?,
         })
     }
@@ -82,9 +76,8 @@ impl<'a> Measured<'a> {
     /// corrected area and load. A direction in which some surface has no threshold is left out, and
     /// the row says why.
     fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
-        let surfaces: Vec<Vec<Interface>> = (0..ensemble.members.len())
-            .map(|member| self.interfaces(ensemble, member))
-            .collect();
+        let surfaces: Vec<Vec<Interface>> =
+            (0..ensemble.members.len()).map(|member| self.interfaces(ensemble, member)).collect();
         let problem = |channels| PercolationProblem::new(&surfaces, params.window(), channels);
         let [both, x, y] = [Channels::AlongBoth, Channels::AlongX, Channels::AlongY].map(problem);
         let failure = match (&x, &y) {
@@ -96,10 +89,7 @@ impl<'a> Measured<'a> {
         let is_isotropic = is_isotropic(ensemble);
         let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
         if thresholds.iter().all(Option::is_none) {
-            return Row {
-                failure,
-                ..Row::default()
-            };
+            return Row { failure, ..Row::default() };
         }
         let values = |problem: &Option<PercolationProblem>| match problem {
             Some(problem) => problem.mean().values(),

@@ -45,9 +45,7 @@ impl Point {
     /// # Errors
     /// When a column is missing.
     pub fn all_of(table: &Table, column: &str) -> Result<Vec<Point>, TableError> {
-        let corrections = table
-            .has(CORRECTION.name)
-            .then(|| table.texts(CORRECTION.name));
+        let corrections = table.has(CORRECTION.name).then(|| table.texts(CORRECTION.name));
         let corrections = corrections.transpose()?;
         let areas = table.reals(column)?;
         let stops = table.texts(STOP.name)?;
@@ -88,9 +86,7 @@ pub fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<
     let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
     let all: Vec<Member> = all.into_iter().collect();
     let number = |member| all.partition_point(|other| other < member);
-    points
-        .map(|members| members.iter().map(number).collect())
-        .collect()
+    points.map(|members| members.iter().map(number).collect()).collect()
 }
 
 /// Surfaces in full contact have no rows beyond it, so a mean exists only where all still have.

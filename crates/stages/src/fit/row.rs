@@ -62,10 +62,7 @@ impl Row {
 
     /// A row that says why there is no fit.
     pub fn failed(error: &FitError) -> Row {
-        Row {
-            failure: Some(error.to_string()),
-            ..Row::default()
-        }
+        Row { failure: Some(error.to_string()), ..Row::default() }
     }
 
     /// Turns a row with an infinite parameter into a failure: the data do not bound the parameter.

@@ -21,54 +21,26 @@ const DATUM: Column = Column::parameter("fitted_to", Text, "", "what the residua
 const KAPPA_IS: Column = Column::parameter("kappa_is", Text, "", "given, free or minimal-convex");
 const KAPPA_GIVEN: Column =
     Column::parameter("kappa_given", Real, "1", "κ that is given, if it is");
-const WINDOW_LOWER: Column = Column::parameter(
-    "window_lower",
-    Real,
-    "E* × rms slope",
-    "smallest load that counts",
-);
-const WINDOW_UPPER: Column = Column::parameter(
-    "window_upper",
-    Real,
-    "E* × rms slope",
-    "largest load that counts",
-);
-const WAVENUMBER_LOWER: Column = Column::parameter(
-    "wavenumber_lower",
-    Real,
-    "1/length",
-    "smallest wavenumber that counts",
-);
-const WAVENUMBER_UPPER: Column = Column::parameter(
-    "wavenumber_upper",
-    Real,
-    "1/length",
-    "largest wavenumber that counts",
-);
-const KAPPA_CONVEX: Column = Column::result(
-    "kappa_convex",
-    Real,
-    "1",
-    "smallest κ that makes this point's slopes convex",
-);
+const WINDOW_LOWER: Column =
+    Column::parameter("window_lower", Real, "E* × rms slope", "smallest load that counts");
+const WINDOW_UPPER: Column =
+    Column::parameter("window_upper", Real, "E* × rms slope", "largest load that counts");
+const WAVENUMBER_LOWER: Column =
+    Column::parameter("wavenumber_lower", Real, "1/length", "smallest wavenumber that counts");
+const WAVENUMBER_UPPER: Column =
+    Column::parameter("wavenumber_upper", Real, "1/length", "largest wavenumber that counts");
+const KAPPA_CONVEX: Column =
+    Column::result("kappa_convex", Real, "1", "smallest κ that makes this point's slopes convex");
 const MASKED: Column = Column::result(
     "masked",
     Integer,
     "1",
     "data that the law cannot have: no increase of the mean pressure, or full contact",
 );
-const R_SQUARED: Column = Column::result(
-    "r_squared",
-    Real,
-    "1",
-    "share of the data's variance that the fit explains",
-);
-const CONVEX: Column = Column::result(
-    "convex",
-    Flag,
-    "",
-    "whether the fitted slope is convex in the window",
-);
+const R_SQUARED: Column =
+    Column::result("r_squared", Real, "1", "share of the data's variance that the fit explains");
+const CONVEX: Column =
+    Column::result("convex", Flag, "", "whether the fitted slope is convex in the window");
 
 /// Every column that a law may add, with those of these parameters.
 pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
@@ -171,22 +143,13 @@ pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Colum
     }
     columns.extend([
         (SURFACES, integers(surfaces)),
-        (
-            UNCONVERGED,
-            integers(rows.iter().map(|row| row.unconverged as i64)),
-        ),
+        (UNCONVERGED, integers(rows.iter().map(|row| row.unconverged as i64))),
         (DATA, integers(rows.iter().map(|row| row.data as i64))),
         (RMS_RESIDUAL, real(|row| row.rms_residual)),
         (R_SQUARED, real(|row| row.r_squared)),
         (CHI_SQUARE, real(|row| row.reduced_chi_square)),
-        (
-            BOOTSTRAP,
-            integers(vec![i64::from(params.bootstrap); rows.len()]),
-        ),
-        (
-            BOOTSTRAP_FAILED,
-            integers(rows.iter().map(|row| row.failed_replicates as i64)),
-        ),
+        (BOOTSTRAP, integers(vec![i64::from(params.bootstrap); rows.len()])),
+        (BOOTSTRAP_FAILED, integers(rows.iter().map(|row| row.failed_replicates as i64))),
         (STATUS, texts(rows.iter().map(|row| row.status()))),
     ]);
     columns

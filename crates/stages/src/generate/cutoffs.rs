@@ -57,11 +57,7 @@ fn cutoff<'t>(
         let waves = checks.whole(name, key, WAVENUMBERS)?;
         let span = &key.written()?.span;
         let written = format!("{name} = {waves}");
-        return Some(Cutoff {
-            waves,
-            written,
-            span,
-        });
+        return Some(Cutoff { waves, written, span });
     };
     let wavelength = checks.is_in(length_name, written, QUANTITY)?;
     if let Some(key) = key.written() {
@@ -83,11 +79,7 @@ fn cutoff<'t>(
             return None;
         }
     };
-    Some(Cutoff {
-        waves,
-        written: format!("{length_name} = {wavelength}"),
-        span: &written.span,
-    })
+    Some(Cutoff { waves, written: format!("{length_name} = {wavelength}"), span: &written.span })
 }
 
 /// Why a wavelength is none of a surface.

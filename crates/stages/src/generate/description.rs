@@ -91,11 +91,7 @@ impl Description {
             },
         };
         // The mesh may see a slope slightly different from that of the modes.
-        let unit = if known.rms_slope > 0.0 {
-            seen.rms_slope / known.rms_slope
-        } else {
-            1.0
-        };
+        let unit = if known.rms_slope > 0.0 { seen.rms_slope / known.rms_slope } else { 1.0 };
         Description {
             seen: Some(Seen {
                 skewness: seen.skewness,
@@ -115,11 +111,7 @@ impl Description {
             rms_slope: moments.rms_slope(),
             effective_modes: None,
             expected: None,
-            seen: Some(Seen {
-                skewness,
-                excess_kurtosis,
-                full_contact_load: None,
-            }),
+            seen: Some(Seen { skewness, excess_kurtosis, full_contact_load: None }),
         }
     }
 
@@ -130,15 +122,9 @@ impl Description {
         let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
         let mut columns: Vec<(Column, ArrayRef)> = place.map(cell).collect();
         let described = self.descriptors(grid.cell());
-        columns.extend(
-            DESCRIPTORS
-                .into_iter()
-                .zip(described.map(|value| optional_reals([value]))),
-        );
+        columns.extend(DESCRIPTORS.into_iter().zip(described.map(|value| optional_reals([value]))));
         if let Some(expected) = &self.expected {
-            let values = expected
-                .values(grid.cell())
-                .map(|value| optional_reals([value]));
+            let values = expected.values(grid.cell()).map(|value| optional_reals([value]));
             columns.extend(REFERENCES.into_iter().zip(values));
         }
         columns
@@ -170,8 +156,7 @@ impl Expected {
     fn values(&self, cell: Cell) -> [Option<f64>; 5] {
         [
             self.continuum.map(|continuum| continuum.nayak()),
-            self.continuum
-                .map(|continuum| continuum.summit_density(self.k_rolloff)),
+            self.continuum.map(|continuum| continuum.summit_density(self.k_rolloff)),
             self.lattice.nayak(),
             Some(self.lattice.summit_density_integer(cell)),
             Some(self.lattice.effective_modes()),
@@ -265,11 +250,7 @@ fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
     let length = |column: Column, length: f64| (column, Value::Real(length));
     columns.extend(preparation.level.map(|level| word(LEVEL, level.name())));
     columns.extend(preparation.fill.map(|fill| word(FILL, fill.name())));
-    columns.extend(
-        preparation
-            .high_pass
-            .map(|cutoff| length(HIGH_PASS, cutoff)),
-    );
+    columns.extend(preparation.high_pass.map(|cutoff| length(HIGH_PASS, cutoff)));
     columns.extend(preparation.low_pass.map(|cutoff| length(LOW_PASS, cutoff)));
     if let Some(nodes) = preparation.resample {
         let nodes = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
@@ -314,11 +295,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let real = |column: Column, value: f64| (column, Value::Real(value));
     let text = |column: Column, value: String| (column, Value::Text(value));
     match origin {
-        Origin::Random {
-            surface,
-            has_unit_ratio,
-            ..
-        } => {
+        Origin::Random { surface, has_unit_ratio, .. } => {
             let mut columns = vec![
                 real(HURST, surface.spectrum.hurst),
                 whole(K_LOWER, surface.spectrum.k_lower),
@@ -337,10 +314,9 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
         }
         Origin::Spectrum { surface, .. } => {
             let mut columns = match &surface.source {
-                Source::File { content, unit, .. } => vec![
-                    text(CONTENT_OF_SPECTRUM, content.to_string()),
-                    text(UNIT, unit.clone()),
-                ],
+                Source::File { content, unit, .. } => {
+                    vec![text(CONTENT_OF_SPECTRUM, content.to_string()), text(UNIT, unit.clone())]
+                }
                 Source::Stage { spectrum_of } => {
                     let known = spectrum_of.iter();
                     known.map(|name| text(SPECTRUM_OF, name.clone())).collect()

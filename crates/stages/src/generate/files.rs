@@ -37,9 +37,7 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
         let path = path?;
         let channel = channel(table, checks);
         let found = reading.map(path, table, channel.as_ref()?.as_ref());
-        let found = found
-            .map_err(|problem| checks.problems.push(problem))
-            .ok()?;
+        let found = found.map_err(|problem| checks.problems.push(problem)).ok()?;
         let asked = Asked {
             path,
             table,
@@ -189,9 +187,7 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
             checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
             Some(Edges::Mirror)
         }
-        (false, Some(keys::Edges::Taper)) => Some(Edges::Taper {
-            taper_fraction: fraction?,
-        }),
+        (false, Some(keys::Edges::Taper)) => Some(Edges::Taper { taper_fraction: fraction? }),
         (false, None) => {
             checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
             Some(Edges::Open)
@@ -207,10 +203,7 @@ fn channel(table: &FileTable, checks: &mut Checks) -> Option<Option<ChannelChoic
     Some(Some(match &written.value {
         Channel::Name(name) => ChannelChoice::Name(name.clone()),
         Channel::Number(number) => {
-            let number = Written {
-                value: *number,
-                span: written.span.clone(),
-            };
+            let number = Written { value: *number, span: written.span.clone() };
             let number = checks.is_whole_in("channel", &number, &(1..=65535_u32))?;
             ChannelChoice::Number(number)
         }

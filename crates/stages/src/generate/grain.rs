@@ -47,9 +47,6 @@ pub fn check_modes(
     }
     let message = "with this grain no wave that fits the cell lies between the cutoffs";
     let label = "too close to each other for it";
-    checks.report(
-        "anisotropy",
-        Problem::new(message, written.span.clone(), label),
-    );
+    checks.report("anisotropy", Problem::new(message, written.span.clone(), label));
     None
 }

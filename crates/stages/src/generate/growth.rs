@@ -91,11 +91,7 @@ impl fmt::Display for Until {
 
 impl fmt::Display for KnownMean {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let KnownMean {
-            stage,
-            column,
-            limit,
-        } = self;
+        let KnownMean { stage, column, limit } = self;
         write!(formatter, "sem({stage}.{column}) < {limit}")
     }
 }
@@ -136,14 +132,8 @@ pub fn realizations(
     };
     let growing = match &written.value {
         Realizations::Number(number) => {
-            let number = Written {
-                value: *number,
-                span: written.span.clone(),
-            };
-            return Some((
-                checks.is_whole_in("realizations", &number, &(1..=MOST))?,
-                None,
-            ));
+            let number = Written { value: *number, span: written.span.clone() };
+            return Some((checks.is_whole_in("realizations", &number, &(1..=MOST))?, None));
         }
         Realizations::Until(growing) => growing,
     };
@@ -152,10 +142,7 @@ pub fn realizations(
         if !is_given {
             let message = format!("`realizations` lacks `{name}`");
             let label = format!("`{name}` is missing here");
-            checks.report(
-                "realizations",
-                Problem::new(message, written.span.clone(), label),
-            );
+            checks.report("realizations", Problem::new(message, written.span.clone(), label));
         }
     };
     given("at_most", growing.at_most.written().is_some());
@@ -170,11 +157,7 @@ pub fn realizations(
         checks.report("realizations", Problem::new(message, place, "larger"));
         return None;
     }
-    let growth = Growth {
-        at_least,
-        at_most,
-        until,
-    };
+    let growth = Growth { at_least, at_most, until };
     Some((at_least, Some(Arc::new(growth))))
 }
 
@@ -185,10 +168,7 @@ fn checked(written: &Written<String>, checks: &mut Checks) -> Option<Until> {
         let message = format!("{:?} is no condition on surfaces", written.value);
         let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, or without `%` in the column's unit; or `claims \
                      decided`, or `decided(CLAIM, …)`";
-        checks.report(
-            "realizations",
-            Problem::new(message, written.span.clone(), label),
-        );
+        checks.report("realizations", Problem::new(message, written.span.clone(), label));
     }
     until
 }
@@ -196,10 +176,7 @@ fn checked(written: &Written<String>, checks: &mut Checks) -> Option<Until> {
 /// A condition, if the text is one.
 pub fn parse(text: &str) -> Option<Until> {
     let text = text.trim();
-    if text
-        .split_whitespace()
-        .eq(CLAIMS_DECIDED.split_whitespace())
-    {
+    if text.split_whitespace().eq(CLAIMS_DECIDED.split_whitespace()) {
         return Some(Until::Claims(Vec::new()));
     }
     let named = text.strip_prefix("decided").map(str::trim_start);
@@ -223,10 +200,7 @@ fn known_mean(text: &str) -> Option<KnownMean> {
         Some(number) => (number.trim_end(), true),
         None => (number, false),
     };
-    let limit = number
-        .parse()
-        .ok()
-        .filter(|limit: &f64| limit.is_finite() && *limit > 0.0)?;
+    let limit = number.parse().ok().filter(|limit: &f64| limit.is_finite() && *limit > 0.0)?;
     Some(KnownMean {
         stage: stage.trim().to_owned(),
         column: column.trim().to_owned(),
@@ -247,10 +221,7 @@ mod tests {
         let same = Some("sem(area.area_fraction) < 0.5 %".to_owned());
         assert_eq!(told("sem(area.area_fraction) < 0.5 %"), same);
         assert_eq!(told(" sem ( area . area_fraction )<0.50%"), same);
-        assert_eq!(
-            told("sem(s.alpha)<1e-3").as_deref(),
-            Some("sem(s.alpha) < 0.001")
-        );
+        assert_eq!(told("sem(s.alpha)<1e-3").as_deref(), Some("sem(s.alpha) < 0.001"));
         assert_eq!(told(" claims  decided").as_deref(), Some("claims decided"));
         assert_eq!(
             told("decided( area-above-persson,slope-decreases )").as_deref(),

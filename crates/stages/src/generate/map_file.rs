@@ -85,10 +85,7 @@ impl Reader {
     /// The reader of a format, by the name of that; one that is no longer there has version zero.
     pub fn of_format(name: &str) -> Reader {
         let format = formats().iter().find(|format| format.name() == name);
-        Reader {
-            format: name.to_owned(),
-            version: format.map_or(0, |format| format.version()),
-        }
+        Reader { format: name.to_owned(), version: format.map_or(0, |format| format.version()) }
     }
 }
 
@@ -119,9 +116,7 @@ impl MapFile {
                 let told = channels
                     .iter()
                     .map(|one| format!("`{}` in {}", one.name(), one.unit().unwrap_or("no unit")));
-                MapFileError::NoHeights {
-                    channels: told.collect(),
-                }
+                MapFileError::NoHeights { channels: told.collect() }
             })?,
         };
         let channel = &channels[place];
@@ -146,21 +141,14 @@ impl MapFile {
             let names = || vec!["heights".to_owned()];
             place_of(choice, 1, |name| match name {
                 "heights" | "1" => Ok(0),
-                _ => Err(ChannelError::Unknown {
-                    wanted: name.to_owned(),
-                    names: names(),
-                }),
+                _ => Err(ChannelError::Unknown { wanted: name.to_owned(), names: names() }),
             })?;
         }
         // As before there were holes: an array without nodes is none.
         Grid::new(nodes, Cell::square(1.0).expect("a side of one")).map_err(SurfaceError::from)?;
         Ok(MapFile {
             reader: None,
-            channel: ChannelRead {
-                number: 1,
-                name: "heights".to_owned(),
-                of: 1,
-            },
+            channel: ChannelRead { number: 1, name: "heights".to_owned(), of: 1 },
             quantity: Quantity::Unitless,
             size: Size::Unknown,
             nodes,
@@ -177,20 +165,12 @@ impl MapFile {
         let cell = Cell::new(side).map_err(SurfaceError::from)?;
         let grid = Grid::new(self.nodes, cell).map_err(SurfaceError::from)?;
         let mut heights = self.heights;
-        for (node, height) in heights
-            .iter_mut()
-            .enumerate()
-            .filter(|(_, one)| one.is_finite())
-        {
+        for (node, height) in heights.iter_mut().enumerate().filter(|(_, one)| one.is_finite()) {
             *height *= height_scale;
             if !height.is_finite() {
                 let [row, column] = grid.place(node);
                 let height = *height;
-                return Err(MapFileError::Surface(SurfaceError::NotFinite {
-                    row,
-                    column,
-                    height,
-                }));
+                return Err(MapFileError::Surface(SurfaceError::NotFinite { row, column, height }));
             }
         }
         Ok(Scan::new(grid, heights)?)
@@ -208,10 +188,7 @@ fn place_of(
         ChannelChoice::Number(number) => match *number as usize {
             number @ 1.. if number <= count => Ok(number - 1),
             // Names count first where a channel is called by a number; here none is asked for.
-            number => Err(MapFileError::Channel(ChannelError::Beyond {
-                number,
-                count,
-            })),
+            number => Err(MapFileError::Channel(ChannelError::Beyond { number, count })),
         },
     }
 }
@@ -244,10 +221,7 @@ mod tests {
             "channels of the file have numbers from 1 to 1, 2 is none of them"
         );
         let named = ChannelChoice::Name("height".to_owned());
-        assert!(matches!(
-            read(&named),
-            Err(MapFileError::Channel(ChannelError::Unknown { .. }))
-        ));
+        assert!(matches!(read(&named), Err(MapFileError::Channel(ChannelError::Unknown { .. }))));
     }
 
     #[test]

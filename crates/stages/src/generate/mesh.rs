@@ -51,10 +51,7 @@ pub fn mesh(
     let problem = match (nodes.value, sides.map(|sides| sides.value)) {
         (OnAxes::Both(_), None | Some(OnAxes::Both(_)))
         | (OnAxes::Each(_), Some(OnAxes::Each(_))) => {
-            return Some(Mesh {
-                nodes: PerAxis(counts),
-                side: PerAxis(lengths),
-            });
+            return Some(Mesh { nodes: PerAxis(counts), side: PerAxis(lengths) });
         }
         (OnAxes::Each(_), _) => lacks_sides(nodes, sides, counts, lengths[0]),
         (OnAxes::Both(_), Some(_)) => lacks_nodes(nodes, sides?, counts[0], lengths),
@@ -82,19 +79,14 @@ fn lacks_sides(
     counts: [u32; 2],
     longer_side: f64,
 ) -> Problem {
-    let message = format!(
-        "`nodes = {}` is a rectangle, and `side` is not",
-        nodes.value
-    );
+    let message = format!("`nodes = {}` is a rectangle, and `side` is not", nodes.value);
     let problem = Problem::new(message, nodes.span.clone(), "along x and along y");
     let problem = match sides {
         Some(sides) => problem.and(sides.span.clone(), "one number"),
         None => problem,
     };
     let square = square_cells(counts, longer_side);
-    problem.help(format!(
-        "give both sides; with `side = {square}` cells are square"
-    ))
+    problem.help(format!("give both sides; with `side = {square}` cells are square"))
 }
 
 /// The sides on which so many nodes have square cells.
@@ -109,10 +101,7 @@ fn lacks_nodes(
     most: u32,
     lengths: [f64; 2],
 ) -> Problem {
-    let message = format!(
-        "`side = {}` is a rectangle, and `nodes` is not",
-        sides.value
-    );
+    let message = format!("`side = {}` is a rectangle, and `nodes` is not", sides.value);
     let problem = Problem::new(message, sides.span.clone(), "along x and along y")
         .and(nodes.span.clone(), "one number");
     let longer_side = lengths[0].max(lengths[1]);
@@ -157,10 +146,7 @@ pub fn check_waves(
                 "`{}` needs at least {} × {} nodes, `nodes` is {}",
                 wave.written, needed[0], needed[1], written.value
             ),
-            format!(
-                "carries up to {} waves along x and {} along y",
-                carried[0], carried[1]
-            ),
+            format!("carries up to {} waves along x and {} along y", carried[0], carried[1]),
         ),
     };
     let problem = Problem::new(message, wave.span.clone(), "too fine for the mesh")

@@ -174,10 +174,7 @@ impl MeasuredSurface {
         sources: &SurfaceFiles,
     ) -> Result<ReadSurface, StageError> {
         let (scan, channel) = self.scan(side, sources)?;
-        Ok(ReadSurface {
-            prepared: self.prepare(scan, sources)?,
-            channel,
-        })
+        Ok(ReadSurface { prepared: self.prepare(scan, sources)?, channel })
     }
 
     /// Reads the map as the file has it, and which of its maps that is.
@@ -206,16 +203,12 @@ impl MeasuredSurface {
     /// When it cannot be prepared so.
     pub fn prepare(&self, scan: Scan, sources: &SurfaceFiles) -> Result<Prepared, StageError> {
         let prepared = self.preparation.prepare(scan, self.edges);
-        prepared.map_err(|source| StageError::Preparation {
-            path: self.path(sources),
-            source,
-        })
+        prepared.map_err(|source| StageError::Preparation { path: self.path(sources), source })
     }
 
     /// Where the file is, for messages.
     fn path(&self, sources: &SurfaceFiles) -> String {
         let path = sources.path_of(&self.content);
-        path.map(|path| path.display().to_string())
-            .unwrap_or_default()
+        path.map(|path| path.display().to_string()).unwrap_or_default()
     }
 }

@@ -50,10 +50,7 @@ mod tests {
         for (numbers, text) in [([64, 64], "64"), ([64, 32], "[64,32]")] {
             let written = serde_json::to_string(&PerAxis(numbers)).unwrap();
             assert_eq!(written, text);
-            assert_eq!(
-                serde_json::from_str::<PerAxis<u32>>(text).unwrap().0,
-                numbers
-            );
+            assert_eq!(serde_json::from_str::<PerAxis<u32>>(text).unwrap().0, numbers);
         }
         assert_eq!(serde_json::to_string(&PerAxis([1.0, 1.0])).unwrap(), "1.0");
     }

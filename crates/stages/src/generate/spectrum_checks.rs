@@ -45,20 +45,13 @@ pub fn spectra(
             Some(keys::Heights::Redraw) => Heights::Redraw,
             Some(keys::Heights::Keep) | None => Heights::Keep,
         };
-        let surface = SpectrumSurface {
-            source: source?,
-            rms_slope: rms_slope?,
-            seed: seed?,
-            realization: 0,
-        };
+        let surface =
+            SpectrumSurface { source: source?, rms_slope: rms_slope?, seed: seed?, realization: 0 };
         Some(PlannedSurfaces {
             params: Params {
                 heights,
                 side: Some(mesh.side),
-                origin: Origin::Spectrum {
-                    nodes: mesh.nodes,
-                    surface,
-                },
+                origin: Origin::Spectrum { nodes: mesh.nodes, surface },
             },
             realizations,
             growth,
@@ -77,10 +70,7 @@ fn of_stage(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
     if let Some(written) = heights.filter(|heights| heights.value == keys::Heights::Redraw) {
         let message = "these heights cannot be drawn again when needed";
         let label = "must be `\"keep\"`: their spectrum is in another stage's table";
-        checks.report(
-            "heights",
-            Problem::new(message, written.span.clone(), label),
-        );
+        checks.report("heights", Problem::new(message, written.span.clone(), label));
         return None;
     }
     path.and(unit).map(|()| Source::Stage { spectrum_of: None })
@@ -149,10 +139,7 @@ fn length_scale(
 ) -> Option<f64> {
     let scale = spectrum.length_scale(&written_unit(table));
     if let (None, Some(written), Some(own)) = (scale, table.unit.written(), &spectrum.unit) {
-        let message = format!(
-            "`unit = {:?}` is no unit for a file in {own:?}",
-            written.value
-        );
+        let message = format!("`unit = {:?}` is no unit for a file in {own:?}", written.value);
         let problem = Problem::new(message, written.span.clone(), "must be a unit of length")
             .and(path.span.clone(), "names its own unit");
         checks.report("unit", problem);

@@ -35,17 +35,11 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
         let units = distinct(source, UNIT.name)?;
         let unit = units.iter().find(|unit| !unit.is_empty());
         let unit = unit.map_or_else(|| "no unit".to_owned(), |unit| format!("lengths in {unit}"));
-        parts.push(format!(
-            "{}, {unit}",
-            distinct(source, FORMAT.name)?.join(", ")
-        ));
+        parts.push(format!("{}, {unit}", distinct(source, FORMAT.name)?.join(", ")));
         let most = table.integers(CHANNELS.name)?.iter().flatten().max();
         if most > Some(1) {
             let read = distinct(source, CHANNEL_READ.name)?;
-            parts.push(format!(
-                "channel {}",
-                listed(read.iter().map(String::as_str), "and")
-            ));
+            parts.push(format!("channel {}", listed(read.iter().map(String::as_str), "and")));
         }
     }
     if table.has(FILLED_NODES.name) {
@@ -59,10 +53,7 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
 /// Of how many parameter points the theories do not speak, and why of the first.
 fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
     let points = caveats::points(surfaces)?;
-    let others: Vec<_> = points
-        .iter()
-        .filter(|point| !point.departures.is_empty())
-        .collect();
+    let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();
     Ok(others.first().map(|first| {
         let number = match points.len() {
             1 => String::new(),

@@ -15,13 +15,7 @@ use asperity_contact::topography::spectrum::Spectrum;
 
 #[test]
 fn a_surface_is_known_from_its_recipe() {
-    let spectrum = Spectrum {
-        hurst: 0.8,
-        k_lower: 4,
-        k_rolloff: 4,
-        k_upper: 32,
-        anisotropy: None,
-    };
+    let spectrum = Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
     let surface = RandomSurface {
         spectrum,
         amplitude: Amplitude::Deterministic,
@@ -33,26 +27,18 @@ fn a_surface_is_known_from_its_recipe() {
         content: ContentHash::of(b"heights"),
         unit: "µm".to_owned(),
         height_scale: 1e-3,
-        edges: Edges::Taper {
-            taper_fraction: 0.1,
-        },
+        edges: Edges::Taper { taper_fraction: 0.1 },
         reader: None,
         channel: None,
         preparation: Preparation::default(),
         seen: SeenMap::default(),
     };
-    let shape = Shape::Punch {
-        radius: 0.25,
-        depth: 0.5,
-    };
+    let shape = Shape::Punch { radius: 0.25, depth: 0.5 };
     let prepared = MeasuredSurface {
         reader: Some(Reader::of_format("x3p")),
         channel: Some(ChannelChoice::Name("2".to_owned())),
         preparation: Preparation {
-            crop: Some(Crop {
-                from: [0.1, 0.0],
-                size: [0.25, 1e-7],
-            }),
+            crop: Some(Crop { from: [0.1, 0.0], size: [0.25, 1e-7] }),
             level: Some(Level::Quadric),
             fill: Some(Fill::Harmonic),
             high_pass: Some(0.5),
@@ -61,40 +47,19 @@ fn a_surface_is_known_from_its_recipe() {
         },
         ..measured.clone()
     };
-    let open = MeasuredSurface {
-        edges: Edges::Open,
-        ..measured.clone()
-    };
+    let open = MeasuredSurface { edges: Edges::Open, ..measured.clone() };
     let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
     for origin in [
-        Origin::Random {
-            nodes: square,
-            surface,
-            has_unit_ratio: false,
-        },
-        Origin::Random {
-            nodes: rectangle,
-            surface,
-            has_unit_ratio: false,
-        },
+        Origin::Random { nodes: square, surface, has_unit_ratio: false },
+        Origin::Random { nodes: rectangle, surface, has_unit_ratio: false },
         Origin::File(Box::new(measured)),
         Origin::File(Box::new(open)),
         Origin::File(Box::new(prepared)),
-        Origin::Shape {
-            nodes: square,
-            shape,
-        },
-        Origin::Shape {
-            nodes: rectangle,
-            shape,
-        },
+        Origin::Shape { nodes: square, shape },
+        Origin::Shape { nodes: rectangle, shape },
     ] {
         for side in [None, Some(PerAxis([1.0, 1.0])), Some(PerAxis([2.0, 1.0]))] {
-            let params = Params {
-                heights: Heights::Redraw,
-                side,
-                origin: origin.clone(),
-            };
+            let params = Params { heights: Heights::Redraw, side, origin: origin.clone() };
             let recipe = serde_json::to_string(&params).unwrap();
             assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
         }
@@ -111,16 +76,11 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
             content,
             unit: "µm".to_owned(),
             height_scale: 1e-3,
-            edges: Edges::Taper {
-                taper_fraction: 0.1,
-            },
+            edges: Edges::Taper { taper_fraction: 0.1 },
             reader: None,
             channel: None,
             preparation: Preparation::default(),
-            seen: SeenMap {
-                missing: 3,
-                ..SeenMap::default()
-            },
+            seen: SeenMap { missing: 3, ..SeenMap::default() },
         })),
     };
     let expected = format!(
@@ -162,25 +122,16 @@ fn a_grain_is_written_where_there_is_one() {
     assert_eq!(of_ratio_one.surface_key(), isotropic.surface_key());
     let stretched = params(Anisotropy::new(2.0, 30.0), false);
     let grain = r#""anisotropy_ratio":2.0,"anisotropy_angle":30.0"#;
-    assert_eq!(
-        written(&stretched),
-        format!(r#"{head}"k_upper":16,{grain},{tail}"#)
-    );
+    assert_eq!(written(&stretched), format!(r#"{head}"k_upper":16,{grain},{tail}"#));
     for params in [isotropic, of_ratio_one, stretched] {
-        assert_eq!(
-            serde_json::from_str::<Params>(&written(&params)).unwrap(),
-            params
-        );
+        assert_eq!(serde_json::from_str::<Params>(&written(&params)).unwrap(), params);
     }
 }
 
 #[test]
 fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
     for source in [
-        Source::File {
-            content: ContentHash::of(b"spectrum"),
-            unit: "µm".to_owned(),
-        },
+        Source::File { content: ContentHash::of(b"spectrum"), unit: "µm".to_owned() },
         Source::Stage { spectrum_of: None },
     ] {
         for rms_slope in [None, Some(0.1)] {

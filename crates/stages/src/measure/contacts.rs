@@ -15,14 +15,8 @@ use asperity_tables::column::{Column, flags, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 
 /// What has been solved for and stands beside what is measured, as far as it is there; so does the flow.
-const CARRIED: [Column; 6] = [
-    SATURATED_NODES,
-    SATURATED_FRACTION,
-    MEAN_GAP,
-    MEAN_YIELDED_DEPTH,
-    ENERGY,
-    STOP,
-];
+const CARRIED: [Column; 6] =
+    [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
 
 /// What the table has columns of, besides what all have.
 #[derive(Debug, Clone, Copy)]
@@ -73,22 +67,13 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
         .collect::<Result<Vec<_>, StageError>>()?;
 
     let real = |value: &dyn Fn(usize, &Contact) -> f64| {
-        reals(
-            measured
-                .iter()
-                .enumerate()
-                .map(|(row, contact)| value(row, contact)),
-        )
+        reals(measured.iter().enumerate().map(|(row, contact)| value(row, contact)))
     };
     let area = |value: fn(&ContactArea) -> usize| {
         integers(measured.iter().map(|contact| value(&contact.area) as i64))
     };
     let contact = |value: fn(&Clusters) -> usize| {
-        integers(
-            measured
-                .iter()
-                .map(|contact| value(&contact.contact) as i64),
-        )
+        integers(measured.iter().map(|contact| value(&contact.contact) as i64))
     };
     let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
     let load = solved.reals(LOAD.name)?;
@@ -97,10 +82,7 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
         (AREA_FRACTION, real(&|_, contact| contact.area.fraction())),
         (CONTACT_NODES, area(|area| area.contact_nodes)),
         (SWITCHES_ALONG_ROWS, area(|area| area.switches_along_rows)),
-        (
-            SWITCHES_ALONG_COLUMNS,
-            area(|area| area.switches_along_columns),
-        ),
+        (SWITCHES_ALONG_COLUMNS, area(|area| area.switches_along_columns)),
     ];
     if grids::has_rectangles(solved) {
         columns.extend([
@@ -110,14 +92,8 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     }
     columns.extend([
         (SWITCHES, area(ContactArea::switches)),
-        (
-            PERIMETER_MANHATTAN,
-            real(&|_, contact| contact.area.manhattan_perimeter(contact.grid)),
-        ),
-        (
-            PERIMETER_EUCLIDEAN,
-            real(&|_, contact| contact.area.euclidean_perimeter(contact.grid)),
-        ),
+        (PERIMETER_MANHATTAN, real(&|_, contact| contact.area.manhattan_perimeter(contact.grid))),
+        (PERIMETER_EUCLIDEAN, real(&|_, contact| contact.area.euclidean_perimeter(contact.grid))),
         (EDGE_NODES_4, area(|area| area.edge_nodes_4)),
         (EDGE_NODES_8, area(|area| area.edge_nodes_8)),
         (INTERIOR_NODES, area(|area| area.interior_nodes)),
@@ -134,10 +110,7 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
                 touches.then(|| pressure.value(row) / contact.area.fraction())
             })),
         ),
-        (
-            SECANT,
-            real(&|row, contact| contact.area.fraction() / load.value(row)),
-        ),
+        (SECANT, real(&|row, contact| contact.area.fraction() / load.value(row))),
     ]);
     if stiffness {
         columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));

@@ -38,12 +38,7 @@ pub enum Distribution {
 
 /// Every column of every distribution.
 pub fn all_columns() -> Vec<Column> {
-    [
-        &PRESSURE_DISTRIBUTION[..],
-        &GAP_DISTRIBUTION,
-        &CLUSTER_DISTRIBUTION,
-    ]
-    .concat()
+    [&PRESSURE_DISTRIBUTION[..], &GAP_DISTRIBUTION, &CLUSTER_DISTRIBUTION].concat()
 }
 
 impl Distribution {
@@ -125,18 +120,9 @@ fn pressures(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError>
         persson::share_between(loads.value(of.load), low, high) / bins.width()
     };
     let columns = vec![
-        (
-            CONTACT_PRESSURE,
-            reals(counted.iter().map(|of| bins.center(of.bin))),
-        ),
-        (
-            PRESSURE_BIN_WIDTH,
-            reals(counted.iter().map(|_| bins.width())),
-        ),
-        (
-            PRESSURE_NODES,
-            integers(counted.iter().map(|of| of.nodes as i64)),
-        ),
+        (CONTACT_PRESSURE, reals(counted.iter().map(|of| bins.center(of.bin)))),
+        (PRESSURE_BIN_WIDTH, reals(counted.iter().map(|_| bins.width()))),
+        (PRESSURE_NODES, integers(counted.iter().map(|of| of.nodes as i64))),
         (PRESSURE_DENSITY, density(&counted)),
         (PRESSURE_DENSITY_PERSSON, reals(counted.iter().map(persson))),
         (PRESSURE_NODES_BEYOND, beyond(&counted)),
@@ -149,10 +135,7 @@ fn gaps(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError> {
     let columns = vec![
         (GAP, reals(counted.iter().map(|of| bins.center(of.bin)))),
         (GAP_BIN_WIDTH, reals(counted.iter().map(|_| bins.width()))),
-        (
-            GAP_NODES,
-            integers(counted.iter().map(|of| of.nodes as i64)),
-        ),
+        (GAP_NODES, integers(counted.iter().map(|of| of.nodes as i64))),
         (GAP_DENSITY, density(&counted)),
         (GAP_NODES_BEYOND, beyond(&counted)),
     ];
@@ -201,22 +184,11 @@ fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageErro
     let mean = |sum: f64, of: u32| (of > 0).then(|| sum / f64::from(of));
     let columns = vec![
         (CLUSTER_AREA, reals(centers)),
-        (
-            CLUSTER_NUMBER,
-            integers(found.iter().map(|bin| i64::from(bin.clusters))),
-        ),
-        (
-            CLUSTER_DENSITY,
-            reals(found.iter().map(|bin| f64::from(bin.clusters) / width)),
-        ),
+        (CLUSTER_NUMBER, integers(found.iter().map(|bin| i64::from(bin.clusters)))),
+        (CLUSTER_DENSITY, reals(found.iter().map(|bin| f64::from(bin.clusters) / width))),
         (
             CLUSTER_AREA_SHARE,
-            reals(
-                found
-                    .iter()
-                    .zip(&nodes)
-                    .map(|(bin, nodes)| bin.nodes as f64 / nodes),
-            ),
+            reals(found.iter().zip(&nodes).map(|(bin, nodes)| bin.nodes as f64 / nodes)),
         ),
         (
             CLUSTER_PERIMETER,
@@ -280,10 +252,7 @@ mod tests {
             assert!(edges[0] <= 1.0 / grid.count() as f64);
             assert!(edges.is_sorted());
             let bin = |nodes| {
-                let cluster = Cluster {
-                    nodes,
-                    ..Cluster::default()
-                };
+                let cluster = Cluster { nodes, ..Cluster::default() };
                 let bins = in_bins(&[cluster], grid, &edges);
                 bins.iter().position(|bin| bin.clusters == 1)
             };

@@ -154,10 +154,7 @@ fn misplaced(table: &MeasureTable, of_loads: bool, checks: &mut Checks) -> Optio
     };
     let (reads, words) = match of_loads {
         true => ("loads", r#""contacts", "pressures", "gaps" and "clusters""#),
-        false => (
-            "surfaces",
-            r#""heights", "spectrum", "roughness" and the like"#,
-        ),
+        false => ("surfaces", r#""heights", "spectrum", "roughness" and the like"#),
     };
     let message = format!("this stage reads {reads}, and `what` asks for something else");
     let label = format!("of {reads} there are {words}");
@@ -167,36 +164,24 @@ fn misplaced(table: &MeasureTable, of_loads: bool, checks: &mut Checks) -> Optio
 
 fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
     misplaced(table, true, checks)?;
-    let what = table
-        .what
-        .written()
-        .map_or(What::Contacts, |what| what.value);
+    let what = table.what.written().map_or(What::Contacts, |what| what.value);
     let why = "for surfaces; this stage reads loads";
     let range = checks.forbidden("range", &table.range, why);
     let pool = checks.forbidden("pool", &table.pool, why);
     if what != What::Clusters {
-        checks.forbidden(
-            "bins",
-            &table.bins,
-            "for surfaces and for clusters of contact",
-        )?;
+        checks.forbidden("bins", &table.bins, "for surfaces and for clusters of contact")?;
     }
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS_A_DECADE, BINS_A_DECADE)?;
     range.and(pool)?;
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        return Some(Params::Contacts {
-            stiffness: asks_for_stiffness(table),
-        });
+        return Some(Params::Contacts { stiffness: asks_for_stiffness(table) });
     };
     let why = "measured beside contacts, `what = \"contacts\"`";
     if asks_for_stiffness(table) {
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
     let uncounted = match distribution {
-        Distribution::Pressures => surfaces
-            .pressures_uncounted
-            .as_ref()
-            .zip(Some("pressure_bins")),
+        Distribution::Pressures => surfaces.pressures_uncounted.as_ref().zip(Some("pressure_bins")),
         Distribution::Gaps => surfaces.gaps_uncounted.as_ref().zip(Some("gap_bins")),
         Distribution::Clusters { .. } => None,
     };
@@ -231,10 +216,7 @@ fn of_surfaces(
     let range = checks.number_or("range", &table.range, ranges, DEFAULT_RANGE);
     misplaced(table, false, checks)?;
     let (bins, range) = (bins?, range?);
-    let what = table
-        .what
-        .written()
-        .map_or(What::Heights, |what| what.value);
+    let what = table.what.written().map_or(What::Heights, |what| what.value);
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, kept_alone, checks);
     };
@@ -264,8 +246,6 @@ fn heights(
     let message = "these surfaces cannot be drawn again to be pooled";
     let label = format!("`{stage}` has their spectrum from another stage");
     let problem = Problem::new(message, pool.span.clone(), label);
-    checks
-        .problems
-        .push(problem.help("without `pool` each surface has its own histogram"));
+    checks.problems.push(problem.help("without `pool` each surface has its own histogram"));
     None
 }

@@ -52,10 +52,7 @@ pub fn all_columns() -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     for statistic in Statistic::EACH {
         let own = statistic.columns().into_iter();
-        columns.extend(
-            own.filter(|column| !columns.contains(column))
-                .collect::<Vec<_>>(),
-        );
+        columns.extend(own.filter(|column| !columns.contains(column)).collect::<Vec<_>>());
     }
     columns
 }
@@ -69,10 +66,7 @@ impl Statistic {
         Statistic::ProfileSpectrum,
         Statistic::Autocorrelation,
         Statistic::Scales,
-        Statistic::Bearing {
-            bins: 1,
-            range: 1.0,
-        },
+        Statistic::Bearing { bins: 1, range: 1.0 },
         Statistic::Roughness,
     ];
 
@@ -146,19 +140,10 @@ fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, M
         _ => 1.0,
     };
     let columns = vec![
-        (
-            WAVENUMBER,
-            reals(rings.iter().map(|ring| ring.wavenumber(longer_side))),
-        ),
+        (WAVENUMBER, reals(rings.iter().map(|ring| ring.wavenumber(longer_side)))),
         (MODES, integers(rings.iter().map(|ring| ring.modes.into()))),
-        (
-            DEGREES_OF_FREEDOM,
-            reals(rings.iter().map(|ring| independent * f64::from(ring.modes))),
-        ),
-        (
-            SPECTRAL_DENSITY,
-            reals(rings.iter().map(|ring| ring.density)),
-        ),
+        (DEGREES_OF_FREEDOM, reals(rings.iter().map(|ring| independent * f64::from(ring.modes)))),
+        (SPECTRAL_DENSITY, reals(rings.iter().map(|ring| ring.density))),
     ];
     (rings.len(), columns)
 }
@@ -210,14 +195,7 @@ fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) 
 }
 
 fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
-    let Roughness {
-        sq,
-        sa,
-        sz,
-        ssk,
-        sku,
-        sdq,
-    } = Roughness::of(surface, boundary);
+    let Roughness { sq, sa, sz, ssk, sku, sdq } = Roughness::of(surface, boundary);
     let values = [Some(sq), Some(sa), Some(sz), ssk, sku, Some(sdq)];
     let columns = ROUGHNESS.into_iter().zip(values);
     let columns = columns.map(|(column, value)| (column, optional_reals([value])));
@@ -247,14 +225,8 @@ mod tests {
 
     #[test]
     fn every_statistic_has_the_columns_that_it_promises() {
-        let shape = Shape::WaveSum {
-            amplitude: 0.1,
-            waves: 2,
-        };
-        let origin = Origin::Shape {
-            nodes: PerAxis::same(16),
-            shape,
-        };
+        let shape = Shape::WaveSum { amplitude: 0.1, waves: 2 };
+        let origin = Origin::Shape { nodes: PerAxis::same(16), shape };
         let surface = shape.draw(Grid::square(16, 1.0).unwrap());
         for statistic in Statistic::EACH {
             let (rows, measured) = statistic.of(&surface, &origin);
@@ -271,13 +243,7 @@ mod tests {
             serde_json::to_string(&super::super::Params::Surface(statistic)).unwrap()
         };
         assert_eq!(written(Statistic::Spectrum), r#"{"of":"spectrum"}"#);
-        let bearing = Statistic::Bearing {
-            bins: 100,
-            range: 4.0,
-        };
-        assert_eq!(
-            written(bearing),
-            r#"{"of":"bearing","bins":100,"range":4.0}"#
-        );
+        let bearing = Statistic::Bearing { bins: 100, range: 4.0 };
+        assert_eq!(written(bearing), r#"{"of":"bearing","bins":100,"range":4.0}"#);
     }
 }

@@ -21,9 +21,7 @@ const LARGEST_STEP: f64 = 0.1 + 1e-9;
 
 /// The stiffness at each load of an ascending block, in units of pressure over length.
 pub fn of_block(loads: &[Approach]) -> Vec<Option<f64>> {
-    let between = loads
-        .windows(3)
-        .map(|three| at_middle([three[0], three[1], three[2]]));
+    let between = loads.windows(3).map(|three| at_middle([three[0], three[1], three[2]]));
     let ends = loads.len().min(2);
     let first = (ends > 0).then_some(None);
     let last = (ends > 1).then_some(None);
@@ -50,11 +48,8 @@ mod tests {
     use super::*;
 
     fn block(pressures: &[f64], approach: impl Fn(f64) -> f64) -> Vec<Approach> {
-        let load = |&pressure: &f64| Approach {
-            pressure,
-            approach: approach(pressure),
-            is_solved: true,
-        };
+        let load =
+            |&pressure: &f64| Approach { pressure, approach: approach(pressure), is_solved: true };
         pressures.iter().map(load).collect()
     }
 

@@ -32,10 +32,7 @@ pub fn effort(interaction: Interaction, loads: usize, [nodes_x, nodes_y]: [usize
         Interaction::Explicit => PAIRS_PER_LOAD * loads as f64,
     };
     let effort = Effort::pairs(pairs);
-    Effort {
-        seconds: effort.seconds + PER_NODE * (nodes_x * nodes_y * loads) as f64,
-        ..effort
-    }
+    Effort { seconds: effort.seconds + PER_NODE * (nodes_x * nodes_y * loads) as f64, ..effort }
 }
 
 /// Presses one surface through all loads.
@@ -52,9 +49,8 @@ pub fn run(
     let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
     let scales = Scales::of(grid, rms_slope, params.effective_modulus);
     let loads = params.loads.iter();
-    let loads: Vec<f64> = loads
-        .map(|&given| scales.reduced_pressure(given, params.load_unit))
-        .collect();
+    let loads: Vec<f64> =
+        loads.map(|&given| scales.reduced_pressure(given, params.load_unit)).collect();
     let mut asperities = Asperities::new(grid, &scales.reduced(surface), interaction)?;
     let mut rows = Solved::default();
     let mut outcomes = Vec::with_capacity(loads.len());
@@ -64,14 +60,7 @@ pub fn run(
         }
         let pressed = asperities.press(load, &params.settings());
         let keep = params.keeps_pressures_at(given);
-        rows.push(
-            load,
-            pressed.outcome,
-            asperities.pressure(),
-            keep,
-            &scales,
-            context.threads,
-        );
+        rows.push(load, pressed.outcome, asperities.pressure(), keep, &scales, context.threads);
         outcomes.push(pressed);
         (context.advance)((index + 1) as f64 / loads.len() as f64);
     }
@@ -81,29 +70,16 @@ pub fn run(
 
 fn columns(outcomes: &[AsperityOutcome], scales: &Scales) -> Vec<(Column, ArrayRef)> {
     let whole = |value: fn(&AsperityOutcome) -> usize| {
-        integers(
-            outcomes
-                .iter()
-                .map(|one| value(one) as i64)
-                .collect::<Vec<_>>(),
-        )
+        integers(outcomes.iter().map(|one| value(one) as i64).collect::<Vec<_>>())
     };
     let real = |value: fn(&AsperityOutcome) -> f64, unit: f64| {
-        reals(
-            outcomes
-                .iter()
-                .map(|one| value(one) * unit)
-                .collect::<Vec<_>>(),
-        )
+        reals(outcomes.iter().map(|one| value(one) * unit).collect::<Vec<_>>())
     };
     vec![
         (CONTACTS, whole(|one| one.contacts)),
         (OVERLAPPING_CONTACTS, whole(|one| one.overlapping)),
         (ASPERITY_AREA_FRACTION, real(|one| one.area_fraction, 1.0)),
         (OVERLAPPING_SHARE, real(|one| one.overlapping_share, 1.0)),
-        (
-            NOMINAL_DISPLACEMENT,
-            real(|one| one.nominal_displacement, scales.length()),
-        ),
+        (NOMINAL_DISPLACEMENT, real(|one| one.nominal_displacement, scales.length())),
     ]
 }

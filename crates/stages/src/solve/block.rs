@@ -48,9 +48,8 @@ impl Block {
             hardness: hardness.map(|hardness| hardness.reduced),
         };
         let given = params.loads.iter();
-        let loads: Vec<f64> = given
-            .map(|&given| scales.reduced_pressure(given, params.load_unit))
-            .collect();
+        let loads: Vec<f64> =
+            given.map(|&given| scales.reduced_pressure(given, params.load_unit)).collect();
         let heaviest = *loads.last().expect("a block has a load");
         body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
         let heights = scales.reduced(surface);
@@ -68,15 +67,7 @@ impl Block {
         {
             (solver, rows) = begin();
         }
-        Ok(Block {
-            params: params.clone(),
-            grid,
-            scales,
-            loads,
-            solver,
-            rows,
-            is_flattened: false,
-        })
+        Ok(Block { params: params.clone(), grid, scales, loads, solver, rows, is_flattened: false })
     }
 
     /// Shares the work among these threads from now on.
@@ -108,8 +99,7 @@ impl Block {
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
         self.rows.look_at_maps(&mut self.solver, watch)?;
         let (pressure, threads) = (self.solver.pressure(), self.solver.threads());
-        self.rows
-            .push(load, outcome, pressure, keep, &self.scales, threads);
+        self.rows.push(load, outcome, pressure, keep, &self.scales, threads);
         let heaviest = self.loads.last().copied().unwrap_or(load);
         self.is_flattened =
             outcome.stop == Stop::FullContact && self.solver.is_flattened_by(heaviest);

@@ -18,22 +18,15 @@ struct BoundaryRecipe {
 
 /// Writes what recipes say where it is not the surface again.
 pub fn recipe<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
-    let recipe = BoundaryRecipe {
-        beyond: *boundary,
-        version: VERSION,
-    };
+    let recipe = BoundaryRecipe { beyond: *boundary, version: VERSION };
     recipe.serialize(serializer)
 }
 
 /// What the table of one task says.
 pub fn of(solved: &Table) -> Boundary {
     let words = solved.texts(BOUNDARY.name);
-    let is_free = words.is_ok_and(|words| {
-        words
-            .iter()
-            .flatten()
-            .any(|word| word == Boundary::Free.name())
-    });
+    let is_free =
+        words.is_ok_and(|words| words.iter().flatten().any(|word| word == Boundary::Free.name()));
     match is_free {
         true => Boundary::Free,
         false => Boundary::Periodic,

@@ -25,9 +25,7 @@ const MOST_LOADS_OF_A_STAGE: usize = 1_000_000;
 /// The blocks of a stage, point by point of its grid.
 pub fn recipes(section: &Section<SolveTable>, given: &mut Given) -> Option<Vec<Recipe>> {
     let blocks = blocks(section, &given.surfaces, given.problems)?;
-    let recipes = blocks
-        .into_iter()
-        .map(|block| Recipe::Solve(Arc::new(block)));
+    let recipes = blocks.into_iter().map(|block| Recipe::Solve(Arc::new(block)));
     Some(recipes.collect())
 }
 
@@ -93,20 +91,12 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let hardness = hardness::given(table, checks);
     let softest_body = hardness::softest_body(table, checks);
     let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, DEFAULT_TOLERANCE);
-    let max_pairs = checks.whole_or(
-        "max_pairs",
-        &table.max_pairs,
-        1..=MOST_PAIRS,
-        DEFAULT_PAIR_LIMIT,
-    );
+    let max_pairs =
+        checks.whole_or("max_pairs", &table.max_pairs, 1..=MOST_PAIRS, DEFAULT_PAIR_LIMIT);
     let load_unit = unit(&table.load_unit, PressureUnit::Relative);
     let pressures = loads::pressures(table, loads.as_deref(), checks);
-    let pressure_bins = bins::checked(
-        "pressure_bins",
-        &table.pressure_bins,
-        loads.as_deref(),
-        checks,
-    );
+    let pressure_bins =
+        bins::checked("pressure_bins", &table.pressure_bins, loads.as_deref(), checks);
     let gap_bins = bins::checked("gap_bins", &table.gap_bins, loads.as_deref(), checks);
     let flow = flow(table, checks);
     let asperities = asperities(table, checks);
@@ -122,10 +112,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         softest_body: softest_body?,
-        bodies: table
-            .bodies
-            .written()
-            .map_or(0, |bodies| bodies.value.len()),
+        bodies: table.bodies.written().map_or(0, |bodies| bodies.value.len()),
         flow: flow?,
         asperities: asperities?,
     })
@@ -151,9 +138,7 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
     let method = table.method.written().map(|method| method.value);
     if method != Some(Method::Asperities) {
         let why = "goes with `method = \"asperities\"`";
-        return checks
-            .forbidden("interaction", &table.interaction, why)
-            .map(|()| None);
+        return checks.forbidden("interaction", &table.interaction, why).map(|()| None);
     }
     let why = "Hertz' contacts are elastic under any pressure";
     let elastic = checks.forbidden("hardness", &table.hardness, why);
@@ -169,10 +154,7 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
     if let Some(written) = open {
         let message = "asperities are pressed around the cell, and `boundary` is \"free\"";
         let label = "must be \"periodic\" with `method = \"asperities\"`";
-        checks.report(
-            "boundary",
-            Problem::new(message, written.span.clone(), label),
-        );
+        checks.report("boundary", Problem::new(message, written.span.clone(), label));
     }
     let interaction = match table.interaction.written().map(|written| written.value) {
         Some(InteractionWord::None) => Interaction::None,
@@ -209,11 +191,8 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
         checks.report("bodies", Problem::new(message, bodies.span.clone(), label));
         return None;
     }
-    let compliances: Vec<_> = bodies
-        .value
-        .iter()
-        .map(|body| compliance(&body.value, checks))
-        .collect();
+    let compliances: Vec<_> =
+        bodies.value.iter().map(|body| compliance(&body.value, checks)).collect();
     let compliances: Option<Vec<f64>> = compliances.into_iter().collect();
     let modulus = 1.0 / compliances?.iter().sum::<f64>();
     if !(modulus.is_finite() && modulus > 0.0) {

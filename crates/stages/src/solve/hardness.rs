@@ -30,11 +30,7 @@ struct HardnessRecipe {
 
 impl From<GivenHardness> for HardnessRecipe {
     fn from(GivenHardness { pressure, unit }: GivenHardness) -> Self {
-        Self {
-            pressure,
-            unit,
-            version: VERSION,
-        }
+        Self { pressure, unit, version: VERSION }
     }
 }
 
@@ -65,9 +61,6 @@ impl SurfaceHardness {
     /// The coordinates of its rows.
     pub fn coordinates(&self) -> [(Column, Value); 2] {
         let [absolute, reduced] = self.given.hardness_columns();
-        [
-            (absolute, Value::Real(self.pressure)),
-            (reduced, Value::Real(self.reduced.pressure())),
-        ]
+        [(absolute, Value::Real(self.pressure)), (reduced, Value::Real(self.reduced.pressure()))]
     }
 }

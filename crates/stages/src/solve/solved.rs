@@ -120,13 +120,7 @@ pub struct Besides {
 
 /// What is solved for, beside coordinates.
 pub fn columns(besides: Besides) -> Vec<Column> {
-    let Besides {
-        boundary,
-        asperities,
-        flow,
-        load_unit,
-        hardness,
-    } = besides;
+    let Besides { boundary, asperities, flow, load_unit, hardness } = besides;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
         let place = columns.iter().position(|other| *other == column);
@@ -165,21 +159,12 @@ impl Solved {
         distributions: Distributions,
         flows: Option<Flows>,
     ) -> Solved {
-        Solved {
-            hardness,
-            under_unit_pressure,
-            distributions,
-            flows,
-            ..Solved::default()
-        }
+        Solved { hardness, under_unit_pressure, distributions, flows, ..Solved::default() }
     }
 
     /// The same with columns of asperities.
     pub fn with(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
-        Solved {
-            of_asperities,
-            ..self
-        }
+        Solved { of_asperities, ..self }
     }
 
     /// Counts pressures and gaps of the load that is pushed next, and finds what flows through them, as
@@ -227,8 +212,7 @@ impl Solved {
         if keep {
             for &pressure in pressures {
                 let touches = pressure > 0.0;
-                self.pressures
-                    .append_option(touches.then_some(pressure * scales.pressure));
+                self.pressures.append_option(touches.then_some(pressure * scales.pressure));
             }
         }
     }
@@ -248,9 +232,8 @@ impl Solved {
         let hardness = self.hardness.iter();
         let hardness = hardness.flat_map(SurfaceHardness::coordinates);
         let place = params.setting().into_iter().chain(hardness);
-        let mut columns: Vec<(Column, ArrayRef)> = place
-            .map(|(column, value)| (column, value.repeated(count)))
-            .collect();
+        let mut columns: Vec<(Column, ArrayRef)> =
+            place.map(|(column, value)| (column, value.repeated(count))).collect();
         let pressures = match params.load_unit {
             PressureUnit::Relative => {
                 let of_loads = self.loads.iter();
@@ -270,17 +253,11 @@ impl Solved {
             let all = (scales.nodes[0] * scales.nodes[1]) as f64;
             let shares = saturated.clone().map(|nodes| nodes as f64 / all);
             columns.extend([
-                (
-                    SATURATED_NODES,
-                    integers(saturated.map(|nodes| nodes as i64)),
-                ),
+                (SATURATED_NODES, integers(saturated.map(|nodes| nodes as i64))),
                 (SATURATED_FRACTION, reals(shares)),
             ]);
         }
-        columns.push((
-            MEAN_GAP,
-            column(|outcome| outcome.mean_gap, scales.length()),
-        ));
+        columns.push((MEAN_GAP, column(|outcome| outcome.mean_gap, scales.length())));
         if self.under_unit_pressure.is_some() {
             let displacements = self.displacements.iter();
             let absolute = reals(displacements.map(|value| value * scales.length()));
@@ -295,20 +272,11 @@ impl Solved {
             columns.extend(flows.columns(&gaps, scales.length()));
         }
         columns.extend([
-            (
-                ENERGY,
-                column(|outcome| outcome.energy, scales.pressure * scales.length()),
-            ),
-            (
-                PEAK_PRESSURE,
-                column(|outcome| outcome.peak_pressure, scales.pressure),
-            ),
+            (ENERGY, column(|outcome| outcome.energy, scales.pressure * scales.length())),
+            (PEAK_PRESSURE, column(|outcome| outcome.peak_pressure, scales.pressure)),
             (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
             (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
-            (
-                STOP,
-                texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop))),
-            ),
+            (STOP, texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop)))),
             (CONTACT, bytes(&self.maps)),
         ]);
         if params.pressures != Pressures::None {

@@ -35,11 +35,7 @@ pub struct GivenKappa<'a>(pub Model<'a>, pub f64);
 
 impl GivenKappa<'_> {
     pub fn law(&self, [ln_beta, ln_mu]: [f64; 2]) -> ContactEvolution {
-        ContactEvolution {
-            kappa: self.1,
-            beta: ln_beta.exp(),
-            mu: ln_mu.exp(),
-        }
+        ContactEvolution { kappa: self.1, beta: ln_beta.exp(), mu: ln_mu.exp() }
     }
 }
 
@@ -66,11 +62,7 @@ pub struct FreeKappa<'a>(pub Model<'a>);
 
 impl FreeKappa<'_> {
     pub fn law([ln_beta, ln_mu, ln_kappa]: [f64; 3]) -> ContactEvolution {
-        ContactEvolution {
-            kappa: ln_kappa.exp(),
-            beta: ln_beta.exp(),
-            mu: ln_mu.exp(),
-        }
+        ContactEvolution { kappa: ln_kappa.exp(), beta: ln_beta.exp(), mu: ln_mu.exp() }
     }
 }
 
@@ -96,11 +88,7 @@ pub struct Hyperbola<'a>(pub Model<'a>, pub f64);
 
 impl Hyperbola<'_> {
     pub fn law(&self, [ln_beta]: [f64; 1]) -> ContactEvolution {
-        ContactEvolution {
-            kappa: self.1,
-            beta: ln_beta.exp(),
-            mu: 1.0,
-        }
+        ContactEvolution { kappa: self.1, beta: ln_beta.exp(), mu: 1.0 }
     }
 }
 

@@ -4,20 +4,9 @@ use super::super::examples::{
 use super::*;
 use asperity_contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
 
-const LAW: ContactEvolution = ContactEvolution {
-    kappa: 1.1 * KAPPA_BGT,
-    beta: 1.2,
-    mu: 0.6,
-};
-const LIGHT: Window = Window {
-    from: 0.0,
-    to: 0.06,
-};
-const BOOTSTRAP: Bootstrap = Bootstrap {
-    replicates: 200,
-    seed: 11,
-    level: 0.95,
-};
+const LAW: ContactEvolution = ContactEvolution { kappa: 1.1 * KAPPA_BGT, beta: 1.2, mu: 0.6 };
+const LIGHT: Window = Window { from: 0.0, to: 0.06 };
+const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 200, seed: 11, level: 0.95 };
 
 fn exact(law: ContactEvolution, loads: Vec<f64>) -> Curves {
     scattered(law, loads, 1, (0.0, 0.0), 0)
@@ -28,9 +17,7 @@ fn problem(curves: &Curves, quantity: Quantity) -> EvolutionProblem {
 }
 
 fn fit(curves: &Curves, quantity: Quantity, kappa: Kappa) -> EvolutionFit {
-    problem(curves, quantity)
-        .fit(kappa)
-        .expect("a law that bends")
+    problem(curves, quantity).fit(kappa).expect("a law that bends")
 }
 
 #[test]
@@ -55,11 +42,7 @@ fn free_kappa_is_recovered_with_the_other_parameters() {
 #[test]
 fn slopes_of_a_law_return_its_parameters_to_the_order_of_the_differences() {
     let error = |steps| {
-        let fit = fit(
-            &exact(LAW, uniform(0.06, steps)),
-            Quantity::Slope,
-            Kappa::Given(LAW.kappa),
-        );
+        let fit = fit(&exact(LAW, uniform(0.06, steps)), Quantity::Slope, Kappa::Given(LAW.kappa));
         (fit.law.beta / LAW.beta - 1.0).abs() + (fit.law.mu / LAW.mu - 1.0).abs()
     };
     // The first interval is the worst, as the curvature diverges there: its share of the data and
@@ -70,34 +53,18 @@ fn slopes_of_a_law_return_its_parameters_to_the_order_of_the_differences() {
 
 #[test]
 fn asperity_model_has_its_known_parameters() {
-    let fit = fit(
-        &single(&BGT_ALPHA_2),
-        Quantity::Slope,
-        Kappa::Given(KAPPA_BGT),
-    );
+    let fit = fit(&single(&BGT_ALPHA_2), Quantity::Slope, Kappa::Given(KAPPA_BGT));
     // An independent implementation gave .535 and .617.
-    assert!(
-        (fit.law.beta - 0.535).abs() < 1e-3 && (fit.law.mu - 0.617).abs() < 1e-3,
-        "{fit:?}"
-    );
-    let fit = self::fit(
-        &single(&BGT_ALPHA_10),
-        Quantity::Slope,
-        Kappa::Given(KAPPA_BGT),
-    );
-    assert!(
-        (fit.law.beta - 0.150).abs() < 1e-3 && (fit.law.mu - 0.203).abs() < 1e-3,
-        "{fit:?}"
-    );
+    assert!((fit.law.beta - 0.535).abs() < 1e-3 && (fit.law.mu - 0.617).abs() < 1e-3, "{fit:?}");
+    let fit = self::fit(&single(&BGT_ALPHA_10), Quantity::Slope, Kappa::Given(KAPPA_BGT));
+    assert!((fit.law.beta - 0.150).abs() < 1e-3 && (fit.law.mu - 0.203).abs() < 1e-3, "{fit:?}");
 }
 
 #[test]
 fn scattered_surfaces_return_the_law_within_a_few_standard_errors() {
     let curves = scattered(LAW, uniform(0.06, 50), 40, (0.02, 0.002), 3);
     let problem = problem(&curves, Quantity::Area);
-    let fit = problem
-        .fit(Kappa::Given(LAW.kappa))
-        .expect("a law that bends");
+    let fit = problem.fit(Kappa::Given(LAW.kappa)).expect("a law that bends");
     let resampled = problem.bootstrap(Kappa::Given(LAW.kappa), &fit, &BOOTSTRAP);
     let intervals = resampled.intervals.expect("no failures");
     assert_eq!(resampled.failed, 0);
@@ -117,14 +84,9 @@ fn independent_noise_gives_a_reduced_chi_square_of_one() {
 #[test]
 fn single_surface_has_neither_chi_square_nor_interval() {
     let problem = problem(&exact(LAW, uniform(0.06, 50)), Quantity::Slope);
-    let fit = problem
-        .fit(Kappa::Given(LAW.kappa))
-        .expect("a law that bends");
+    let fit = problem.fit(Kappa::Given(LAW.kappa)).expect("a law that bends");
     assert_eq!(fit.reduced_chi_square, None);
-    assert_eq!(
-        problem.bootstrap(Kappa::Free, &fit, &BOOTSTRAP).intervals,
-        None
-    );
+    assert_eq!(problem.bootstrap(Kappa::Free, &fit, &BOOTSTRAP).intervals, None);
 }
 
 #[test]
@@ -152,19 +114,9 @@ fn order_of_the_surfaces_changes_the_fit_by_rounding_only() {
 #[test]
 fn window_with_too_few_loads_is_refused_by_name() {
     let curves = exact(LAW, uniform(0.06, 5));
-    let window = Window {
-        from: 0.03,
-        to: 0.06,
-    };
+    let window = Window { from: 0.03, to: 0.06 };
     let error = EvolutionProblem::new(&curves, Quantity::Area, window).unwrap_err();
-    assert_eq!(
-        error,
-        FitError::TooFew {
-            window,
-            found: 3,
-            needed: 4
-        }
-    );
+    assert_eq!(error, FitError::TooFew { window, found: 3, needed: 4 });
     assert_eq!(
         error.to_string(),
         "3 usable data with loads in [0.03, 0.06], the fit needs 4: widen the window or compute \
@@ -196,11 +148,7 @@ fn a_power_law_has_an_infinite_slope_at_first_touch_and_so_no_kappa() {
 fn slope_is_convex_only_up_to_an_exponent_of_one() {
     for (mu, convex) in [(0.9, true), (1.3, false)] {
         let law = ContactEvolution { mu, ..LAW };
-        let fit = fit(
-            &exact(law, uniform(0.06, 50)),
-            Quantity::Area,
-            Kappa::Given(law.kappa),
-        );
+        let fit = fit(&exact(law, uniform(0.06, 50)), Quantity::Area, Kappa::Given(law.kappa));
         assert_eq!(fit.convex, convex);
     }
 }

@@ -19,9 +19,7 @@ fn structured(seed: u64, quantities: usize, surfaces: usize) -> Samples {
     let mixed = own.iter().enumerate().map(|(index, own)| {
         let shared = &spectra[index % 9];
         let values = own.iter().zip(shared);
-        values
-            .map(|(own, shared)| 0.6 * own + 0.8 * shared)
-            .collect()
+        values.map(|(own, shared)| 0.6 * own + 0.8 * shared).collect()
     });
     mixed.collect()
 }
@@ -43,9 +41,8 @@ fn coverage(
         let samples = samples(*study, quantities, surfaces);
         samples.iter().all(|sample| {
             let values: Vec<f64> = sample.iter().map(|&normal| value(normal)).collect();
-            let bound = jackknife(String::new(), &[surfaces], |weights| {
-                Some(weights.mean(&values).ln())
-            });
+            let bound =
+                jackknife(String::new(), &[surfaces], |weights| Some(weights.mean(&values).ln()));
             let [lower, upper] = bound.unwrap().together(quantities);
             lower <= truth.ln() && truth.ln() <= upper
         })
@@ -54,12 +51,8 @@ fn coverage(
 }
 
 /// Numbers of quantities and of surfaces that claims have.
-const CASES: [(usize, Scatter); 4] = [
-    (1, independent),
-    (9, independent),
-    (36, structured),
-    (72, independent),
-];
+const CASES: [(usize, Scatter); 4] =
+    [(1, independent), (9, independent), (36, structured), (72, independent)];
 const SURFACES: [usize; 4] = [5, 10, 20, 50];
 
 #[test]
@@ -69,10 +62,7 @@ fn intervals_cover_all_quantities_of_a_claim_together_however_few_the_surfaces()
             let scattered = |normal: f64| 1.0 + 0.05 * normal;
             let found = coverage(samples, quantities, surfaces, scattered, 1.0);
             // Binomial: 0.013 over 300 studies; Bonferroni's bound is generous where loads share.
-            assert!(
-                (0.91..=0.99).contains(&found),
-                "{quantities} × {surfaces}: {found}"
-            );
+            assert!((0.91..=0.99).contains(&found), "{quantities} × {surfaces}: {found}");
         }
     }
 }
@@ -85,10 +75,7 @@ fn logarithms_of_skewed_areas_are_covered_as_well() {
             let lognormal = |normal: f64| (0.25 * normal).exp();
             let truth = (0.25_f64 * 0.25 / 2.0).exp();
             let found = coverage(samples, quantities, surfaces, lognormal, truth);
-            assert!(
-                (0.89..=0.99).contains(&found),
-                "{quantities} × {surfaces}: {found}"
-            );
+            assert!((0.89..=0.99).contains(&found), "{quantities} × {surfaces}: {found}");
         }
     }
 }
@@ -104,12 +91,8 @@ fn the_jackknife_of_a_mean_is_its_standard_error() {
 #[test]
 fn what_spectra_share_is_no_error_of_their_difference() {
     let shared = normal(2, 10);
-    let [one, other] = [1.0, 1.3].map(|factor| {
-        shared
-            .iter()
-            .map(|x| factor * (0.1 * x).exp())
-            .collect::<Vec<_>>()
-    });
+    let [one, other] = [1.0, 1.3]
+        .map(|factor| shared.iter().map(|x| factor * (0.1 * x).exp()).collect::<Vec<_>>());
     let bound = jackknife(String::new(), &[10, 10], |weights| {
         Some((weights.mean(&other) / weights.mean(&one)).ln())
     });
@@ -120,25 +103,16 @@ fn what_spectra_share_is_no_error_of_their_difference() {
 fn ensembles_of_other_sizes_add_their_variances() {
     let (few, many) = (normal(3, 6), normal(4, 24));
     let error = |surfaces: &[usize], of: &dyn Fn(&Weights) -> f64| {
-        jackknife(String::new(), surfaces, |weights| Some(of(weights)))
-            .unwrap()
-            .error
+        jackknife(String::new(), surfaces, |weights| Some(of(weights))).unwrap().error
     };
-    let alone = [
-        error(&[6], &|weights| weights.mean(&few)),
-        error(&[24], &|weights| weights.mean(&many)),
-    ];
-    let both = error(&[6, 24], &|weights| {
-        weights.mean(&few) - weights.mean(&many)
-    });
+    let alone =
+        [error(&[6], &|weights| weights.mean(&few)), error(&[24], &|weights| weights.mean(&many))];
+    let both = error(&[6, 24], &|weights| weights.mean(&few) - weights.mean(&many));
     assert!((both.powi(2) - alone[0].powi(2) - alone[1].powi(2)).abs() < 1e-12);
 }
 
 #[test]
 fn fewer_surfaces_than_five_have_no_interval() {
     let values = normal(1, 4);
-    assert_eq!(
-        jackknife(String::new(), &[4], |weights| Some(weights.mean(&values))),
-        None
-    );
+    assert_eq!(jackknife(String::new(), &[4], |weights| Some(weights.mean(&values))), None);
 }

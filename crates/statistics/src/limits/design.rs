@@ -30,9 +30,8 @@ impl LimitProblem {
 
 /// Derivatives of the law by limit, coefficients and free exponents, over standard errors.
 fn design(forms: &[TermForm], fit: &LimitFit, points: &[(&[f64], f64)]) -> DMatrix<f64> {
-    let free: Vec<usize> = (0..forms.len())
-        .filter(|&term| forms[term] == TermForm::FreePower)
-        .collect();
+    let free: Vec<usize> =
+        (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect();
     let linear = 1 + forms.len();
     DMatrix::from_fn(points.len(), linear + free.len(), |row, column| {
         let (small, scale) = points[row];
@@ -90,11 +89,7 @@ mod tests {
     fn the_same_points_again_narrow_by_the_root_of_two() {
         let small = [1.0, 0.5, 0.25, 0.125];
         let problem = problem(&small);
-        for forms in [
-            [TermForm::Power(1.0)],
-            [TermForm::Logarithm],
-            [TermForm::FreePower],
-        ] {
+        for forms in [[TermForm::Power(1.0)], [TermForm::Logarithm], [TermForm::FreePower]] {
             let fit = problem.fit(&forms).unwrap();
             let again = small.map(|small| vec![small]);
             let found = problem.narrowing(&forms, &fit, &again).unwrap();

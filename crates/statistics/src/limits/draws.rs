@@ -35,17 +35,11 @@ pub fn resample(
     rivals: &[(&[TermForm], &LimitFit)],
     bootstrap: &Bootstrap,
 ) -> Resampled {
-    let units = problem
-        .points
-        .iter()
-        .filter_map(|point| match &point.observed {
-            Observed::Surfaces { units, .. } => Some(&units[..]),
-            Observed::Estimate { .. } => None,
-        });
-    let resample = Resample {
-        fewest: problem.surfaces(),
-        ..Resample::of(units)
-    };
+    let units = problem.points.iter().filter_map(|point| match &point.observed {
+        Observed::Surfaces { units, .. } => Some(&units[..]),
+        Observed::Estimate { .. } => None,
+    });
+    let resample = Resample { fewest: problem.surfaces(), ..Resample::of(units) };
     // Akaike's criterion of each choice in each resampling.
     let mut criteria: Vec<Vec<f64>> = Vec::new();
     let intervals = rivals.iter().map(|(forms, fit)| {
@@ -59,19 +53,13 @@ pub fn resample(
         criteria.push(own);
         fits
     });
-    Resampled {
-        intervals: intervals.collect(),
-        comparison: compared(rivals, &criteria),
-    }
+    Resampled { intervals: intervals.collect(), comparison: compared(rivals, &criteria) }
 }
 
 fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<Comparison> {
     let akaike: Vec<f64> = rivals.iter().map(|(_, fit)| fit.akaike()).collect();
     let least = akaike.iter().copied().fold(f64::INFINITY, f64::min);
-    let likelihoods: Vec<f64> = akaike
-        .iter()
-        .map(|one| libm::exp(0.5 * (least - one)))
-        .collect();
+    let likelihoods: Vec<f64> = akaike.iter().map(|one| libm::exp(0.5 * (least - one))).collect();
     let total: f64 = likelihoods.iter().sum();
     let replicates = criteria.first().map_or(0, Vec::len);
     let best = |replicate: usize| {
@@ -105,9 +93,7 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     let free = forms.iter().zip(&fit.exponents);
     let free = free.filter(|(form, _)| **form == TermForm::FreePower);
     let free = free.filter_map(|(_, exponent)| *exponent);
-    let linear = [fit.limit]
-        .into_iter()
-        .chain(fit.coefficients.iter().copied());
+    let linear = [fit.limit].into_iter().chain(fit.coefficients.iter().copied());
     linear.chain(free).collect()
 }
 
@@ -124,22 +110,10 @@ fn drawn(
         Observed::Surfaces { units, values } => {
             let times = units.iter().map(|&unit| f64::from(times[unit]));
             let drawn: f64 = times.clone().sum();
-            let sum: f64 = values
-                .iter()
-                .zip(times)
-                .map(|(value, times)| value * times)
-                .sum();
-            if drawn > 0.0 {
-                (sum / drawn, true)
-            } else {
-                (0.0, false)
-            }
+            let sum: f64 = values.iter().zip(times).map(|(value, times)| value * times).sum();
+            if drawn > 0.0 { (sum / drawn, true) } else { (0.0, false) }
         }
-        Observed::Estimate {
-            value,
-            standard_error,
-            surfaces,
-        } => {
+        Observed::Estimate { value, standard_error, surfaces } => {
             // A resampling of n surfaces scatters by √((n − 1)/n) standard errors; so do these.
             let lost = ((surfaces - 1) as f64 / *surfaces as f64).sqrt();
             (value + lost * standard_error * normals.next(), true)

@@ -30,9 +30,7 @@ pub fn fit(
         forms,
         data: DVector::from_iterator(places.len(), data),
         places: &places,
-        terms: (0..forms.len())
-            .filter(|&term| forms[term] == TermForm::FreePower)
-            .collect(),
+        terms: (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect(),
         last: RefCell::new(None),
     };
     let exponents = match search.terms.len() {
@@ -137,11 +135,7 @@ impl Search<'_> {
         let columns = self.columns(exponents);
         let design = Design::new(columns.clone())?;
         let solution = design.solve(&self.data);
-        Some(Solved {
-            columns,
-            design,
-            solution,
-        })
+        Some(Solved { columns, design, solution })
     }
 
     fn columns(&self, exponents: &[f64]) -> DMatrix<f64> {

@@ -19,10 +19,7 @@ impl Design {
     /// the others.
     pub fn new(mut columns: DMatrix<f64>) -> Option<Design> {
         let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
-        if lengths
-            .iter()
-            .any(|length| !(*length > 0.0 && length.is_finite()))
-        {
+        if lengths.iter().any(|length| !(*length > 0.0 && length.is_finite())) {
             return None;
         }
         for (mut column, length) in columns.column_iter_mut().zip(&lengths) {
@@ -32,11 +29,7 @@ impl Design {
         let triangle = factors.r();
         let diagonal = triangle.diagonal();
         let is_full = diagonal.iter().all(|one| one.abs() > RANK);
-        is_full.then(|| Design {
-            orthogonal: factors.q(),
-            triangle,
-            lengths,
-        })
+        is_full.then(|| Design { orthogonal: factors.q(), triangle, lengths })
     }
 
     /// The coefficients of the columns that come closest to the data.
@@ -84,12 +77,7 @@ mod tests {
     #[test]
     fn columns_that_depend_on_each_other_are_no_design() {
         assert!(
-            Design::new(DMatrix::from_row_slice(
-                3,
-                2,
-                &[1.0, 2.0, 1.0, 2.0, 1.0, 2.0]
-            ))
-            .is_none()
+            Design::new(DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 1.0, 2.0, 1.0, 2.0])).is_none()
         );
         assert!(Design::new(DMatrix::from_row_slice(2, 1, &[0.0, 0.0])).is_none());
     }

@@ -31,10 +31,7 @@ impl Scatter {
         let columns = DMatrix::from_fn(points.len(), 1 + terms, row);
         let design = (points.len() > 1 + terms).then(|| Design::new(columns));
         let coefficients = match design.flatten() {
-            Some(design) => design
-                .solve(&DVector::from_vec(logarithms))
-                .as_slice()
-                .to_vec(),
+            Some(design) => design.solve(&DVector::from_vec(logarithms)).as_slice().to_vec(),
             None => vec![logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64],
         };
         Scatter { coefficients }
@@ -68,10 +65,7 @@ mod tests {
             let small = 0.9_f64.powi(place as i32 % 20);
             let draws = normal(place as u64, 4);
             let values = draws.iter().map(|z| 1.0 + sigma(small) * z).collect();
-            LimitPoint {
-                small: vec![small],
-                observed: Observed::of_realizations(values),
-            }
+            LimitPoint { small: vec![small], observed: Observed::of_realizations(values) }
         };
         let points: Vec<LimitPoint> = (0..4000).map(point).collect();
         let scatter = Scatter::of(&points);

@@ -40,26 +40,14 @@ fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> 
     LimitProblem::new(grid.iter().enumerate().map(point).collect()).expect("well formed")
 }
 
-const GIVEN: [TermForm; 3] = [
-    TermForm::Power(1.0),
-    TermForm::Power(0.7),
-    TermForm::Power(1.0),
-];
-const FREE: [TermForm; 3] = [
-    TermForm::Power(1.0),
-    TermForm::FreePower,
-    TermForm::Power(1.0),
-];
+const GIVEN: [TermForm; 3] = [TermForm::Power(1.0), TermForm::Power(0.7), TermForm::Power(1.0)];
+const FREE: [TermForm; 3] = [TermForm::Power(1.0), TermForm::FreePower, TermForm::Power(1.0)];
 
 /// Mean deviation over its standard error, and share of the intervals that cover, of a parameter of
 /// 400 studies; of exponents the logarithm deviates, as their intervals have it.
 fn experiment(forms: &[TermForm], surfaces: usize, place: usize, truth_of: f64) -> (f64, f64) {
     const STUDIES: u64 = 400;
-    let bootstrap = Bootstrap {
-        replicates: 200,
-        seed: 5,
-        level: 0.95,
-    };
+    let bootstrap = Bootstrap { replicates: 200, seed: 5, level: 0.95 };
     let mut covered = 0.0;
     let deviations: Vec<f64> = (0..STUDIES)
         .map(|seed| {
@@ -99,11 +87,7 @@ fn exact_data_give_their_limit_coefficients_and_exponent() {
 #[test]
 fn a_logarithm_is_fitted_with_its_value_at_one() {
     let problem = study(1, 5, 1e-9, |small| 2.0 + 0.1 * small[1].ln());
-    let forms = [
-        TermForm::Power(1.0),
-        TermForm::Logarithm,
-        TermForm::Power(1.0),
-    ];
+    let forms = [TermForm::Power(1.0), TermForm::Logarithm, TermForm::Power(1.0)];
     let fit = problem.fit(&forms).unwrap();
     assert!((fit.limit - 2.0).abs() < 1e-7 && (fit.coefficients[1] - 0.1).abs() < 1e-7);
     assert_eq!(fit.exponents[1], None);
@@ -138,28 +122,15 @@ fn few_surfaces_are_covered_too() {
 #[test]
 fn the_true_form_has_the_least_criterion_and_predicts_best() {
     let problem = study(3, 10, 0.02, truth);
-    let wrong = [
-        TermForm::Power(1.0),
-        TermForm::Power(3.0),
-        TermForm::Power(1.0),
-    ];
+    let wrong = [TermForm::Power(1.0), TermForm::Power(3.0), TermForm::Power(1.0)];
     let fits = [GIVEN, wrong].map(|forms| (forms, problem.fit(&forms).unwrap()));
-    let judged = fits
-        .each_ref()
-        .map(|(forms, fit)| problem.judge(forms, fit));
+    let judged = fits.each_ref().map(|(forms, fit)| problem.judge(forms, fit));
     assert!(judged[0].akaike + 10.0 < judged[1].akaike, "{judged:?}");
     assert!(judged[0].leave_one_out.unwrap() < judged[1].leave_one_out.unwrap());
     // One, less what realizations have in common.
-    assert!(
-        (0.4..2.0).contains(&judged[0].reduced_chi_square),
-        "{judged:?}"
-    );
+    assert!((0.4..2.0).contains(&judged[0].reduced_chi_square), "{judged:?}");
     let rivals = fits.each_ref().map(|(forms, fit)| (&forms[..], fit));
-    let bootstrap = Bootstrap {
-        replicates: 200,
-        seed: 1,
-        level: 0.95,
-    };
+    let bootstrap = Bootstrap { replicates: 200, seed: 1, level: 0.95 };
     let compared = problem.resample(&rivals, &bootstrap).comparison;
     assert!(compared[0].akaike_weight > 0.99 && compared[0].best_share > Some(0.95));
     assert!((compared[0].akaike_weight + compared[1].akaike_weight - 1.0).abs() < 1e-15);
@@ -189,37 +160,23 @@ fn left_out_points_of_a_line_miss_by_the_residual_over_one_less_its_leverage() {
 fn estimates_without_surfaces_scatter_by_their_standard_errors() {
     let point = |small: f64| LimitPoint {
         small: vec![small],
-        observed: Observed::Estimate {
-            value: 1.0 + small,
-            standard_error: 0.1,
-            surfaces: 50,
-        },
+        observed: Observed::Estimate { value: 1.0 + small, standard_error: 0.1, surfaces: 50 },
     };
     let problem = LimitProblem::new([1.0, 2.0, 3.0].map(point).to_vec()).unwrap();
     let forms = [TermForm::Power(1.0)];
     let fit = problem.fit(&forms).unwrap();
-    let bootstrap = Bootstrap {
-        replicates: 4000,
-        seed: 1,
-        level: 0.95,
-    };
+    let bootstrap = Bootstrap { replicates: 4000, seed: 1, level: 0.95 };
     let intervals = problem.resample(&[(&forms, &fit)], &bootstrap).intervals;
     let limit = intervals[0].intervals.as_ref().unwrap()[0];
     // Intercept of a line: σ √(Σx²/(n Σ(x − x̄)²)); 1.1 % of scatter from 4000 draws.
     let known = 0.1 * (14.0_f64 / 6.0).sqrt();
-    assert!(
-        (limit.standard_error / known - 1.0).abs() < 0.04,
-        "{limit:?}"
-    );
+    assert!((limit.standard_error / known - 1.0).abs() < 0.04, "{limit:?}");
 }
 
 #[test]
 fn what_cannot_be_fitted_says_why() {
     let surfaces = |values: [f64; 2]| Observed::of_realizations(values.to_vec());
-    let point = |small: f64, values| LimitPoint {
-        small: vec![small],
-        observed: surfaces(values),
-    };
+    let point = |small: f64, values| LimitPoint { small: vec![small], observed: surfaces(values) };
     let refused = |point| LimitProblem::new(vec![point]).unwrap_err().to_string();
     assert!(refused(point(0.0, [1.0, 2.0])).contains("term 1 is 0"));
     assert!(refused(point(1.0, [1.0, 1.0])).contains("2 surfaces"));

@@ -36,17 +36,12 @@ impl Likelihood {
         let surfaces: f64 = times.iter().copied().map(f64::from).sum();
         let mean = |ring: &RingOfSurfaces| {
             let densities = ring.densities.iter().zip(times);
-            let sum: f64 = densities
-                .map(|(density, &times)| density * f64::from(times))
-                .sum();
+            let sum: f64 = densities.map(|(density, &times)| density * f64::from(times)).sum();
             sum / surfaces
         };
         Self {
             logs: rings.iter().map(|ring| ring.wavenumber.ln()).collect(),
-            weights: rings
-                .iter()
-                .map(|ring| 0.5 * ring.freedom * surfaces)
-                .collect(),
+            weights: rings.iter().map(|ring| 0.5 * ring.freedom * surfaces).collect(),
             densities: rings.iter().map(mean).collect(),
         }
     }
@@ -82,10 +77,7 @@ impl Likelihood {
     pub fn power(&self, rolloff: f64) -> Power {
         let beyond = || self.logs.iter().map(|log| (log - rolloff).max(0.0));
         let total: f64 = self.weights.iter().sum();
-        let first: f64 = beyond()
-            .zip(&self.weights)
-            .map(|(x, weight)| x * weight)
-            .sum();
+        let first: f64 = beyond().zip(&self.weights).map(|(x, weight)| x * weight).sum();
         let sums = |exponent: f64| {
             let mut sums = [0.0; 3];
             for ((x, weight), density) in beyond().zip(&self.weights).zip(&self.densities) {
@@ -118,11 +110,7 @@ impl Likelihood {
             exponent = next;
         }
         let plateau = sums(exponent)[0] / total;
-        Power {
-            exponent,
-            plateau,
-            cost: total * plateau.ln() - exponent * first,
-        }
+        Power { exponent, plateau, cost: total * plateau.ln() - exponent * first }
     }
 
     /// The weighted root mean square of ln P/C, and the mean of the squared deviations of P/C over

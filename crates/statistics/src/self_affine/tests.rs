@@ -7,21 +7,13 @@ use asperity_contact::topography::power_spectrum::rings;
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Spectrum;
 
-const BOOTSTRAP: Bootstrap = Bootstrap {
-    replicates: 200,
-    seed: 5,
-    level: 0.95,
-};
+const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 200, seed: 5, level: 0.95 };
 
 fn exact(hurst: f64, rolloff: f64) -> Vec<RingOfSurfaces> {
     let ring = |k: i32| {
         let wavenumber = f64::from(k);
         let density = (wavenumber / rolloff).max(1.0).powf(-2.0 * (1.0 + hurst));
-        RingOfSurfaces {
-            wavenumber,
-            freedom: 6.0 * wavenumber,
-            densities: vec![1e-5 * density],
-        }
+        RingOfSurfaces { wavenumber, freedom: 6.0 * wavenumber, densities: vec![1e-5 * density] }
     };
     (2..=64).map(ring).collect()
 }
@@ -33,10 +25,7 @@ fn an_exact_law_is_found_with_its_rolloff_between_rings() {
         let fit = problem.fit().unwrap();
         // The golden section cannot tell costs apart that differ by rounding.
         assert!((fit.hurst - hurst).abs() < 1e-5, "{fit:?}");
-        assert!(
-            (fit.rolloff.unwrap() / rolloff - 1.0).abs() < 1e-5,
-            "{fit:?}"
-        );
+        assert!((fit.rolloff.unwrap() / rolloff - 1.0).abs() < 1e-5, "{fit:?}");
         assert!((fit.plateau / 1e-5 - 1.0).abs() < 1e-5);
         assert!(fit.rms_residual < 1e-5);
     }
@@ -44,9 +33,7 @@ fn an_exact_law_is_found_with_its_rolloff_between_rings() {
 
 #[test]
 fn a_power_law_without_a_plateau_has_no_rolloff() {
-    let fit = SelfAffineProblem::new(exact(0.6, 1.0), Window::ALL)
-        .fit()
-        .unwrap();
+    let fit = SelfAffineProblem::new(exact(0.6, 1.0), Window::ALL).fit().unwrap();
     assert!((fit.hurst - 0.6).abs() < 1e-9, "{fit:?}");
     assert_eq!(fit.rolloff, None);
 }
@@ -54,14 +41,8 @@ fn a_power_law_without_a_plateau_has_no_rolloff() {
 #[test]
 fn rings_that_are_rounding_or_outside_the_window_count_for_nothing() {
     let mut rings = exact(0.7, 9.0);
-    rings
-        .iter_mut()
-        .skip(40)
-        .for_each(|ring| ring.densities[0] = 1e-35);
-    let window = Window {
-        from: 4.0,
-        to: 50.0,
-    };
+    rings.iter_mut().skip(40).for_each(|ring| ring.densities[0] = 1e-35);
+    let window = Window { from: 4.0, to: 50.0 };
     let fit = SelfAffineProblem::new(rings, window).fit().unwrap();
     assert_eq!((fit.data, fit.masked), (38, 9));
     assert!((fit.hurst - 0.7).abs() < 1e-5);
@@ -81,13 +62,7 @@ fn too_few_rings_and_rising_densities_have_no_fit() {
 
 fn surface(realization: u32) -> RandomSurface {
     RandomSurface {
-        spectrum: Spectrum {
-            hurst: 0.8,
-            k_lower: 1,
-            k_rolloff: 12,
-            k_upper: 60,
-            anisotropy: None,
-        },
+        spectrum: Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 12, k_upper: 60, anisotropy: None },
         amplitude: Amplitude::Gaussian,
         rms_slope: 1.0,
         seed: 2,

@@ -81,10 +81,7 @@ fn decode_verified(
     };
     let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(bytes, known.arrow);
     let mask = ProjectionMask::roots(builder.parquet_schema(), chosen.iter().copied());
-    let reader = builder
-        .with_projection(mask)
-        .with_batch_size(rows.clamp(1, BATCH))
-        .build()?;
+    let reader = builder.with_projection(mask).with_batch_size(rows.clamp(1, BATCH)).build()?;
     Ok((collected(reader, schema)?, metadata))
 }
 

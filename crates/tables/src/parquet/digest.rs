@@ -163,10 +163,8 @@ impl ChunkDigests {
         let mut hasher = blake3::Hasher::new();
         hasher.update(MARK).update(end.get(indexes..top)?);
         hasher.update(&end[footer..]);
-        (hasher.finalize().as_bytes() == &end[top..footer]).then(|| ChunkDigests {
-            ranges: chunks.ranges,
-            digests: end.slice(digests..top),
-        })
+        (hasher.finalize().as_bytes() == &end[top..footer])
+            .then(|| ChunkDigests { ranges: chunks.ranges, digests: end.slice(digests..top) })
     }
 
     /// Whether these are the bytes of a chunk.
@@ -224,10 +222,7 @@ mod tests {
                 let mut flipped = bytes.clone();
                 flipped[position] ^= 1 << (position % 8);
                 let read = decode_bytes(flipped.into(), Columns::All);
-                assert!(
-                    matches!(read, Err(ParquetError::Digest)),
-                    "{position}: {read:?}"
-                );
+                assert!(matches!(read, Err(ParquetError::Digest)), "{position}: {read:?}");
             }
         }
     }

@@ -108,10 +108,7 @@ fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> Wri
         Some(key) => vec![entry(KEY, key.to_string()), entry(FIELDS, fields())],
         None => vec![entry(DIGESTED, digested(metadata).name().to_owned())],
     };
-    let others = metadata
-        .entries
-        .iter()
-        .map(|(name, value)| entry(name, value.clone()));
+    let others = metadata.entries.iter().map(|(name, value)| entry(name, value.clone()));
     let level = ZstdLevel::try_new(3).expect("3 is a level of zstd");
     let mut builder = WriterProperties::builder()
         .set_created_by("asperity".to_owned())

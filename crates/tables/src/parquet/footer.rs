@@ -154,11 +154,7 @@ mod tests {
     #[test]
     fn lists_of_truth_values_are_refused_at_once() {
         let list = [0xf1, 0xff, 0xff, 0xff, 0xff, 0x07];
-        let lists = [
-            &[0x09, 0xc8, 0x01, 0xf9, 0xe8, 0x07][..],
-            &list.repeat(1000),
-        ]
-        .concat();
+        let lists = [&[0x09, 0xc8, 0x01, 0xf9, 0xe8, 0x07][..], &list.repeat(1000)].concat();
         let error = read(&with(&lists)).unwrap_err();
         assert_eq!(
             error.to_string(),

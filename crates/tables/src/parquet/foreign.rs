@@ -38,20 +38,14 @@ impl NumberColumns {
             let fields = file.schema().fields().iter().enumerate();
             let numbers = fields.filter(|(_, field)| field.data_type().is_numeric());
             let places = numbers.map(|(place, _)| place).collect();
-            Ok(NumberColumns {
-                bytes,
-                file,
-                places,
-            })
+            Ok(NumberColumns { bytes, file, places })
         })
     }
 
     /// Their names, in order.
     pub fn names(&self) -> Vec<&str> {
         let places = self.places.iter();
-        places
-            .map(|&place| self.field(place).name().as_str())
-            .collect()
+        places.map(|&place| self.field(place).name().as_str()).collect()
     }
 
     /// How many rows the file says that it has.
@@ -72,9 +66,7 @@ impl NumberColumns {
     fn read_at(&self, place: usize) -> Result<Vec<f64>, ParquetError> {
         let columns = self.footer().file_metadata().schema_descr();
         let leaves = 0..columns.num_columns();
-        let leaf = leaves
-            .into_iter()
-            .find(|&leaf| columns.get_column_root_idx(leaf) == place);
+        let leaf = leaves.into_iter().find(|&leaf| columns.get_column_root_idx(leaf) == place);
         let leaf = leaf.ok_or(ParquetError::Malformed)?;
         let groups = self.footer().row_groups().iter();
         let chunks = groups.map(|group| group.column(leaf));

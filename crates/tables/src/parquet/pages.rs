@@ -27,14 +27,9 @@ pub fn check<'a>(
     let mut read = 0;
     let mut left = rows.saturating_mul(OF_A_NUMBER).saturating_add(AT_LEAST);
     for chunk in chunks {
-        let refused = |claim| ParquetError::Page {
-            column: chunk.column_path().string(),
-            claim,
-        };
+        let refused = |claim| ParquetError::Page { column: chunk.column_path().string(), claim };
         let (start, length) = chunk.byte_range();
-        let start = usize::try_from(start)
-            .ok()
-            .and_then(|start| file.get(start..));
+        let start = usize::try_from(start).ok().and_then(|start| file.get(start..));
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         let pages = start.and_then(|bytes| bytes.get(..length));
         let pages = pages.ok_or_else(|| refused(Claim::Bytes))?;
@@ -126,10 +121,7 @@ mod tests {
         assert_eq!(passed(&pages, 4), Err(Claim::Unpacked(5)));
         assert_eq!(passed(&pages[..pages.len() - 1], 8), Err(Claim::Bytes));
         assert_eq!(passed(&page(&[10], &[8], &[], 3), 8), Err(Claim::Bytes));
-        assert_eq!(
-            passed(&page(&[1], &[6], &[], 3), 8),
-            Err(Claim::Unpacked(-1))
-        );
+        assert_eq!(passed(&page(&[1], &[6], &[], 3), 8), Err(Claim::Unpacked(-1)));
     }
 
     #[test]

@@ -69,11 +69,7 @@ impl TableFile {
         };
         let metadata = read_metadata(&footer);
         let known = unless_it_panics(|| columns_of(footer))?;
-        Ok(TableFile {
-            bytes,
-            known,
-            metadata,
-        })
+        Ok(TableFile { bytes, known, metadata })
     }
 
     /// Verifies all bytes, with one column chunk in memory at a time, and returns the metadata.
@@ -158,9 +154,8 @@ impl TableFile {
         let groups = self.footer().row_groups().iter();
         let statistics = groups.map(|group| group.column(leaf).statistics());
         let statistics: Vec<&Statistics> = statistics.collect::<Option<_>>()?;
-        let ends = statistics
-            .iter()
-            .flat_map(|group| [group.min_bytes_opt(), group.max_bytes_opt()]);
+        let ends =
+            statistics.iter().flat_map(|group| [group.min_bytes_opt(), group.max_bytes_opt()]);
         let ends: Vec<&[u8]> = ends.collect::<Option<_>>()?;
         let is_exact = |group: &&Statistics| {
             matches!(group, Statistics::Int64(_)) && group.null_count_opt() == Some(0)
@@ -186,12 +181,8 @@ impl TableFile {
             true => columns.iter().map(read).collect(),
             false => parallel::map(columns, read),
         };
-        let tables = tables
-            .into_iter()
-            .collect::<Result<Vec<Table>, ParquetError>>()?;
-        let fields = columns
-            .iter()
-            .map(|&column| self.schema().fields()[column].clone());
+        let tables = tables.into_iter().collect::<Result<Vec<Table>, ParquetError>>()?;
+        let fields = columns.iter().map(|&column| self.schema().fields()[column].clone());
         let schema = Schema::new(fields.collect::<Vec<_>>());
         let arrays = tables.iter().map(|table| table.batch().column(0).clone());
         Ok(Table::of(rows, schema, arrays.collect()))
@@ -200,10 +191,7 @@ impl TableFile {
     /// Returns the uncompressed size of some columns in some row groups, in bytes, as the file
     /// states it.
     fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
-        let leaves: Vec<usize> = columns
-            .iter()
-            .filter_map(|&column| self.leaf(column))
-            .collect();
+        let leaves: Vec<usize> = columns.iter().filter_map(|&column| self.leaf(column)).collect();
         let groups = groups.iter().map(|&group| self.footer().row_group(group));
         let sizes = groups.flat_map(|group| {
             let leaves = leaves.iter();
@@ -354,9 +342,7 @@ impl ChunkReader for Part {
         let bytes = self.from(start)?;
         match bytes.len() >= length {
             true => Ok(bytes.slice(..length)),
-            false => Err(ReaderError::EOF(format!(
-                "{length} bytes from byte {start} on"
-            ))),
+            false => Err(ReaderError::EOF(format!("{length} bytes from byte {start} on"))),
         }
     }
 }

@@ -64,22 +64,14 @@ pub fn read(footer: Arc<ParquetMetaData>, told: Option<&str>) -> Result<Known, P
         let schema = Arc::new(schema.with_metadata(Metadata::new()));
         check(&schema)?;
         let light = light(&schema);
-        return Ok(Known {
-            arrow,
-            schema,
-            light,
-        });
+        return Ok(Known { arrow, schema, light });
     };
     let Told { schema, light, .. } = match Told::recalled(&footer, told) {
         Some(told) => told,
         None => Told::read(&footer, told)?,
     };
     let arrow = ArrowReaderMetadata::try_new(footer, options.with_schema(schema.clone()))?;
-    Ok(Known {
-        arrow,
-        schema,
-        light,
-    })
+    Ok(Known { arrow, schema, light })
 }
 
 /// Columns that a file has told of. Thousands of tables have the same: they are remembered.
@@ -101,9 +93,7 @@ impl Told {
         let remembered = TOLD.lock().expect("no panic happens while it is held");
         let parquet = footer.file_metadata().schema_descr();
         let mut remembered = remembered.iter();
-        remembered
-            .find(|told| &*told.text == text && *told.parquet == *parquet)
-            .cloned()
+        remembered.find(|told| &*told.text == text && *told.parquet == *parquet).cloned()
     }
 
     fn read(footer: &Arc<ParquetMetaData>, text: &str) -> Result<Told, ParquetError> {
@@ -139,10 +129,7 @@ fn check(schema: &Schema) -> Result<(), ParquetError> {
 fn light(schema: &Schema) -> Chosen {
     let is_light = |&index: &usize| Role::of(schema.field(index)) != Some(Role::Heavy);
     let places: Arc<[usize]> = (0..schema.fields().len()).filter(is_light).collect();
-    let fields: Vec<_> = places
-        .iter()
-        .map(|&index| schema.fields()[index].clone())
-        .collect();
+    let fields: Vec<_> = places.iter().map(|&index| schema.fields()[index].clone()).collect();
     (places, Arc::new(Schema::new(fields)))
 }
 

@@ -116,17 +116,11 @@ const COLUMN_META_DATA: &[Field] = &[
     (10, LONG),
     (11, LONG),
     (12, Shape::Struct(STATISTICS)),
-    (
-        13,
-        Shape::List(&Shape::Struct(&[(1, INT), (2, INT), (3, INT)])),
-    ),
+    (13, Shape::List(&Shape::Struct(&[(1, INT), (2, INT), (3, INT)]))),
     (14, LONG),
     (15, INT),
     (16, Shape::Struct(SIZE_STATISTICS)),
-    (
-        17,
-        Shape::Struct(&[(1, Shape::Struct(BOX)), (2, Shape::List(&INT))]),
-    ),
+    (17, Shape::Struct(&[(1, Shape::Struct(BOX)), (2, Shape::List(&INT))])),
 ];
 const STATISTICS: &[Field] = &[
     (1, BYTES),
@@ -157,16 +151,7 @@ pub const PAGE: &[Field] = &[
     (page::UNCOMPRESSED_SIZE, INT),
     (page::SIZE, INT),
     (4, INT),
-    (
-        5,
-        Shape::Struct(&[
-            (1, INT),
-            (2, INT),
-            (3, INT),
-            (4, INT),
-            (5, Shape::Struct(STATISTICS)),
-        ]),
-    ),
+    (5, Shape::Struct(&[(1, INT), (2, INT), (3, INT), (4, INT), (5, Shape::Struct(STATISTICS))])),
     (6, EMPTY),
     (page::DICTIONARY, Shape::Struct(DICTIONARY)),
     (8, Shape::Struct(DATA_PAGE_2)),

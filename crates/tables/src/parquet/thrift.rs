@@ -49,11 +49,7 @@ pub struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     pub fn over(bytes: &'a [u8]) -> Walk<'a> {
-        Walk {
-            bytes,
-            place: 0,
-            depth: 0,
-        }
+        Walk { bytes, place: 0, depth: 0 }
     }
 
     /// How many bytes it has passed.

@@ -33,12 +33,7 @@ pub struct StoredCheckpoints<'a> {
 impl<'a> StoredCheckpoints<'a> {
     /// Those of a task that begins now, one after every so long.
     pub fn of(store: &'a Store, key: TaskKey, every: Duration) -> StoredCheckpoints<'a> {
-        StoredCheckpoints {
-            store,
-            key,
-            clock: Clock::new(every),
-            is_kept: AtomicBool::new(false),
-        }
+        StoredCheckpoints { store, key, clock: Clock::new(every), is_kept: AtomicBool::new(false) }
     }
 
     /// Removes what is kept: the task's table is there. What cannot be removed does no harm.
@@ -49,10 +44,7 @@ impl<'a> StoredCheckpoints<'a> {
     }
 
     fn path(&self) -> PathBuf {
-        self.store
-            .root
-            .join(FOLDER)
-            .join(format!("{}{ENDING}", self.key))
+        self.store.root.join(FOLDER).join(format!("{}{ENDING}", self.key))
     }
 }
 
@@ -72,21 +64,16 @@ impl Checkpoints for StoredCheckpoints<'_> {
     }
 
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) {
-        let written = write_with(
-            &self.path(),
-            Existing::Replace,
-            &self.store.workshop(),
-            |file| {
-                let mut out = Hashing {
-                    hasher: blake3::Hasher::new(),
-                    out: io::BufWriter::with_capacity(1 << 16, file),
-                };
-                write(&mut out)?;
-                let digest = out.hasher.finalize();
-                out.out.write_all(digest.as_bytes())?;
-                out.out.flush()
-            },
-        );
+        let written = write_with(&self.path(), Existing::Replace, &self.store.workshop(), |file| {
+            let mut out = Hashing {
+                hasher: blake3::Hasher::new(),
+                out: io::BufWriter::with_capacity(1 << 16, file),
+            };
+            write(&mut out)?;
+            let digest = out.hasher.finalize();
+            out.out.write_all(digest.as_bytes())?;
+            out.out.flush()
+        });
         // A full disk is told of by the task's table.
         drop(written);
         self.is_kept.store(true, Ordering::Relaxed);

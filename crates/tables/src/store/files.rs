@@ -84,10 +84,7 @@ pub fn write_with(
         }
         Ok(())
     })();
-    result.map_err(|source| StoreError::Write {
-        path: path.to_owned(),
-        source,
-    })
+    result.map_err(|source| StoreError::Write { path: path.to_owned(), source })
 }
 
 /// Sees to it that the disk knows the names of a folder's files.
@@ -98,10 +95,7 @@ pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
     let flushed = File::open(folder).and_then(|folder| folder.sync_all());
     flushed
         .or_else(unless_unsupported)
-        .map_err(|source| StoreError::Write {
-            path: folder.to_owned(),
-            source,
-        })
+        .map_err(|source| StoreError::Write { path: folder.to_owned(), source })
 }
 
 /// Accepts `EINVAL` and `ENOSYS`, by which some network and user-space file systems say that they
@@ -130,9 +124,7 @@ pub fn lock_to_read(folder: &Path) -> Option<File> {
 fn is_file(path: &Path) -> io::Result<()> {
     match path.is_file() {
         true => Ok(()),
-        false => Err(io::Error::other(
-            "something that is no file is in its place",
-        )),
+        false => Err(io::Error::other("something that is no file is in its place")),
     }
 }
 
@@ -141,10 +133,7 @@ fn is_file(path: &Path) -> io::Result<()> {
 /// # Errors
 /// When it cannot be made.
 pub fn make_folder(path: &Path) -> Result<(), StoreError> {
-    fs::create_dir_all(path).map_err(|source| StoreError::Write {
-        path: path.to_owned(),
-        source,
-    })
+    fs::create_dir_all(path).map_err(|source| StoreError::Write { path: path.to_owned(), source })
 }
 
 /// The way to a file from a folder, as `../small/area.parquet`; the path itself if one of the two
@@ -155,10 +144,7 @@ pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
     };
     let common = whole.components().zip(folder.components());
     let common = common.take_while(|(one, other)| one == other).count();
-    let up = folder
-        .components()
-        .skip(common)
-        .map(|_| Component::ParentDir);
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
     up.chain(whole.components().skip(common)).collect()
 }
 
@@ -167,10 +153,7 @@ pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
 /// # Errors
 /// When it cannot be listed.
 pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
-    let unreadable = |source| StoreError::Read {
-        path: folder.to_owned(),
-        source,
-    };
+    let unreadable = |source| StoreError::Read { path: folder.to_owned(), source };
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(unreadable)?,
@@ -216,18 +199,12 @@ fn read<T>(
     path: &Path,
     read: impl FnOnce(File) -> Result<T, ParquetError>,
 ) -> Result<T, StoreError> {
-    let unreadable = |source| StoreError::Read {
-        path: path.to_owned(),
-        source,
-    };
+    let unreadable = |source| StoreError::Read { path: path.to_owned(), source };
     let file = File::open(path).map_err(unreadable)?;
     read(file).map_err(|error| match error {
         // The disk failed, which says nothing of what is on it.
         ParquetError::Read(source) => unreadable(source),
-        source => StoreError::Damaged {
-            path: path.to_owned(),
-            source,
-        },
+        source => StoreError::Damaged { path: path.to_owned(), source },
     })
 }
 
@@ -241,10 +218,7 @@ pub fn quarantine(path: &Path) -> Result<Option<PathBuf>, StoreError> {
     match fs::rename(path, &quarantined) {
         Ok(()) => Ok(Some(quarantined)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(StoreError::Write {
-            path: quarantined,
-            source,
-        }),
+        Err(source) => Err(StoreError::Write { path: quarantined, source }),
     }
 }
 
@@ -287,10 +261,7 @@ mod tests {
         fs::write(&table, "").unwrap();
         let way = |folder: &Path| from_folder(&table, folder);
         assert_eq!(way(&results), Path::new("area.parquet"));
-        assert_eq!(
-            way(&elsewhere),
-            Path::new("../data/results/small/area.parquet")
-        );
+        assert_eq!(way(&elsewhere), Path::new("../data/results/small/area.parquet"));
         assert_eq!(way(&root.path().join("nowhere")), table);
     }
 }

@@ -93,9 +93,7 @@ impl FromStr for TaskKey {
         let digits = word.len() == 32 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
         match u128::from_str_radix(word, 16) {
             Ok(number) if digits => Ok(TaskKey(number.to_be_bytes())),
-            _ => Err(NoKey {
-                word: word.to_owned(),
-            }),
+            _ => Err(NoKey { word: word.to_owned() }),
         }
     }
 }
@@ -116,42 +114,27 @@ mod tests {
 
     #[test]
     fn equal_ingredients_have_equal_keys() {
-        assert_eq!(
-            key(),
-            TaskKey::of("solve", 1, Digest::of(&[0.01, 0.02]), &[])
-        );
+        assert_eq!(key(), TaskKey::of("solve", 1, Digest::of(&[0.01, 0.02]), &[]));
     }
 
     #[test]
     fn stage_changes_the_key() {
-        assert_ne!(
-            key(),
-            TaskKey::of("measure", 1, Digest::of(&[0.01, 0.02]), &[])
-        );
+        assert_ne!(key(), TaskKey::of("measure", 1, Digest::of(&[0.01, 0.02]), &[]));
     }
 
     #[test]
     fn version_changes_the_key() {
-        assert_ne!(
-            key(),
-            TaskKey::of("solve", 2, Digest::of(&[0.01, 0.02]), &[])
-        );
+        assert_ne!(key(), TaskKey::of("solve", 2, Digest::of(&[0.01, 0.02]), &[]));
     }
 
     #[test]
     fn parameters_change_the_key() {
-        assert_ne!(
-            key(),
-            TaskKey::of("solve", 1, Digest::of(&[0.01, 0.03]), &[])
-        );
+        assert_ne!(key(), TaskKey::of("solve", 1, Digest::of(&[0.01, 0.03]), &[]));
     }
 
     #[test]
     fn inputs_and_their_order_change_the_key() {
-        let (a, b) = (
-            key(),
-            TaskKey::of("solve", 2, Digest::of(&[0.01, 0.02]), &[]),
-        );
+        let (a, b) = (key(), TaskKey::of("solve", 2, Digest::of(&[0.01, 0.02]), &[]));
         let of = |inputs: &[TaskKey]| TaskKey::of("fit", 1, Digest::of(&()), inputs);
         assert_ne!(of(&[]), of(&[a]));
         assert_ne!(of(&[a]), of(&[b]));
@@ -165,12 +148,7 @@ mod tests {
 
     #[test]
     fn other_words_are_no_keys() {
-        for word in [
-            "",
-            "12",
-            "../../../../etc/passwd__________",
-            &"+".repeat(32),
-        ] {
+        for word in ["", "12", "../../../../etc/passwd__________", &"+".repeat(32)] {
             assert!(word.parse::<TaskKey>().is_err(), "{word}");
         }
     }

@@ -99,11 +99,7 @@ pub fn known(
         }
         let end = name.rsplit_once(".parquet").map_or("", |(_, end)| end);
         let is_quarantined = end.starts_with(DAMAGED);
-        if is_quarantined {
-            Some(What::Quarantined)
-        } else {
-            whole(name)
-        }
+        if is_quarantined { Some(What::Quarantined) } else { whole(name) }
     };
     let names = names(folder)?.into_iter();
     let found = names.filter_map(|name| {
@@ -165,24 +161,12 @@ mod tests {
             let path = root.path().join(folder).join(name);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(&path, "12345").unwrap();
-            ours.extend(what.map(|what| Found {
-                path,
-                bytes: 5,
-                what,
-            }));
+            ours.extend(what.map(|what| Found { path, bytes: 5, what }));
         };
         let folder = &digits[..2];
         write(folder, &format!("{digits}.parquet"), Some(What::Task(key)));
-        write(
-            folder,
-            &format!("{digits}.parquet.damaged"),
-            Some(What::Quarantined),
-        );
-        write(
-            folder,
-            &format!("{digits}.parquet.damaged-2"),
-            Some(What::Quarantined),
-        );
+        write(folder, &format!("{digits}.parquet.damaged"), Some(What::Quarantined));
+        write(folder, &format!("{digits}.parquet.damaged-2"), Some(What::Quarantined));
         write("unfinished", ".unfinished-Xy", Some(What::Unfinished));
         write("zz", &format!("{digits}.parquet"), None);
         write(folder, "notes.txt", None);

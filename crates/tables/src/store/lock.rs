@@ -31,9 +31,7 @@ impl Lock {
             return Ok(Lock { _file: None });
         };
         let locked = file.lock_shared().is_ok();
-        Ok(Lock {
-            _file: locked.then_some(file),
-        })
+        Ok(Lock { _file: locked.then_some(file) })
     }
 
     /// Makes the file to be locked, before the store is shared for work. Where it cannot be written
@@ -48,10 +46,7 @@ impl Lock {
     /// When the file to be locked cannot be opened or locked.
     pub fn alone(folder: &Path) -> Result<Option<Lock>, StoreError> {
         let path = folder.join(NAME);
-        let failed = |source| StoreError::Lock {
-            path: path.clone(),
-            source,
-        };
+        let failed = |source| StoreError::Lock { path: path.clone(), source };
         let file = writable(&path).map_err(failed)?;
         match file.try_lock() {
             Ok(()) => Ok(Some(Lock { _file: Some(file) })),
@@ -75,12 +70,7 @@ fn open(folder: &Path) -> Result<Option<File>, StoreError> {
 }
 
 fn writable(path: &Path) -> io::Result<File> {
-    OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(path)
+    OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
 }
 
 #[cfg(test)]

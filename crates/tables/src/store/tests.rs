@@ -117,10 +117,7 @@ fn a_quarantined_file_makes_room_for_a_sound_one() {
         fs::write(store.path(key), "not a table").unwrap();
         let quarantined = store.quarantine(key).unwrap().unwrap();
         let name = format!("{key}.parquet.damaged{number}");
-        assert_eq!(
-            quarantined.file_name().unwrap().to_str(),
-            Some(name.as_str())
-        );
+        assert_eq!(quarantined.file_name().unwrap().to_str(), Some(name.as_str()));
         assert_eq!(fs::read(quarantined).unwrap(), b"not a table");
         assert!(!store.has(key));
         store.publish(&provenance("{}"), &table).unwrap();
@@ -147,8 +144,5 @@ fn a_folder_in_place_of_a_table_is_an_error() {
 fn equal_tables_give_equal_bytes() {
     let (_folder, _store, _key, table) = fixture();
     let metadata = provenance("{}").metadata();
-    assert_eq!(
-        parquet::encode(&table, &metadata),
-        parquet::encode(&table, &metadata)
-    );
+    assert_eq!(parquet::encode(&table, &metadata), parquet::encode(&table, &metadata));
 }

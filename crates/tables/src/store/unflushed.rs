@@ -51,9 +51,6 @@ impl Unflushed {
             let mut waiting = self.0.lock().expect("no panic happens while it is held");
             std::mem::take(&mut *waiting)
         };
-        waiting
-            .folders
-            .iter()
-            .try_for_each(|folder| flush_folder(folder))
+        waiting.folders.iter().try_for_each(|folder| flush_folder(folder))
     }
 }

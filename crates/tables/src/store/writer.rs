@@ -28,10 +28,7 @@ pub struct Writer {
 impl Writer {
     /// This process.
     pub fn own() -> Writer {
-        Writer {
-            machine: own_machine().to_owned(),
-            process: std::process::id(),
-        }
+        Writer { machine: own_machine().to_owned(), process: std::process::id() }
     }
 
     /// How the names of its unfinished files begin; some letters follow that tell them apart.
@@ -44,10 +41,7 @@ impl Writer {
     pub fn of(name: &str) -> Option<Writer> {
         let (process, rest) = name.strip_prefix(UNFINISHED)?.split_once('@')?;
         let (machine, _) = rest.rsplit_once('-')?;
-        Some(Writer {
-            machine: machine.to_owned(),
-            process: process.parse().ok()?,
-        })
+        Some(Writer { machine: machine.to_owned(), process: process.parse().ok()? })
     }
 }
 
@@ -65,11 +59,7 @@ pub struct Moment {
 impl Moment {
     /// Here and now.
     pub fn here() -> Moment {
-        Moment {
-            machine: own_machine().to_owned(),
-            now: SystemTime::now(),
-            begun,
-        }
+        Moment { machine: own_machine().to_owned(), now: SystemTime::now(), begun }
     }
 
     /// Whether an unfinished file is nobody's any more. One of this machine is, once its process
@@ -104,11 +94,7 @@ fn own_machine() -> &'static str {
             'a'..='z' | 'A'..='Z' | '0'..='9' | '.' | '-' => letter,
             _ => '_',
         };
-        name.unwrap_or_default()
-            .chars()
-            .take(64)
-            .map(plain)
-            .collect()
+        name.unwrap_or_default().chars().take(64).map(plain).collect()
     })
 }
 
@@ -153,11 +139,7 @@ mod tests {
     fn a_name_tells_its_writer() {
         let own = Writer::own();
         assert_eq!(Writer::of(&(own.prefix() + "aB3dEf")), Some(own));
-        for name in [
-            "area.parquet",
-            ".unfinished-aB3dEf",
-            ".unfinished-x@node-aB3dEf",
-        ] {
+        for name in ["area.parquet", ".unfinished-aB3dEf", ".unfinished-x@node-aB3dEf"] {
             assert_eq!(Writer::of(name), None, "{name}");
         }
     }
@@ -178,11 +160,7 @@ mod tests {
 
     #[test]
     fn files_of_other_machines_and_of_nobody_known_are_abandoned_after_a_week() {
-        for name in [
-            name("node-08", 8),
-            name("node-08", 7),
-            ".unfinished-aB3dEf".to_owned(),
-        ] {
+        for name in [name("node-08", 8), name("node-08", 7), ".unfinished-aB3dEf".to_owned()] {
             assert!(!is_abandoned(&name, 0), "{name}");
             assert!(!is_abandoned(&name, 6), "{name}");
             assert!(is_abandoned(&name, 8), "{name}");
@@ -191,10 +169,7 @@ mod tests {
 
     #[test]
     fn a_machine_without_a_name_of_its_own_knows_none_of_its_files() {
-        let nameless = Moment {
-            machine: String::new(),
-            ..node07()
-        };
+        let nameless = Moment { machine: String::new(), ..node07() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name("", 8));
         File::create(&path).unwrap();

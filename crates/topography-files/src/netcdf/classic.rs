@@ -47,15 +47,10 @@ impl<'a> Dataset<'a> {
         let mut cursor = Cursor::at(bytes, 4);
         // The number of records, which no map is made of.
         whole(&mut cursor)?;
-        let dimensions = list(&mut cursor, |cursor| {
-            Ok((name(cursor)?, whole(cursor)?.into()))
-        })?;
+        let dimensions = list(&mut cursor, |cursor| Ok((name(cursor)?, whole(cursor)?.into())))?;
         list(&mut cursor, attribute)?;
         let variables = list(&mut cursor, |cursor| variable(cursor, wide))?;
-        Ok(Dataset {
-            dimensions,
-            variables,
-        })
+        Ok(Dataset { dimensions, variables })
     }
 
     pub fn variable(&self, name: &str) -> Result<&Variable<'a>, FormatError> {
@@ -95,16 +90,12 @@ impl<'a> Variable<'a> {
     }
 
     fn attribute(&self, name: &str) -> Option<&Attribute<'a>> {
-        self.attributes
-            .iter()
-            .find(|attribute| attribute.name == name)
+        self.attributes.iter().find(|attribute| attribute.name == name)
     }
 
     /// An attribute of text.
     pub fn text(&self, name: &str) -> Option<String> {
-        let attribute = self
-            .attribute(name)
-            .filter(|found| found.kind == CHARACTER)?;
+        let attribute = self.attribute(name).filter(|found| found.kind == CHARACTER)?;
         let text = str::from_utf8(attribute.bytes);
         Some(text.map_or_else(|_| latin1(attribute.bytes), str::to_owned))
     }
@@ -182,11 +173,5 @@ fn variable<'a>(cursor: &mut Cursor<'a>, wide: bool) -> Result<Variable<'a>, For
         true => usize::try_from(u64::from_be_bytes(cursor.array()?)).unwrap_or(usize::MAX),
         false => whole(cursor)? as usize,
     };
-    Ok(Variable {
-        name,
-        dimensions,
-        attributes,
-        kind,
-        begin,
-    })
+    Ok(Variable { name, dimensions, attributes, kind, begin })
 }

@@ -1,13 +1,7 @@
 use super::*;
 
 fn bytes(nodes: [usize; 2]) -> Raster<'static> {
-    Raster::rows(
-        nodes,
-        Element::U8,
-        ByteOrder::Little,
-        &[0, 1, 2, 3, 4, 5][..],
-    )
-    .unwrap()
+    Raster::rows(nodes, Element::U8, ByteOrder::Little, &[0, 1, 2, 3, 4, 5][..]).unwrap()
 }
 
 #[test]
@@ -45,11 +39,8 @@ fn a_mask_lies_as_its_own_rows_do() {
 
 #[test]
 fn both_ends_of_a_number_may_come_first() {
-    let read = |order| {
-        Raster::rows([1, 1], Element::I16, order, &[0x01, 0x80][..])
-            .unwrap()
-            .decode()
-    };
+    let read =
+        |order| Raster::rows([1, 1], Element::I16, order, &[0x01, 0x80][..]).unwrap().decode();
     assert_eq!(read(ByteOrder::Little), [f64::from(-0x7fff)]);
     assert_eq!(read(ByteOrder::Big), [f64::from(0x0180)]);
 }
@@ -77,10 +68,8 @@ fn sizes_that_no_file_can_have_are_refused() {
 
 #[test]
 fn a_number_that_is_not_finite_was_not_measured() {
-    let stored: Vec<u8> = [f32::NAN, f32::INFINITY, 1.0]
-        .iter()
-        .flat_map(|height| height.to_le_bytes())
-        .collect();
+    let stored: Vec<u8> =
+        [f32::NAN, f32::INFINITY, 1.0].iter().flat_map(|height| height.to_le_bytes()).collect();
     let raster = Raster::rows([3, 1], Element::F32, ByteOrder::Little, stored).unwrap();
     let heights = raster.decode();
     assert!(heights[0].is_nan() && heights[1].is_nan());

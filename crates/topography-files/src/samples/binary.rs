@@ -174,9 +174,7 @@ fn opd() -> Vec<u8> {
     numbers[4] = f32::MAX;
     let raster = numbers
         .into_iter()
-        .fold(Fields::default().u16(3).u16(2).u16(4), |fields, number| {
-            fields.f32(number)
-        });
+        .fold(Fields::default().u16(3).u16(2).u16(4), |fields, number| fields.f32(number));
     let blocks = [
         ("Raw", 3, raster.0),
         ("Wavelength", 7, 500_f32.to_le_bytes().to_vec()),
@@ -225,17 +223,11 @@ fn metropro() -> Vec<u8> {
     let big = |fields: Fields, number: f32| fields.bytes(&number.to_be_bytes());
     let fields = Fields::default().bytes(b"\x88\x1b\x03\x6f").to(60);
     // Four bytes of intensities, three times two nodes.
-    let fields = fields
-        .bytes(&[0, 0, 0, 4])
-        .to(68)
-        .bytes(&[0, 3, 0, 2])
-        .to(164);
+    let fields = fields.bytes(&[0, 0, 0, 4]).to(68).bytes(&[0, 3, 0, 2]).to(164);
     // Steps of a nanometre.
     let fields = big(big(fields, 1.0), 4096e-9).to(176);
     let fields = big(big(fields, 1.0).to(184), 1e-6).to(838);
-    let bytes = fields
-        .rows(ROWS, |height| i32::from(height).to_be_bytes())
-        .0;
+    let bytes = fields.rows(ROWS, |height| i32::from(height).to_be_bytes()).0;
     with_last(bytes, &2147483640_i32.to_be_bytes())
 }
 
@@ -297,16 +289,10 @@ fn frt() -> Vec<u8> {
 }
 
 fn plu() -> Vec<u8> {
-    let fields = Fields::default()
-        .text("Fri Mar 10 16:35:59 2023", 128)
-        .to(388);
+    let fields = Fields::default().text("Fri Mar 10 16:35:59 2023", 128).to(388);
     let fields = fields.i32(2).i32(3).zeros(8).f32(1.0).f32(2.0);
     // A topography, of one layer without pictures.
     let fields = fields.to(428).i32(3).to(488).bytes(&[0, 1]).to(500);
     let fields = fields.i32(2).i32(3);
-    [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1000001.0]
-        .into_iter()
-        .fold(fields, Fields::f32)
-        .zeros(8)
-        .0
+    [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1000001.0].into_iter().fold(fields, Fields::f32).zeros(8).0
 }

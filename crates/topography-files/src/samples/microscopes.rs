@@ -47,29 +47,14 @@ pub fn igor() -> Vec<u8> {
         .i32(note.len() as i32)
         .to(36 + 2 * 4)
         .i32(32 * labels.len() as i32);
-    let wave = header
-        .to(64 + 12)
-        .i32(12)
-        .u16(2)
-        .to(64 + 68)
-        .i32(3)
-        .i32(2)
-        .i32(2)
-        .i32(0);
-    let wave = wave
-        .f64(1e-6)
-        .f64(2e-6)
-        .to(64 + 148)
-        .text("m", 4)
-        .text("m", 4);
+    let wave = header.to(64 + 12).i32(12).u16(2).to(64 + 68).i32(3).i32(2).i32(2).i32(0);
+    let wave = wave.f64(1e-6).f64(2e-6).to(64 + 148).text("m", 4).text("m", 4);
     let mut fields = wave.to(384);
     for height in upside_down().as_flattened() {
         fields = fields.f32(f32::from(*height) * 1e-9);
     }
     let fields = fields.rows(ROWS, single).bytes(note.as_bytes());
-    let fields = labels
-        .into_iter()
-        .fold(fields, |fields, label| fields.text(label, 32));
+    let fields = labels.into_iter().fold(fields, |fields, label| fields.text(label, 32));
     with_checksum(fields.0)
 }
 

@@ -3,10 +3,7 @@
 use super::{Fields, Sample};
 
 pub fn samples() -> Vec<Sample> {
-    let unitless = |format, bytes: Vec<u8>| Sample {
-        sides: None,
-        ..Sample::new(format, bytes)
-    };
+    let unitless = |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::new(format, bytes) };
     let gwyddion = "# Channel: Height\n# Width: 3 µm\n# Height: 4 µm\n# Value units: nm\n\
                     1 2 3\n4 5 nan\n";
     let latin1: Vec<u8> = gwyddion.chars().map(|c| c as u8).collect();
@@ -35,8 +32,5 @@ fn npy() -> Vec<u8> {
         .bytes(b"\x93NUMPY\x01\0")
         .u16(header.len() as u16)
         .bytes(header.as_bytes());
-    [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]
-        .into_iter()
-        .fold(fields, Fields::f64)
-        .0
+    [1.0, 4.0, 2.0, 5.0, 3.0, 6.0].into_iter().fold(fields, Fields::f64).0
 }

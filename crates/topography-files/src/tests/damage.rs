@@ -34,9 +34,7 @@ fn every_truncation_is_read_to_its_end_or_refused() {
 fn no_height_is_made_up_for_a_binary_file_that_is_cut_off() {
     // What follows the heights may lack: text, the end of a wave, the extremes of a layer.
     let ends = ["text", "sdf", "ibw", "plu", "netcdf"];
-    let binary = samples()
-        .into_iter()
-        .filter(|sample| !ends.contains(&sample.format));
+    let binary = samples().into_iter().filter(|sample| !ends.contains(&sample.format));
     for sample in binary {
         let cut = &sample.bytes[..sample.bytes.len() - 1];
         assert!(read(cut).is_err(), "{}", sample.format);

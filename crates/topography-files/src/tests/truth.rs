@@ -17,11 +17,8 @@ fn number(cell: &str) -> Option<f64> {
 #[test]
 fn files_are_read_as_others_read_them() {
     let truth = fs::read_to_string(folder().join("truth.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = truth
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').collect())
-        .collect();
+    let rows: Vec<Vec<&str>> =
+        truth.lines().skip(1).map(|line| line.split(',').collect()).collect();
     assert!(rows.len() > 8);
     for (index, row) in rows.iter().enumerate() {
         // A file may have several channels of one name.
@@ -35,10 +32,7 @@ fn agrees(row: &[&str], before: usize) {
     let [name, channel] = [row[0], row[1]];
     let bytes = fs::read(folder().join(name)).unwrap();
     let file = read(&bytes).unwrap_or_else(|error| panic!("{name}: {error:?}"));
-    let mut named = file
-        .channels()
-        .iter()
-        .filter(|known| known.name() == channel);
+    let mut named = file.channels().iter().filter(|known| known.name() == channel);
     let channel = named.nth(before).unwrap_or(&file.channels()[0]);
     let map = channel.map();
     let statistics = Statistics::of(&map);
@@ -62,19 +56,12 @@ fn agrees(row: &[&str], before: usize) {
     for (column, found) in found.into_iter().enumerate() {
         let expected = number(row[2 + column]);
         // Sides and rms heights are sums and products, and their order is the reader's.
-        let tolerance = if [2, 3, 5].contains(&column) {
-            1e-9
-        } else {
-            1e-12
-        };
+        let tolerance = if [2, 3, 5].contains(&column) { 1e-9 } else { 1e-12 };
         let agree = match (found, expected) {
             (Some(found), Some(expected)) => (found - expected).abs() <= tolerance * expected.abs(),
             (found, expected) => found.is_none() && expected.is_none(),
         };
-        assert!(
-            agree,
-            "{name}, column {column}: {found:?}, expected {expected:?}"
-        );
+        assert!(agree, "{name}, column {column}: {found:?}, expected {expected:?}");
     }
 }
 

@@ -5,16 +5,8 @@ use crate::unit::{Unit, ratio};
 
 // Words for one thing, in small letters; those in other languages are Gwyddion's, whose interface
 // translates what it exports.
-const CHANNEL: &[&str] = &[
-    "channel",
-    "kanál",
-    "kanal",
-    "canal",
-    "canale",
-    "チャネル",
-    "채널",
-    "канал",
-];
+const CHANNEL: &[&str] =
+    &["channel", "kanál", "kanal", "canal", "canale", "チャネル", "채널", "канал"];
 const WIDTH: &[&str] = &[
     "width",
     "x-length",
@@ -105,9 +97,7 @@ impl Header {
     pub fn starts_with(line: &str) -> bool {
         let mut header = Header::default();
         header.add(line);
-        [CHANNEL, WIDTH]
-            .iter()
-            .any(|names| header.get(names).is_some())
+        [CHANNEL, WIDTH].iter().any(|names| header.get(names).is_some())
     }
 
     /// Whether it gives sides or numbers of nodes, as only those of a matrix do.

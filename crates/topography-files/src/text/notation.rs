@@ -23,11 +23,8 @@ pub enum Line {
 impl Notation {
     /// In the order in which they are tried: `1,5 2,5` are two numbers, `1, 5` are two as well, and
     /// `1,5` alone is one.
-    pub const ALL: [Notation; 3] = [
-        Notation::Points,
-        Notation::DecimalCommas,
-        Notation::CommasBetween,
-    ];
+    pub const ALL: [Notation; 3] =
+        [Notation::Points, Notation::DecimalCommas, Notation::CommasBetween];
 
     /// Reads a line.
     pub fn line(self, line: &str) -> Line {
@@ -47,10 +44,7 @@ impl Notation {
                 let cells = line.split(separator);
                 cells.map(|cell| self.cell(cell.trim())).collect()
             }
-            false => line
-                .split_whitespace()
-                .map(|word| self.number(word))
-                .collect(),
+            false => line.split_whitespace().map(|word| self.number(word)).collect(),
         };
         numbers.map_or(Line::Words, Line::Numbers)
     }
@@ -84,11 +78,7 @@ mod tests {
 
     #[track_caller]
     fn reads(notation: Notation, line: &str, numbers: &[f64]) {
-        assert_eq!(
-            notation.line(line),
-            Line::Numbers(numbers.to_vec()),
-            "{line}"
-        );
+        assert_eq!(notation.line(line), Line::Numbers(numbers.to_vec()), "{line}");
     }
 
     #[test]

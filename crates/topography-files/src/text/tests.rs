@@ -36,10 +36,7 @@ fn maps_below_each_other_have_headers_of_their_own() {
     let other = "# Channel: B\n# Width: 3 µm\n# Height: 2 µm\n# Value units: V\n1 2 3\n";
     let text = format!("{one}\n{other}");
     let channels = channels(&text);
-    let listed: Vec<_> = channels
-        .iter()
-        .map(|c| (c.name(), c.unit(), c.nodes()[0]))
-        .collect();
+    let listed: Vec<_> = channels.iter().map(|c| (c.name(), c.unit(), c.nodes()[0])).collect();
     assert_eq!(listed, [("A", Some("m"), 2), ("B", Some("V"), 3)]);
 }
 
@@ -54,30 +51,15 @@ fn pixels_give_the_size() {
 
 #[test]
 fn a_header_that_contradicts_the_matrix_is_refused() {
-    refused(
-        "h=3 w=4\n1 2 3 4\n5 6 7 8\n",
-        "`y-pixels` is 3, it must be 2, as many as there are",
-    );
-    refused(
-        "1 2 3 4\n5 6 7\n",
-        "line 2: it has 3 numbers, those above have 4",
-    );
-    refused(
-        "1 2 3 4\n5 6 x 8\n",
-        "line 2: `5 6 x 8` is no line of numbers",
-    );
+    refused("h=3 w=4\n1 2 3 4\n5 6 7 8\n", "`y-pixels` is 3, it must be 2, as many as there are");
+    refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, those above have 4");
+    refused("1 2 3 4\n5 6 x 8\n", "line 2: `5 6 x 8` is no line of numbers");
 }
 
 #[test]
 fn a_profile_is_no_map() {
-    refused(
-        "0 1\n1 2\n2 3\n",
-        "one or two columns of numbers: a profile and no map",
-    );
-    refused(
-        "0 0 1\n1 1 2\n2 2 3\n3 3 3\n",
-        "4 triplets along a line are a profile and no map",
-    );
+    refused("0 1\n1 2\n2 3\n", "one or two columns of numbers: a profile and no map");
+    refused("0 0 1\n1 1 2\n2 2 3\n3 3 3\n", "4 triplets along a line are a profile and no map");
 }
 
 #[test]
@@ -99,10 +81,7 @@ fn a_line_of_the_grid_may_lack() {
 
 #[test]
 fn triplets_that_lie_on_no_grid_are_refused() {
-    refused(
-        "0 0 1\n0 1 2\n0 1 2\n1 0 3\n1 1 4\n",
-        "two triplets have x = 0, y = 1",
-    );
+    refused("0 0 1\n0 1 2\n0 1 2\n1 0 3\n1 1 4\n", "two triplets have x = 0, y = 1");
     refused(
         "0 0 1\n0 1 2\n1 0 3\n1 1 4\n2.5 0 5\n2.5 1 6\n3.77 0 1\n3.77 1 1\n",
         "the triplets' x are not evenly spaced",

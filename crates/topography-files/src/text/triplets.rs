@@ -68,11 +68,7 @@ pub fn grid(triplets: &[f64]) -> Result<Grid, FormatError> {
         is_taken[node] = true;
         heights[node] = point[2];
     }
-    Ok(Grid {
-        nodes,
-        sides: [x, y].map(|axis| axis.nodes as f64 * axis.step),
-        heights,
-    })
+    Ok(Grid { nodes, sides: [x, y].map(|axis| axis.nodes as f64 * axis.step), heights })
 }
 
 impl Axis {

@@ -22,36 +22,24 @@ pub fn times<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> 
 
 #[inline(always)]
 fn plus<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
-    Complex {
-        re: r.add(a.re, b.re),
-        im: r.add(a.im, b.im),
-    }
+    Complex { re: r.add(a.re, b.re), im: r.add(a.im, b.im) }
 }
 
 #[inline(always)]
 fn minus<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
-    Complex {
-        re: r.sub(a.re, b.re),
-        im: r.sub(a.im, b.im),
-    }
+    Complex { re: r.sub(a.re, b.re), im: r.sub(a.im, b.im) }
 }
 
 /// a + i b
 #[inline(always)]
 fn plus_i<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
-    Complex {
-        re: r.sub(a.re, b.im),
-        im: r.add(a.im, b.re),
-    }
+    Complex { re: r.sub(a.re, b.im), im: r.add(a.im, b.re) }
 }
 
 /// a − i b
 #[inline(always)]
 fn minus_i<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
-    Complex {
-        re: r.add(a.re, b.im),
-        im: r.sub(a.im, b.re),
-    }
+    Complex { re: r.add(a.re, b.im), im: r.sub(a.im, b.re) }
 }
 
 /// a + f b
@@ -62,10 +50,7 @@ fn plus_scaled<R: Registers>(
     f: R::Lanes,
     b: Complex<R::Lanes>,
 ) -> Complex<R::Lanes> {
-    Complex {
-        re: r.add_product(a.re, f, b.re),
-        im: r.add_product(a.im, f, b.im),
-    }
+    Complex { re: r.add_product(a.re, f, b.re), im: r.add_product(a.im, f, b.im) }
 }
 
 /// a − f b
@@ -76,18 +61,12 @@ fn minus_scaled<R: Registers>(
     f: R::Lanes,
     b: Complex<R::Lanes>,
 ) -> Complex<R::Lanes> {
-    Complex {
-        re: r.sub_product(a.re, f, b.re),
-        im: r.sub_product(a.im, f, b.im),
-    }
+    Complex { re: r.sub_product(a.re, f, b.re), im: r.sub_product(a.im, f, b.im) }
 }
 
 #[inline(always)]
 fn scaled<R: Registers>(r: R, f: R::Lanes, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
-    Complex {
-        re: r.mul(f, b.re),
-        im: r.mul(f, b.im),
-    }
+    Complex { re: r.mul(f, b.re), im: r.mul(f, b.im) }
 }
 
 #[inline(always)]
@@ -113,23 +92,14 @@ fn three<R: Registers>(r: R, [a, b, c]: [Complex<R::Lanes>; 3]) -> [Complex<R::L
     let (sum, difference) = (plus(r, b, c), minus(r, b, c));
     let middle = minus_scaled(r, a, constant(r, 0.5), sum);
     let turned = scaled(r, constant(r, 0.75_f64.sqrt()), difference);
-    [
-        plus(r, a, sum),
-        minus_i(r, middle, turned),
-        plus_i(r, middle, turned),
-    ]
+    [plus(r, a, sum), minus_i(r, middle, turned), plus_i(r, middle, turned)]
 }
 
 #[inline(always)]
 fn four<R: Registers>(r: R, [a, b, c, d]: [Complex<R::Lanes>; 4]) -> [Complex<R::Lanes>; 4] {
     let (ac, bd) = (plus(r, a, c), plus(r, b, d));
     let (a_c, b_d) = (minus(r, a, c), minus(r, b, d));
-    [
-        plus(r, ac, bd),
-        minus_i(r, a_c, b_d),
-        minus(r, ac, bd),
-        plus_i(r, a_c, b_d),
-    ]
+    [plus(r, ac, bd), minus_i(r, a_c, b_d), minus(r, ac, bd), plus_i(r, a_c, b_d)]
 }
 
 #[inline(always)]
@@ -180,10 +150,7 @@ fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
         for (k, value) in column.iter_mut().enumerate() {
             if j * k > 0 {
                 let (sin, cos) = SIXTEENTHS[j * k];
-                let turn = Complex {
-                    re: constant(r, cos),
-                    im: constant(r, -sin),
-                };
+                let turn = Complex { re: constant(r, cos), im: constant(r, -sin) };
                 *value = times(r, *value, turn);
             }
         }

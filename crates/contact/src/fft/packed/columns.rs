@@ -133,17 +133,10 @@ impl<T: Real> Work<T> for Convolve<'_, '_, T> {
     fn run<R: Registers<Number = T>>(self, r: R) {
         let stages = &self.columns.stages;
         let nodes = self.columns.nodes[0];
-        let Pair {
-            near,
-            far,
-            kernel,
-            lowest,
-            sum,
-        } = self.pair;
+        let Pair { near, far, kernel, lowest, sum } = self.pair;
         let near: &mut [R::Lanes] = bytemuck::cast_slice_mut(near);
-        let mut far: Option<&mut [R::Lanes]> = far
-            .as_deref_mut()
-            .map(bytemuck::cast_slice_mut::<T, R::Lanes>);
+        let mut far: Option<&mut [R::Lanes]> =
+            far.as_deref_mut().map(bytemuck::cast_slice_mut::<T, R::Lanes>);
         let spare: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.spare);
         let is_whole = near.len() == nodes;
         let alone = far.is_none();
@@ -298,11 +291,7 @@ enum Order {
 impl Order {
     #[inline(always)]
     fn opposite(lowest: bool) -> Self {
-        if lowest {
-            Self::DescendingFromZero
-        } else {
-            Self::Descending
-        }
+        if lowest { Self::DescendingFromZero } else { Self::Descending }
     }
 
     #[inline(always)]
@@ -362,10 +351,7 @@ fn enter<R: Registers<Number: Real>>(
     let zero = r.splat(R::Number::default());
     let mut x = [Complex { re: zero, im: zero }; MOST_LANES];
     for p in 0..R::LANES {
-        x[p] = Complex {
-            re: re[p],
-            im: im[p],
-        };
+        x[p] = Complex { re: re[p], im: im[p] };
     }
     fourier_in_parts(r, &mut x[..R::LANES]);
     let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
@@ -376,10 +362,7 @@ fn enter<R: Registers<Number: Real>>(
     transpose(r, &mut re);
     transpose(r, &mut im);
     for p in 0..R::LANES {
-        x[p] = Complex {
-            re: re[p],
-            im: im[p],
-        };
+        x[p] = Complex { re: re[p], im: im[p] };
     }
     fourier_in_parts(r, &mut x[..R::LANES]);
     x
@@ -402,10 +385,7 @@ fn leave<R: Registers<Number: Real>>(
     let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
     // Real and imaginary parts are exchanged on the way, which makes the transforms inverse ones.
     for p in 0..R::LANES {
-        x[p] = Complex {
-            re: x[p].im,
-            im: x[p].re,
-        };
+        x[p] = Complex { re: x[p].im, im: x[p].re };
     }
     fourier_in_parts(r, &mut x[..R::LANES]);
     for p in 0..R::LANES {
@@ -415,10 +395,7 @@ fn leave<R: Registers<Number: Real>>(
     transpose(r, &mut im);
     for p in 0..R::LANES {
         let place = order.place(p, R::LANES);
-        x[p] = Complex {
-            re: re[place],
-            im: im[place],
-        };
+        x[p] = Complex { re: re[place], im: im[place] };
     }
     fourier_in_parts(r, &mut x[..R::LANES]);
     for p in 0..R::LANES {

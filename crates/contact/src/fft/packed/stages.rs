@@ -176,10 +176,7 @@ impl<T: Real> Stage<T> {
 
 #[inline(always)]
 fn at<V: Copy>(re: &[V], im: &[V], index: usize) -> Complex<V> {
-    Complex {
-        re: re[index],
-        im: im[index],
-    }
+    Complex { re: re[index], im: im[index] }
 }
 
 /// The twiddle of part `q` among those of one j, for one part of a register.
@@ -197,10 +194,7 @@ fn twiddle<const ALONG: bool, R: Registers>(
             im: registers[(2 * (q - 1) + 1) * R::PARTS + lane],
         }
     } else {
-        Complex {
-            re: part.splat(twiddles[2 * (q - 1)]),
-            im: part.splat(twiddles[2 * (q - 1) + 1]),
-        }
+        Complex { re: part.splat(twiddles[2 * (q - 1)]), im: part.splat(twiddles[2 * (q - 1) + 1]) }
     }
 }
 

@@ -136,18 +136,12 @@ where
 
     #[inline(always)]
     fn add_product(self, c: [R::Lanes; 2], a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
-        [
-            self.0.add_product(c[0], a[0], b[0]),
-            self.0.add_product(c[1], a[1], b[1]),
-        ]
+        [self.0.add_product(c[0], a[0], b[0]), self.0.add_product(c[1], a[1], b[1])]
     }
 
     #[inline(always)]
     fn sub_product(self, c: [R::Lanes; 2], a: [R::Lanes; 2], b: [R::Lanes; 2]) -> [R::Lanes; 2] {
-        [
-            self.0.sub_product(c[0], a[0], b[0]),
-            self.0.sub_product(c[1], a[1], b[1]),
-        ]
+        [self.0.sub_product(c[0], a[0], b[0]), self.0.sub_product(c[1], a[1], b[1])]
     }
 
     #[inline(always)]

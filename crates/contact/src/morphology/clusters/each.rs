@@ -127,11 +127,7 @@ mod tests {
     use crate::morphology::map::samples::{MESHES, map, random};
 
     fn cluster(nodes: usize, switches_x: usize, switches_y: usize) -> Cluster {
-        Cluster {
-            nodes,
-            switches_x,
-            switches_y,
-        }
+        Cluster { nodes, switches_x, switches_y }
     }
 
     #[test]
@@ -148,10 +144,7 @@ mod tests {
                     assert_eq!(largest.unwrap_or(0), clusters.largest);
                     assert_eq!(sum(|cluster| cluster.nodes), area.contact_nodes);
                     let across = sum(|cluster| cluster.switches_x);
-                    assert_eq!(
-                        across, area.switches_along_columns,
-                        "{nodes:?} {boundary:?}"
-                    );
+                    assert_eq!(across, area.switches_along_columns, "{nodes:?} {boundary:?}");
                     assert_eq!(sum(|cluster| cluster.switches_y), area.switches_along_rows);
                 }
             }
@@ -168,9 +161,7 @@ mod tests {
 
     #[test]
     fn clusters_are_told_apart() {
-        let two = map([8, 8], |i, j| {
-            i < 2 && j < 2 || (4..7).contains(&i) && j == 5
-        });
+        let two = map([8, 8], |i, j| i < 2 && j < 2 || (4..7).contains(&i) && j == 5);
         assert_eq!(Cluster::each(&two), [cluster(4, 4, 4), cluster(3, 2, 6)]);
     }
 

@@ -59,11 +59,7 @@ impl TakenRows<'_> {
     ) {
         let part = row.index() % SIDE;
         let [before, here, after] = &mut self.sums;
-        let neighbour = if is_before::<SIDE>(part) {
-            before
-        } else {
-            after
-        };
+        let neighbour = if is_before::<SIDE>(part) { before } else { after };
         let (values, beyond) = values.split_at(carry.len());
         let (own, own_beyond) = here[SIDE..].split_at_mut(carry.len());
         let (other, other_beyond) = neighbour[SIDE..].split_at_mut(carry.len());
@@ -75,15 +71,7 @@ impl TakenRows<'_> {
         let (carry, last_carry) = split::<S, R>(carry);
         take(simd, shares, groups, own, other, values, carry);
         let rest = &ALL[..last_values.len()];
-        take(
-            REST,
-            shares,
-            rest,
-            last_own,
-            last_other,
-            last_values,
-            last_carry,
-        );
+        take(REST, shares, rest, last_own, last_other, last_values, last_carry);
         if ends_blocks(row, self.rows) {
             let place = Row::new(row.index() / SIDE, self.blocks);
             for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
@@ -149,11 +137,7 @@ pub struct GivenRows<'a> {
 
 impl<'a> GivenRows<'a> {
     fn of(smallest: &'a Level) -> Self {
-        Self {
-            smallest,
-            nodes: vec![0.0; SIDE * smallest.blocks[1]],
-            here: None,
-        }
+        Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
     }
 
     /// Adds it to a row, in groups with a free node.

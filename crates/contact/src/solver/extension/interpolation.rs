@@ -21,11 +21,8 @@ pub fn is_before<const SIDE: usize>(part: usize) -> bool {
 pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 2] {
     let (block, part) = (index / SIDE, index % SIDE);
     let [own, other] = shares::<SIDE>(part);
-    let neighbour = if is_before::<SIDE>(part) {
-        (block + blocks - 1) % blocks
-    } else {
-        (block + 1) % blocks
-    };
+    let neighbour =
+        if is_before::<SIDE>(part) { (block + blocks - 1) % blocks } else { (block + 1) % blocks };
     [(block, own), (neighbour, other)]
 }
 
@@ -43,11 +40,7 @@ pub fn interpolate<const SIDE: usize>(blocks: &[f32], parts: &mut [[f32; SIDE]])
         let (before, own, after) = (near[0], near[1], near[2]);
         for (part, value) in parts.iter_mut().enumerate() {
             let [of_own, of_other] = shares::<SIDE>(part);
-            let other = if is_before::<SIDE>(part) {
-                before
-            } else {
-                after
-            };
+            let other = if is_before::<SIDE>(part) { before } else { after };
             *value = of_own * own + of_other * other;
         }
     }
@@ -62,11 +55,7 @@ pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
         for (part, own) in own.iter().enumerate() {
             let [of_own, of_other] = shares::<SIDE>(part);
             // The first parts of the block after lie towards this one.
-            let other = if is_before::<SIDE>(part) {
-                after[part]
-            } else {
-                before[part]
-            };
+            let other = if is_before::<SIDE>(part) { after[part] } else { before[part] };
             of_block += of_own * own;
             of_others += of_other * other;
         }

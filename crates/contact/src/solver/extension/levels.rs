@@ -19,11 +19,7 @@ pub struct SumQuarters<'a> {
 
 impl<'a> SumQuarters<'a> {
     pub fn new(fine: [usize; 2], values: &'a [f32]) -> Self {
-        Self {
-            fine,
-            values,
-            sums: vec![0.0; fine[1].next_multiple_of(HALVES)],
-        }
+        Self { fine, values, sums: vec![0.0; fine[1].next_multiple_of(HALVES)] }
     }
 }
 
@@ -106,10 +102,7 @@ pub struct JoinRows<'a> {
 
 impl<'a> JoinRows<'a> {
     pub fn new(blocks: [usize; 2], for_neighbours: &'a [Vec<f32>; 2]) -> Self {
-        Self {
-            blocks,
-            for_neighbours,
-        }
+        Self { blocks, for_neighbours }
     }
 }
 
@@ -171,13 +164,7 @@ pub struct GatherAround<'a> {
 
 impl<'a> GatherAround<'a> {
     pub fn new(fine: [usize; 2], weight: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
-        Self {
-            fine,
-            weight,
-            coarse,
-            values,
-            sums: vec![0.0; HALVES * (coarse[1] + 2)],
-        }
+        Self { fine, weight, coarse, values, sums: vec![0.0; HALVES * (coarse[1] + 2)] }
     }
 }
 
@@ -197,11 +184,7 @@ impl Pass<f32> for GatherAround<'_> {
         ] {
             if index < rows {
                 let values = Row::new(index, blocks).of(self.values);
-                add(
-                    &mut self.sums[HALVES..][..blocks],
-                    values,
-                    self.weight * share,
-                );
+                add(&mut self.sums[HALVES..][..blocks], values, self.weight * share);
             }
         }
         let sums = self.sums.as_chunks_mut::<HALVES>().0;

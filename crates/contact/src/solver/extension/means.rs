@@ -23,10 +23,7 @@ impl Extension {
         self.forget_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);
         self.extend(threads);
-        Means {
-            smallest: &self.levels[0],
-            sums,
-        }
+        Means { smallest: &self.levels[0], sums }
     }
 
     /// Rows of what the means of blocks are asked for. To be given to free nodes, by `sums`, is what their
@@ -46,12 +43,7 @@ impl Extension {
     pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
         self.hand_down(threads);
         let smallest = &mut self.levels[0];
-        over_rows(
-            threads,
-            &mut smallest.values,
-            smallest.blocks[1],
-            &mut Add(given),
-        );
+        over_rows(threads, &mut smallest.values, smallest.blocks[1], &mut Add(given));
     }
 }
 

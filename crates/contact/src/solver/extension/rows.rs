@@ -138,11 +138,7 @@ impl<'a> ContinuedRows<'a> {
         }
         let [own, other] = shares::<SIDE>(part);
         let [before, here, after] = &self.rows;
-        let neighbour = if is_before::<SIDE>(part) {
-            before
-        } else {
-            after
-        };
+        let neighbour = if is_before::<SIDE>(part) { before } else { after };
         [(here, own), (neighbour, other)]
     }
 

@@ -11,9 +11,7 @@ use crate::fft::Row;
 pub fn noise(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed;
     let mut draw = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 40) as f32 / (1_u64 << 24) as f32 - 0.5
     };
     (0..count).map(|_| draw()).collect()
@@ -47,15 +45,9 @@ fn over<P>(
 /// What is asked for where the marks are free, continued over the mesh that the map is a corner of.
 fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[f32]) -> Vec<f32> {
     let [map, nodes] = [extension.map, extension.nodes];
-    over(
-        map,
-        cuts,
-        extension.asked_rows(),
-        AskedRows::split_off,
-        |part, row| {
-            part.add_row::<_, 1>(Scalar512b, row, row.of(asked), row.of(carry), &[true; 64])
-        },
-    );
+    over(map, cuts, extension.asked_rows(), AskedRows::split_off, |part, row| {
+        part.add_row::<_, 1>(Scalar512b, row, row.of(asked), row.of(carry), &[true; 64])
+    });
     extension.extend(&Threads::one());
     let mut values = vec![0.0; nodes[0] * nodes[1]];
     over(
@@ -65,10 +57,8 @@ fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[
         |part, _| part.split_off(),
         |part, row| {
             let [(own, of_own), (other, of_other)] = part.row(row);
-            for (value, (own, other)) in row
-                .of_mut(&mut values)
-                .iter_mut()
-                .zip(own.iter().zip(other))
+            for (value, (own, other)) in
+                row.of_mut(&mut values).iter_mut().zip(own.iter().zip(other))
             {
                 *value = of_own * own + of_other * other;
             }
@@ -84,18 +74,12 @@ fn handed_back(
     carry: &[f32],
 ) -> Vec<f32> {
     let [map, nodes] = [extension.map, extension.nodes];
-    over(
-        nodes,
-        cuts,
-        extension.taken_rows(),
-        TakenRows::split_off,
-        |part, row| {
-            let inside = row.index() < map[0];
-            let marks = inside.then(|| Row::new(row.index(), map[1]).of(carry));
-            let marks = marks.unwrap_or_default();
-            part.take_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
-        },
-    );
+    over(nodes, cuts, extension.taken_rows(), TakenRows::split_off, |part, row| {
+        let inside = row.index() < map[0];
+        let marks = inside.then(|| Row::new(row.index(), map[1]).of(carry));
+        let marks = marks.unwrap_or_default();
+        part.take_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
+    });
     extension.collect(&Threads::one());
     let mut given = vec![0.0; carry.len()];
     over(
@@ -129,30 +113,14 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
 
 #[test]
 fn handing_back_is_the_transpose_of_continuing() {
-    let whole = [
-        [64, 64],
-        [50, 37],
-        [128, 6],
-        [6, 90],
-        [9, 12],
-        [1, 9],
-        [3, 3],
-        [1, 1],
-    ];
-    let corners = [
-        [[40, 48], [64, 64]],
-        [[50, 37], [96, 64]],
-        [[33, 5], [33, 10]],
-        [[1, 1], [2, 2]],
-    ];
+    let whole = [[64, 64], [50, 37], [128, 6], [6, 90], [9, 12], [1, 9], [3, 3], [1, 1]];
+    let corners =
+        [[[40, 48], [64, 64]], [[50, 37], [96, 64]], [[33, 5], [33, 10]], [[1, 1], [2, 2]]];
     let meshes = whole.map(|nodes| [nodes; 2]).into_iter().chain(corners);
     for (seed, [map, nodes]) in meshes.enumerate() {
         let count = map[0] * map[1];
         let carry = marks(7 + seed as u64, count, 0.2);
-        let free: Vec<f32> = carry
-            .iter()
-            .map(|carry| weight(has(*carry, FREE)))
-            .collect();
+        let free: Vec<f32> = carry.iter().map(|carry| weight(has(*carry, FREE))).collect();
         let product = |values: Vec<f32>, weights: &[f32]| -> Vec<f32> {
             let weighed = values.iter().zip(weights);
             weighed.map(|(value, weight)| value * weight).collect()
@@ -164,10 +132,7 @@ fn handing_back_is_the_transpose_of_continuing() {
         let mut extension = Extension::new(map, nodes);
         let forth = dot(&continued(&mut extension, &[], &asked, &carry), &outside);
         let back = dot(&asked, &handed_back(&mut extension, &[], &outside, &carry));
-        assert!(
-            (forth - back).abs() < 1e-5 * (1.0 + forth.abs()),
-            "{nodes:?}: {forth} {back}"
-        );
+        assert!((forth - back).abs() < 1e-5 * (1.0 + forth.abs()), "{nodes:?}: {forth} {back}");
     }
 }
 
@@ -188,10 +153,7 @@ fn what_one_node_asks_for_fades_with_the_distance() {
     (asked[0], carry[0]) = (1.0, f32::from_bits(FREE));
     let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
     let diagonal = [1, 4, 8, 16, 31].map(|place| values[place * 65]);
-    assert!(
-        diagonal.is_sorted_by(|near, far| near > far),
-        "{diagonal:?}"
-    );
+    assert!(diagonal.is_sorted_by(|near, far| near > far), "{diagonal:?}");
     assert!(diagonal[0] < 0.5 && diagonal[4] > 0.0);
 }
 
@@ -215,11 +177,7 @@ fn the_map_repeats() {
 
 #[test]
 fn rows_of_several_threads_come_to_the_same_bits() {
-    for (map, nodes) in [
-        ([64, 48], [64, 48]),
-        ([50, 37], [50, 37]),
-        ([50, 37], [64, 64]),
-    ] {
+    for (map, nodes) in [([64, 48], [64, 48]), ([50, 37], [50, 37]), ([50, 37], [64, 64])] {
         let count = map[0] * map[1];
         let carry = marks(3, count, 0.3);
         let asked: Vec<f32> = noise(4, count)

@@ -103,8 +103,7 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
         }
         let base = self.base.set_row(row, pressure);
         split(pressure, base, self.increment.row(row));
-        self.base_sum
-            .push(sum_by(base, base, |base, _| f64::from(base)));
+        self.base_sum.push(sum_by(base, base, |base, _| f64::from(base)));
         if let Expected::AsHighAs(lowest) = self.expected {
             let heights = row.of(self.heights);
             self.shown.hold_low::<S, R>(simd, level, lowest, heights);
@@ -117,8 +116,7 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
         let always = self.active.always;
         let mut found = self.active.row(row);
         found.active.fill(true);
-        self.response
-            .ask_row::<S, R, YIELDS>(simd, asked, shown, carry, &mut found, seen);
+        self.response.ask_row::<S, R, YIELDS>(simd, asked, shown, carry, &mut found, seen);
         let groups = self.increment.row(row).as_chunks_mut::<LANES>().0;
         for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
@@ -127,8 +125,7 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
                 increments.fill(-0.0);
             }
         }
-        self.asked
-            .add_row::<S, R>(simd, row, asked, carry, found.free);
+        self.asked.add_row::<S, R>(simd, row, asked, carry, found.free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {

@@ -16,11 +16,7 @@ pub struct Base {
 
 impl Base {
     pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
-        Self {
-            zeros: vec![0.0; row_nodes],
-            rows,
-            map: Vec::new(),
-        }
+        Self { zeros: vec![0.0; row_nodes], rows, map: Vec::new() }
     }
 
     /// Gets ready for a search to a residual of `tolerance`.
@@ -77,9 +73,6 @@ impl BaseBand<'_> {
     }
 
     pub fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            zeros: self.zeros,
-            map: self.map.as_mut().map(|map| map.split_off(row)),
-        }
+        Self { zeros: self.zeros, map: self.map.as_mut().map(|map| map.split_off(row)) }
     }
 }

@@ -92,11 +92,7 @@ pub struct PressedSums {
 }
 
 impl Found for PressedSums {
-    const NOTHING: Self = Self {
-        pressure: 0.0,
-        pressure_on_height: 0.0,
-        saturated_nodes: 0.0,
-    };
+    const NOTHING: Self = Self { pressure: 0.0, pressure_on_height: 0.0, saturated_nodes: 0.0 };
 
     fn add(&mut self, later: Self) {
         self.pressure += later.pressure;
@@ -211,17 +207,11 @@ mod tests {
         let close = |found: [f32; 4], exact: [f32; 4]| {
             // Marks are in the lowest bits of moves.
             let apart = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
-            assert!(
-                apart.into_iter().all(|by| by < 1e-6),
-                "{found:?}, {exact:?}"
-            );
+            assert!(apart.into_iter().all(|by| by < 1e-6), "{found:?}, {exact:?}");
         };
         close(left(PendingUpdate::ALL_BACK, f64::INFINITY), before);
         close(left(PendingUpdate::NOTHING, f64::INFINITY), after);
-        let half = PendingUpdate {
-            scale: 1.0,
-            part: 0.5,
-        };
+        let half = PendingUpdate { scale: 1.0, part: 0.5 };
         close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
         // What is no move is not taken back.
         let done = LastMoveDone::new(PendingUpdate::ALL_BACK, f64::INFINITY);

@@ -34,10 +34,7 @@ impl Pass<f64> for PromoteYielding<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            tally: Tally::below(self.hardness),
-            ..*self
-        }
+        Self { tally: Tally::below(self.hardness), ..*self }
     }
 
     fn append(&mut self, later: Self) {
@@ -57,11 +54,7 @@ pub struct Tally {
 impl Tally {
     /// Nothing so far, under this hardness.
     pub fn below(hardness: f64) -> Self {
-        Self {
-            hardness,
-            saturated_nodes: 0.0,
-            elastic: Vec::new(),
-        }
+        Self { hardness, saturated_nodes: 0.0, elastic: Vec::new() }
     }
 
     #[inline(always)]

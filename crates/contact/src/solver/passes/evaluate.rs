@@ -32,10 +32,7 @@ impl Pass<f64> for PressureInput<'_> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            carry: self.carry.split_off(row),
-            ..*self
-        }
+        Self { carry: self.carry.split_off(row), ..*self }
     }
 
     fn append(&mut self, _: Self) {}
@@ -54,20 +51,12 @@ impl Pass<f64> for PromotedInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         let pressure = self.pressure.row(row);
-        promote(
-            self.scale,
-            self.base.row(row),
-            row.of(self.increment),
-            pressure,
-        );
+        promote(self.scale, self.base.row(row), row.of(self.increment), pressure);
         values.copy_from_slice(pressure);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            pressure: self.pressure.split_off(row),
-            ..*self
-        }
+        Self { pressure: self.pressure.split_off(row), ..*self }
     }
 
     fn append(&mut self, _: Self) {}
@@ -90,12 +79,7 @@ pub struct Promote<'a> {
 impl Pass<f64> for Promote<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(
-            self.factor,
-            self.base.row(row),
-            row.of(self.increment),
-            pressure,
-        );
+        promote(self.factor, self.base.row(row), row.of(self.increment), pressure);
     }
 
     fn split_off(&mut self, _: Row) -> Self {
@@ -160,11 +144,7 @@ impl<const YIELDS: bool> Pass<f64> for GapOutput<'_, YIELDS> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            gap: self.gap.split_off(row),
-            survey: InOrder::new(),
-            ..*self
-        }
+        Self { gap: self.gap.split_off(row), survey: InOrder::new(), ..*self }
     }
 
     fn append(&mut self, later: Self) {

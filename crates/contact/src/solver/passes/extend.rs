@@ -41,10 +41,7 @@ impl Pass<f32> for Extend<'_> {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (carry, last_carry) = split::<S, R>(row.of(self.carry));
-        let choice = Choose {
-            level: self.level,
-            shares: [of_own, of_other],
-        };
+        let choice = Choose { level: self.level, shares: [of_own, of_other] };
         let free = self.active.free_row(row);
         choice.choose(simd, free, values, gap, carry, own, other);
         choice.choose(
@@ -59,10 +56,7 @@ impl Pass<f32> for Extend<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            continued: self.continued.split_off(),
-            ..*self
-        }
+        Self { continued: self.continued.split_off(), ..*self }
     }
 
     fn append(&mut self, _: Self) {}
@@ -139,10 +133,7 @@ impl Pass<f32> for TakeOthers<'_> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            taken: self.taken.split_off(row),
-            ..*self
-        }
+        Self { taken: self.taken.split_off(row), ..*self }
     }
 
     fn append(&mut self, _: Self) {}

@@ -28,12 +28,7 @@ pub struct Highest {
 impl<'a> CountHeights<'a> {
     /// Of nodes above one level, and up to the other.
     pub fn between(low: f64, high: f64, heights: &'a [f64]) -> Self {
-        Self {
-            heights,
-            low,
-            high,
-            counts: [0; BINS],
-        }
+        Self { heights, low, high, counts: [0; BINS] }
     }
 
     /// The levels between which there come to be so many nodes, `above` of which are not counted here.
@@ -69,10 +64,7 @@ impl Pass<f64> for CountHeights<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            counts: [0; BINS],
-            ..*self
-        }
+        Self { counts: [0; BINS], ..*self }
     }
 
     /// Counts are whole numbers, which come to the same in any order.
@@ -122,10 +114,7 @@ impl Pass<f32> for Untouched<'_> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            earlier_pressure: self.earlier_pressure.split_off(row),
-            ..*self
-        }
+        Self { earlier_pressure: self.earlier_pressure.split_off(row), ..*self }
     }
 
     fn append(&mut self, _: Self) {}

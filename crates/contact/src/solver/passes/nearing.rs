@@ -43,12 +43,7 @@ pub struct CountNearing<'a> {
 
 impl<'a> CountNearing<'a> {
     pub fn new(nearing: Nearing, gap: &'a [f32], earlier_gap: &'a [f32]) -> Self {
-        Self {
-            nearing,
-            gap,
-            earlier_gap,
-            counts: [0; BINS],
-        }
+        Self { nearing, gap, earlier_gap, counts: [0; BINS] }
     }
 
     /// The nearest so many nodes, to a part in so many as are told apart; none if there are fewer.
@@ -58,10 +53,7 @@ impl<'a> CountNearing<'a> {
             counted += f64::from(*count);
             counted >= nodes
         })?;
-        Some(Nearing {
-            part: self.nearing.part * (bin + 1) as f32 / BINS as f32,
-            ..self.nearing
-        })
+        Some(Nearing { part: self.nearing.part * (bin + 1) as f32 / BINS as f32, ..self.nearing })
     }
 
     #[inline(always)]
@@ -83,9 +75,7 @@ impl Pass<f64> for CountNearing<'_> {
         let (gaps, last) = split::<S, R>(gap);
         let groups = gaps.iter().zip(split::<S, R>(earlier).0);
         for (group, (g, e)) in groups.enumerate() {
-            let near = self
-                .nearing
-                .is_near(Lanes::of(simd, *g), Lanes::of(simd, *e));
+            let near = self.nearing.is_near(Lanes::of(simd, *g), Lanes::of(simd, *e));
             if !near.any() {
                 continue;
             }
@@ -100,10 +90,7 @@ impl Pass<f64> for CountNearing<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            counts: [0; BINS],
-            ..*self
-        }
+        Self { counts: [0; BINS], ..*self }
     }
 
     /// Counts are whole numbers, which come to the same in any order.
@@ -129,10 +116,7 @@ impl Pass<f64> for SumInContact<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            sum: InOrder::new(),
-            ..*self
-        }
+        Self { sum: InOrder::new(), ..*self }
     }
 
     fn append(&mut self, later: Self) {

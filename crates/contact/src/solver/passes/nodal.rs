@@ -45,10 +45,7 @@ impl Nodal<'_> {
         pass: &mut Wide<P>,
         see: impl FnOnce(&mut Wide<NodalRows<P>>),
     ) {
-        let mut rows = Wide(NodalRows {
-            of: self,
-            pass: pass.0.split_off(Row::new(0, row_nodes)),
-        });
+        let mut rows = Wide(NodalRows { of: self, pass: pass.0.split_off(Row::new(0, row_nodes)) });
         see(&mut rows);
         pass.0.append(rows.0.pass);
     }
@@ -63,11 +60,7 @@ struct NodalRows<'a, P> {
 impl<P: Pass<f32>> Pass<f32> for NodalRows<'_, P> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let Nodal {
-            gap,
-            level,
-            stiffness,
-        } = self.of;
+        let Nodal { gap, level, stiffness } = self.of;
         for (value, gap) in values.iter_mut().zip(row.of(gap)) {
             *value = stiffness * (gap - level);
         }
@@ -75,10 +68,7 @@ impl<P: Pass<f32>> Pass<f32> for NodalRows<'_, P> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            of: self.of,
-            pass: self.pass.split_off(row),
-        }
+        Self { of: self.of, pass: self.pass.split_off(row) }
     }
 
     fn append(&mut self, later: Self) {

@@ -131,12 +131,7 @@ impl Asking<'_> {
     }
 
     fn split_off(&mut self) -> Self {
-        Self {
-            nodes: Nodes::default(),
-            last_moves: Vec::new(),
-            rows: 0,
-            ..*self
-        }
+        Self { nodes: Nodes::default(), last_moves: Vec::new(), rows: 0, ..*self }
     }
 
     fn append(&mut self, mut later: Self) {
@@ -154,14 +149,7 @@ impl<'a> Peek<'a> {
         extension: &'a Extension,
         asking: Option<Asking<'a>>,
     ) -> Self {
-        Self {
-            carry,
-            groups,
-            sample,
-            given: extension.given_rows(),
-            sums: InOrder::new(),
-            asking,
-        }
+        Self { carry, groups, sample, given: extension.given_rows(), sums: InOrder::new(), asking }
     }
 
     /// Whether too little was seen to go by: a direction that does not keep the mean pressure may

@@ -64,10 +64,7 @@ impl Pass<f32> for PeekGap<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            nodes: Nodes::default(),
-            ..*self
-        }
+        Self { nodes: Nodes::default(), ..*self }
     }
 
     fn append(&mut self, later: Self) {

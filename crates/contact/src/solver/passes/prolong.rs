@@ -43,10 +43,7 @@ impl<'a> Prolonged<'a> {
     }
 
     pub fn split_off(&self) -> Self {
-        Self {
-            coarse: self.coarse.clone(),
-            ..*self
-        }
+        Self { coarse: self.coarse.clone(), ..*self }
     }
 
     /// Sets a row of pressures.
@@ -110,11 +107,7 @@ impl Pass<f32> for SumProlonged<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            prolonged: self.prolonged.split_off(),
-            row: self.row.clone(),
-            sum: InOrder::new(),
-        }
+        Self { prolonged: self.prolonged.split_off(), row: self.row.clone(), sum: InOrder::new() }
     }
 
     fn append(&mut self, later: Self) {
@@ -136,20 +129,12 @@ impl Pass<f64> for SetProlonged<'_> {
         for (p, prolonged) in pressure.iter_mut().zip(&self.row) {
             // Single precision may not hold the hardness.
             let bears = *prolonged >= self.prolonged.ceiling;
-            *p = if bears {
-                self.hardness
-            } else {
-                f64::from(*prolonged)
-            };
+            *p = if bears { self.hardness } else { f64::from(*prolonged) };
         }
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self {
-            prolonged: self.prolonged.split_off(),
-            row: self.row.clone(),
-            ..*self
-        }
+        Self { prolonged: self.prolonged.split_off(), row: self.row.clone(), ..*self }
     }
 
     fn append(&mut self, _: Self) {}
@@ -180,9 +165,7 @@ mod tests {
         value: impl Fn(f64, f64) -> f64,
     ) -> Vec<f32> {
         let places = (0..rows * row_nodes).map(|node| (node / row_nodes, node % row_nodes));
-        places
-            .map(|(i, j)| value((stride * i) as f64, (stride * j) as f64) as f32)
-            .collect()
+        places.map(|(i, j)| value((stride * i) as f64, (stride * j) as f64) as f32).collect()
     }
 
     #[test]
@@ -220,10 +203,7 @@ mod tests {
     #[test]
     fn pressures_stay_within_their_bounds() {
         let coarse = drawn([4, 4], 2, |x, y| x - y);
-        let map = CoarseMap {
-            values: &coarse,
-            nodes: [4, 4],
-        };
+        let map = CoarseMap { values: &coarse, nodes: [4, 4] };
         let mut prolonged = Prolonged::new(map, 0.5, 2.0);
         let mut row = [0.0; 8];
         prolonged.set_row(Row::new(6, 8), &mut row);

@@ -27,11 +27,7 @@ impl Sample {
         let pairs = rows.div_ceil(2);
         let stride = (pairs / FEWEST).clamp(1, SPARSEST);
         Self {
-            geometry: Geometry {
-                rows,
-                row_nodes,
-                stride,
-            },
+            geometry: Geometry { rows, row_nodes, stride },
             kept: vec![0.0; 2 * pairs.div_ceil(stride) * row_nodes],
         }
     }
@@ -58,10 +54,7 @@ impl Sample {
 
     /// All rows, to be kept.
     pub fn band(&mut self) -> SampleBand<'_> {
-        SampleBand {
-            geometry: self.geometry,
-            kept: Band::of(&mut self.kept),
-        }
+        SampleBand { geometry: self.geometry, kept: Band::of(&mut self.kept) }
     }
 }
 

@@ -94,8 +94,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
         if always {
             groups.active.fill(true);
         }
-        self.asked
-            .add_row::<S, R>(simd, row, values, carry, groups.free);
+        self.asked.add_row::<S, R>(simd, row, values, carry, groups.free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
@@ -231,11 +230,7 @@ impl GapUpdate {
             free_nodes = free_nodes + free.or_zero(one);
             *value = free.or_zero(above).numbers();
             *has_free = free.any();
-            *active = if YIELDS {
-                (free | pressed).any()
-            } else {
-                *has_free
-            };
+            *active = if YIELDS { (free | pressed).any() } else { *has_free };
             let next = (free & was_free).or_zero(c);
             *carry = if YIELDS {
                 mark_yielding(next, free, pressed, saturated).numbers()

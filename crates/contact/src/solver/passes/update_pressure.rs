@@ -20,15 +20,9 @@ pub struct PendingUpdate {
 }
 
 impl PendingUpdate {
-    pub const NOTHING: Self = Self {
-        scale: 1.0,
-        part: 1.0,
-    };
+    pub const NOTHING: Self = Self { scale: 1.0, part: 1.0 };
 
-    pub const ALL_BACK: Self = Self {
-        scale: 1.0,
-        part: 0.0,
-    };
+    pub const ALL_BACK: Self = Self { scale: 1.0, part: 0.0 };
 
     /// What pressures are to be multiplied by, before the rest of the move is taken back.
     pub fn of_pressure(self) -> f64 {
@@ -47,10 +41,7 @@ pub struct Ceiling {
 impl Ceiling {
     pub fn at(hardness: f64) -> Self {
         let nearest = hardness as f32;
-        Self {
-            nearest,
-            rest: (hardness - f64::from(nearest)) as f32,
-        }
+        Self { nearest, rest: (hardness - f64::from(nearest)) as f32 }
     }
 }
 
@@ -111,9 +102,8 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             );
         }
         let increment = &*self.increment.row(row);
-        sums.increment = sum_over_groups(active, increment, increment, |increment, _| {
-            f64::from(increment)
-        });
+        sums.increment =
+            sum_over_groups(active, increment, increment, |increment, _| f64::from(increment));
         self.sums.push(sums);
     }
 

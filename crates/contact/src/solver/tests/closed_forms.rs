@@ -20,19 +20,11 @@ fn golden(nodes: usize) -> Vec<f64> {
             + 0.7320508075688772 * k_x * k_y;
         let phase = TAU * (turns - turns.floor());
         let amplitude = square.powf(-0.9);
-        let wave = map(nodes, |x, y| {
-            amplitude * (TAU * (k_x * x + k_y * y) + phase).cos()
-        });
-        heights
-            .iter_mut()
-            .zip(wave)
-            .for_each(|(height, wave)| *height += wave);
+        let wave = map(nodes, |x, y| amplitude * (TAU * (k_x * x + k_y * y) + phase).cos());
+        heights.iter_mut().zip(wave).for_each(|(height, wave)| *height += wave);
         square_slope += 0.5 * amplitude * amplitude * TAU * TAU * square;
     }
-    heights
-        .iter()
-        .map(|height| height / square_slope.sqrt())
-        .collect()
+    heights.iter().map(|height| height / square_slope.sqrt()).collect()
 }
 
 #[test]
@@ -49,48 +41,12 @@ fn golden_surface_is_the_one_described() {
 fn golden_surface_touches_as_independent_code_has_it() {
     // Load, contact nodes, peak pressure, energy, mean gap, by a Polonsky–Keer code in NumPy.
     const SOLVED: [(f64, usize, f64, f64, f64); 6] = [
-        (
-            0.005,
-            51,
-            9.275987339141e-01,
-            7.555533864426e-05,
-            1.062850730015e-01,
-        ),
-        (
-            0.02,
-            176,
-            1.221057218635,
-            4.558053163728e-04,
-            7.226002921518e-02,
-        ),
-        (
-            0.06,
-            514,
-            1.448837739833,
-            1.471685269181e-03,
-            4.418856282747e-02,
-        ),
-        (
-            0.2,
-            1566,
-            1.742314905217,
-            4.582004565347e-03,
-            1.708722265938e-02,
-        ),
-        (
-            0.5,
-            3060,
-            2.109921636697,
-            8.886780653971e-03,
-            3.094235421066e-03,
-        ),
-        (
-            1.0,
-            4000,
-            2.621722028565,
-            1.084556926678e-02,
-            6.340986960082e-05,
-        ),
+        (0.005, 51, 9.275987339141e-01, 7.555533864426e-05, 1.062850730015e-01),
+        (0.02, 176, 1.221057218635, 4.558053163728e-04, 7.226002921518e-02),
+        (0.06, 514, 1.448837739833, 1.471685269181e-03, 4.418856282747e-02),
+        (0.2, 1566, 1.742314905217, 4.582004565347e-03, 1.708722265938e-02),
+        (0.5, 3060, 2.109921636697, 8.886780653971e-03, 3.094235421066e-03),
+        (1.0, 4000, 2.621722028565, 1.084556926678e-02, 6.340986960082e-05),
     ];
     let mut solver = super::solver(64, &golden(64));
     for (load, nodes, peak, energy, gap) in SOLVED {
@@ -108,28 +64,14 @@ fn full_contact_adds_the_load_to_the_pressure_that_flattens() {
     let mut solver = super::solver(nodes, &heights);
     let load = 1.5;
     let outcome = press(&mut solver, load, &TIGHT);
-    assert_eq!(
-        (outcome.stop, outcome.contact_nodes),
-        (Stop::FullContact, nodes * nodes)
-    );
+    assert_eq!((outcome.stop, outcome.contact_nodes), (Stop::FullContact, nodes * nodes));
     assert_eq!(outcome.mean_gap, 0.0);
     assert!(outcome.residual < 1e-12);
     // Parseval: the variance is a quarter of the mean square slope.
-    let variance = mean(
-        &solver
-            .pressure()
-            .iter()
-            .map(|p| (p - load).powi(2))
-            .collect::<Vec<_>>(),
-    );
+    let variance = mean(&solver.pressure().iter().map(|p| (p - load).powi(2)).collect::<Vec<_>>());
     assert!((variance - 0.25).abs() < 1e-13);
     // And the energy, a quarter of Σ |q| |ĥ|², is half the work on the heights.
-    let work = solver
-        .pressure()
-        .iter()
-        .zip(&heights)
-        .map(|(p, h)| (p - load) * h)
-        .sum::<f64>();
+    let work = solver.pressure().iter().zip(&heights).map(|(p, h)| (p - load) * h).sum::<f64>();
     assert!((outcome.energy / (0.5 * work / (nodes * nodes) as f64) - 1.0).abs() < 1e-12);
 }
 
@@ -168,11 +110,7 @@ fn a_wave_touches_along_strips_of_the_width_of_westergaard() {
             .map(|(i, x)| (solver.pressure()[i * nodes] - pressure(x)).abs())
             .collect();
         // Of order 3/2 in the mesh: the last nodes inside the edge are off by their half power.
-        assert!(
-            mean(&error) < 5e-4 * full,
-            "{part}: {}",
-            mean(&error) / full
-        );
+        assert!(mean(&error) < 5e-4 * full, "{part}: {}", mean(&error) / full);
     }
 }
 
@@ -217,10 +155,7 @@ fn a_sphere_touches_as_hertz_has_it() {
 fn a_flat_punch_presses_hardest_at_its_rim() {
     let (nodes, radius) = (128, 24.5 / 256.0);
     let distance = |x: f64, y: f64| (x - 0.5).hypot(y - 0.5);
-    let heights = map(
-        nodes,
-        |x, y| if distance(x, y) < radius { 1.0 } else { 0.0 },
-    );
+    let heights = map(nodes, |x, y| if distance(x, y) < radius { 1.0 } else { 0.0 });
     let mut solver = super::solver(nodes, &heights);
     let load = 1e-3;
     let outcome = solved(&mut solver, load);
@@ -232,9 +167,6 @@ fn a_flat_punch_presses_hardest_at_its_rim() {
         let pressure = solver.pressure()[(nodes / 2 + node) * nodes + nodes / 2];
         let punch = mean_pressure / 2.0 / (1.0 - r * r).sqrt();
         // First order in the mesh: half a node out of a radius of twelve, squared.
-        assert!(
-            (pressure / punch - 1.0).abs() < 0.08,
-            "{r}: {pressure} against {punch}"
-        );
+        assert!((pressure / punch - 1.0).abs() < 0.08, "{r}: {pressure} against {punch}");
     }
 }

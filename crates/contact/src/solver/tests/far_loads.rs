@@ -58,10 +58,7 @@ fn far_loads_have_the_contact_to_which_near_ones_lead() {
     for shortest in [2, 16] {
         let heights = smooth(NODES, shortest, 2);
         let (mut far, mut near) = (solver(NODES, &heights), solver(NODES, &heights));
-        let settings = Settings {
-            tolerance: 1e-9,
-            ..Settings::default()
-        };
+        let settings = Settings { tolerance: 1e-9, ..Settings::default() };
         for step in 0..9 {
             let load = 0.1 * 1.25_f64.powi(step);
             assert_eq!(press(&mut near, load, &settings).stop, Stop::Converged);
@@ -93,17 +90,10 @@ fn all_bodies_and_meshes_satisfy_the_conditions_of_contact() {
     ];
     for (body, hardness) in bodies {
         let is_oblong = body.grid() == oblong;
-        let heights = if is_oblong {
-            &large[..oblong.count()]
-        } else {
-            &cut
-        };
+        let heights = if is_oblong { &large[..oblong.count()] } else { &cut };
         let mut solver = Solver::on(Threads::one(), body, hardness, heights);
         for (load, tolerance) in [(0.003, 5e-5), (0.1, 5e-5), (0.02, 1e-9), (0.3, 1e-9)] {
-            let settings = Settings {
-                tolerance,
-                ..Settings::default()
-            };
+            let settings = Settings { tolerance, ..Settings::default() };
             let outcome = press(&mut solver, load, &settings);
             assert_eq!(outcome.stop, Stop::Converged, "{load}");
             // What is decided in the end moves gaps by a part of the residual.
@@ -117,18 +107,9 @@ fn shapes_and_noise_are_pressed_from_the_first_touch_on() {
     let grid = square(NODES, 1.0);
     let shapes = [
         Shape::Paraboloid { radius: 0.5 },
-        Shape::Wave {
-            amplitude: 0.01,
-            waves: 3,
-        },
-        Shape::WaveProduct {
-            amplitude: 0.01,
-            waves: 2,
-        },
-        Shape::Punch {
-            radius: 0.2,
-            depth: 0.1,
-        },
+        Shape::Wave { amplitude: 0.01, waves: 3 },
+        Shape::WaveProduct { amplitude: 0.01, waves: 2 },
+        Shape::Punch { radius: 0.2, depth: 0.1 },
     ];
     let drawn = shapes.map(|shape| {
         let surface = shape.draw(grid);
@@ -190,10 +171,7 @@ fn a_load_ends_where_it_is_told_to_on_a_coarser_mesh_and_can_be_taken_up_again()
             assert!(outcome.contact_nodes > 0);
             assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
         }
-        assert_eq!(
-            press(&mut solver, 0.1, &Settings::default()).stop,
-            Stop::Converged
-        );
+        assert_eq!(press(&mut solver, 0.1, &Settings::default()).stop, Stop::Converged);
         assert_complementary(&solver, &heights, 0.1, 1e-4);
     }
 }

@@ -30,10 +30,7 @@ fn a_free_surface_touches_as_independent_code_has_it() {
         assert!(touches == map[..grid.count()], "at {load}");
         assert_eq!(outcome.contact_nodes, row.count(9));
         let close = |found: f64, exact: f64| (found / exact - 1.0).abs() < 1e-8;
-        assert!(
-            close(outcome.mean_gap * unit, row.number(14)),
-            "{outcome:?}"
-        );
+        assert!(close(outcome.mean_gap * unit, row.number(14)), "{outcome:?}");
         assert!(close(outcome.energy * slope * unit, row.number(15)));
         assert!(close(outcome.peak_pressure * slope, row.number(16)));
     }
@@ -43,9 +40,7 @@ fn a_free_surface_touches_as_independent_code_has_it() {
 fn a_ball_sinks_as_hertz_has_it() {
     // F = 4/3 E* √R δ^(3/2), with radii and forces in units of the side and E*; a is 0.2.
     let (nodes, radius, a) = (256, 4.0, 0.2_f64);
-    let heights = map(nodes, |x, y| {
-        -((x - 0.5).powi(2) + (y - 0.5).powi(2)) / (2.0 * radius)
-    });
+    let heights = map(nodes, |x, y| -((x - 0.5).powi(2) + (y - 0.5).powi(2)) / (2.0 * radius));
     let force = 4.0 / 3.0 * a.powi(3) / radius;
     let mut solver = free(nodes, &heights);
     let outcome = solved(&mut solver, force);
@@ -61,9 +56,7 @@ fn a_ball_sinks_as_hertz_has_it() {
 #[test]
 fn a_ball_in_the_middle_of_a_large_periodic_cell_is_nearly_alone() {
     let (nodes, radius) = (256, 4.0);
-    let heights = map(nodes, |x, y| {
-        -((x - 0.5).powi(2) + (y - 0.5).powi(2)) / (2.0 * radius)
-    });
+    let heights = map(nodes, |x, y| -((x - 0.5).powi(2) + (y - 0.5).powi(2)) / (2.0 * radius));
     let force = 4.0 / 3.0 * 0.02_f64.powi(3) / radius;
     let alone = solved(&mut free(nodes, &heights), force);
     let repeated = solved(&mut solver(nodes, &heights), force);

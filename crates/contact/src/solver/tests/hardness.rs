@@ -37,10 +37,7 @@ fn saturated_and_elastic_contact_is_as_independent_code_has_it() {
         let maps = REFERENCE.maps(name, "maps", grid);
         for (row, maps) in rows.iter().zip(maps.chunks(2)) {
             let load = row.number(4);
-            let settings = Settings {
-                tolerance: 1e-8,
-                ..Settings::default()
-            };
+            let settings = Settings { tolerance: 1e-8, ..Settings::default() };
             let outcome = press(&mut solver, load, &settings);
             assert_eq!(outcome.stop, Stop::Converged, "{name} at {load}");
             let touches: Vec<bool> = solver.pressure().iter().map(|p| *p > 0.0).collect();
@@ -179,19 +176,12 @@ fn a_ball_yields_first_where_hertz_has_the_peak() {
 
 #[test]
 fn saturation_is_complementary_on_rectangles_and_with_free_boundaries() {
-    for (nodes, size) in [
-        ([64, 32], [1.0, 1.0]),
-        ([9, 50], [0.2, 1.0]),
-        ([1, 64], [0.1, 3.0]),
-    ] {
+    for (nodes, size) in [([64, 32], [1.0, 1.0]), ([9, 50], [0.2, 1.0]), ([1, 64], [0.1, 3.0])] {
         let grid = rectangle(nodes, size);
         let heights: Vec<f64> = noise(64, 7)[..grid.count()].to_vec();
         for boundary in [Boundary::Periodic, Boundary::Free] {
             for hardness in [0.003, 0.1, 0.7] {
-                let body = HalfSpace {
-                    boundary,
-                    hardness: Some(Hardness::new(hardness).unwrap()),
-                };
+                let body = HalfSpace { boundary, hardness: Some(Hardness::new(hardness).unwrap()) };
                 let mut solver = body.solver(grid, &heights);
                 for part in [1e-6, 0.01, 0.3, 0.9, 1.0 - 1e-5] {
                     let load = part * hardness;
@@ -235,10 +225,7 @@ fn full_contact_has_a_formula_only_as_long_as_nothing_yields() {
     let mut hard = yielding(nodes, 2.5 * full, &heights);
     assert!((hard.full_contact_load().unwrap() / full - 1.0).abs() < 1e-12);
     let outcome = press(&mut hard, 1.4 * full, &TIGHT);
-    assert_eq!(
-        (outcome.stop, outcome.saturated_nodes),
-        (Stop::FullContact, 0)
-    );
+    assert_eq!((outcome.stop, outcome.saturated_nodes), (Stop::FullContact, 0));
     // Beyond 1.5 p* the crests yield, in full contact all the same.
     let outcome = solved(&mut hard, 1.8 * full);
     assert_eq!(outcome.contact_nodes, nodes * nodes);

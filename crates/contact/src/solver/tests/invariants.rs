@@ -9,25 +9,12 @@ use super::*;
 #[test]
 fn hard_surfaces_are_solved_to_the_last_digits() {
     let peak = map(33, |x, y| if x == 0.0 && y == 0.0 { 0.1 } else { 0.0 });
-    let ripple = map(32, |x, y| {
-        0.01 * (TAU * 16.0 * x).cos() + 0.01 * (TAU * (15.0 * y + x)).cos()
-    });
-    for (nodes, heights) in [
-        (64, noise(64, 1)),
-        (33, peak),
-        (32, ripple),
-        (47, rough(47, 2)),
-    ] {
+    let ripple =
+        map(32, |x, y| 0.01 * (TAU * 16.0 * x).cos() + 0.01 * (TAU * (15.0 * y + x)).cos());
+    for (nodes, heights) in [(64, noise(64, 1)), (33, peak), (32, ripple), (47, rough(47, 2))] {
         let mut solver = super::solver(nodes, &heights);
         let full = solver.full_contact_load().unwrap();
-        for load in [
-            1e-8,
-            1e-3,
-            0.01 * full,
-            0.3 * full,
-            0.9 * full,
-            (1.0 - 1e-6) * full,
-        ] {
+        for load in [1e-8, 1e-3, 0.01 * full, 0.3 * full, 0.9 * full, (1.0 - 1e-6) * full] {
             solved(&mut solver, load);
             assert_complementary(&solver, &heights, load, 2e-12);
         }
@@ -56,10 +43,7 @@ fn a_flat_surface_is_in_full_contact_under_any_load() {
     for nodes in [1, 2, 9] {
         let mut solver = super::solver(nodes, &vec![0.7; nodes * nodes]);
         let outcome = press(&mut solver, 1e-6, &TIGHT);
-        assert_eq!(
-            (outcome.stop, outcome.contact_nodes),
-            (Stop::FullContact, nodes * nodes)
-        );
+        assert_eq!((outcome.stop, outcome.contact_nodes), (Stop::FullContact, nodes * nodes));
         assert!(outcome.energy.abs() < 1e-20);
     }
 }
@@ -69,14 +53,7 @@ fn a_solve_stops_where_it_is_told_to_and_can_be_taken_up_again() {
     let heights = rough(32, 3);
     let mut solver = super::solver(32, &heights);
     let load = 0.2 * solver.full_contact_load().unwrap();
-    let limited = press(
-        &mut solver,
-        load,
-        &Settings {
-            pair_limit: 7,
-            ..TIGHT
-        },
-    );
+    let limited = press(&mut solver, load, &Settings { pair_limit: 7, ..TIGHT });
     assert_eq!(limited.stop, Stop::PairLimit);
     assert!(limited.pairs >= 7 && limited.residual > TIGHT.tolerance);
     assert_eq!(solver.press(load, &TIGHT, &|| true).stop, Stop::Interrupted);
@@ -87,14 +64,7 @@ fn a_solve_stops_where_it_is_told_to_and_can_be_taken_up_again() {
 #[test]
 fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
     let mut solver = super::solver(16, &rough(16, 4));
-    let outcome = press(
-        &mut solver,
-        0.1,
-        &Settings {
-            tolerance: 0.0,
-            pair_limit: 300,
-        },
-    );
+    let outcome = press(&mut solver, 0.1, &Settings { tolerance: 0.0, pair_limit: 300 });
     assert_eq!(outcome.stop, Stop::PairLimit);
     assert!(outcome.residual < 1e-12);
     assert!(solved(&mut solver, 0.2).pairs < 150);
@@ -121,11 +91,7 @@ fn the_same_loads_give_the_same_bits() {
         for load in [0.01, 0.02, 0.1] {
             press(&mut solver, load, &Settings::default());
         }
-        solver
-            .pressure()
-            .iter()
-            .map(|p| p.to_bits())
-            .collect::<Vec<_>>()
+        solver.pressure().iter().map(|p| p.to_bits()).collect::<Vec<_>>()
     };
     assert_eq!(run(), run());
 }

@@ -39,23 +39,11 @@ fn shapes(nodes: usize) -> Vec<Vec<f64>> {
     let [amplitude, radius] = [0.01, 0.2];
     let shapes = [
         Shape::Paraboloid { radius: 0.5 },
-        Shape::Wave {
-            amplitude,
-            waves: 1,
-        },
-        Shape::WaveProduct {
-            amplitude,
-            waves: 2,
-        },
-        Shape::WaveSum {
-            amplitude,
-            waves: 3,
-        },
+        Shape::Wave { amplitude, waves: 1 },
+        Shape::WaveProduct { amplitude, waves: 2 },
+        Shape::WaveSum { amplitude, waves: 3 },
         Shape::Punch { radius, depth: 0.1 },
-        Shape::Punch {
-            radius,
-            depth: 0.001,
-        },
+        Shape::Punch { radius, depth: 0.001 },
     ];
     shapes.map(|each| shape(nodes, each)).into()
 }
@@ -93,10 +81,7 @@ fn surfaces() -> Vec<(usize, Vec<f64>)> {
 fn assert_pressed(outcome: &Outcome, solver: &Solver, load: f64) {
     assert!(outcome.contact_nodes >= 1, "{load}: {outcome:?}");
     let numbers = [outcome.residual, outcome.mean_gap, outcome.energy];
-    assert!(
-        numbers.iter().all(|number| number.is_finite()),
-        "{load}: {outcome:?}"
-    );
+    assert!(numbers.iter().all(|number| number.is_finite()), "{load}: {outcome:?}");
     let peak = outcome.peak_pressure;
     let most = load * solver.pressure().len() as f64;
     assert!(peak >= load && peak <= 1.000001 * most, "{load}: {peak}");
@@ -108,10 +93,7 @@ fn every_load_is_borne_and_solved_however_light() {
     let loads = || (-15..=-9).map(|exponent| 10_f64.powi(exponent));
     for (nodes, heights) in surfaces() {
         for tolerance in [Settings::default().tolerance, 1e-8] {
-            let settings = Settings {
-                tolerance,
-                pair_limit: 100,
-            };
+            let settings = Settings { tolerance, pair_limit: 100 };
             let solve = |solver: &mut Solver, load| {
                 let outcome = press(solver, load, &settings);
                 assert_eq!(outcome.stop, Stop::Converged, "{nodes}, {load}");
@@ -134,9 +116,8 @@ fn the_highest_node_bears_what_bends_less_than_the_next_is_lower() {
     for realization in 0..20 {
         let heights = random(32, 0.5, 2, realization);
         let mut solver = super::solver(32, &heights);
-        let highest = (0..heights.len())
-            .max_by(|a, b| heights[*a].total_cmp(&heights[*b]))
-            .unwrap();
+        let highest =
+            (0..heights.len()).max_by(|a, b| heights[*a].total_cmp(&heights[*b])).unwrap();
         let outcome = press(&mut solver, 1e-12, &Settings::default());
         assert_eq!(outcome.contact_nodes, 1);
         let bears = 1e-12 * heights.len() as f64;
@@ -149,13 +130,7 @@ fn the_highest_node_bears_what_bends_less_than_the_next_is_lower() {
 
 #[test]
 fn a_flat_face_touches_as_a_whole_however_light_the_load() {
-    let heights = shape(
-        128,
-        Shape::Punch {
-            radius: 0.3,
-            depth: 0.001,
-        },
-    );
+    let heights = shape(128, Shape::Punch { radius: 0.3, depth: 0.001 });
     let face = heights.iter().filter(|height| **height == 0.0).count();
     for exponent in [-15, -12, -9, -7, -6, -5] {
         let mut solver = super::solver(128, &heights);
@@ -170,17 +145,11 @@ fn a_flat_face_touches_as_a_whole_however_light_the_load() {
 
 #[test]
 fn strips_along_the_rows_are_found_where_a_sample_of_rows_shows_their_edges_alone() {
-    let wave = Shape::Wave {
-        amplitude: 0.01,
-        waves: 1,
-    };
+    let wave = Shape::Wave { amplitude: 0.01, waves: 1 };
     let heights = shape(256, wave);
     for load in [1e-5, 1e-4, 3e-4] {
         let mut solver = super::solver(256, &heights);
-        let settings = Settings {
-            pair_limit: 150,
-            ..Settings::default()
-        };
+        let settings = Settings { pair_limit: 150, ..Settings::default() };
         let outcome = press(&mut solver, load, &settings);
         assert_eq!(outcome.stop, Stop::Converged, "{load}: {outcome:?}");
     }
@@ -192,10 +161,7 @@ fn a_load_that_is_given_up_spoils_none_after_it() {
         let heights = rough(33, seed);
         let [mut fresh, mut worn] = [0; 2].map(|_| super::solver(33, &heights));
         for (pair_limit, load) in [(1, 1e-12), (150, 1e-60), (3, 1e-9), (200, 1e-13), (5, 0.01)] {
-            let unreachable = Settings {
-                tolerance: 1e-20,
-                pair_limit,
-            };
+            let unreachable = Settings { tolerance: 1e-20, pair_limit };
             let outcome = press(&mut worn, load, &unreachable);
             assert_pressed(&outcome, &worn, load);
         }
@@ -214,9 +180,7 @@ fn loads_in_any_order_are_solved() {
     for seed in 0..4 {
         let heights = rough(32, seed);
         let mut solver = super::solver(32, &heights);
-        for load in [
-            0.3, 1e-15, 1e-10, 0.01, 2e-4, 1e-7, 1e-8, 1e-3, 1e-60, 1e-12,
-        ] {
+        for load in [0.3, 1e-15, 1e-10, 0.01, 2e-4, 1e-7, 1e-8, 1e-3, 1e-60, 1e-12] {
             let outcome = press(&mut solver, load, &Settings::default());
             assert_eq!(outcome.stop, Stop::Converged, "{load}");
             assert_pressed(&outcome, &solver, load);

@@ -86,11 +86,7 @@ fn turning_a_rectangle_turns_its_contact() {
 
 #[test]
 fn rectangles_of_either_transform_are_pressed_however_they_lie() {
-    for (nodes, size) in [
-        ([64, 32], [1.0, 1.0]),
-        ([9, 50], [0.2, 1.0]),
-        ([1, 64], [0.1, 3.0]),
-    ] {
+    for (nodes, size) in [([64, 32], [1.0, 1.0]), ([9, 50], [0.2, 1.0]), ([1, 64], [0.1, 3.0])] {
         let grid = rectangle(nodes, size);
         let heights: Vec<f64> = noise(64, 7)[..grid.count()].to_vec();
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);

@@ -12,15 +12,11 @@ pub struct Reference {
     table: &'static str,
 }
 
-pub const RECTANGULAR_AND_FREE: Reference = Reference {
-    folder: "data/reference/rectangular-and-free",
-    table: "rectangular_and_free.csv",
-};
+pub const RECTANGULAR_AND_FREE: Reference =
+    Reference { folder: "data/reference/rectangular-and-free", table: "rectangular_and_free.csv" };
 
-pub const HARDNESS: Reference = Reference {
-    folder: "data/reference/hardness",
-    table: "hardness.csv",
-};
+pub const HARDNESS: Reference =
+    Reference { folder: "data/reference/hardness", table: "hardness.csv" };
 
 /// A row of the reference: one load on one surface.
 pub struct Solved(Vec<String>);
@@ -53,15 +49,9 @@ impl Reference {
     /// that ending.
     pub fn maps(&self, surface: &str, ending: &str, grid: Grid) -> Vec<Vec<bool>> {
         let bytes = std::fs::read(format!("{}/{surface}_{ending}.npy", self.folder)).unwrap();
-        let bits = |byte: &u8| {
-            (0..8)
-                .rev()
-                .map(|bit| byte >> bit & 1 == 1)
-                .collect::<Vec<_>>()
-        };
+        let bits = |byte: &u8| (0..8).rev().map(|bit| byte >> bit & 1 == 1).collect::<Vec<_>>();
         // The header of a small array fills 128 bytes.
         let maps = bytes[128..].chunks(grid.count().div_ceil(8));
-        maps.map(|map| map.iter().flat_map(bits).collect())
-            .collect()
+        maps.map(|map| map.iter().flat_map(bits).collect()).collect()
     }
 }

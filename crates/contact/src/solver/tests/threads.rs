@@ -10,10 +10,7 @@ use crate::threads::Threads;
 /// Outcomes and pressures, bit by bit, under a light load, some in reach of each other, and a heavy
 /// one.
 fn solved_on(threads: &Threads, mut solver: Solver, tolerance: f64) -> Vec<(String, Vec<u64>)> {
-    let settings = Settings {
-        tolerance,
-        ..Settings::default()
-    };
+    let settings = Settings { tolerance, ..Settings::default() };
     solver.work_on(threads.clone());
     let press = |load: f64| {
         let outcome = press(&mut solver, load, &settings);
@@ -21,10 +18,7 @@ fn solved_on(threads: &Threads, mut solver: Solver, tolerance: f64) -> Vec<(Stri
         // Where there is no mean gap it is no number, which equals none.
         (format!("{outcome:?}"), bits)
     };
-    [1e-8, 0.02, 0.03, 0.04, 0.3]
-        .into_iter()
-        .map(press)
-        .collect()
+    [1e-8, 0.02, 0.03, 0.04, 0.3].into_iter().map(press).collect()
 }
 
 fn same_on_any_threads(tolerance: f64, solver: impl Fn() -> Solver) {

@@ -28,10 +28,7 @@ fn solver_of(body: HalfSpace, grid: Grid, heights: &[f64]) -> Solver {
 }
 
 fn yields_at(hardness: f64) -> HalfSpace {
-    HalfSpace {
-        boundary: Boundary::Periodic,
-        hardness: Some(Hardness::new(hardness).unwrap()),
-    }
+    HalfSpace { boundary: Boundary::Periodic, hardness: Some(Hardness::new(hardness).unwrap()) }
 }
 
 #[test]
@@ -83,10 +80,7 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
                     let mut tight = solver_of(HalfSpace::default(), grid, &heights);
                     let tight = press(&mut tight, load, &TIGHT);
                     let (exact, is_known) = (tight.contact_nodes, tight.stop == Stop::Converged);
-                    assert!(
-                        !is_known || found.abs_diff(exact) <= 1,
-                        "{found} for {exact} nodes"
-                    );
+                    assert!(!is_known || found.abs_diff(exact) <= 1, "{found} for {exact} nodes");
                 }
             }
         }

@@ -110,20 +110,12 @@ impl Asperities {
             load += class.load * excess.three_halves;
             load_rate += class.load * 1.5 * excess.half;
         });
-        Contact {
-            separation,
-            load,
-            area,
-            slope: area_rate / load_rate,
-            stiffness: load_rate,
-        }
+        Contact { separation, load, area, slope: area_rate / load_rate, stiffness: load_rate }
     }
 
     /// The contact under a load > 0; `None` where numbers do not reach.
     pub fn at_load(&self, load: f64) -> Option<Contact> {
-        self.find(load, |contact| {
-            (contact.load, contact.stiffness / contact.load)
-        })
+        self.find(load, |contact| (contact.load, contact.stiffness / contact.load))
     }
 
     /// The contact of an area fraction > 0; `None` where numbers do not reach.
@@ -200,12 +192,8 @@ impl Asperities {
         let passing = separation / heights.mean;
         let transition = REACH * heights.deviation / heights.mean;
         let passed = (passing + transition).clamp(start, end);
-        let ends = [
-            start,
-            (passing - transition).clamp(start, end),
-            passing.clamp(start, end),
-            passed,
-        ];
+        let ends =
+            [start, (passing - transition).clamp(start, end), passing.clamp(start, end), passed];
         for panel in ends.windows(2).filter(|panel| panel[0] < panel[1]) {
             for (mean_curvature, width) in PANEL.over(panel[0], panel[1]) {
                 visit(mean_curvature, width);

@@ -23,18 +23,14 @@ impl Chebyshev {
                 .sum();
             sum * if order == 0 { 1.0 } else { 2.0 } / terms as f64
         };
-        Self {
-            coefficients: (0..terms).map(coefficient).collect(),
-        }
+        Self { coefficients: (0..terms).map(coefficient).collect() }
     }
 
     /// The value at a point of [0, 1], by Clenshaw's recurrence.
     pub fn at(&self, point: f64) -> f64 {
         let double = 4.0 * point - 2.0;
-        let (next, after) = self.coefficients[1..]
-            .iter()
-            .rev()
-            .fold((0.0, 0.0), |(next, after), coefficient| {
+        let (next, after) =
+            self.coefficients[1..].iter().rev().fold((0.0, 0.0), |(next, after), coefficient| {
                 (coefficient + double * next - after, next)
             });
         self.coefficients[0] + 0.5 * double * next - after

@@ -35,10 +35,7 @@ impl EllipticityMeans {
         let nodes: Vec<Node> = STEPS.map(|step| Node::new(step, &factors)).collect();
         let x = Chebyshev::nodes(TERMS).map(|unit| HALF_WAY * unit / (1.0 - unit));
         let (area, load): (Vec<f64>, Vec<f64>) = x.map(|x| transform(&nodes, x)).unzip();
-        Self {
-            area: Chebyshev::through(&area),
-            load: Chebyshev::through(&load),
-        }
+        Self { area: Chebyshev::through(&area), load: Chebyshev::through(&load) }
     }
 
     /// x W(x) for the factors of area and of load.
@@ -74,10 +71,7 @@ impl Node {
 fn transform(nodes: &[Node], x: f64) -> (f64, f64) {
     let (area, load) = nodes.iter().fold((0.0, 0.0), |(area, load), node| {
         let weight = node.weight * (-x * node.square).exp();
-        (
-            area + weight * node.factors.0,
-            load + weight * node.factors.1,
-        )
+        (area + weight * node.factors.0, load + weight * node.factors.1)
     });
     ((1.0 + x) * area, (1.0 + x) * load)
 }
@@ -155,16 +149,8 @@ mod tests {
             }
             let found = transform(&nodes, x);
             // The logarithms in the factors leave the Gauss rule algebraic.
-            assert!(
-                (found.0 / area - 1.0).abs() < 1e-9,
-                "{x} {} {area}",
-                found.0
-            );
-            assert!(
-                (found.1 / load - 1.0).abs() < 1e-9,
-                "{x} {} {load}",
-                found.1
-            );
+            assert!((found.0 / area - 1.0).abs() < 1e-9, "{x} {} {area}", found.0);
+            assert!((found.1 / load - 1.0).abs() < 1e-9, "{x} {} {load}", found.1);
         }
     }
 }

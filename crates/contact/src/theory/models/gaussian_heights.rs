@@ -58,28 +58,15 @@ impl Excess {
     fn of_height(excess: f64) -> Self {
         let fraction = if excess > 0.0 { 1.0 } else { 0.0 };
         let excess = excess.max(0.0);
-        Self {
-            fraction,
-            half: excess.sqrt(),
-            first: excess,
-            three_halves: excess * excess.sqrt(),
-        }
+        Self { fraction, half: excess.sqrt(), first: excess, three_halves: excess * excess.sqrt() }
     }
 
     /// Of mean 0 and deviation 1, above u.
     fn of_standard_heights(u: f64) -> Self {
         let (fraction, first) = whole_powers(u);
-        let (half, three_halves) = if u < -REACH {
-            half_powers_far_below(u)
-        } else {
-            half_powers(u)
-        };
-        Self {
-            fraction,
-            half,
-            first,
-            three_halves,
-        }
+        let (half, three_halves) =
+            if u < -REACH { half_powers_far_below(u) } else { half_powers(u) };
+        Self { fraction, half, first, three_halves }
     }
 }
 
@@ -138,10 +125,7 @@ mod tests {
     use super::*;
     use crate::theory::models::quadrature::GaussLegendre;
 
-    const STANDARD: GaussianHeights = GaussianHeights {
-        mean: 0.0,
-        deviation: 1.0,
-    };
+    const STANDARD: GaussianHeights = GaussianHeights { mean: 0.0, deviation: 1.0 };
 
     #[test]
     fn half_of_the_heights_above_their_mean_have_closed_moments() {
@@ -158,41 +142,26 @@ mod tests {
     #[test]
     fn moments_agree_with_quadrature_at_any_separation() {
         let rule = GaussLegendre::new(100);
-        for u in [
-            -60.0_f64, -9.01, -8.99, -3.0, -0.5, 0.0, 0.5, 2.0, 8.0, 20.0, 36.0,
-        ] {
+        for u in [-60.0_f64, -9.01, -8.99, -3.0, -0.5, 0.0, 0.5, 2.0, 8.0, 20.0, 36.0] {
             let end = (u.max(0.0).hypot(9.0) - u).sqrt();
             let start = (-u - 9.0).max(0.0).sqrt();
             let moment = |power: i32| -> f64 {
                 let value = |v: f64| 2.0 * v.powi(power + 1) * density(u + v * v);
-                rule.over(start, end)
-                    .map(|(v, width)| width * value(v))
-                    .sum()
+                rule.over(start, end).map(|(v, width)| width * value(v)).sum()
             };
             let excess = STANDARD.excess(u);
-            let found = [
-                excess.fraction,
-                excess.half,
-                excess.first,
-                excess.three_halves,
-            ];
+            let found = [excess.fraction, excess.half, excess.first, excess.three_halves];
             for (power, found) in (0..).zip(found) {
                 // φ(36) carries the rounding of an exponent of 650, the first moment u².
                 let error = found / moment(power) - 1.0;
-                assert!(
-                    error.abs() < 1e-13 * (1.0 + u * u / 100.0),
-                    "{u}, {power}: {error:e}"
-                );
+                assert!(error.abs() < 1e-13 * (1.0 + u * u / 100.0), "{u}, {power}: {error:e}");
             }
         }
     }
 
     #[test]
     fn each_moment_is_the_derivative_of_another() {
-        let heights = GaussianHeights {
-            mean: 0.7,
-            deviation: 0.3,
-        };
+        let heights = GaussianHeights { mean: 0.7, deviation: 0.3 };
         for separation in [-3.0, 0.0, 0.7, 2.0] {
             let excess = heights.excess(separation);
             let above = heights.excess(separation + 1e-4);
@@ -209,10 +178,7 @@ mod tests {
     fn equal_heights_are_the_limit_of_a_vanishing_deviation() {
         for separation in [-1.0, 0.9, 1.1] {
             let [equal, narrow] = [0.0, 1e-6].map(|deviation| {
-                let heights = GaussianHeights {
-                    mean: 1.0,
-                    deviation,
-                };
+                let heights = GaussianHeights { mean: 1.0, deviation };
                 heights.excess(separation)
             });
             assert_eq!(equal.fraction, narrow.fraction);

@@ -92,11 +92,7 @@ impl Integrals {
             sum += weight * share;
         }
         let first = FRAC_PI_2 / mean;
-        Self {
-            first,
-            second: first * (0.5 - sum + k * k * (0.5 + sum)),
-            skew: 2.0 * sum,
-        }
+        Self { first, second: first * (0.5 - sum + k * k * (0.5 + sum)), skew: 2.0 * sum }
     }
 
     /// ln(k² D/B) against ln k < 0.

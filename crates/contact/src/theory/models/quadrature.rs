@@ -22,17 +22,13 @@ impl GaussLegendre {
             }
             (x, 2.0 / ((1.0 - x * x) * slope * slope))
         };
-        Self {
-            nodes: (0..order).map(node).collect(),
-        }
+        Self { nodes: (0..order).map(node).collect() }
     }
 
     /// Nodes and weights for the interval from `start` to `end`.
     pub fn over(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> {
         let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-        self.nodes
-            .iter()
-            .map(move |(node, weight)| (middle + half * node, half * weight))
+        self.nodes.iter().map(move |(node, weight)| (middle + half * node, half * weight))
     }
 }
 

@@ -24,11 +24,7 @@ pub struct Summits {
 impl Summits {
     /// In the units in which m0 = m2 = 1.
     pub fn reduced(nayak: f64) -> Self {
-        Self {
-            m0: 1.0,
-            m2: 1.0,
-            m4: nayak,
-        }
+        Self { m0: 1.0, m2: 1.0, m4: nayak }
     }
 
     /// Nayak's parameter α.

@@ -11,12 +11,8 @@ use crate::theory::law::KAPPA_BGT;
 use crate::theory::persson;
 use crate::theory::persson::error_function::erfcx;
 
-const MODELS: [AsperityModel; 4] = [
-    BushGibsonThomas,
-    SimplifiedElliptic,
-    MeanCurvature,
-    GreenwoodWilliamson,
-];
+const MODELS: [AsperityModel; 4] =
+    [BushGibsonThomas, SimplifiedElliptic, MeanCurvature, GreenwoodWilliamson];
 
 fn asperities(model: AsperityModel, nayak: f64) -> Asperities {
     Asperities::new(model, nayak).expect("an isotropic surface")
@@ -56,11 +52,7 @@ fn curves_agree_with_an_independent_quadrature() {
         let (load, area) = (number(cells[3]), number(cells[4]));
         let found = match model(cells[0]) {
             Some(model) => asperities(model, number(cells[1])).at_separation(number(cells[2])),
-            None => Contact {
-                load,
-                area: persson::area(load),
-                ..at_load(MeanCurvature, 2.0, 1.0)
-            },
+            None => Contact { load, area: persson::area(load), ..at_load(MeanCurvature, 2.0, 1.0) },
         };
         // The table has eleven digits.
         assert!((found.load / load - 1.0).abs() < 1e-10, "{line}");
@@ -107,10 +99,7 @@ fn secants_fall_short_of_the_asymptote_for_many_decades() {
             deficit(MeanCurvature, 10.0, area),
         ];
         for (found, deficit) in found.iter().zip(deficits) {
-            assert!(
-                (found - deficit).abs() < 0.5001e-4,
-                "{area}: {found} {deficit}"
-            );
+            assert!((found - deficit).abs() < 0.5001e-4, "{area}: {found} {deficit}");
         }
     }
 }
@@ -126,13 +115,7 @@ fn tangents_fall_short_of_the_asymptote_by_a_little_more() {
 
 #[test]
 fn broad_spectra_have_a_fifth_less_area_than_narrow_ones() {
-    let table = [
-        (0.001, 0.818),
-        (0.01, 0.782),
-        (0.02, 0.778),
-        (0.04, 0.783),
-        (0.06, 0.795),
-    ];
+    let table = [(0.001, 0.818), (0.01, 0.782), (0.02, 0.778), (0.04, 0.783), (0.06, 0.795)];
     for (load, ratio) in table {
         let area = |nayak| at_load(BushGibsonThomas, nayak, load).area;
         assert!((area(10.0) / area(2.0) - ratio).abs() < 0.5001e-3);
@@ -150,10 +133,7 @@ fn expansion_at_large_separation_has_the_stated_coefficient() {
             };
             // Richardson: what is left is of the order of (α/s²)².
             let found = (apparent(32.0) * 4.0 - apparent(16.0)) / 3.0;
-            assert!(
-                (found - coefficient).abs() < 1e-5 * nayak * nayak,
-                "{found}"
-            );
+            assert!((found - coefficient).abs() < 1e-5 * nayak * nayak, "{found}");
             let expansion = asperities(model, nayak).secant_at_large_separation(32.0);
             let exact = asperities(model, nayak).at_separation(32.0).secant();
             let error = expansion.expect("a linear limit") / exact - 1.0;

@@ -14,19 +14,14 @@ pub fn erfcx(x: f64) -> f64 {
     if x < CONTINUED_FRACTION_FROM {
         return (x * x).exp() * libm::erfc(x);
     }
-    let fraction = (1..=CONTINUED_FRACTION_TERMS)
-        .rev()
-        .fold(x, |tail, term| x + 0.5 * f64::from(term) / tail);
+    let fraction =
+        (1..=CONTINUED_FRACTION_TERMS).rev().fold(x, |tail, term| x + 0.5 * f64::from(term) / tail);
     1.0 / (fraction * PI.sqrt())
 }
 
 /// ln erfc(x) for x ≥ 0, also where erfc(x) underflows.
 pub fn ln_erfc(x: f64) -> f64 {
-    if x < 0.5 {
-        (-libm::erf(x)).ln_1p()
-    } else {
-        erfcx(x).ln() - x * x
-    }
+    if x < 0.5 { (-libm::erf(x)).ln_1p() } else { erfcx(x).ln() - x * x }
 }
 
 /// d ln erfc(x)/dx for x ≥ 0.

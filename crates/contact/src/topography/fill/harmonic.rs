@@ -65,12 +65,7 @@ impl Lattice {
             true => (node, 0.0),
         };
         [
-            beside(
-                0,
-                i == 0,
-                node.wrapping_sub(nodes_y),
-                (nodes_x - 1) * nodes_y + j,
-            ),
+            beside(0, i == 0, node.wrapping_sub(nodes_y), (nodes_x - 1) * nodes_y + j),
             beside(0, i + 1 == nodes_x, node + nodes_y, j),
             beside(1, j == 0, node.wrapping_sub(1), node + nodes_y - 1),
             beside(1, j + 1 == nodes_y, node + 1, i * nodes_y),
@@ -115,9 +110,8 @@ impl Hole {
     fn of(nodes: &[usize], place: &[u32], scan: &Scan, lattice: &Lattice) -> Hole {
         let edge = nodes.iter().flat_map(|&node| lattice.neighbours(node));
         let edge = edge.filter(|(node, weight)| *weight > 0.0 && !scan.is_missing(*node));
-        let (sum, count) = edge.fold((0.0, 0.0), |(sum, count), (node, _)| {
-            (sum + scan.heights()[node], count + 1.0)
-        });
+        let (sum, count) = edge
+            .fold((0.0, 0.0), |(sum, count), (node, _)| (sum + scan.heights()[node], count + 1.0));
         let reference = sum / count;
         let mut hole = Hole {
             neighbours: Vec::with_capacity(nodes.len()),
@@ -156,15 +150,9 @@ impl Hole {
                 break;
             }
             let step = self.solution_of(residual, least);
-            solution
-                .iter_mut()
-                .zip(step)
-                .for_each(|(height, step)| *height += step);
+            solution.iter_mut().zip(step).for_each(|(height, step)| *height += step);
         }
-        solution
-            .iter()
-            .map(|height| self.reference + height)
-            .collect()
+        solution.iter().map(|height| self.reference + height).collect()
     }
 
     /// Conjugate gradients from zero until the residual has become small.
@@ -223,9 +211,7 @@ impl Hole {
     fn product(&self, heights: &[f64]) -> Vec<f64> {
         let rows = self.neighbours.iter().zip(&self.diagonal).zip(heights);
         let product = rows.map(|((neighbours, diagonal), height)| {
-            let beside = neighbours
-                .iter()
-                .map(|(at, weight)| weight * heights[*at as usize]);
+            let beside = neighbours.iter().map(|(at, weight)| weight * heights[*at as usize]);
             diagonal * height - beside.sum::<f64>()
         });
         product.collect()
@@ -309,11 +295,7 @@ mod tests {
         let row = scan([1, 40], [0.1, 2.0], form, |_, j| j < 10);
         let open = filled(row.clone(), false);
         let beyond = open.heights()[10];
-        assert!(
-            open.heights()[..10]
-                .iter()
-                .all(|height| (height - beyond).abs() < 1e-14)
-        );
+        assert!(open.heights()[..10].iter().all(|height| (height - beyond).abs() < 1e-14));
         // Around the cell the hole has two ends: a straight line from one to the other.
         let around = filled(row, true);
         let (first, last) = (around.heights()[39], around.heights()[10]);

@@ -12,11 +12,7 @@ pub fn filled(scan: Scan, is_periodic: bool) -> Scan {
     let [nodes_x, nodes_y] = scan.grid().nodes();
     let [step_x, step_y] = scan.grid().spacing();
     let in_line = nearest_in_lines(&scan, is_periodic);
-    let farthest = if is_periodic {
-        nodes_x / 2
-    } else {
-        nodes_x - 1
-    };
+    let farthest = if is_periodic { nodes_x / 2 } else { nodes_x - 1 };
     let nearest = |node: usize| {
         let (i, j) = (node / nodes_y, node % nodes_y);
         let mut best: Option<(f64, usize)> = None;
@@ -45,10 +41,7 @@ pub fn filled(scan: Scan, is_periodic: bool) -> Scan {
 fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
     let (below, above) = match is_periodic {
         true => (Some((line + of - lines) % of), Some((line + lines) % of)),
-        false => (
-            line.checked_sub(lines),
-            Some(line + lines).filter(|line| *line < of),
-        ),
+        false => (line.checked_sub(lines), Some(line + lines).filter(|line| *line < of)),
     };
     let mut both = [below, above.filter(|_| below != above)];
     both.sort_by_key(|line| line.unwrap_or(usize::MAX));
@@ -61,10 +54,8 @@ fn nearest_in_lines(scan: &Scan, is_periodic: bool) -> Vec<Option<(u32, u32)>> {
     let mut nearest = vec![None; scan.heights().len()];
     // Twice around, so that what lies beyond an edge is known there.
     let turns = if is_periodic { 2 } else { 1 };
-    for (line, nearest) in scan
-        .heights()
-        .chunks_exact(nodes_y)
-        .zip(nearest.chunks_exact_mut(nodes_y))
+    for (line, nearest) in
+        scan.heights().chunks_exact(nodes_y).zip(nearest.chunks_exact_mut(nodes_y))
     {
         let mut last = None;
         for step in 0..turns * nodes_y {
@@ -109,11 +100,7 @@ mod tests {
             let along = |axis: usize| {
                 let steps = here[axis].abs_diff(there[axis]);
                 let around = grid.nodes()[axis] - steps;
-                let steps = if is_periodic {
-                    steps.min(around)
-                } else {
-                    steps
-                };
+                let steps = if is_periodic { steps.min(around) } else { steps };
                 (steps as f64 * grid.spacing()[axis]).powi(2)
             };
             along(0) + along(1)
@@ -132,11 +119,7 @@ mod tests {
                 let filled = filled(map.clone(), is_periodic);
                 for node in 0..300 {
                     let height = filled.heights()[node];
-                    let source = map
-                        .measured()
-                        .find(|(_, known)| *known == height)
-                        .unwrap()
-                        .0;
+                    let source = map.measured().find(|(_, known)| *known == height).unwrap().0;
                     let alone = scan([20, 15], size, name, |i, j| i * 15 + j != source);
                     let found = distance(&alone, node, is_periodic);
                     let least = distance(&map, node, is_periodic);

@@ -80,9 +80,7 @@ impl Pool {
         let bin = |sums: &Sums| PooledBin {
             center: sums.center,
             mean: density * sums.count as f64 / surfaces,
-            sd: self
-                .variance(sums)
-                .map(|variance| density * variance.sqrt()),
+            sd: self.variance(sums).map(|variance| density * variance.sqrt()),
             normal: self.normal(sums.center),
         };
         self.bins.iter().map(bin).collect()

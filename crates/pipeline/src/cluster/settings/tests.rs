@@ -25,10 +25,7 @@ fn what_is_written_is_read() {
         time_limit: Some(2.0),
         per_element: Some(0.5),
         rounds: Some(0),
-        before: Some(vec![
-            "module load rust".to_owned(),
-            "ulimit -c 0".to_owned(),
-        ]),
+        before: Some(vec!["module load rust".to_owned(), "ulimit -c 0".to_owned()]),
         directives: Some(vec!["--constraint=avx2".to_owned()]),
         ..Settings::default()
     };
@@ -65,10 +62,7 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
 #[test]
 fn a_file_that_is_no_toml_or_not_there_is_told_apart() {
     assert!(refused("[cluster").contains("not TOML"));
-    assert_eq!(
-        Settings::read(Path::new("/nowhere/asperity.toml")).unwrap(),
-        None
-    );
+    assert_eq!(Settings::read(Path::new("/nowhere/asperity.toml")).unwrap(), None);
 }
 
 #[test]

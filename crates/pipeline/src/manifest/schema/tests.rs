@@ -16,12 +16,7 @@ fn root() -> PathBuf {
 }
 
 fn study(text: &str) -> Result<Study, ManifestErrors> {
-    Study::parse(
-        text,
-        "test.toml",
-        &root().join("tests/manifests"),
-        crate::study::no_claims,
-    )
+    Study::parse(text, "test.toml", &root().join("tests/manifests"), crate::study::no_claims)
 }
 
 /// Whether a value satisfies a schema; knows what [`schema`] uses of JSON Schema, and no more.
@@ -29,9 +24,7 @@ fn is_valid(value: &Value, schema: &Value) -> bool {
     let Some(rules) = schema.as_object() else {
         return schema.as_bool().unwrap_or(true);
     };
-    rules
-        .iter()
-        .all(|(rule, wanted)| satisfies(value, rule, wanted, schema))
+    rules.iter().all(|(rule, wanted)| satisfies(value, rule, wanted, schema))
 }
 
 fn satisfies(value: &Value, rule: &str, wanted: &Value, schema: &Value) -> bool {
@@ -57,9 +50,9 @@ fn satisfies(value: &Value, rule: &str, wanted: &Value, schema: &Value) -> bool 
         "exclusiveMaximum" => number.is_none_or(|number| number < limit),
         "minItems" => length.is_none_or(|length| length as f64 >= limit),
         "maxItems" => length.is_none_or(|length| length as f64 <= limit),
-        "items" => value
-            .as_array()
-            .is_none_or(|items| items.iter().all(|item| is_valid(item, wanted))),
+        "items" => {
+            value.as_array().is_none_or(|items| items.iter().all(|item| is_valid(item, wanted)))
+        }
         "required" => value.as_object().is_none_or(|object| {
             let mut keys = wanted.as_array().into_iter().flatten();
             keys.all(|key| object.contains_key(key.as_str().unwrap_or_default()))
@@ -71,9 +64,7 @@ fn satisfies(value: &Value, rule: &str, wanted: &Value, schema: &Value) -> bool 
         }),
         "additionalProperties" => value.as_object().is_none_or(|object| {
             let is_known = |key: &str| schema["properties"].get(key).is_some();
-            object
-                .iter()
-                .all(|(key, value)| is_known(key) || is_valid(value, wanted))
+            object.iter().all(|(key, value)| is_known(key) || is_valid(value, wanted))
         }),
         "$schema" | "title" | "description" | "default" | "format" | "propertyNames" => true,
         "minProperties" | "uniqueItems" => true,
@@ -94,15 +85,10 @@ fn is_of_type(value: &Value, wanted: &Value) -> bool {
 }
 
 fn manifests(folder: &str) -> BTreeMap<String, String> {
-    let entries = fs::read_dir(root().join(folder))
-        .unwrap()
-        .map(Result::unwrap);
+    let entries = fs::read_dir(root().join(folder)).unwrap().map(Result::unwrap);
     let paths = entries.map(|entry| entry.path());
     paths
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "toml")
-        })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
         .map(|path| {
             let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
             (name, fs::read_to_string(path).unwrap())
@@ -207,11 +193,7 @@ fn manifest(form: Form) -> String {
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
     text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
     text += "[stage.spectra]\nkind = \"measure\"\nfrom = \"surfaces\"\nwhat = \"spectrum\"\n";
-    text += &format!(
-        "[stage.last]\nkind = \"{}\"\n{from}\n{}\n",
-        form.kind(),
-        smallest(form)
-    );
+    text += &format!("[stage.last]\nkind = \"{}\"\n{from}\n{}\n", form.kind(), smallest(form));
     if let Some((key, word)) = form.selector() {
         text += &format!("{key} = \"{word}\"\n");
     }
@@ -224,9 +206,7 @@ fn defaults_written_out_change_nothing() {
         let left_out = manifest(form);
         let layout = form.layout();
         let keys = layout.properties();
-        let defaults = keys
-            .iter()
-            .filter_map(|(key, about)| Some((key, about.get("default")?)));
+        let defaults = keys.iter().filter_map(|(key, about)| Some((key, about.get("default")?)));
         let defaults = defaults.map(|(key, value)| format!("{key} = {value}\n"));
         let written = left_out.clone() + &defaults.collect::<String>();
         let [left_out, written] = [left_out, written]
@@ -246,10 +226,7 @@ fn bounds_of_the_schema_are_those_of_the_study() {
             // Numbers that may be pairs name both types.
             let is_whole = [&about["type"], &about["type"][0]].contains(&&json!("integer"));
             // Only the last table is changed.
-            let start = plain
-                .iter()
-                .position(|line| line == "[stage.last]")
-                .unwrap();
+            let start = plain.iter().position(|line| line == "[stage.last]").unwrap();
             let is_key = |line: &String| line.starts_with(&format!("{key} ="));
             let (head, tail) = plain.split_at(start);
             let tail = tail.iter().filter(|line| !is_key(line));
@@ -264,10 +241,7 @@ fn bounds_of_the_schema_are_those_of_the_study() {
                 };
                 let message = format!("`{key}` is ");
                 study(&text).is_err_and(|errors| {
-                    errors
-                        .problems()
-                        .iter()
-                        .any(|problem| problem.message().starts_with(&message))
+                    errors.problems().iter().any(|problem| problem.message().starts_with(&message))
                 })
             };
             let expected = [

@@ -34,16 +34,9 @@ fn hostile_manifests_are_refused_and_nothing_breaks() {
         "[study]\nname='s'\n[stage]\na=1\nb=[1]\nc={kind={}}\nd={kind='solve',from={a=1}}"
             .to_owned(),
         "a=1\n".repeat(20_000),
-        surface(
-            &(0..20_000)
-                .map(|n| format!("k{n} = {n}\n"))
-                .collect::<String>(),
-        ),
+        surface(&(0..20_000).map(|n| format!("k{n} = {n}\n")).collect::<String>()),
         surface(&format!("hurst = [{}]", "'x',".repeat(50_000))),
-        surface(&format!(
-            "[stage.t]\nkind='fit'\nfrom=[{}]",
-            "'x',".repeat(50_000)
-        )),
+        surface(&format!("[stage.t]\nkind='fit'\nfrom=[{}]", "'x',".repeat(50_000))),
         "\u{feff}".to_owned(),
     ];
     for text in texts {

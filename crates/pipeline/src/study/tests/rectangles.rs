@@ -29,43 +29,22 @@ fn warnings(rest: &str) -> Vec<String> {
 }
 
 fn message(kind: &str, rest: &str) -> String {
-    let errors = Study::parse(
-        &text(kind, rest),
-        "s.toml",
-        &folder(),
-        crate::study::no_claims,
-    );
+    let errors = Study::parse(&text(kind, rest), "s.toml", &folder(), crate::study::no_claims);
     errors.expect_err(rest).render(false)
 }
 
 #[test]
 fn a_list_of_one_key_alone_is_swept_as_ever() {
     let squares = |sides: &[(usize, f64)]| -> Vec<_> {
-        sides
-            .iter()
-            .map(|&(nodes, side)| ([nodes; 2], [side; 2]))
-            .collect()
+        sides.iter().map(|&(nodes, side)| ([nodes; 2], [side; 2])).collect()
     };
     for (rest, expected) in [
         ("nodes = [64, 128]", squares(&[(64, 1.0), (128, 1.0)])),
-        (
-            "nodes = [64, 128]\nside = 2",
-            squares(&[(64, 2.0), (128, 2.0)]),
-        ),
-        (
-            "nodes = 64\nside = [1, 2]",
-            squares(&[(64, 1.0), (64, 2.0)]),
-        ),
+        ("nodes = [64, 128]\nside = 2", squares(&[(64, 2.0), (128, 2.0)])),
+        ("nodes = 64\nside = [1, 2]", squares(&[(64, 1.0), (64, 2.0)])),
         (
             "nodes = [32, 64, 128]\nside = [1, 2]",
-            squares(&[
-                (32, 1.0),
-                (32, 2.0),
-                (64, 1.0),
-                (64, 2.0),
-                (128, 1.0),
-                (128, 2.0),
-            ]),
+            squares(&[(32, 1.0), (32, 2.0), (64, 1.0), (64, 2.0), (128, 1.0), (128, 2.0)]),
         ),
         ("nodes = [64]\nside = [1]", squares(&[(64, 1.0)])),
         (
@@ -108,62 +87,35 @@ fn nobody_asks_where_it_is_clear() {
         assert!(warnings(rest).is_empty(), "{rest}");
     }
     // Lists of a number and itself could never be swept.
-    assert_eq!(
-        rough("nodes = [64, 64]\nside = [2, 1]"),
-        [([64, 64], [2.0, 1.0])]
-    );
+    assert_eq!(rough("nodes = [64, 64]\nside = [2, 1]"), [([64, 64], [2.0, 1.0])]);
     assert!(warnings("nodes = [64, 64]\nside = [2, 1]").is_empty());
-    assert_eq!(
-        rough("nodes = [64, 64]\nside = [2, 2]"),
-        [([64, 64], [2.0, 2.0])]
-    );
+    assert_eq!(rough("nodes = [64, 64]\nside = [2, 2]"), [([64, 64], [2.0, 2.0])]);
 }
 
 #[test]
 fn rectangles_are_swept_as_lists_of_pairs() {
     let both = [([64, 32], [2.0, 1.0]), ([128, 64], [2.0, 1.0])];
-    assert_eq!(
-        rough("nodes = [[64, 32], [128, 64]]\nside = [2.0, 1.0]"),
-        both
-    );
+    assert_eq!(rough("nodes = [[64, 32], [128, 64]]\nside = [2.0, 1.0]"), both);
     let cases = "cases = [{ nodes = [64, 32], side = [2.0, 1.0] }, { nodes = 64, side = 1.0 }]";
-    assert_eq!(
-        rough(cases),
-        [([64, 32], [2.0, 1.0]), ([64, 64], [1.0, 1.0])]
-    );
+    assert_eq!(rough(cases), [([64, 32], [2.0, 1.0]), ([64, 64], [1.0, 1.0])]);
 }
 
 #[test]
 fn half_a_rectangle_is_refused_with_the_other_half() {
     for (rest, parts) in [
-        (
-            "nodes = [[128, 64]]",
-            ["`nodes = [128, 64]` is a rectangle", "`side = [1, 0.5]`"],
-        ),
-        (
-            "nodes = [[128, 64], [64, 32]]\nside = 3.0",
-            ["`side` is not", "`side = [3, 1.5]`"],
-        ),
+        ("nodes = [[128, 64]]", ["`nodes = [128, 64]` is a rectangle", "`side = [1, 0.5]`"]),
+        ("nodes = [[128, 64], [64, 32]]\nside = 3.0", ["`side` is not", "`side = [3, 1.5]`"]),
         (
             "nodes = 64\nside = [[2.0, 1.0]]",
             ["`side = [2, 1]` is a rectangle", "`nodes = [64, 32]`"],
         ),
-        (
-            "nodes = [[128, 64], 64]\nside = [2.0, 1.0]",
-            ["`nodes` is not", "`nodes = [64, 32]`"],
-        ),
+        ("nodes = [[128, 64], 64]\nside = [2.0, 1.0]", ["`nodes` is not", "`nodes = [64, 32]`"]),
         (
             "nodes = [[128, 64, 32]]\nside = [[2.0, 1.0]]",
             ["`nodes` cannot be read", "a pair has two numbers"],
         ),
-        (
-            "nodes = [[128, 2]]\nside = [[2.0, 1.0]]",
-            ["`nodes` is 2", "from 4 to 16384"],
-        ),
-        (
-            "nodes = [[128, 64]]\nside = [[2.0, -1.0]]",
-            ["`side` is -1.0", "must be above 0"],
-        ),
+        ("nodes = [[128, 2]]\nside = [[2.0, 1.0]]", ["`nodes` is 2", "from 4 to 16384"]),
+        ("nodes = [[128, 64]]\nside = [[2.0, -1.0]]", ["`side` is -1.0", "must be above 0"]),
         (
             "nodes = [[128, 64], [128, 64]]\nside = [2.0, 1.0]",
             ["swept over the same value twice", "first here"],
@@ -200,17 +152,11 @@ fn cutoffs_are_waves_along_the_longer_side_or_wavelengths() {
     for (cutoffs, parts) in [
         (
             "k_lower = 4\nshortest_wavelength = 0.06\n",
-            [
-                "fits 33.3333 times into the longer side, 2",
-                "0.0606060606061 (33 times) and",
-            ],
+            ["fits 33.3333 times into the longer side, 2", "0.0606060606061 (33 times) and"],
         ),
         (
             "k_lower = 4\nk_upper = 8\nshortest_wavelength = 0.05\n",
-            [
-                "`k_upper` and `shortest_wavelength` exclude each other",
-                "follows from it",
-            ],
+            ["`k_upper` and `shortest_wavelength` exclude each other", "follows from it"],
         ),
         (
             "longest_wavelength = 5\nk_upper = 8\n",
@@ -218,15 +164,9 @@ fn cutoffs_are_waves_along_the_longer_side_or_wavelengths() {
         ),
         (
             "longest_wavelength = 0.05\nshortest_wavelength = 0.5\n",
-            [
-                "`longest_wavelength = 0.05` lies above `shortest_wavelength = 0.5`",
-                "larger",
-            ],
+            ["`longest_wavelength = 0.05` lies above `shortest_wavelength = 0.5`", "larger"],
         ),
-        (
-            "k_upper = 8\n",
-            ["`k_lower` is not given", "`longest_wavelength` may stand"],
-        ),
+        ("k_upper = 8\n", ["`k_lower` is not given", "`longest_wavelength` may stand"]),
     ] {
         let message = message(head, &format!("{cutoffs}{rectangle}"));
         for part in parts {
@@ -258,29 +198,15 @@ fn an_open_map_is_pressed_with_nothing_beyond_it_or_made_periodic() {
     };
     for (map, boundary) in [
         ("periodic = false", "boundary = \"free\""),
-        (
-            "periodic = false\nedges = \"mirror\"",
-            "boundary = \"periodic\"",
-        ),
-        (
-            "periodic = false\nedges = \"mirror\"",
-            "boundary = [\"free\", \"periodic\"]",
-        ),
+        ("periodic = false\nedges = \"mirror\"", "boundary = \"periodic\""),
+        ("periodic = false\nedges = \"mirror\"", "boundary = [\"free\", \"periodic\"]"),
         ("periodic = true", ""),
     ] {
         study(&text(head, &pressed(map, boundary)));
     }
-    for boundary in [
-        "",
-        "boundary = \"periodic\"",
-        "boundary = [\"periodic\", \"free\"]",
-    ] {
+    for boundary in ["", "boundary = \"periodic\"", "boundary = [\"periodic\", \"free\"]"] {
         let message = message(head, &pressed("periodic = false", boundary));
-        for part in [
-            "stage `s` is not periodic",
-            "`boundary = \"free\"`",
-            "`edges = \"mirror\"`",
-        ] {
+        for part in ["stage `s` is not periodic", "`boundary = \"free\"`", "`edges = \"mirror\"`"] {
             assert!(message.contains(part), "{part} in {message}");
         }
     }
@@ -297,10 +223,9 @@ fn corrections_of_square_cells_are_refused_on_others() {
     study(&text(ROUGH, &format!("{square}\"2017\"")));
     for correction in ["\"2017\"", "\"pi/8\"", "0.1", "[\"none\", 0.1]"] {
         let message = message(ROUGH, &format!("{stages}{correction}"));
-        for part in [
-            "is of square cells, and those of stage `s` have Δx/Δy = 2.0000",
-            "mesh-convergence",
-        ] {
+        for part in
+            ["is of square cells, and those of stage `s` have Δx/Δy = 2.0000", "mesh-convergence"]
+        {
             assert!(message.contains(part), "{part} in {message}");
         }
     }

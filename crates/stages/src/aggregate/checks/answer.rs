@@ -48,24 +48,15 @@ pub fn validate_answer(
 
 fn no_answer(error: &StageError, query: &Written<String>, tables: &[(String, Table)]) -> Problem {
     let span = query.span.clone();
-    if let StageError::Query(QueryError::Unknown {
-        message,
-        name,
-        known,
-    }) = error
-    {
+    if let StageError::Query(QueryError::Unknown { message, name, known }) = error {
         let known = || known.iter().map(String::as_str);
         let label = match did_you_mean(name, known()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "this query".to_owned(),
         };
         let help = format!("there is {}", listed(known(), "and"));
-        return Problem::new(
-            format!("the query cannot be answered: {message}"),
-            span,
-            label,
-        )
-        .help(help);
+        return Problem::new(format!("the query cannot be answered: {message}"), span, label)
+            .help(help);
     }
     let reason = match error {
         StageError::Query(error) => error.to_string(),
@@ -75,10 +66,5 @@ fn no_answer(error: &StageError, query: &Written<String>, tables: &[(String, Tab
     let help = format!(
         "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
     );
-    Problem::new(
-        format!("the query cannot be answered: {reason}"),
-        span,
-        "this query",
-    )
-    .help(help)
+    Problem::new(format!("the query cannot be answered: {reason}"), span, "this query").help(help)
 }

@@ -31,9 +31,7 @@ pub fn named_columns(
         if let Some(before) = seen.insert(value.as_str(), span) {
             let message = format!("`{key}` names {value:?} twice");
             let problem = Problem::new(message, span.clone(), "here again");
-            checks
-                .problems
-                .push(problem.and(before.clone(), "first here"));
+            checks.problems.push(problem.and(before.clone(), "first here"));
             complete = false;
         }
         if let Some(input) = input.filter(|input| !input.has(value)) {
@@ -50,13 +48,7 @@ pub fn named_columns(
             complete = false;
         }
     }
-    complete.then(|| {
-        written
-            .value
-            .iter()
-            .map(|column| column.value.clone())
-            .collect()
-    })
+    complete.then(|| written.value.iter().map(|column| column.value.clone()).collect())
 }
 
 /// Statistics are taken of numbers.
@@ -70,9 +62,7 @@ pub fn check_numbers(
         if input.is_some_and(|input| input.texts(value).is_ok()) {
             let message = format!("the column {value:?} holds texts");
             let label = "has no mean, nor any other statistic";
-            checks
-                .problems
-                .push(Problem::new(message, span.clone(), label));
+            checks.problems.push(Problem::new(message, span.clone(), label));
             clear = None;
         }
     }
@@ -90,9 +80,7 @@ pub fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Check
         let place = written(&table.group_by, index)?;
         if COUNTS.contains(&column.as_str()) {
             let message = format!("{column:?} is a column that every reduction adds");
-            checks
-                .problems
-                .push(Problem::new(message, place, "cannot name a group"));
+            checks.problems.push(Problem::new(message, place, "cannot name a group"));
             clear = None;
             continue;
         }
@@ -103,9 +91,7 @@ pub fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Check
                 let mut statistics = groups.statistics.iter();
                 statistics.any(|one| one.suffixes().iter().any(|suffix| suffix == name))
             };
-            let suffix = column
-                .strip_prefix(over.as_str())
-                .and_then(|rest| rest.strip_prefix('_'));
+            let suffix = column.strip_prefix(over.as_str()).and_then(|rest| rest.strip_prefix('_'));
             let problem = if column == over {
                 let message = format!("{column:?} names a group and is reduced");
                 Problem::new(message, place, "constant within a group")
@@ -115,9 +101,7 @@ pub fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Check
             } else {
                 continue;
             };
-            checks
-                .problems
-                .push(problem.and(over_place, "reduced here"));
+            checks.problems.push(problem.and(over_place, "reduced here"));
             clear = None;
         }
     }

@@ -44,17 +44,11 @@ pub fn models(
         if !wanted().all(is_read) {
             let missing = listed(wanted().filter(|name| !is_read(name)), "and");
             let message = format!("a model needs {missing}, which the input has not");
-            report(
-                message,
-                "only for surfaces drawn from a spectrum, under loads",
-            );
+            report(message, "only for surfaces drawn from a spectrum, under loads");
         } else if !wanted().all(is_grouped) {
             let missing = listed(wanted().filter(|name| !is_grouped(name)), "and");
             let message = format!("a model needs {missing}, which `group_by` leaves out");
-            report(
-                message,
-                "has one value per row only if these name the group",
-            );
+            report(message, "has one value per row only if these name the group");
         }
         models.push(model);
     }

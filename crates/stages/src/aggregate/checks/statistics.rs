@@ -37,16 +37,12 @@ pub fn statistics(
             continue;
         };
         if let Some((message, label)) = misses_load(value, statistic, group_by, input) {
-            checks
-                .problems
-                .push(Problem::new(message, span.clone(), label));
+            checks.problems.push(Problem::new(message, span.clone(), label));
             complete = false;
         }
         if statistics.contains(&statistic) {
             let message = format!("`statistics` asks for {value:?} twice");
-            checks
-                .problems
-                .push(Problem::new(message, span.clone(), "here again"));
+            checks.problems.push(Problem::new(message, span.clone(), "here again"));
             complete = false;
         }
         statistics.push(statistic);
@@ -137,21 +133,14 @@ mod tests {
         assert_eq!(statistic("q05"), Some(Statistic::Quantile(0.05)));
         assert_eq!(statistic("q975"), Some(Statistic::Quantile(0.975)));
         assert_eq!(statistic("q50"), statistic("median"));
-        for name in [
-            "q", "q5", "q00", "q100", "q-5", "q0x", "q1234567", "p05", "quantile",
-        ] {
+        for name in ["q", "q5", "q00", "q100", "q-5", "q0x", "q1234567", "p05", "quantile"] {
             assert_eq!(statistic(name), None, "{name}");
         }
     }
 
     #[test]
     fn digits_of_a_confidence_interval_are_its_level() {
-        for (word, level) in [
-            ("ci90", 0.9),
-            ("ci95", 0.95),
-            ("ci99", 0.99),
-            ("ci999", 0.999),
-        ] {
+        for (word, level) in [("ci90", 0.9), ("ci95", 0.95), ("ci99", 0.99), ("ci999", 0.999)] {
             let found = statistic(word).unwrap();
             assert_eq!(found, Statistic::Confidence(level));
             assert_eq!(found.suffix(), word);

@@ -17,14 +17,8 @@ fn table() -> Table {
             (HURST, reals([0.8, 0.8, 0.8, 0.8, 0.3, 0.3, 0.3, 0.3])),
             (REALIZATION, integers([0, 0, 1, 1, 0, 0, 1, 1])),
             (LOAD, reals([0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2])),
-            (
-                AREA_FRACTION,
-                reals([0.2, 0.3, 0.4, 0.7, 0.1, 0.2, 0.1, 0.2]),
-            ),
-            (
-                STOP,
-                texts(["converged"; 7].into_iter().chain(["pair-limit"])),
-            ),
+            (AREA_FRACTION, reals([0.2, 0.3, 0.4, 0.7, 0.1, 0.2, 0.1, 0.2])),
+            (STOP, texts(["converged"; 7].into_iter().chain(["pair-limit"]))),
         ],
     )
 }
@@ -82,10 +76,7 @@ fn of_surfaces(rows: &[(&str, f64, f64)]) -> Table {
         rows.len(),
         vec![
             (SURFACE, texts(rows.iter().map(|row| row.0))),
-            (
-                REALIZATION,
-                integers(rows.iter().map(|row| i64::from(row.0.as_bytes()[0]))),
-            ),
+            (REALIZATION, integers(rows.iter().map(|row| i64::from(row.0.as_bytes()[0])))),
             (LOAD, reals(rows.iter().map(|row| row.1))),
             (AREA_FRACTION, reals(rows.iter().map(|row| row.2))),
         ],
@@ -100,11 +91,7 @@ fn interval(reduced: &Table) -> [f64; 2] {
 fn an_interval_of_the_mean_is_as_wide_as_students_t_says() {
     let values = [1.0, 2.0, 3.0, 4.0, 10.0];
     let rows = ["a", "b", "c", "d", "e"].into_iter().zip(values);
-    let table = of_surfaces(
-        &rows
-            .map(|(name, area)| (name, 0.1, area))
-            .collect::<Vec<_>>(),
-    );
+    let table = of_surfaces(&rows.map(|(name, area)| (name, 0.1, area)).collect::<Vec<_>>());
     let asked = groups(&[Statistic::Confidence(0.95), Statistic::Mean, Statistic::Sem]);
     let reduced = reduce(&table, &asked).unwrap();
     // 4 ± 2.7764 √(50/4/5), with Student's t of four degrees of freedom from tables.
@@ -122,9 +109,7 @@ fn an_interval_rests_on_surfaces_and_not_on_rows() {
     // Each surface thrice, under loads that are no group of their own.
     let loads = [0.1, 0.2, 0.3];
     let surfaces = [("a", 1.0), ("b", 2.0), ("c", 6.0)];
-    let rows = surfaces
-        .iter()
-        .flat_map(|&(name, area)| loads.map(|load| (name, load, area)));
+    let rows = surfaces.iter().flat_map(|&(name, area)| loads.map(|load| (name, load, area)));
     let asked = Groups {
         group_by: Some(vec!["unit".to_owned()]),
         ..groups(&[Statistic::Confidence(0.95)])
@@ -160,20 +145,14 @@ fn in_pascals() -> Table {
 fn loads_in_pascals_are_groups_whatever_the_slopes_of_the_surfaces() {
     let asked = [Statistic::Mean, Statistic::Slope, Statistic::Secant];
     for named in [None, Some(vec!["pressure".to_owned()])] {
-        let asked = Groups {
-            group_by: named,
-            ..groups(&asked)
-        };
+        let asked = Groups { group_by: named, ..groups(&asked) };
         let reduced = reduce(&in_pascals(), &asked).unwrap();
         assert_eq!(column(&reduced, "pressure"), [1e8, 2e8]);
         assert_eq!(reduced.integers("surfaces").unwrap().values(), &[3, 3]);
         // Slopes and secants are against the mean reduced load.
         for name in ["area_fraction_slope", "area_fraction_secant"] {
             let found = column(&reduced, name);
-            assert!(
-                found.iter().all(|one| (one - 2.0).abs() < 1e-12),
-                "{found:?}"
-            );
+            assert!(found.iter().all(|one| (one - 2.0).abs() < 1e-12), "{found:?}");
         }
     }
     let reduced = reduce(&in_pascals(), &groups(&[Statistic::Mean])).unwrap();
@@ -183,10 +162,7 @@ fn loads_in_pascals_are_groups_whatever_the_slopes_of_the_surfaces() {
 
 #[test]
 fn reduced_loads_that_follow_from_pascals_name_groups_where_all_surfaces_agree() {
-    let asked = Groups {
-        group_by: Some(vec!["load".to_owned()]),
-        ..groups(&[Statistic::Mean])
-    };
+    let asked = Groups { group_by: Some(vec!["load".to_owned()]), ..groups(&[Statistic::Mean]) };
     let error = reduce(&in_pascals(), &asked).unwrap_err().to_string();
     assert!(error.contains("group by `pressure`"), "{error}");
     let alike = reals([0.1, 0.2, 0.1 * (1.0 + 1e-12), 0.2, 0.1, 0.2]);
@@ -210,12 +186,7 @@ fn sweeps(experiments: usize, points: usize, surfaces: usize) -> Table {
     }
     let experiment = Column::parameter("experiment", ColumnKind::Integer, "", "experiment");
     let whole = |value: fn(&(usize, usize, usize, f64)) -> usize| {
-        integers(
-            cells
-                .iter()
-                .map(|cell| value(cell) as i64)
-                .collect::<Vec<_>>(),
-        )
+        integers(cells.iter().map(|cell| value(cell) as i64).collect::<Vec<_>>())
     };
     let name = |(experiment, point, surface, _): &_| format!("{experiment} {point} {surface}");
     Table::new(
@@ -232,10 +203,7 @@ fn sweeps(experiments: usize, points: usize, surfaces: usize) -> Table {
 }
 
 fn over_points(statistics: &[Statistic]) -> Groups {
-    Groups {
-        group_by: Some(vec!["experiment".to_owned()]),
-        ..groups(statistics)
-    }
+    Groups { group_by: Some(vec!["experiment".to_owned()]), ..groups(statistics) }
 }
 
 #[test]
@@ -243,12 +211,7 @@ fn errors_over_a_sweep_are_those_of_the_means_of_its_surfaces() {
     let table = sweeps(1, 8, 20);
     let reduced = reduce(&table, &over_points(&[Statistic::Sem])).unwrap();
     let values = table.reals("area_fraction").unwrap().values();
-    let mean = |surface: usize| {
-        (0..8)
-            .map(|point| values[20 * point + surface])
-            .sum::<f64>()
-            / 8.0
-    };
+    let mean = |surface: usize| (0..8).map(|point| values[20 * point + surface]).sum::<f64>() / 8.0;
     let means: Vec<f64> = (0..20).map(mean).collect();
     let of_all = means.iter().sum::<f64>() / 20.0;
     let squares: f64 = means.iter().map(|mean| (mean - of_all).powi(2)).sum();
@@ -310,10 +273,7 @@ fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
     let close = |name: &str, expected: [f64; 2]| {
         let found = column(&reduced, &format!("area_fraction_regr_{name}"));
         let pairs = found.iter().zip(expected);
-        assert!(
-            pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12),
-            "{name} {found:?}"
-        );
+        assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12), "{name} {found:?}");
     };
     // The means of the wider spectrum are 0.3 and 0.5, those of the other 0.1 and 0.2.
     close("slope", [1.0, 2.0]);
@@ -326,10 +286,7 @@ fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
 
 #[test]
 fn a_row_that_two_blocks_share_counts_once() {
-    let named = table().with(vec![(
-        SURFACE,
-        texts(["a", "a", "b", "b", "c", "c", "d", "d"]),
-    )]);
+    let named = table().with(vec![(SURFACE, texts(["a", "a", "b", "b", "c", "c", "d", "d"]))]);
     let twice = Table::stack(&[named.clone(), named.clone()]).unwrap();
     let asked = groups(&[Statistic::Mean, Statistic::Sd]);
     let reduced = |table: &Table| reduce(table, &asked).unwrap();
@@ -357,10 +314,7 @@ fn fits_that_failed_are_counted_and_enter_no_statistic() {
     let exponent = Column::result("exponent", ColumnKind::Real, "1", "");
     let columns = vec![
         (HURST, reals([0.3, 0.8, 0.8, 0.8])),
-        (
-            exponent,
-            optional_reals([None, Some(-0.7), None, Some(-0.9)]),
-        ),
+        (exponent, optional_reals([None, Some(-0.7), None, Some(-0.9)])),
         (STATUS, texts(["too few", FITTED, "not converged", FITTED])),
     ];
     let asked = Groups {
@@ -384,10 +338,7 @@ fn a_missing_column_is_named() {
     let mut asked = groups(&[Statistic::Mean]);
     asked.over = vec!["arae".to_owned()];
     let error = reduce(&table(), &asked).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "cannot aggregate: the input has no column `arae`"
-    );
+    assert_eq!(error.to_string(), "cannot aggregate: the input has no column `arae`");
 }
 
 #[test]
@@ -395,10 +346,7 @@ fn reduced_columns_say_what_they_mean() {
     let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
     let schema = reduced.batch().schema();
     let field = schema.field_with_name("area_fraction_mean").unwrap();
-    assert_eq!(
-        field.metadata()["meaning"],
-        "mean of: share of the nodes in contact"
-    );
+    assert_eq!(field.metadata()["meaning"], "mean of: share of the nodes in contact");
     let reduced = reduce(&table(), &groups(&[Statistic::Confidence(0.9)])).unwrap();
     let schema = reduced.batch().schema();
     let field = schema.field_with_name("area_fraction_ci90_lower").unwrap();

@@ -31,21 +31,13 @@ pub fn check(
     expressions: &Arena<AExpr>,
     room: ByteSize,
 ) -> PolarsResult<()> {
-    let plan = Plan {
-        parts,
-        expressions,
-        room,
-    };
+    let plan = Plan { parts, expressions, room };
     let mut largest = Extent::default();
     plan.known(root, &mut largest);
     if largest.bytes <= room.0 as f64 {
         return Ok(());
     }
-    let Extent {
-        rows,
-        columns,
-        bytes,
-    } = largest;
+    let Extent { rows, columns, bytes } = largest;
     Err(PolarsError::ComputeError(
         format!(
             "it puts {rows} rows of {} together, {} of memory where {} may be taken: \
@@ -77,42 +69,24 @@ struct Known<'a> {
 impl Plan<'_> {
     fn known(&self, node: Node, largest: &mut Extent) -> Known<'_> {
         let part = self.parts.get(node);
-        let inputs: Vec<Known> = part
-            .inputs()
-            .map(|input| self.known(input, largest))
-            .collect();
+        let inputs: Vec<Known> = part.inputs().map(|input| self.known(input, largest)).collect();
         let longest = || inputs.iter().fold(0.0, |most, input| input.rows.max(most));
         let rows = match part {
-            IR::Scan {
-                scan_type,
-                unified_scan_args,
-                ..
-            } => {
+            IR::Scan { scan_type, unified_scan_args, .. } => {
                 let FileScanIR::Anonymous { function, .. } = scan_type.as_ref() else {
-                    return Known {
-                        rows: 0.0,
-                        table: None,
-                    };
+                    return Known { rows: 0.0, table: None };
                 };
                 let table = function.as_ref();
                 let all = scan::rows_of(table);
                 let slice = unified_scan_args.pre_slice.as_ref();
                 let rows = slice.map_or(all, |slice| all.min(slice.len()));
                 largest.extend(rows as f64, &part.schema(self.parts));
-                return Known {
-                    rows: rows as f64,
-                    table: (rows == all).then_some(table),
-                };
+                return Known { rows: rows as f64, table: (rows == all).then_some(table) };
             }
             IR::DataFrameScan { df, .. } => df.height() as f64,
             IR::Slice { len, .. } => longest().min(f64::from(*len)),
             IR::Union { .. } => inputs.iter().map(|input| input.rows).sum(),
-            IR::Join {
-                options,
-                left_on,
-                right_on,
-                ..
-            } => {
+            IR::Join { options, left_on, right_on, .. } => {
                 let product: f64 = inputs.iter().map(|input| input.rows).product();
                 let all = match &options.args.how {
                     JoinType::Cross if options.options.is_none() => product,
@@ -133,12 +107,7 @@ impl Plan<'_> {
             part,
             IR::SimpleProjection { .. } | IR::Cache { .. } | IR::Sort { slice: None, .. }
         );
-        Known {
-            rows,
-            table: inputs
-                .first()
-                .and_then(|input| input.table.filter(|_| is_same)),
-        }
+        Known { rows, table: inputs.first().and_then(|input| input.table.filter(|_| is_same)) }
     }
 
     /// Counts the pairs of rows that a join matches, or returns `None` if it joins anything but
@@ -151,10 +120,7 @@ impl Plan<'_> {
                 };
                 Some(name.as_str())
             });
-            scan::counts_of(
-                inputs.get(side)?.table?,
-                &names.collect::<Option<Vec<_>>>()?,
-            )
+            scan::counts_of(inputs.get(side)?.table?, &names.collect::<Option<Vec<_>>>()?)
         };
         let (left, right) = (counts(0)?, counts(1)?);
         let pairs = left.iter().map(|(key, count)| {
@@ -170,11 +136,7 @@ impl Extent {
     fn extend(&mut self, rows: f64, schema: &Schema) {
         let bytes = rows * width(schema);
         if bytes > self.bytes {
-            *self = Extent {
-                rows,
-                columns: schema.len(),
-                bytes,
-            };
+            *self = Extent { rows, columns: schema.len(), bytes };
         }
     }
 }

@@ -49,9 +49,7 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
         let started = builder.stack_size(STACK).spawn_scoped(scope, alone);
         let thread = started.map_err(|error| {
             let room = STACK >> 20;
-            refused(format!(
-                "no thread starts with {room} MiB of stack: {error}"
-            ))
+            refused(format!("no thread starts with {room} MiB of stack: {error}"))
         })?;
         let answered = thread.join();
         answered.unwrap_or_else(|panic| Err(refused(told(&words_of_panic(panic.as_ref())))))

@@ -48,9 +48,7 @@ pub fn ungrouped(select: &Select) -> Option<String> {
     for item in &select.projection {
         match item {
             SelectItem::UnnamedExpr(expression)
-            | SelectItem::ExprWithAlias {
-                expr: expression, ..
-            } => {
+            | SelectItem::ExprWithAlias { expr: expression, .. } => {
                 let _ = expression.visit(&mut parts);
             }
             _ => parts.bare = parts.bare.or_else(|| Some("*".to_owned())),

@@ -21,19 +21,13 @@ use asperity_tables::store::StoreError;
 /// When two of its columns have one name.
 pub fn lazy(table: TableSource, damage: &Damage) -> Result<LazyFrame, StageError> {
     let none = table.first(&places(&table, None), 0);
-    let schema = frame::of(&none.map_err(StageError::Store)?)?
-        .schema()
-        .clone();
+    let schema = frame::of(&none.map_err(StageError::Store)?)?.schema().clone();
     let arguments = ScanArgsAnonymous {
         schema: Some(schema.clone()),
         name: "table of a stage",
         ..ScanArgsAnonymous::default()
     };
-    let scan = Scan {
-        table,
-        schema,
-        damage: damage.clone(),
-    };
+    let scan = Scan { table, schema, damage: damage.clone() };
     LazyFrame::anonymous_scan(Arc::new(scan), arguments).map_err(frame::polars_error)
 }
 
@@ -44,10 +38,7 @@ pub struct Damage(Arc<Mutex<Option<StoreError>>>);
 impl Damage {
     /// What was wrong, if anything was.
     pub fn take(&self) -> Option<StoreError> {
-        self.0
-            .lock()
-            .expect("no panic happens while it is held")
-            .take()
+        self.0.lock().expect("no panic happens while it is held").take()
     }
 
     fn note(&self, error: StoreError) -> PolarsError {
@@ -97,9 +88,7 @@ impl AnonymousScan for Scan {
         let names = wanted.with_columns.as_deref();
         let names = names.map(|names| names.iter().map(|name| name.as_str()).collect::<Vec<_>>());
         let rows = wanted.n_rows.unwrap_or(usize::MAX);
-        let table = self
-            .table
-            .first(&places(&self.table, names.as_deref()), rows);
+        let table = self.table.first(&places(&self.table, names.as_deref()), rows);
         let table = table.map_err(|error| self.damage.note(error))?;
         frame::of(&table).map_err(|error| PolarsError::ComputeError(error.to_string().into()))
     }
@@ -117,10 +106,7 @@ impl AnonymousScan for Scan {
 fn places(table: &TableSource, names: Option<&[&str]>) -> Vec<usize> {
     let schema = table.schema();
     match names {
-        Some(names) => names
-            .iter()
-            .filter_map(|name| schema.index_of(name).ok())
-            .collect(),
+        Some(names) => names.iter().filter_map(|name| schema.index_of(name).ok()).collect(),
         None => (0..schema.fields().len()).collect(),
     }
 }

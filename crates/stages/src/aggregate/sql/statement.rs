@@ -65,9 +65,7 @@ fn parsed(query: &str) -> Result<Parsed, QueryError> {
     // As polars parses it.
     let options = ParserOptions::new().with_trailing_commas(true);
     let parser = Parser::new(&GenericDialect {}).with_options(options);
-    let statements = parser
-        .try_with_sql(query)
-        .and_then(|mut parser| parser.parse_statements());
+    let statements = parser.try_with_sql(query).and_then(|mut parser| parser.parse_statements());
     let mut statements = statements.map_err(|error| QueryError::Refused(told(error)))?;
     let refused = |reason: String| Err(QueryError::Refused(reason));
     match (statements.pop(), statements.len()) {
@@ -75,9 +73,7 @@ fn parsed(query: &str) -> Result<Parsed, QueryError> {
         (Some(query @ Parsed::Query(_)), 0) => Ok(query),
         (Some(_), 0) => {
             let first = query.split_whitespace().next().unwrap_or_default();
-            refused(format!(
-                "a query starts with `select` or `with`, not with `{first}`"
-            ))
+            refused(format!("a query starts with `select` or `with`, not with `{first}`"))
         }
         (Some(_), more) => refused(format!("there are {} queries, not one", more + 1)),
     }
@@ -116,8 +112,7 @@ impl Visitor for Reader {
 
     fn pre_visit_query(&mut self, query: &Query) -> ControlFlow<String> {
         let makes = query.with.iter().flat_map(|with| &with.cte_tables);
-        self.makes
-            .extend(makes.map(|table| table.alias.name.value.clone()));
+        self.makes.extend(makes.map(|table| table.alias.name.value.clone()));
         ControlFlow::Continue(())
     }
 
@@ -292,11 +287,7 @@ mod tests {
             "+".repeat(LONGEST + 1),
         ] {
             let read = super::super::engine::apart(|| Statement::read(&query));
-            assert!(
-                read.is_err() || query.starts_with("values"),
-                "{}",
-                &query[..40]
-            );
+            assert!(read.is_err() || query.starts_with("values"), "{}", &query[..40]);
         }
     }
 

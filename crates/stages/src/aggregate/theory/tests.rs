@@ -49,13 +49,7 @@ fn every_model_is_a_column_of_its_own_area_under_the_rows_load() {
         Model::PennyCrack,
     ];
     let reduced = reduce(&table(), &groups(&[Statistic::Mean], &models)).unwrap();
-    let spectrum = Spectrum {
-        hurst: 0.8,
-        k_lower: 4,
-        k_rolloff: 4,
-        k_upper: 32,
-        anisotropy: None,
-    };
+    let spectrum = Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
     let nayak = spectrum.nayak_on_a_square().unwrap();
     for model in models {
         let found = column(&reduced, model.columns()[0].name)[0].unwrap();
@@ -107,10 +101,7 @@ fn no_approach_is_told_where_contact_is_full() {
     let asked = groups(&[Statistic::Approach], &[Model::BgtAsymptote]);
     let reduced = reduce(&table(), &asked).unwrap();
     // √(2π) y exceeds one from y = 0.4 on; the last load is one that a surface has not reached.
-    assert_eq!(
-        column(&reduced, "area_bgt_asymptote_approach")[1..],
-        [None; 2]
-    );
+    assert_eq!(column(&reduced, "area_bgt_asymptote_approach")[1..], [None; 2]);
     let full = Table::new(1, vec![(LOAD, reals([2.0])), (AREA_FRACTION, reals([1.0]))]);
     let reduced = reduce(&full, &groups(&[Statistic::Approach], &[])).unwrap();
     assert_eq!(column(&reduced, "area_fraction_approach"), [None]);
@@ -161,27 +152,12 @@ fn rows_without_a_spectrum_have_no_asperity_model() {
     const CONTENT: Column = Column::parameter("content", ColumnKind::Text, "", "a file");
     let file = Table::new(
         1,
-        vec![
-            (CONTENT, texts(["map"])),
-            (LOAD, reals([0.1])),
-            (AREA_FRACTION, reals([0.2])),
-        ],
+        vec![(CONTENT, texts(["map"])), (LOAD, reals([0.1])), (AREA_FRACTION, reals([0.2]))],
     );
     let asked = groups(&[Statistic::Mean], &[Model::BushGibsonThomas]);
     let both = Table::stack(&[table(), file.clone()]).unwrap();
     let reduced = reduce(&both, &asked).unwrap();
-    assert_eq!(
-        reduced
-            .reals("area_bush_gibson_thomas")
-            .unwrap()
-            .null_count(),
-        1
-    );
+    assert_eq!(reduced.reals("area_bush_gibson_thomas").unwrap().null_count(), 1);
     let error = reduce(&file, &asked).unwrap_err();
-    assert!(
-        std::error::Error::source(&error)
-            .unwrap()
-            .to_string()
-            .contains("hurst")
-    );
+    assert!(std::error::Error::source(&error).unwrap().to_string().contains("hurst"));
 }

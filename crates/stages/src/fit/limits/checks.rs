@@ -28,10 +28,7 @@ pub fn recipes(section: &Section<LimitTable>, given: &mut Given) -> Option<Vec<R
     for point in &section.points {
         let checks = &mut Checks::of(section, point, given.problems);
         let table = &point.table;
-        let input = Input {
-            table: given.input,
-            rows: given.read,
-        };
+        let input = Input { table: given.input, rows: given.read };
         let choices = choices(table, &input, checks);
         let keys = CommonKeys {
             window: &table.window,
@@ -57,17 +54,11 @@ struct Input<'a> {
 fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<LimitChoices> {
     let of = checks.required("of", &table.of);
     let of = of.and_then(|of| Some((of, observable(of, input, checks)?)));
-    let error = of
-        .as_ref()
-        .and_then(|(written, of)| error(written, of, input, checks));
+    let error = of.as_ref().and_then(|(written, of)| error(written, of, input, checks));
     let terms = terms(table, input, checks);
     let loads = loads(table, input, checks);
-    let named: BTreeSet<String> = terms
-        .iter()
-        .flatten()
-        .flat_map(|term| term.of.columns())
-        .map(str::to_owned)
-        .collect();
+    let named: BTreeSet<String> =
+        terms.iter().flatten().flat_map(|term| term.of.columns()).map(str::to_owned).collect();
     let over = match table.over.written() {
         Some(written) => {
             let names = written.value.iter();
@@ -77,13 +68,7 @@ fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Lim
         }
         None => Some(named),
     };
-    Some(LimitChoices {
-        of: of?.1,
-        loads: loads?,
-        terms: terms?,
-        over: over?,
-        error: error?,
-    })
+    Some(LimitChoices { of: of?.1, loads: loads?, terms: terms?, over: over?, error: error? })
 }
 
 /// An expression in columns that the input has.
@@ -151,10 +136,8 @@ fn is_usable(
         let parameters = table.in_role(Role::Parameter);
         let message = format!("{name:?} differs between surfaces and loads");
         let label = "must be a parameter, equal for all surfaces of a spectrum";
-        Problem::new(message, written.span.clone(), label).help(format!(
-            "parameters are {}",
-            listed(parameters.names(), "and")
-        ))
+        Problem::new(message, written.span.clone(), label)
+            .help(format!("parameters are {}", listed(parameters.names(), "and")))
     } else {
         return true;
     };
@@ -218,11 +201,8 @@ fn terms(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<T
         checks.report("terms", Problem::new(message, written.span.clone(), label));
         return None;
     }
-    let terms: Vec<Option<Term>> = written
-        .value
-        .iter()
-        .map(|term| self::term(term, input, checks))
-        .collect();
+    let terms: Vec<Option<Term>> =
+        written.value.iter().map(|term| self::term(term, input, checks)).collect();
     let terms = terms.into_iter().collect::<Option<Vec<Term>>>()?;
     let combinations: usize = terms.iter().map(|term| term.forms.len()).product();
     if combinations > MOST_COMBINATIONS {
@@ -237,10 +217,7 @@ fn terms(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<T
 fn term(written: &Written<TermTable>, input: &Input, checks: &mut Checks) -> Option<Term> {
     let table = &written.value;
     let of = expression(&table.of, input, Some(Role::Parameter), checks);
-    if of
-        .as_ref()
-        .is_some_and(|of| of.columns().is_empty() || of.has_slope())
-    {
+    if of.as_ref().is_some_and(|of| of.columns().is_empty() || of.has_slope()) {
         let message = format!("{:?} is the same at all points", table.of.value);
         let label = "must name a parameter that varies";
         checks.report("terms", Problem::new(message, table.of.span.clone(), label));
@@ -295,16 +272,10 @@ fn loads(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<f
         checks.forbidden("loads", &table.loads, why)?;
     }
     let loads = written.value.iter();
-    let loads: Vec<_> = loads
-        .map(|load| checks.holds("loads", load, POSITIVE))
-        .collect();
+    let loads: Vec<_> = loads.map(|load| checks.holds("loads", load, POSITIVE)).collect();
     let loads = loads.into_iter().collect::<Option<Vec<f64>>>()?;
     if let Some(place) = (1..loads.len()).find(|&at| loads[at] <= loads[at - 1]) {
-        let message = format!(
-            "`loads` holds {:?} after {:?}",
-            loads[place],
-            loads[place - 1]
-        );
+        let message = format!("`loads` holds {:?} after {:?}", loads[place], loads[place - 1]);
         let span = written.value[place].span.clone();
         checks.report("loads", Problem::new(message, span, "must ascend"));
         return None;

@@ -78,11 +78,7 @@ macro_rules! of_term {
                 concat!("form_", $number),
                 Text,
                 "",
-                concat!(
-                    "what term ",
-                    $number,
-                    " is of its number: a power, or a logarithm"
-                ),
+                concat!("what term ", $number, " is of its number: a power, or a logarithm"),
             ),
             coefficient: Parameter::of_unit(
                 "as `quantity`",
@@ -101,11 +97,7 @@ macro_rules! of_term {
                     concat!("exponent_", $number, "_upper"),
                     concat!("exponent_", $number, "_standard_error"),
                 ],
-                concat!(
-                    "e of term ",
-                    $number,
-                    ", c xᵉ; without interval where it is given"
-                ),
+                concat!("e of term ", $number, ", c xᵉ; without interval where it is given"),
             ),
         }
     };
@@ -115,9 +107,7 @@ const TERMS: [OfTerm; MOST_TERMS] = [of_term!("1"), of_term!("2"), of_term!("3")
 
 /// The parameters of the law, whatever its terms.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
-    let of_terms = TERMS
-        .iter()
-        .flat_map(|term| [term.coefficient, term.exponent]);
+    let of_terms = TERMS.iter().flat_map(|term| [term.coefficient, term.exponent]);
     [LIMIT].into_iter().chain(of_terms)
 }
 
@@ -141,20 +131,14 @@ pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[Li
     // What a fit has in common with the fit that it reads would have two columns of one name.
     let own: Vec<&str> = columns.iter().map(|(column, _)| column.name).collect();
     let standing: Vec<usize> = lines.iter().map(|line| line.group.row).collect();
-    let place = input
-        .in_role(Role::Parameter)
-        .without(&varied)
-        .without(&own);
+    let place = input.in_role(Role::Parameter).without(&varied).without(&own);
     place.pick(&standing).with(columns)
 }
 
 fn placed(input: &Table, choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
     let count = lines.len();
     let text = |text: String| texts(vec![text; count]);
-    let mut columns = vec![
-        (LAW, text(WORD.to_owned())),
-        (QUANTITY, text(choices.of.to_string())),
-    ];
+    let mut columns = vec![(LAW, text(WORD.to_owned())), (QUANTITY, text(choices.of.to_string()))];
     if input.has(LOAD.name) {
         columns.push((LOAD, optional_reals(lines.iter().map(|line| line.load))));
     }
@@ -219,10 +203,7 @@ impl Outcome {
     fn estimated(&self, value: f64, place: Option<usize>) -> Estimated {
         let intervals = self.intervals.intervals.as_ref();
         let interval = intervals.zip(place).and_then(|(all, place)| all.get(place));
-        Estimated {
-            value,
-            interval: interval.copied(),
-        }
+        Estimated { value, interval: interval.copied() }
     }
 }
 
@@ -233,12 +214,7 @@ fn quality(params: &Params, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
         optional_reals(lines.iter().map(of).collect::<Vec<_>>())
     };
     let whole = |value: &dyn Fn(&Line) -> usize| {
-        integers(
-            lines
-                .iter()
-                .map(|line| value(line) as i64)
-                .collect::<Vec<_>>(),
-        )
+        integers(lines.iter().map(|line| value(line) as i64).collect::<Vec<_>>())
     };
     let failed = |line: &Line| {
         let outcome = line.outcome.as_ref();
@@ -250,24 +226,15 @@ fn quality(params: &Params, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
     });
     vec![
         (SURFACES, whole(&|line| line.surfaces)),
-        (
-            UNCONVERGED,
-            whole(&|line| line.group.unconverged(line.load)),
-        ),
+        (UNCONVERGED, whole(&|line| line.group.unconverged(line.load))),
         (DATA, whole(&|line| line.points)),
         (RMS_RESIDUAL, real(&|one| Some(one.judged.rms_residual))),
         (CHI_SQUARE, real(&|one| Some(one.judged.reduced_chi_square))),
         (AKAIKE, real(&|one| Some(one.judged.akaike))),
-        (
-            AKAIKE_WEIGHT,
-            real(&|one| Some(one.comparison.akaike_weight)),
-        ),
+        (AKAIKE_WEIGHT, real(&|one| Some(one.comparison.akaike_weight))),
         (BEST_SHARE, real(&|one| one.comparison.best_share)),
         (LEAVE_ONE_OUT, real(&|one| one.judged.leave_one_out)),
-        (
-            BOOTSTRAP,
-            integers(vec![i64::from(params.bootstrap); lines.len()]),
-        ),
+        (BOOTSTRAP, integers(vec![i64::from(params.bootstrap); lines.len()])),
         (BOOTSTRAP_FAILED, whole(&failed)),
         (STATUS, texts(status)),
     ]

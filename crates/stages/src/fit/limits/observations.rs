@@ -46,9 +46,7 @@ impl Group {
     pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
         let points = self.points.iter();
         let members = &self.members();
-        points
-            .filter_map(|point| point.under(load, members))
-            .collect()
+        points.filter_map(|point| point.under(load, members)).collect()
     }
 
     /// The same with the parameters of each that vary among them.
@@ -96,10 +94,7 @@ impl Observations {
                 estimate.clone()
             }
         };
-        Some(LimitPoint {
-            small: self.small.clone(),
-            observed,
-        })
+        Some(LimitPoint { small: self.small.clone(), observed })
     }
 
     fn loads(&self) -> Vec<Option<f64>> {
@@ -165,9 +160,7 @@ fn rolloff_ratio(point: &Point, choices: &LimitChoices) -> Option<f64> {
         return None;
     }
     let number = |name: &str| point.get(name).and_then(number_of);
-    Some(decimal::nearest(
-        number(K_ROLLOFF.name)? / number(K_LOWER.name)?,
-    ))
+    Some(decimal::nearest(number(K_ROLLOFF.name)? / number(K_LOWER.name)?))
 }
 
 fn number_of(value: &Value) -> Option<f64> {
@@ -179,11 +172,7 @@ fn number_of(value: &Value) -> Option<f64> {
 }
 
 fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec<Option<f64>> {
-    let mut all: Vec<f64> = points
-        .iter()
-        .flat_map(Observations::loads)
-        .flatten()
-        .collect();
+    let mut all: Vec<f64> = points.iter().flat_map(Observations::loads).flatten().collect();
     if all.is_empty() {
         return vec![None];
     }

@@ -117,12 +117,7 @@ fn step(choices: &LimitChoices, points: &[Point], parameters: Vec<String>) -> Op
     let known: BTreeSet<&Point> = points.iter().collect();
     let is_new = |point: &&Point| !known.contains(&doubled(point, &parameters));
     let from: Vec<Point> = points.iter().filter(is_new).cloned().collect();
-    Some(Octave {
-        term: smaller?,
-        from,
-        doubled: parameters,
-        narrowing: None,
-    })
+    Some(Octave { term: smaller?, from, doubled: parameters, narrowing: None })
 }
 
 fn doubled(point: &Point, parameters: &[String]) -> Point {

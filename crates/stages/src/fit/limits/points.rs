@@ -48,11 +48,7 @@ impl<'a> Reader<'a> {
         let terms = choices.terms.iter().map(|term| &term.of);
         let named = terms.chain([&choices.of]).flat_map(|one| one.columns());
         let columns = named.map(|name| Ok((name, numbers(table, name)?)));
-        Ok(Reader {
-            table,
-            choices,
-            columns: columns.collect::<Result<_, TableError>>()?,
-        })
+        Ok(Reader { table, choices, columns: columns.collect::<Result<_, TableError>>()? })
     }
 
     /// Every point.
@@ -75,10 +71,7 @@ impl<'a> Reader<'a> {
     }
 
     fn under_loads(&self) -> Result<Vec<Found>, TableError> {
-        let stops = self
-            .table
-            .has(STOP.name)
-            .then(|| self.table.texts(STOP.name));
+        let stops = self.table.has(STOP.name).then(|| self.table.texts(STOP.name));
         let stops = stops.transpose()?;
         let reduced = self.table.reals(LOAD.name)?;
         let found = ensembles(self.table)?.into_iter().map(|ensemble| {
@@ -105,9 +98,8 @@ impl<'a> Reader<'a> {
             .map(|load| (Some(load.reduced), vec![f64::NAN; surfaces]))
             .collect();
         for surface in 0..surfaces {
-            let own = places
-                .clone()
-                .filter_map(|place| Some((place, ensemble.row(surface, place)?)));
+            let own =
+                places.clone().filter_map(|place| Some((place, ensemble.row(surface, place)?)));
             let (places, rows): (Vec<usize>, Vec<usize>) = own.unzip();
             let loads: Vec<f64> = rows.iter().map(|&row| reduced.value(row)).collect();
             let column = |name: &str| {
@@ -134,12 +126,7 @@ impl<'a> Reader<'a> {
             let states = vec![(None, own.values().map(value).collect())];
             let point = Point::of_row(&parameters, rows[0]);
             let members = own.into_keys().collect();
-            (
-                rows[0],
-                point,
-                Known::Surfaces { members, states },
-                Vec::new(),
-            )
+            (rows[0], point, Known::Surfaces { members, states }, Vec::new())
         });
         Ok(found.collect())
     }
@@ -149,19 +136,12 @@ impl<'a> Reader<'a> {
         let table = self.table;
         let errors = numbers(table, error)?;
         let surfaces = table.integers(SURFACES.name)?;
-        let loads = table
-            .has(LOAD.name)
-            .then(|| table.reals(LOAD.name))
-            .transpose()?;
-        let alone = table
-            .has(REALIZATION.name)
-            .then(|| table.integers(REALIZATION.name));
+        let loads = table.has(LOAD.name).then(|| table.reals(LOAD.name)).transpose()?;
+        let alone = table.has(REALIZATION.name).then(|| table.integers(REALIZATION.name));
         let alone = alone.transpose()?;
         let parameters = table.in_role(Role::Parameter);
         let found = grouped(&parameters).into_iter().map(|rows| {
-            let pooled = rows
-                .iter()
-                .filter(|&&row| alone.is_none_or(|alone| alone.is_null(row)));
+            let pooled = rows.iter().filter(|&&row| alone.is_none_or(|alone| alone.is_null(row)));
             let states = pooled.filter_map(|&row| {
                 let value = self.choices.of.value(&|name| self.columns[name][row]);
                 let load = loads.filter(|loads| loads.is_valid(row));
@@ -185,13 +165,8 @@ impl<'a> Reader<'a> {
 fn numbers(table: &Table, name: &str) -> Result<Vec<f64>, TableError> {
     if let Ok(integers) = table.integers(name) {
         let values = integers.iter();
-        return Ok(values
-            .map(|value| value.map_or(f64::NAN, |value| value as f64))
-            .collect());
+        return Ok(values.map(|value| value.map_or(f64::NAN, |value| value as f64)).collect());
     }
     let reals = table.reals(name)?;
-    Ok(reals
-        .iter()
-        .map(|value| value.unwrap_or(f64::NAN))
-        .collect())
+    Ok(reals.iter().map(|value| value.unwrap_or(f64::NAN)).collect())
 }

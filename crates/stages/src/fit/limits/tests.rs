@@ -109,10 +109,7 @@ fn every_group_is_fitted_under_every_load_by_every_combination_of_forms() {
     assert!(!fitted.has("k_lower") && !fitted.has("nodes") && !fitted.has("k_rolloff"));
     assert_eq!(fitted.reals("rolloff_ratio").unwrap().value(0), 1.0);
     let forms = fitted.texts("form_2").unwrap();
-    let (hurst, limits) = (
-        fitted.reals("hurst").unwrap(),
-        fitted.reals("limit").unwrap(),
-    );
+    let (hurst, limits) = (fitted.reals("hurst").unwrap(), fitted.reals("limit").unwrap());
     let coefficients = fitted.reals("coefficient_2").unwrap();
     let exact = (0..fitted.rows()).filter(|&row| forms.value(row) == "power 0.5");
     for row in exact {
@@ -150,13 +147,7 @@ fn surfaces_that_deviate_alike_at_all_points_deviate_in_the_limit_too() {
     // Standard deviation of −1.5, −0.5, 0.5, 1.5 over √4.
     let known = scatter * (5.0_f64 / 3.0).sqrt() / 2.0;
     assert!((error / known - 1.0).abs() < 0.05, "{error} {known}");
-    assert!(
-        fitted
-            .reals("coefficient_1_standard_error")
-            .unwrap()
-            .value(0)
-            < 1e-9
-    );
+    assert!(fitted.reals("coefficient_1_standard_error").unwrap().value(0) < 1e-9);
 }
 
 #[test]
@@ -196,10 +187,7 @@ fn a_fitted_parameter_is_weighted_by_its_standard_error() {
         vec![
             (K_LOWER, integers(lower)),
             (LAW, texts(vec!["contact-evolution"; 5])),
-            (
-                KAPPA,
-                optional_reals(lower.map(|k| (k < 16).then_some(2.0 + 1.0 / k as f64))),
-            ),
+            (KAPPA, optional_reals(lower.map(|k| (k < 16).then_some(2.0 + 1.0 / k as f64)))),
             (ERROR, reals(vec![0.1; 5])),
             (SURFACES, integers(vec![20; 5])),
         ],

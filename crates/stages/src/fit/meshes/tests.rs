@@ -46,22 +46,13 @@ fn params() -> Params {
 fn every_surface_and_load_is_regressed_and_then_all_together() {
     let fitted = run(&table(), &params()).unwrap();
     let pooled: Vec<_> = fitted.texts("pooled").unwrap().iter().flatten().collect();
-    let expected = [
-        ["nothing"; 4].as_slice(),
-        &["surfaces"; 2],
-        &["surfaces and loads"],
-    ];
+    let expected = [["nothing"; 4].as_slice(), &["surfaces"; 2], &["surfaces and loads"]];
     assert_eq!(pooled, expected.concat());
     let coefficients = fitted.reals("mesh_coefficient").unwrap();
     for coefficient in coefficients.iter().flatten() {
         assert!((coefficient - 0.1).abs() < 1e-13, "{coefficient}");
     }
-    let limits: Vec<f64> = fitted
-        .reals("area_limit")
-        .unwrap()
-        .iter()
-        .flatten()
-        .collect();
+    let limits: Vec<f64> = fitted.reals("area_limit").unwrap().iter().flatten().collect();
     for (found, exact) in limits.iter().zip([0.2, 0.4, 0.3, 0.6, 0.25, 0.5, 0.375]) {
         assert!((found - exact).abs() < 1e-14, "{found} {exact}");
     }
@@ -92,11 +83,6 @@ fn one_mesh_alone_is_no_fit_but_a_row_that_says_so() {
     let one = table().pick(&[0, 1, 2, 3]);
     let fitted = run(&one, &params()).unwrap();
     let status = fitted.texts("status").unwrap();
-    assert!(
-        status
-            .iter()
-            .flatten()
-            .all(|text| text.contains("1 meshes"))
-    );
+    assert!(status.iter().flatten().all(|text| text.contains("1 meshes")));
     assert_eq!(fitted.reals("mesh_coefficient").unwrap().null_count(), 7);
 }

@@ -56,9 +56,7 @@ pub fn lengths(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Leng
     if let Some(side) = sides.into_iter().find(|side| !QUANTITY.contains(side)) {
         let message = format!("{:?} has a side of {side:?}", asked.path.value);
         let label = "must be from 1e-30 to 1e30";
-        checks
-            .problems
-            .push(Problem::new(message, asked.path.span.clone(), label));
+        checks.problems.push(Problem::new(message, asked.path.span.clone(), label));
         return None;
     }
     let cell = Cell::new(sides).expect("sides were checked");
@@ -76,10 +74,7 @@ fn is_in_metres(map: &MapFile) -> bool {
 }
 
 fn overrides(table: &FileTable) -> bool {
-    table
-        .overrides
-        .written()
-        .is_some_and(|written| written.value)
+    table.overrides.written().is_some_and(|written| written.value)
 }
 
 /// Whether the manifest gives a unit in place of the file's.
@@ -99,10 +94,7 @@ fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
             "channel {}, `{}`, of {:?} is in `{unit}` and holds no heights",
             channel.number, channel.name, path.value
         );
-        let place = table
-            .channel
-            .written()
-            .map_or(&path.span, |channel| &channel.span);
+        let place = table.channel.written().map_or(&path.span, |channel| &channel.span);
         let problem = Problem::new(message, place.clone(), "this channel");
         checks.problems.push(problem.help(
             "choose another; where these are heights all the same, `override = true` with `unit` and \
@@ -111,11 +103,7 @@ fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
         return None;
     }
     let Some(written) = written else {
-        return Some(if is_in_metres(map) {
-            "m".to_owned()
-        } else {
-            String::new()
-        });
+        return Some(if is_in_metres(map) { "m".to_owned() } else { String::new() });
     };
     if !is_in_metres(map) || overrides(table) {
         return Some(written.value.clone());
@@ -147,10 +135,8 @@ fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Op
         (Quantity::Unitless, Size::Metres(sides)) => {
             let is_said = asked.table.height_scale.written().is_some() || overrides(asked.table);
             if !is_said {
-                let message = format!(
-                    "{:?} has sides in metres, and heights in no unit",
-                    asked.path.value
-                );
+                let message =
+                    format!("{:?} has sides in metres, and heights in no unit", asked.path.value);
                 let problem = Problem::new(message, asked.path.span.clone(), "this file");
                 checks.problems.push(problem.help(
                     "say what its heights are multiplied by to be metres: `height_scale = 1e-6` of \
@@ -177,11 +163,7 @@ fn check_same(
     if overrides(asked.table) || (is_same(0) && is_same(1)) {
         return Some(());
     }
-    let unit = if unit.is_empty() {
-        String::new()
-    } else {
-        format!(" {unit}")
-    };
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let said = match known.map(decimal::nearest) {
         [x, y] if x == y => format!("{x:?}"),
         [x, y] => format!("[{x:?}, {y:?}]"),

@@ -39,14 +39,7 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
         keys::Fill::Nearest => Fill::Nearest,
         keys::Fill::Lowest => Fill::Lowest,
     });
-    Some(Preparation {
-        crop: crop?,
-        level,
-        fill,
-        high_pass,
-        low_pass,
-        resample: resample?,
-    })
+    Some(Preparation { crop: crop?, level, fill, high_pass, low_pass, resample: resample? })
 }
 
 fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
@@ -60,12 +53,7 @@ fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
         checks.problems.push(problem);
         return None;
     }
-    let of = |lengths: [f64; 2]| {
-        lengths.map(|value| Written {
-            value,
-            span: written.span.clone(),
-        })
-    };
+    let of = |lengths: [f64; 2]| lengths.map(|value| Written { value, span: written.span.clone() });
     let mut held = |name: &str, lengths: [f64; 2], bounds| {
         let [x, y] = of(lengths);
         let x = checks.holds(name, &x, bounds)?;
@@ -74,10 +62,7 @@ fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
     let anything = (Bound::Unbounded, Bound::Unbounded);
     let from = held("crop", written.value.from, anything);
     let size = held("crop", written.value.size, QUANTITY);
-    Some(Some(Crop {
-        from: from?,
-        size: size?,
-    }))
+    Some(Some(Crop { from: from?, size: size? }))
 }
 
 fn cutoff(name: &str, key: &Key<f64>, checks: &mut Checks) -> Option<Option<f64>> {
@@ -142,9 +127,7 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
             let place = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
             let [x, y] = cell.size().map(decimal::nearest);
             let problem = Problem::new(message, place, "must lie within the map");
-            checks
-                .problems
-                .push(problem.help(format!("the map has sides of {x:?} and {y:?}")));
+            checks.problems.push(problem.help(format!("the map has sides of {x:?} and {y:?}")));
             return None;
         }
     };
@@ -193,11 +176,7 @@ fn check_nodes(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
         None => format!("has {found}"),
     };
     let least = NODES.start();
-    refuse(
-        asked,
-        format!("{found}, here it must be from {least} to {most}"),
-        checks,
-    )
+    refuse(asked, format!("{found}, here it must be from {least} to {most}"), checks)
 }
 
 /// Points that were not measured need a word.
@@ -213,30 +192,19 @@ fn check_holes(asked: &Asked, scan: &Scan, checks: &mut Checks) -> Option<()> {
         return Some(());
     }
     let share = 100.0 * missing as f64 / points as f64;
-    let message = format!(
-        "{:?} lacks {missing} of {points} points, {share:.3} %",
-        asked.path.value
-    );
+    let message =
+        format!("{:?} lacks {missing} of {points} points, {share:.3} %", asked.path.value);
     let fill = asked.table.fill.written().map(|fill| &fill.span);
     let place = fill.unwrap_or(&asked.path.span).clone();
-    checks.report(
-        "fill",
-        Problem::new(message, place, "not all of it was measured"),
-    );
+    checks.report("fill", Problem::new(message, place, "not all of it was measured"));
     None
 }
 
 fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Checks) -> Option<()> {
     if before != 0.0 && !QUANTITY.contains(&before) {
-        let message = format!(
-            "{:?} has heights that spread over {before:?}",
-            asked.path.value
-        );
+        let message = format!("{:?} has heights that spread over {before:?}", asked.path.value);
         let label = "must be from 1e-30 to 1e30; another unit may help";
-        checks.report(
-            "path",
-            Problem::new(message, asked.path.span.clone(), label),
-        );
+        checks.report("path", Problem::new(message, asked.path.span.clone(), label));
         return None;
     }
     // Edges are made to meet without the mean plane: an inclined plane has no roughness.
@@ -251,11 +219,7 @@ fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Check
         (Some(Level::Plane | Level::Quadric), _) => "once it is levelled",
         _ => "once its edges meet",
     };
-    refuse(
-        asked,
-        format!("is flat: no roughness is left {when}"),
-        checks,
-    )
+    refuse(asked, format!("is flat: no roughness is left {when}"), checks)
 }
 
 /// Waves that are cut off lie between two steps and the longer side.
@@ -278,10 +242,7 @@ fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
         if cutoff >= least * (1.0 - rounding) && cutoff <= most * (1.0 + rounding) {
             continue;
         }
-        let message = format!(
-            "`{name} = {cutoff}` is no wavelength of {:?}",
-            asked.path.value
-        );
+        let message = format!("`{name} = {cutoff}` is no wavelength of {:?}", asked.path.value);
         let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
         checks.report(name, Problem::new(message, written.span.clone(), label));
         all = None;
@@ -301,10 +262,7 @@ fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()>
     if (side_x - side_y).abs() <= 1e-9 * side_x {
         return Some(());
     }
-    let message = format!(
-        "{:?} is a rectangle, and `resample` is not",
-        asked.path.value
-    );
+    let message = format!("{:?} is a rectangle, and `resample` is not", asked.path.value);
     let longer = side_x.max(side_y);
     let square = [side_x, side_y].map(|side| (nodes as f64 * side / longer).round());
     let problem = Problem::new(message, written.span.clone(), "one number");

@@ -31,11 +31,7 @@ pub struct Reading<'a> {
 impl Reading<'_> {
     /// No file yet.
     pub fn new(sources: &mut SurfaceFiles) -> Reading<'_> {
-        Reading {
-            sources,
-            last: None,
-            seen: BTreeMap::new(),
-        }
+        Reading { sources, last: None, seen: BTreeMap::new() }
     }
 
     /// Reads a map, to find now what would otherwise be found in the middle of a run.
@@ -65,30 +61,19 @@ impl Reading<'_> {
                 if let Some(recalled) = self.sources.recall(Path::new(&path.value)) {
                     return Ok(Found::Recalled(recalled));
                 }
-                return refuse(
-                    format!("cannot be read: {source}"),
-                    "relative to the manifest",
-                );
+                return refuse(format!("cannot be read: {source}"), "relative to the manifest");
             }
             Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
         };
         match MapFile::read(&bytes, channel) {
             Ok(map) => {
                 let map = Rc::new(map);
-                let last = (
-                    path.value.clone(),
-                    channel.cloned(),
-                    content,
-                    Rc::clone(&map),
-                );
+                let last = (path.value.clone(), channel.cloned(), content, Rc::clone(&map));
                 self.last = Some(last);
                 Ok(Found::Map(content, map))
             }
             Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),
-            Err(error) => refuse(
-                format!("is no map of heights: {}", chain(&error)),
-                "this file",
-            ),
+            Err(error) => refuse(format!("is no map of heights: {}", chain(&error)), "this file"),
         }
     }
 
@@ -106,10 +91,7 @@ impl Reading<'_> {
         if span == path.span {
             return Some(());
         }
-        let message = format!(
-            "{:?} and {other:?} are the same surface, byte for byte",
-            path.value
-        );
+        let message = format!("{:?} and {other:?} are the same surface, byte for byte", path.value);
         let problem =
             Problem::new(message, path.span.clone(), "this file").and(span, "and this one");
         checks.problems.push(problem);
@@ -128,9 +110,7 @@ fn no_channel(path: &Written<String>, table: &FileTable, error: &ChannelError) -
             let names = names.iter().map(String::as_str);
             let meant = did_you_mean(wanted, names.clone());
             let meant = meant.map_or_else(String::new, |meant| format!("did you mean `{meant}`? "));
-            let numbered = names
-                .enumerate()
-                .map(|(at, name)| format!("{} `{name}`", at + 1));
+            let numbered = names.enumerate().map(|(at, name)| format!("{} `{name}`", at + 1));
             let all: Vec<_> = numbered.collect();
             problem.help(format!("{meant}its channels are {}", all.join(", ")))
         }

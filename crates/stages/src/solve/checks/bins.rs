@@ -24,16 +24,10 @@ pub fn checked(
         .and_then(|count| checks.is_whole_in("count", count, &(1..=MOST_BINS)));
     let to = part(name, "to", to.written(), written, checks)
         .and_then(|to| checks.is_in("to", to, QUANTITY));
-    let bins = EqualBins {
-        count: count?,
-        to: to?,
-    };
+    let bins = EqualBins { count: count?, to: to? };
     let loads = loads.map_or(0, <[f64]>::len);
     if loads.saturating_mul(bins.count as usize) > MOST_BINS_OF_A_BLOCK {
-        let message = format!(
-            "`{name}` asks for {} bins under each of {loads} loads",
-            bins.count
-        );
+        let message = format!("`{name}` asks for {} bins under each of {loads} loads", bins.count);
         let label = format!("at most {MOST_BINS_OF_A_BLOCK} bins fit in a block");
         checks.report(name, Problem::new(message, written.span.clone(), label));
         return None;

@@ -44,9 +44,8 @@ pub fn softest_body(table: &SolveTable, checks: &mut Checks) -> Option<Option<f6
     let bodies = table.bodies.written().into_iter();
     let bodies = bodies.flat_map(|bodies| &bodies.value);
     let written = bodies.filter_map(|body| body.value.hardness.written());
-    let hardnesses: Vec<_> = written
-        .map(|hardness| checks.is_in("bodies.hardness", hardness, QUANTITY))
-        .collect();
+    let hardnesses: Vec<_> =
+        written.map(|hardness| checks.is_in("bodies.hardness", hardness, QUANTITY)).collect();
     let hardnesses: Vec<f64> = hardnesses.into_iter().collect::<Option<_>>()?;
     Some(hardnesses.into_iter().reduce(f64::min))
 }

@@ -18,10 +18,7 @@ pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
     match &written.value {
         Loads::List(list) if list.is_empty() => {
             let label = "must hold at least one load";
-            checks.report(
-                "loads",
-                Problem::new("`loads` is empty", written.span.clone(), label),
-            );
+            checks.report("loads", Problem::new("`loads` is empty", written.span.clone(), label));
             None
         }
         Loads::List(list) => listed(list, checks),
@@ -30,10 +27,7 @@ pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
 }
 
 fn listed(list: &[Written<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
-    let loads: Vec<_> = list
-        .iter()
-        .map(|load| checks.holds("loads", load, QUANTITY))
-        .collect();
+    let loads: Vec<_> = list.iter().map(|load| checks.holds("loads", load, QUANTITY)).collect();
     let loads: Vec<f64> = loads.into_iter().collect::<Option<_>>()?;
     if let Some(index) = (1..loads.len()).find(|&index| !ascends(&loads[index - 1..=index])) {
         let [before, after] = [index - 1, index].map(|index| list[index].value);
@@ -59,9 +53,7 @@ fn listed(list: &[Written<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
     if list.len() > MOST_LOADS as usize {
         let message = format!("`loads` holds {} loads", list.len());
         let label = format!("at most {MOST_LOADS} fit in a block");
-        checks
-            .problems
-            .push(Problem::new(message, list[0].span.clone(), label));
+        checks.problems.push(Problem::new(message, list[0].span.clone(), label));
         return None;
     }
     Some(loads)
@@ -84,10 +76,7 @@ fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> O
     };
     given("to", range.to.written().is_some());
     given("steps", range.steps.written().is_some());
-    let to = range
-        .to
-        .written()
-        .map(|to| checks.is_in("to", to, QUANTITY));
+    let to = range.to.written().map(|to| checks.is_in("to", to, QUANTITY));
     let steps = range.steps.written();
     let steps = steps.map(|_| checks.whole("steps", &range.steps, 1..=MOST_LOADS));
     let (from, to, steps) = (from?, to??, steps??);
@@ -126,11 +115,7 @@ fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> O
         return Some(loads);
     }
     let message = format!("{steps} loads from {from:?} to {to:?} differ by no more than rounding");
-    checks.problems.push(Problem::new(
-        message,
-        written.span.clone(),
-        "too many steps",
-    ));
+    checks.problems.push(Problem::new(message, written.span.clone(), "too many steps"));
     None
 }
 
@@ -155,10 +140,7 @@ pub fn pressures(
         return None;
     }
     let loads = loads?;
-    let chosen: Vec<_> = list
-        .iter()
-        .map(|load| chosen(load, loads, checks))
-        .collect();
+    let chosen: Vec<_> = list.iter().map(|load| chosen(load, loads, checks)).collect();
     let mut chosen: Vec<f64> = chosen.into_iter().collect::<Option<_>>()?;
     chosen.sort_by(f64::total_cmp);
     chosen.dedup();
@@ -168,16 +150,12 @@ pub fn pressures(
 fn chosen(load: &Written<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
     let value = checks.holds("pressures", load, POSITIVE)?;
     let distance = |other: &&f64| (**other - value).abs();
-    let nearest = *loads
-        .iter()
-        .min_by(|one, other| distance(one).total_cmp(&distance(other)))?;
+    let nearest = *loads.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)))?;
     if decimal::is_same(nearest, value) {
         return Some(nearest);
     }
     let message = format!("`pressures` asks for the load {value:?}, which is not in `loads`");
     let label = format!("the nearest load is {nearest:?}");
-    checks
-        .problems
-        .push(Problem::new(message, load.span.clone(), label));
+    checks.problems.push(Problem::new(message, load.span.clone(), label));
     None
 }

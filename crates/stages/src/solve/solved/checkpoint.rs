@@ -10,12 +10,7 @@ use asperity_contact::solver::{Outcome, Solver, Stop};
 /// What these bytes are; another number for another order of them.
 const FORMAT: &[u8; 8] = b"solve\0\0\x01";
 
-const STOPS: [Stop; 4] = [
-    Stop::Converged,
-    Stop::FullContact,
-    Stop::PairLimit,
-    Stop::Interrupted,
-];
+const STOPS: [Stop; 4] = [Stop::Converged, Stop::FullContact, Stop::PairLimit, Stop::Interrupted];
 
 impl Solved {
     /// Writes the rows so far, and the solver that goes on from them.
@@ -33,9 +28,7 @@ impl Solved {
             whole(out, self.kept[row])?;
         }
         whole(out, self.displacements.len())?;
-        self.displacements
-            .iter()
-            .try_for_each(|value| real(out, *value))?;
+        self.displacements.iter().try_for_each(|value| real(out, *value))?;
         let pressures = self.pressures.finish_cloned();
         whole(out, pressures.len())?;
         for place in 0..pressures.len() {
@@ -74,8 +67,7 @@ impl Solved {
         }
         for _ in 0..read_whole(from)? {
             let value = read_real(from)?;
-            self.pressures
-                .append_option((value >= 0.0).then_some(value));
+            self.pressures.append_option((value >= 0.0).then_some(value));
         }
         self.distributions.restore(from)?;
         if let Some(flows) = &mut self.flows {

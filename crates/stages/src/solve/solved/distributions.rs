@@ -32,10 +32,7 @@ impl Distributions {
         gaps: Option<EqualBins>,
         heights: &[f64],
     ) -> Distributions {
-        let counted = |bins| Counted {
-            bins,
-            counts: Vec::new(),
-        };
+        let counted = |bins| Counted { bins, counts: Vec::new() };
         Distributions {
             pressures: pressures.map(counted),
             gaps: gaps.map(counted),
@@ -66,15 +63,10 @@ impl Distributions {
 
     /// The columns of these counts.
     pub fn columns(&mut self) -> Vec<(Column, ArrayRef)> {
-        let pressures = self
-            .pressures
-            .take()
-            .map(|counted| (PRESSURE_COUNTS, counted));
+        let pressures = self.pressures.take().map(|counted| (PRESSURE_COUNTS, counted));
         let gaps = self.gaps.take().map(|counted| (GAP_COUNTS, counted));
         let columns = pressures.into_iter().chain(gaps);
-        columns
-            .map(|(column, counted)| (column, counted.lists()))
-            .collect()
+        columns.map(|(column, counted)| (column, counted.lists())).collect()
     }
 
     /// Writes the counts so far.
@@ -84,10 +76,7 @@ impl Distributions {
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         for counted in self.pressures.iter().chain(&self.gaps) {
             whole(out, counted.counts.len())?;
-            counted
-                .counts
-                .iter()
-                .try_for_each(|count| real(out, *count))?;
+            counted.counts.iter().try_for_each(|count| real(out, *count))?;
         }
         Ok(())
     }
@@ -116,10 +105,7 @@ impl Counted {
     fn lists(self) -> ArrayRef {
         let length = self.bins.count as usize + 1;
         let loads = self.counts.len() / length;
-        lists(
-            Float64Array::from(self.counts),
-            std::iter::repeat_n(length, loads),
-        )
+        lists(Float64Array::from(self.counts), std::iter::repeat_n(length, loads))
     }
 }
 

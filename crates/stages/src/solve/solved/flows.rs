@@ -24,10 +24,7 @@ pub struct Flows {
 impl Flows {
     /// None yet.
     pub fn on(grid: Grid) -> Flows {
-        Flows {
-            grid,
-            found: Vec::new(),
-        }
+        Flows { grid, found: Vec::new() }
     }
 
     /// Finds those of the next load, unless it is told to stop. What is in contact is closed, whatever the
@@ -86,10 +83,7 @@ impl Flows {
         let mut read = || -> io::Result<Result<Flow, Unconverged>> {
             let (conductivity, residual) = (read_real(from)?, read_real(from)?);
             Ok(match conductivity >= 0.0 {
-                true => Ok(Flow {
-                    conductivity,
-                    residual,
-                }),
+                true => Ok(Flow { conductivity, residual }),
                 false => Err(Unconverged { residual }),
             })
         };
@@ -147,11 +141,7 @@ mod tests {
         let mut again = Flows::on(flows.grid);
         again.restore(3, &mut bytes.as_slice()).unwrap();
         assert_eq!(flows.found, again.found);
-        assert!(
-            Flows::on(flows.grid)
-                .restore(4, &mut bytes.as_slice())
-                .is_err()
-        );
+        assert!(Flows::on(flows.grid).restore(4, &mut bytes.as_slice()).is_err());
     }
 
     #[test]

@@ -51,19 +51,11 @@ fn parts_are_those_of_the_whole() {
     let file = open(&whole);
     assert_eq!(file.rows(), ROWS);
     assert_eq!(file.groups(), 3);
-    for (columns, rows) in [
-        (vec![3, 0], 5),
-        (vec![2], ROWS),
-        (vec![4, 1], (1 << 16) + 1),
-        (vec![], 7),
-        (vec![1], 0),
-    ] {
+    for (columns, rows) in
+        [(vec![3, 0], 5), (vec![2], ROWS), (vec![4, 1], (1 << 16) + 1), (vec![], 7), (vec![1], 0)]
+    {
         let part = file.first(&columns, rows).unwrap();
-        assert_eq!(
-            part,
-            whole.project(&columns).slice(0..rows),
-            "{columns:?}, {rows}"
-        );
+        assert_eq!(part, whole.project(&columns).slice(0..rows), "{columns:?}, {rows}");
     }
     let groups = (0..3).map(|group| file.group(&[2, 3], group).unwrap());
     let stacked = Table::stack(&groups.collect::<Vec<_>>()).unwrap();
@@ -101,10 +93,7 @@ fn a_flipped_bit_anywhere_is_found_with_one_chunk_in_memory_after_the_other() {
 #[test]
 fn a_table_without_rows_has_parts_without_rows() {
     let none = table(0);
-    assert_eq!(
-        open(&none).first(&[0, 3], 10).unwrap(),
-        none.project(&[0, 3])
-    );
+    assert_eq!(open(&none).first(&[0, 3], 10).unwrap(), none.project(&[0, 3]));
 }
 
 /// Tables of results were digested as a whole once.
@@ -112,16 +101,10 @@ fn a_table_without_rows_has_parts_without_rows() {
 fn a_file_with_one_digest_is_read_in_parts_too() {
     let whole = table(10);
     let key = crate::store::key::TaskKey::of("test", 1, crate::store::key::Digest::of(&()), &[]);
-    let metadata = Metadata {
-        key: Some(key),
-        entries: Vec::new(),
-    };
+    let metadata = Metadata { key: Some(key), entries: Vec::new() };
     let file = TableFile::open(file(&encode(&whole, &metadata))).unwrap();
     assert_eq!(file.metadata(), &metadata);
-    assert_eq!(
-        file.first(&[1, 3], 4).unwrap(),
-        whole.project(&[1, 3]).slice(0..4)
-    );
+    assert_eq!(file.first(&[1, 3], 4).unwrap(), whole.project(&[1, 3]).slice(0..4));
 }
 
 #[test]
@@ -137,14 +120,8 @@ fn damage_is_found_in_the_column_that_has_it_and_read_around() {
     let mut flipped = sound;
     flipped[chunk.start + chunk.len() / 2] ^= 8;
     let damaged = TableFile::open(file(&flipped)).unwrap();
-    assert_eq!(
-        damaged.first(&[0, 2, 3, 4], ROWS).unwrap(),
-        whole.project(&[0, 2, 3, 4])
-    );
-    assert_eq!(
-        damaged.first(&[1], 100).unwrap(),
-        whole.project(&[1]).slice(0..100)
-    );
+    assert_eq!(damaged.first(&[0, 2, 3, 4], ROWS).unwrap(), whole.project(&[0, 2, 3, 4]));
+    assert_eq!(damaged.first(&[1], 100).unwrap(), whole.project(&[1]).slice(0..100));
     let found = damaged.first(&[1], ROWS);
     assert!(matches!(found, Err(ParquetError::Digest)), "{found:?}");
     let whole = decode_bytes(flipped.into(), Columns::All);
@@ -176,20 +153,14 @@ fn a_damaged_end_is_found_on_opening() {
 /// As many columns as no first read of the end of a file has room for.
 #[test]
 fn a_long_footer_is_read_to_its_beginning() {
-    let names: Vec<&'static str> = (0..700)
-        .map(|number| &*Box::leak(format!("column {number}").into_boxed_str()))
-        .collect();
+    let names: Vec<&'static str> =
+        (0..700).map(|number| &*Box::leak(format!("column {number}").into_boxed_str())).collect();
     let column = |name| Column::result(name, ColumnKind::Real, "1", "one of very many columns");
     let values = (0..2000).map(f64::from).collect::<Vec<_>>();
-    let columns = names
-        .iter()
-        .map(|name| (column(name), reals(values.clone())));
+    let columns = names.iter().map(|name| (column(name), reals(values.clone())));
     let wide = Table::new(2000, columns.collect());
     assert!(bytes(&wide).len() > END);
-    assert_eq!(
-        open(&wide).first(&[699], 2000).unwrap(),
-        wide.project(&[699])
-    );
+    assert_eq!(open(&wide).first(&[699], 2000).unwrap(), wide.project(&[699]));
 }
 
 #[test]

@@ -4,10 +4,7 @@ use super::*;
 
 const KNOWN: &[Field] = &[
     (1, Shape::Plain(Kind::Int)),
-    (
-        2,
-        Shape::List(&Shape::Struct(&[(1, Shape::Plain(Kind::Bytes))])),
-    ),
+    (2, Shape::List(&Shape::Struct(&[(1, Shape::Plain(Kind::Bytes))]))),
 ];
 
 fn passed(bytes: &[u8]) -> Result<usize, Claim> {
@@ -59,15 +56,9 @@ fn lists_without_a_byte_for_each_element_are_refused_at_once() {
 
 #[test]
 fn a_known_field_of_another_type_is_refused() {
-    let refused = Claim::Another {
-        found: Kind::Bytes,
-        known: Kind::Int,
-    };
+    let refused = Claim::Another { found: Kind::Bytes, known: Kind::Int };
     assert_eq!(passed(&[0x18, 1, b'a', 0]), Err(refused));
-    let refused = Claim::Another {
-        found: Kind::Int,
-        known: Kind::Struct,
-    };
+    let refused = Claim::Another { found: Kind::Int, known: Kind::Struct };
     assert_eq!(passed(&[0x29, 0x15, 0, 0]), Err(refused));
 }
 
