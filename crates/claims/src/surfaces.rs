@@ -71,8 +71,8 @@ const TABLE_OF_DENSITY: Statement = Statement {
 
 /// The claims, in the order of the paper.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
-    let alpha = include_str!("../../../data/literature/yastrebov-2015-nayak.csv");
-    let density = include_str!("../../../data/literature/yastrebov-2015-summit-density.csv");
+    let alpha = include_str!("../data/yastrebov-2015-nayak.csv");
+    let density = include_str!("../data/yastrebov-2015-summit-density.csv");
     vec![
         kurtosis(evidence, GAUSSIAN, "`k_lower` from 4 on", |k_lower| k_lower >= 4),
         kurtosis(evidence, NOT_GAUSSIAN, "`k_lower = 1`", |k_lower| k_lower == 1),
