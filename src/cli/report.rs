@@ -6,10 +6,8 @@ use std::process::ExitCode;
 
 use super::terminal::stdout;
 use super::{Failure, counted};
-use crate::session::ReportOptions;
+use crate::session::{Bars, Report, ReportOptions};
 use asperity_pipeline::data_folder::DataFolder;
-use asperity_report::Report;
-use asperity_report::bars::Bars;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -29,11 +27,19 @@ pub struct Arguments {
 
     /// What error bars are: standard errors of the mean, or standard deviations over the surfaces.
     #[arg(long, value_name = "KIND", default_value = "sem")]
-    bars: Bars,
+    bars: BarKind,
 
     /// Print JSON: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum BarKind {
+    /// Standard errors of the mean: how well it is known.
+    Sem,
+    /// Standard deviations over the surfaces, as in the paper: how they scatter.
+    Sd,
 }
 
 pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
@@ -41,7 +47,10 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let report = session.report(&ReportOptions {
         output: arguments.output.clone(),
         replace: arguments.replace,
-        bars: arguments.bars,
+        bars: match arguments.bars {
+            BarKind::Sem => Bars::Sem,
+            BarKind::Sd => Bars::Sd,
+        },
     })?;
     let mut out = stdout();
     match arguments.json {

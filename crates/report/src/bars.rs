@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// What error bars are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bars {
     /// Standard errors of the mean: how well it is known.
     #[default]
