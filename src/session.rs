@@ -72,8 +72,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use asperity_claims::decisions::PaperClaims;
-use asperity_pipeline::prune;
-use asperity_pipeline::reasons::record::Record;
+use asperity_pipeline::data_folder;
+use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::reading;
 use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
@@ -278,7 +278,7 @@ impl Session<'_> {
     /// The store, for work: what ended processes have left unfinished is swept away.
     fn open(&self) -> Result<Store, SessionError> {
         // What cannot be swept does no harm.
-        let _ = prune::sweep(&self.data, &Moment::here());
+        let _ = data_folder::sweep(&self.data, &Moment::here());
         Ok(Store::open(&self.data.store())?)
     }
 

@@ -12,7 +12,7 @@ use super::{Failure, counted, json};
 use crate::session::status::StageStatus;
 use crate::session::{SessionError, Status, UnknownName};
 use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::reasons::Group;
+use asperity_pipeline::plan::reasons::Group;
 
 /// More reasons in one stage are not read by anybody; `--json` has them all.
 const MOST_REASONS: usize = 20;

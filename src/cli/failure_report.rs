@@ -4,7 +4,7 @@ use arrow::array::Array;
 use arrow::util::display::array_value_to_string;
 
 use super::{counted, warn};
-use asperity_pipeline::failures::{COMMAND, FAILED, NOT_STARTED, OUTCOME, REASON, STAGE};
+use asperity_pipeline::results::failures::{COMMAND, FAILED, NOT_STARTED, OUTCOME, REASON, STAGE};
 use asperity_stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
 use asperity_tables::table::{Table, TableError};
 

@@ -12,7 +12,7 @@ use super::{Failure, counted, forecast, json};
 use crate::session::Status;
 use crate::session::status::StageStatus;
 use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::reasons::Group;
+use asperity_pipeline::plan::reasons::Group;
 
 #[derive(clap::Args)]
 pub struct Arguments {

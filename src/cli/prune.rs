@@ -12,8 +12,8 @@ use serde_json::json;
 use super::terminal::stdout;
 use super::{Failure, counted};
 use asperity_pipeline::adaptive_sampling;
+use asperity_pipeline::data_folder;
 use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::prune;
 use asperity_tables::parquet;
 use asperity_tables::store::listing::{Found, What};
 use asperity_tables::store::lock::Lock;
@@ -57,10 +57,10 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
         }
         false => None,
     };
-    let unneeded = prune::unneeded(&plans, data, &Moment::here())?;
+    let unneeded = data_folder::unneeded(&plans, data, &Moment::here())?;
     let shares = Shares::of(&unneeded);
     if let Some(alone) = &alone {
-        prune::delete(&unneeded, alone)?;
+        data_folder::delete(&unneeded, alone)?;
     }
     let mut out = stdout();
     match arguments.json {
@@ -79,7 +79,7 @@ fn alone(data: &DataFolder) -> Result<Lock, Failure> {
 
 /// Locks may hold on one machine only: of other machines nothing is known but receipts.
 fn refuse_beside_elements(arguments: &Arguments, data: &DataFolder) -> Result<(), Failure> {
-    let at_work = prune::at_work(data)?;
+    let at_work = data_folder::at_work(data)?;
     let Some(receipt) = at_work.first().filter(|_| !arguments.force) else {
         return Ok(());
     };

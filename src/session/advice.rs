@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Session;
 use super::error::SessionError;
-use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::{Plan, PlannedStage};
 use asperity_pipeline::results::reading::Reading;
 use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};

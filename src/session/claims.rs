@@ -6,7 +6,7 @@ use super::Session;
 use super::error::{SessionError, UnknownName};
 use asperity_claims::Evidence;
 use asperity_claims::study_evidence;
-use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_stages::ensemble::Point;

@@ -10,9 +10,9 @@ use asperity_tables::table::TableError;
 
 pub use crate::share::error::ShareError;
 pub use asperity_pipeline::adaptive_sampling::SamplingError;
-pub use asperity_pipeline::cluster::script::ControlCharacter;
 pub use asperity_pipeline::cluster::slurm::SlurmError;
-pub use asperity_pipeline::memory::TooLarge;
+pub use asperity_pipeline::cluster::submission::ControlCharacter;
+pub use asperity_pipeline::forecast::memory::TooLarge;
 pub use asperity_pipeline::results::ResultsError;
 pub use asperity_pipeline::results::owner::Taken;
 pub use asperity_report::ReportError;

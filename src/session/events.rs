@@ -11,7 +11,7 @@ use asperity_pipeline::study::Warning;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
 
-pub use asperity_pipeline::memory::Allowance;
+pub use asperity_pipeline::forecast::memory::Allowance;
 pub use asperity_pipeline::runner::Damage;
 
 /// Hears what happens while a session works, some of it from the threads that compute. Every

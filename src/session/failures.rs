@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::Session;
 use super::error::SessionError;
-use asperity_pipeline::failures;
-use asperity_pipeline::failures::{Failures, stacked};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::PublishedTable;
+use asperity_pipeline::results::failures;
+use asperity_pipeline::results::failures::{Failures, stacked};
 use asperity_pipeline::runner::RunOutcome;
 use asperity_tables::store::Store;
 use asperity_tables::store::key::TaskKey;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::Session;
 use super::error::SessionError;
-use asperity_pipeline::exceeded_hardness;
+use asperity_pipeline::results::exceeded_hardness;
 use asperity_pipeline::results::owner;
 use asperity_report::{Subject, place};
 use asperity_tables::store::files::Existing;

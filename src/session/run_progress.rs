@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 
 use super::events::Batch;
-use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::forecast::CostModel;
 use asperity_stages::Kind;
 
 /// Tasks that are computed together, as an [`Observer`](super::Observer) hears of them: what they are

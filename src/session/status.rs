@@ -4,18 +4,19 @@ use bytesize::ByteSize;
 
 use asperity_contact::threads::Threads;
 use asperity_pipeline::adaptive_sampling::SampledStudy;
-use asperity_pipeline::cost::CostModel;
+use asperity_pipeline::forecast::CostModel;
+use asperity_pipeline::forecast::memory;
+use asperity_pipeline::plan::reasons::Reasons;
+use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::plan::{Kind, Plan, PlannedStage};
-use asperity_pipeline::reasons::Reasons;
-use asperity_pipeline::reasons::record::Record;
 use asperity_pipeline::study::Warning;
-use asperity_pipeline::{memory, runner, worklist};
+use asperity_pipeline::{forecast, runner};
 use asperity_tables::store::Store;
 use asperity_tables::table::{Table, TableError};
 
 pub use asperity_pipeline::adaptive_sampling::{AdaptiveStage, Condition, Finding};
-pub use asperity_pipeline::reasons::Group;
-pub use asperity_pipeline::reasons::cause::{Cause, Change, Field, Shown, Why};
+pub use asperity_pipeline::plan::reasons::Group;
+pub use asperity_pipeline::plan::reasons::changes::{Cause, Change, Field, Shown, Why};
 
 /// A plan beside the store and the last run.
 #[derive(Debug)]
@@ -148,6 +149,6 @@ impl Status {
     /// Its tasks one by one, a row each: stage, key, whether it is there, seconds of one core, and
     /// what places it in the study.
     pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
-        worklist::tables(&self.plan, &self.missing, &self.cost)
+        forecast::worklist(&self.plan, &self.missing, &self.cost)
     }
 }

@@ -7,21 +7,21 @@ use super::{SampledStudy, Session, SessionError};
 use asperity_pipeline::cluster;
 use asperity_pipeline::cluster::receipts;
 use asperity_pipeline::cluster::receipts::Receipt;
-use asperity_pipeline::cluster::script::{Extras, Places};
 use asperity_pipeline::cluster::sizing;
 use asperity_pipeline::cluster::slurm;
 use asperity_pipeline::cluster::slurm::Queued;
-use asperity_pipeline::cost::CostModel;
-use asperity_pipeline::memory::Allowance;
+use asperity_pipeline::cluster::submission::{Extras, Places};
+use asperity_pipeline::forecast::CostModel;
+use asperity_pipeline::forecast::memory::Allowance;
 use asperity_pipeline::results::archive::Archive;
 use asperity_pipeline::results::owner;
 use asperity_pipeline::runner;
 use asperity_tables::store::files::{Existing, make_folder, write_whole};
 
-pub use asperity_pipeline::cluster::script::Scripts;
 pub use asperity_pipeline::cluster::settings::Settings;
 pub use asperity_pipeline::cluster::sizing::Sizing;
 pub use asperity_pipeline::cluster::slurm::Job;
+pub use asperity_pipeline::cluster::submission::Scripts;
 pub use asperity_pipeline::cluster::submission::{Round, Submission};
 
 /// How often what is missing is submitted again, unless somebody says otherwise.
@@ -161,7 +161,7 @@ impl Session<'_> {
 
     /// Receipts of all studies of the data: the pace of a processor is that of any.
     pub(super) fn all_receipts(&self) -> Result<Vec<Receipt>, SessionError> {
-        Ok(cluster::files::receipts(self.data.path())?)
+        Ok(cluster::receipts(self.data.path())?)
     }
 }
 

@@ -15,7 +15,7 @@ use super::research_object::{self, Described, Role, Whole};
 use super::words::{self, Facts, VERSIONS};
 use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::reasons::record::Record;
+use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results;
 use asperity_pipeline::results::owner;
 use asperity_pipeline::results::owner::Owner;

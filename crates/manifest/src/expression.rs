@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
-mod parser;
+use crate::diagnostics::{did_you_mean, listed};
 
 /// The longest text that is read: nobody writes more by hand, and depth is bounded with it.
 pub const LONGEST: usize = 400;
@@ -118,7 +118,17 @@ impl Expression {
     /// # Errors
     /// When the text is none, or longer than [`LONGEST`].
     pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
-        parser::parse(text)
+        if text.len() > LONGEST {
+            let reason =
+                format!("the expression is {} bytes long, {LONGEST} is the most", text.len());
+            return Err(error(reason, 0..text.len()));
+        }
+        let mut parser = Parser { text, place: 0 };
+        let read = parser.sum()?;
+        match parser.peek() {
+            None => Ok(read),
+            Some(letter) => Err(parser.here(format!("unexpected `{letter}`"))),
+        }
     }
 
     /// The names of its columns.
@@ -251,5 +261,258 @@ impl Serialize for Expression {
     }
 }
 
+fn error(reason: String, at: Range<usize>) -> ExpressionError {
+    ExpressionError { reason, at }
+}
+
+/// Reads expressions by recursive descent.
+struct Parser<'a> {
+    text: &'a str,
+    place: usize,
+}
+
+impl Parser<'_> {
+    /// The next letter that is no space.
+    fn peek(&mut self) -> Option<char> {
+        let rest = &self.text[self.place..];
+        self.place += rest.len() - rest.trim_start().len();
+        self.text[self.place..].chars().next()
+    }
+
+    /// Takes one of some letters.
+    fn take<T: Copy>(&mut self, letters: &[(char, T)]) -> Option<T> {
+        let next = self.peek()?;
+        let (letter, meaning) = letters.iter().find(|(letter, _)| *letter == next)?;
+        self.place += letter.len_utf8();
+        Some(*meaning)
+    }
+
+    fn here(&self, reason: String) -> ExpressionError {
+        let letter = self.text[self.place..].chars().next();
+        error(reason, self.place..self.place + letter.map_or(0, char::len_utf8))
+    }
+
+    fn sum(&mut self) -> Result<Expression, ExpressionError> {
+        let mut sum = self.product()?;
+        while let Some(operator) = self.take(&[('+', Operator::Sum), ('-', Operator::Difference)]) {
+            sum = operation(operator, sum, self.product()?);
+        }
+        Ok(sum)
+    }
+
+    fn product(&mut self) -> Result<Expression, ExpressionError> {
+        let mut product = self.signed()?;
+        while let Some(operator) = self.take(&[('*', Operator::Product), ('/', Operator::Quotient)])
+        {
+            product = operation(operator, product, self.signed()?);
+        }
+        Ok(product)
+    }
+
+    fn signed(&mut self) -> Result<Expression, ExpressionError> {
+        match self.take(&[('-', true), ('+', false)]) {
+            Some(true) => Ok(Expression::Negative(Box::new(self.signed()?))),
+            Some(false) => self.signed(),
+            None => self.power(),
+        }
+    }
+
+    fn power(&mut self) -> Result<Expression, ExpressionError> {
+        let base = self.operand()?;
+        match self.take(&[('^', ())]) {
+            Some(()) => Ok(operation(Operator::Power, base, self.signed()?)),
+            None => Ok(base),
+        }
+    }
+
+    fn operand(&mut self) -> Result<Expression, ExpressionError> {
+        match self.peek() {
+            None => Err(self.here("the expression ends where an operand is needed".to_owned())),
+            Some('(') => {
+                self.place += 1;
+                self.enclosed()
+            }
+            Some(letter) if letter.is_ascii_digit() || letter == '.' => self.number(),
+            Some(letter) if letter.is_ascii_alphabetic() || letter == '_' => self.name(),
+            Some(letter) => {
+                Err(self
+                    .here(format!("`{letter}` stands where a number, a column or `(` is needed")))
+            }
+        }
+    }
+
+    /// What follows an opened parenthesis.
+    fn enclosed(&mut self) -> Result<Expression, ExpressionError> {
+        let inner = self.sum()?;
+        match self.take(&[(')', ())]) {
+            Some(()) => Ok(inner),
+            None => Err(self.here("`)` is missing".to_owned())),
+        }
+    }
+
+    fn number(&mut self) -> Result<Expression, ExpressionError> {
+        let rest = &self.text[self.place..];
+        let mut end = 0;
+        for (at, letter) in rest.char_indices() {
+            let is_sign = matches!(letter, '+' | '-') && rest[..at].ends_with(['e', 'E']);
+            if !(letter.is_ascii_digit() || matches!(letter, '.' | 'e' | 'E') || is_sign) {
+                break;
+            }
+            end = at + letter.len_utf8();
+        }
+        let at = self.place..self.place + end;
+        let number: Option<f64> = rest[..end].parse().ok();
+        let Some(number) = number.filter(|number| number.is_finite()) else {
+            return Err(error(format!("`{}` is no number", &rest[..end]), at));
+        };
+        self.place = at.end;
+        Ok(Expression::Number(number))
+    }
+
+    /// A column, or a function where a parenthesis follows.
+    fn name(&mut self) -> Result<Expression, ExpressionError> {
+        let rest = &self.text[self.place..];
+        let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+        let end = rest.find(|letter| !is_part(letter)).unwrap_or(rest.len());
+        let name = &rest[..end];
+        let at = self.place..self.place + end;
+        self.place = at.end;
+        if self.take(&[('(', ())]).is_none() {
+            return Ok(Expression::Column(name.to_owned()));
+        }
+        let function = Function::ALL.into_iter().find(|one| one.word() == name);
+        let Some(function) = function else {
+            let words = || Function::ALL.iter().map(|one| one.word());
+            let advice = match did_you_mean(name, words()) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => format!("there are {}", listed(words(), "and")),
+            };
+            return Err(error(format!("there is no function `{name}`; {advice}"), at));
+        };
+        Ok(Expression::Call(function, Box::new(self.enclosed()?)))
+    }
+}
+
+fn operation(operator: Operator, one: Expression, other: Expression) -> Expression {
+    Expression::Operation(operator, Box::new(one), Box::new(other))
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn value(text: &str) -> f64 {
+        let column = |name: &str| match name {
+            "k_lower" => 4.0,
+            "k_upper" => 32.0,
+            _ => f64::NAN,
+        };
+        Expression::parse(text).unwrap().value(&column)
+    }
+
+    fn told(text: &str) -> String {
+        Expression::parse(text).unwrap().to_string()
+    }
+
+    #[test]
+    fn operators_bind_as_in_arithmetic() {
+        for (text, expected) in [
+            ("k_lower / k_upper", 0.125),
+            ("1 + 2 * 3 ^ 2", 19.0),
+            ("2 - 3 - 4", -5.0),
+            ("16 / 4 / 2", 2.0),
+            ("-2^2", -4.0),
+            ("2^-1", 0.5),
+            ("2^3^2", 512.0),
+            ("(1 + k_lower) * 2", 10.0),
+            ("1.5e-1 * 2", 0.3),
+            ("ln(1)", 0.0),
+            ("sqrt(k_lower)", 2.0),
+            ("--3", 3.0),
+        ] {
+            assert!((value(text) - expected).abs() < 1e-15, "{text}");
+        }
+        assert!(value("1 / (k_lower - 4)").is_infinite());
+    }
+
+    #[test]
+    fn slope_is_the_derivative_of_a_parabola_at_every_load() {
+        let loads = [0.1, 0.2, 0.5, 1.0];
+        let column = |_: &str| loads.iter().map(|y| 2.0 - 3.0 * y + 5.0 * y * y).collect();
+        let slopes = Expression::parse("slope(mean_gap)").unwrap();
+        for (found, load) in slopes.values(&column, &loads).iter().zip(loads) {
+            assert!((found - (10.0 * load - 3.0)).abs() < 1e-12);
+        }
+        assert!(slopes.values(&|_| vec![1.0, 2.0], &[0.1, 0.2])[0].is_nan());
+    }
+
+    #[test]
+    fn formatting_changes_nothing() {
+        assert_eq!(told(" k_lower/k_upper "), "k_lower / k_upper");
+        assert_eq!(told("((a)+(b*c))"), "a + b * c");
+        assert_eq!(told("(a-b)-(c-d)"), "a - b - (c - d)");
+        assert_eq!(told("(a^b)^c^d"), "(a^b)^c^d");
+        assert_eq!(told("-(a+b)/c"), "-(a + b) / c");
+        assert_eq!(told("-1/slope( mean_gap )"), "-1 / slope(mean_gap)");
+    }
+
+    #[test]
+    fn columns_are_named_each_once() {
+        let read = Expression::parse("a / b + ln(a) - slope(c)").unwrap();
+        assert_eq!(Vec::from_iter(read.columns()), ["a", "b", "c"]);
+        assert!(read.has_slope());
+    }
+
+    #[test]
+    fn what_is_no_expression_is_told_with_its_place() {
+        for (text, reason, at) in [
+            ("k_lower /", "ends where", 9..9),
+            ("a b", "unexpected `b`", 2..3),
+            ("(a + b", "`)` is missing", 6..6),
+            ("a * é", "`é` stands where", 4..6),
+            ("sloppe(a)", "did you mean `slope`", 0..6),
+            ("1.2.3", "`1.2.3` is no number", 0..5),
+            ("", "ends where", 0..0),
+        ] {
+            let error = Expression::parse(text).unwrap_err();
+            assert!(error.reason.contains(reason), "{text}: {error}");
+            assert_eq!(error.at, at, "{text}");
+        }
+        assert!(Expression::parse(&"(".repeat(LONGEST)).is_err());
+        assert!(Expression::parse(&"a+".repeat(LONGEST)).is_err());
+    }
+
+    fn expression() -> impl Strategy<Value = Expression> {
+        let leaf = prop_oneof![
+            (0.0..1e3f64).prop_map(Expression::Number),
+            "[a-z][a-z_0-9]{0,5}".prop_map(Expression::Column),
+        ];
+        leaf.prop_recursive(4, 24, 2, |inner| {
+            let operator = prop_oneof![
+                Just(Operator::Sum),
+                Just(Operator::Difference),
+                Just(Operator::Product),
+                Just(Operator::Quotient),
+                Just(Operator::Power),
+            ];
+            let boxed = inner.prop_map(Box::new).boxed();
+            prop_oneof![
+                (operator, boxed.clone(), boxed.clone())
+                    .prop_map(|(operator, one, other)| Expression::Operation(operator, one, other)),
+                boxed.clone().prop_map(Expression::Negative),
+                boxed.prop_map(|one| Expression::Call(Function::Slope, one)),
+            ]
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_told_is_read_as_the_same(expression in expression()) {
+            let told = expression.to_string();
+            prop_assume!(told.len() <= LONGEST);
+            prop_assert_eq!(Expression::parse(&told).unwrap(), expression);
+        }
+    }
+}

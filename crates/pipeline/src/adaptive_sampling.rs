@@ -8,12 +8,7 @@
 //! compared on the same draws. Claims are about several stages: they are looked at once all means are
 //! known, and by all stages that wait for claims at once.
 
-mod claims;
-mod condition;
-mod error;
-mod means;
-mod rule;
-mod tables;
+mod conditions;
 
 use std::fmt;
 use std::sync::Arc;
@@ -22,10 +17,9 @@ use crate::plan::Plan;
 use crate::study::{Growth, Study, Until, Work};
 use asperity_tables::store::{StoreError, TaskTables};
 
-pub use claims::{least_step, looks};
-pub use condition::{Condition, Finding};
-pub use error::SamplingError;
-pub use rule::{ClaimRule, Decisions, Undecided};
+pub use conditions::{
+    ClaimRule, Condition, Decisions, Finding, SamplingError, Undecided, least_step, looks,
+};
 
 /// A study with as many surfaces as the tables of its tasks ask for.
 #[derive(Debug)]
@@ -127,8 +121,8 @@ impl AdaptiveStage {
             return None;
         }
         let wanted = match finding {
-            Finding::Error(error) => means::wanted(self.surfaces, *error).min(at_most),
-            Finding::Claims(found) => claims::wanted(self.surfaces, found, at_most),
+            Finding::Error(error) => conditions::wanted_by_mean(self.surfaces, *error).min(at_most),
+            Finding::Claims(found) => conditions::wanted_by_claims(self.surfaces, found, at_most),
         };
         Some((self.position, wanted))
     }
@@ -229,8 +223,8 @@ fn adaptive_stages(
             name: stage.name.clone(),
             surfaces: first.realizations,
             condition: match &growth.until {
-                Until::Mean(mean) => means::condition(plan, position, mean, tables)?,
-                Until::Claims(_) => Condition::open(claims::tasks(plan)),
+                Until::Mean(mean) => conditions::of_mean(plan, position, mean, tables)?,
+                Until::Claims(_) => Condition::open(conditions::claim_tasks(plan)),
             },
             growth,
             position,
@@ -245,7 +239,7 @@ fn adaptive_stages(
     for stage in stages.iter_mut().filter(|stage| is_of_claims(stage)) {
         if let Until::Claims(names) = &stage.growth.until {
             let sampled = (stage.surfaces, stage.growth.as_ref());
-            stage.condition = claims::condition((study, plan), sampled, (rule, names), tables)?;
+            stage.condition = conditions::of_claims((study, plan), sampled, (rule, names), tables)?;
         }
     }
     Ok(stages)

@@ -1,9 +1,21 @@
-//! The folder of finished work: what is where in it.
+//! The folder of finished work: what is where in it, and what nobody needs any more.
+//!
+//! Unneeded are tables that no named study asks for, damaged files that are in quarantine, and what
+//! killed processes left unfinished.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-use crate::results;
-use asperity_tables::store::{Store, StoreError};
+use crate::cluster::receipts::Receipt;
+use crate::plan::Plan;
+use crate::plan::reasons::record::Record;
+use crate::{cluster, results};
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::listing::{Found, What};
+use asperity_tables::store::lock::Lock;
+use asperity_tables::store::writer::Moment;
+use asperity_tables::store::{Store, StoreError, listing};
 
 /// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, in
 /// `plans/` what studies were when they last ran, and in `cluster/STUDY/` what shares one out among
@@ -72,5 +84,128 @@ impl DataFolder {
     /// When nobody can tell whether the store is pruned just now.
     pub fn look(&self) -> Result<Store, StoreError> {
         Store::look(&self.store())
+    }
+}
+
+/// What none of these studies needs. Without any study no table is unneeded: naming none is
+/// rather a slip than a wish to lose everything. What somebody may be writing just now stays.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn unneeded(
+    plans: &[Plan],
+    data: &DataFolder,
+    moment: &Moment,
+) -> Result<Vec<Found>, StoreError> {
+    let keys: HashSet<TaskKey> = plans.iter().flat_map(Plan::keys).collect();
+    let mut found = listing::of_store(&data.store())?;
+    found.extend(results::files(&data.results())?);
+    found.extend(Record::files(&data.records())?);
+    found.extend(cluster::files(data.path())?);
+    let is_needed = |found: &Found| match &found.what {
+        What::Quarantined => false,
+        What::Unfinished => !moment.is_abandoned(&found.path),
+        _ if plans.is_empty() => true,
+        What::Task(key) | What::Checkpoint(key) => keys.contains(key),
+        What::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
+        What::Owner { study } | What::Record { study } | What::Cluster { study } => {
+            plans.iter().any(|plan| plan.study == *study)
+        }
+    };
+    found.retain(|found| !is_needed(found));
+    Ok(found)
+}
+
+/// Receipts of elements that may be at work on other machines, which no lock may tell of.
+///
+/// # Errors
+/// When a folder cannot be listed.
+pub fn at_work(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
+    let mut receipts = cluster::receipts(data.path())?;
+    receipts.retain(Receipt::may_be_at_work);
+    Ok(receipts)
+}
+
+/// Deletes files, and folders that become empty. Whoever calls it has the store alone.
+///
+/// # Errors
+/// When a file cannot be deleted.
+pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
+    for Found { path, .. } in files {
+        remove(path)?;
+        if let Some(folder) = path.parent() {
+            // It is refused while something is left in it.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+    Ok(())
+}
+
+/// Deletes what ended processes left unfinished. Where locks hold on one machine only, others may
+/// be at work: what is theirs stays, as do the folders, in which they may be about to write.
+///
+/// # Errors
+/// When a folder cannot be listed, or a file not be deleted.
+pub fn sweep(data: &DataFolder, moment: &Moment) -> Result<(), StoreError> {
+    let mut left = listing::unfinished(&data.store())?;
+    left.extend(results::files(&data.results())?);
+    left.extend(Record::files(&data.records())?);
+    left.extend(cluster::files(data.path())?);
+    left.retain(|found| found.what == What::Unfinished && moment.is_abandoned(&found.path));
+    if left.is_empty() {
+        return Ok(());
+    }
+    match Lock::alone(&data.store())? {
+        Some(_alone) => left.iter().try_for_each(|found| remove(&found.path)),
+        None => Ok(()),
+    }
+}
+
+fn remove(path: &Path) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed.map_err(|source| StoreError::Write { path: path.to_owned(), source }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::SystemTime;
+
+    use asperity_tables::store::writer::Writer;
+
+    use super::*;
+
+    /// A machine on which no process lives.
+    fn moment() -> Moment {
+        Moment { machine: "node07".to_owned(), now: SystemTime::now(), begun: |_| None }
+    }
+
+    #[test]
+    fn what_another_machine_may_be_writing_stays_where_locks_say_that_nobody_is_there() {
+        let root = tempfile::tempdir().unwrap();
+        let data = DataFolder::new(root.path());
+        let workshops = [data.store().join("unfinished"), data.results_of("small"), data.records()];
+        let unfinished = |machine: &str| {
+            let machine = machine.to_owned();
+            let name = Writer { machine, process: 1 }.prefix() + "aB3dEf";
+            workshops.clone().map(|folder| {
+                fs::create_dir_all(&folder).unwrap();
+                let path = folder.join(&name);
+                fs::write(&path, "half a table").unwrap();
+                path
+            })
+        };
+        let (own, others) = (unfinished("node07"), unfinished("node08"));
+        let found = unneeded(&[], &data, &moment()).unwrap();
+        assert_eq!(found.len(), own.len());
+        sweep(&data, &moment()).unwrap();
+        assert!(own.iter().all(|path| !path.exists()));
+        assert!(others.iter().all(|path| path.exists()));
+        others.iter().for_each(|path| fs::remove_file(path).unwrap());
+
+        unfinished("node07");
+        sweep(&data, &moment()).unwrap();
+        assert!(workshops.iter().all(|folder| folder.exists()));
     }
 }

@@ -7,32 +7,22 @@
 //! |---|---|
 //! | [`manifest`] | reads a manifest into the keys of its stages; JSON schema; template |
 //! | [`study`] | checks what concerns several stages; warnings |
-//! | [`plan`] | tasks and their keys |
-//! | [`reasons`] | explains why a task would run |
-//! | [`worklist`] | lists tasks with their costs |
-//! | [`cost`], [`memory`], [`processor`] | predict how long tasks take and how much memory they need |
+//! | [`plan`] | tasks and their keys; why a task would run |
+//! | [`forecast`] | predicts how long tasks take and how much memory they need |
 //! | [`runner`] | computes the tasks that the store lacks |
 //! | [`adaptive_sampling`] | draws surfaces until a mean is known or claims are decided |
-//! | [`results`] | publishes one table per stage and reads rows again |
-//! | [`failures`], [`exceeded_hardness`] | tables and notes of what went wrong |
-//! | [`data_folder`], [`prune`] | what lies where on disk, and what nothing needs any more |
+//! | [`results`] | publishes one table per stage, reads rows again, and says what went wrong |
+//! | [`data_folder`] | what lies where on disk, and what nothing needs any more |
 //! | [`cluster`] | shares a study among machines and jobs of Slurm |
 //! | [`direct`] | draws and presses single surfaces by the keys of a manifest |
 
 pub mod adaptive_sampling;
 pub mod cluster;
-pub mod cost;
 pub mod data_folder;
 pub mod direct;
-pub mod exceeded_hardness;
-pub mod failures;
+pub mod forecast;
 pub mod manifest;
-pub mod memory;
 pub mod plan;
-pub mod processor;
-pub mod prune;
-pub mod reasons;
 pub mod results;
 pub mod runner;
 pub mod study;
-pub mod worklist;

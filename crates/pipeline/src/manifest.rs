@@ -5,23 +5,19 @@
 //! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
 
 mod schema;
-pub mod syntax;
-mod template;
-
-pub use schema::schema;
-pub use template::{SCHEMA, template};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue, Error};
 
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::written::advice;
 use asperity_manifest::written::advice::Wanted;
-use asperity_manifest::written::{Key, Section, Written, reader, table};
+use asperity_manifest::written::{Key, Section, Written, advice, reader, table};
 use asperity_stages::Kind;
 use asperity_stages::form::{Form, Points, Reading, a_stage};
+
+pub use schema::schema;
 
 /// The study as a whole.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -70,7 +66,7 @@ impl Manifest {
     pub fn parse(text: &str, problems: &mut Problems) -> Option<Manifest> {
         let (document, errors) = DeTable::parse_recoverable(text);
         if !errors.is_empty() {
-            syntax::report(text, &errors, problems);
+            report_syntax(text, &errors, problems);
             return None;
         }
         let (mut study, mut stages) = (None, Vec::new());
@@ -239,4 +235,127 @@ fn unknown_table((key, value): &Entry) -> Problem {
         },
     );
     problem.help("a manifest has one table `[study]` and tables `[stage.NAME]`")
+}
+
+/// Most syntax errors reported: nobody reads more, and each takes a walk through the text.
+const MOST_ERRORS: usize = 200;
+
+/// Reports syntax errors, without those that only follow from others.
+pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
+    let mut last_line = None;
+    let mut repeated_table: Option<usize> = None;
+    for error in errors.iter().take(MOST_ERRORS) {
+        let mut span = error.span().unwrap_or(text.len()..text.len());
+        span.start = span.start.min(text.len());
+        let line = line_start(text, span.start);
+        // What follows the first error on a line is mostly its consequence.
+        if last_line.replace(line) == Some(line) {
+            continue;
+        }
+        if error.message() != "duplicate key" {
+            problems.push(not_toml(text, error, span));
+            continue;
+        }
+        // The keys of a table that is there twice are there twice, too.
+        let is_within = |table: usize| !text[table..span.start].contains("\n[");
+        if repeated_table.is_some_and(is_within) {
+            continue;
+        }
+        if text[line..].starts_with('[') {
+            repeated_table = Some(line);
+        }
+        problems.push(twice(text, line, span));
+    }
+}
+
+fn line_start(text: &str, position: usize) -> usize {
+    text[..position].rfind('\n').map_or(0, |end| end + 1)
+}
+
+fn not_toml(text: &str, error: &Error, span: Span) -> Problem {
+    if is_decimal_comma(text, span.start) {
+        let message = "not TOML: a comma within a number";
+        return Problem::new(message, span, "a decimal point is written `.`");
+    }
+    let message = error.message();
+    let (what, expected) = message.split_once(", expected ").unwrap_or((message, ""));
+    let problem = Problem::new(format!("not TOML: {what}"), span, "here");
+    match expected {
+        "" => problem,
+        expected => problem.help(format!("expected {expected}")),
+    }
+}
+
+fn is_decimal_comma(text: &str, position: usize) -> bool {
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit)
+    };
+    text.as_bytes().get(position) == Some(&b',')
+        && is_digit(position.checked_sub(1))
+        && is_digit(Some(position + 1))
+}
+
+/// A key, or the name of a table, that is there already.
+fn twice(text: &str, line: usize, span: Span) -> Problem {
+    let name = text.get(span.clone()).unwrap_or_default();
+    let (what, help) = if text[line..].starts_with('[') {
+        ("the table", "each stage has a name of its own: rename one, or remove it")
+    } else {
+        ("the key", "keep one of them")
+    };
+    let mut problem = Problem::new(
+        format!("{what} `{}` is there twice", name.trim()),
+        span.clone(),
+        "here again",
+    )
+    .help(help);
+    let beginning = text.get(line..span.end).unwrap_or_default();
+    let is_end = |rest: &str| rest.starts_with([' ', '\t', '=', ']', '.']);
+    let is_same = |&(position, _): &(usize, &str)| {
+        position == line_start(text, position) && is_end(&text[position + beginning.len()..])
+    };
+    let before = text[..line].match_indices(beginning).filter(is_same).last();
+    if let Some((position, _)) = before.filter(|_| !name.is_empty()) {
+        let end = position + beginning.len();
+        problem = problem.and(end - name.len()..end, "first here");
+    }
+    problem
+}
+
+/// The file of the schema that the first line of the manifest names, beside it.
+pub const SCHEMA: &str = "asperity.schema.json";
+
+/// What stands in the template for the study's name.
+const NAME: &str = "STUDY";
+
+/// A manifest to start from, with a comment to each of its keys: the text of one whose study has this name, which is a plain one.
+pub fn template(name: &str) -> String {
+    include_str!("manifest/template.toml").replace(NAME, name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::plan::Plan;
+    use crate::study::Study;
+
+    use super::*;
+
+    #[test]
+    fn the_template_makes_sense_as_it_is() {
+        let text = template("first");
+        let study =
+            Study::parse(&text, "first.toml", Path::new("."), crate::study::no_claims).unwrap();
+        assert_eq!(study.name, "first");
+        assert!(study.warnings().is_empty());
+        assert_eq!(Plan::of(&study).stages.len(), 5);
+        assert!(!text.contains(NAME), "{text}");
+    }
+
+    #[test]
+    fn editors_find_the_schema_on_the_first_line() {
+        let first = template("first").lines().next().map(str::to_owned);
+        assert_eq!(first, Some(format!("#:schema ./{SCHEMA}")));
+    }
 }

@@ -5,9 +5,9 @@
 //! [`reading`] and writes nothing.
 
 pub mod archive;
+pub mod exceeded_hardness;
+pub mod failures;
 pub mod owner;
-mod pieces;
-mod published;
 mod publishing;
 pub mod reading;
 

@@ -4,10 +4,9 @@
 //! mesh, loads ascending, stages that can read each other, files that are there. Past it nobody
 //! checks again.
 
-mod columns;
-mod flow;
 mod graph;
-mod until;
+#[cfg(test)]
+mod tests;
 mod validate;
 mod warnings;
 
@@ -16,12 +15,15 @@ use std::path::Path;
 use crate::manifest::Manifest;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::names;
+use asperity_stages::StageError;
 use asperity_stages::surface_files::{Recollection, SurfaceFiles, read_regular};
+use asperity_tables::table::Table;
+
+pub use warnings::Warning;
 
 pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
 pub use asperity_stages::Work;
 pub use asperity_stages::generate::growth::{Growth, KnownMean, Limit, Until};
-pub use warnings::Warning;
 
 /// Returns the names of all claims that a study may wait for with `until = "claims …"`.
 ///
@@ -108,6 +110,20 @@ impl Study {
         })
     }
 
+    /// The table of each stage, without rows: names, types, units and meanings of its columns.
+    ///
+    /// # Errors
+    /// When a query cannot be answered.
+    pub fn empty_tables(&self) -> Result<Vec<Table>, StageError> {
+        let mut tables: Vec<(String, Table)> = Vec::new();
+        for stage in &self.stages {
+            let inputs = stage.inputs.iter().map(|&input| tables[input].clone());
+            let table = stage.work.empty_table(&inputs.collect::<Vec<_>>())?;
+            tables.push((stage.name.clone(), table));
+        }
+        Ok(tables.into_iter().map(|(_, table)| table).collect())
+    }
+
     /// Reads a manifest's text. Messages call it `file`, paths of surface files are relative to
     /// `folder`, and `claims` are those that the study may wait for.
     ///
@@ -165,6 +181,3 @@ fn text_of(path: &Path) -> Result<String, ManifestErrors> {
         unreadable(format!("line {line} is not UTF-8"))
     })
 }
-
-#[cfg(test)]
-mod tests;

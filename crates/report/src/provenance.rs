@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Subject;
 use super::tables::FinishedStages;
-use asperity_pipeline::processor;
+use asperity_pipeline::forecast;
 use asperity_stages::columns::STOP;
 use asperity_stages::solve::GIVEN_UP;
 
@@ -99,7 +99,7 @@ fn converged(finished: &FinishedStages) -> (usize, usize) {
 
 /// Processor, cores and system, as far as the system tells.
 fn machine() -> String {
-    let model = processor::model();
+    let model = forecast::processor();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let plural = if cores == 1 { "" } else { "s" };
     format!("{model}, {cores} core{plural}, {}", std::env::consts::OS)

@@ -13,10 +13,10 @@ use crate::session::error::SessionError;
 use crate::session::events::{Event, Notice};
 use crate::session::failures;
 use asperity_manifest::diagnostics::chain;
-use asperity_pipeline::cluster::pace::{Pace, Paces};
 use asperity_pipeline::cluster::receipts::{EVERY, FailedTask, Receipt};
+use asperity_pipeline::cluster::receipts::{Pace, Paces};
 use asperity_pipeline::cluster::shard::Shard;
-use asperity_pipeline::cost;
+use asperity_pipeline::forecast;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::runner::TaskObserver;
 
@@ -139,7 +139,7 @@ impl<'a> Ledger<'a> {
                 let planned = &self.plan.tasks[task];
                 paces.add(Pace {
                     nodes: planned.nodes,
-                    pairs: cost::expected_pairs(planned),
+                    pairs: forecast::expected_pairs(planned),
                     seconds,
                 });
             }

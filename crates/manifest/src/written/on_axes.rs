@@ -13,11 +13,10 @@
 //! of two numbers, what used to be a sweep of four squares is one rectangle: a warning says so, and how
 //! to write either so that nobody has to ask.
 
-use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::Schema;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, IntoDeserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -93,25 +92,6 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Either<T> {
         let list = Vec::<T>::deserialize(SeqAccessDeserializer::new(list))?;
         let pair = <[T; 2]>::try_from(list).map(OnAxes::Each);
         pair.map_err(|_| Error::custom("a pair has two numbers: [along x, along y]"))
-    }
-}
-
-/// The schema of the number; [`or_a_pair`] adds the other way to write it.
-impl<T: JsonSchema> JsonSchema for OnAxes<T> {
-    fn inline_schema() -> bool {
-        T::inline_schema()
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        T::schema_name()
-    }
-
-    fn schema_id() -> Cow<'static, str> {
-        T::schema_id()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        T::json_schema(generator)
     }
 }
 

@@ -6,8 +6,8 @@ use bytesize::ByteSize;
 
 use super::settings::Settings;
 use super::shard::Shard;
-use crate::cost::CostModel;
-use crate::memory;
+use crate::forecast::CostModel;
+use crate::forecast::memory;
 use crate::plan::Plan;
 use asperity_tables::store::key::TaskKey;
 
@@ -173,7 +173,7 @@ fn enough(plan: &Plan, missing: &[usize], cores: u32) -> ByteSize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::tests::{all, plan};
+    use crate::forecast::memory::tests::{all, plan};
 
     fn sizing(settings: Settings) -> Sizing {
         let plan = plan(64, "loads = [0.1, 0.2]");

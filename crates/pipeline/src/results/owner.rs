@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::archive::Archive;
 use crate::adaptive_sampling::at_its_most;
 use crate::plan::Plan;
-use crate::reasons::record::{PointRecord, Record, StageRecord};
+use crate::plan::reasons::record::{PointRecord, Record, StageRecord};
 use crate::study::Study;
 use asperity_stages::surface_files::read_regular;
 use asperity_tables::store::StoreError;

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::archive::Archive;
-use super::pieces::Pieces;
+use super::publishing::Pieces;
 use super::{ResultsError, digest, path};
 use crate::adaptive_sampling::{ClaimRule, SampledStudy, SamplingError};
 use crate::plan::{Plan, PlannedStage};

@@ -1,16 +1,24 @@
-//! Judges stage after stage, each with what is known of those that it reads.
+//! Judges stage after stage, each with what is known of those that it reads, and the conditions that
+//! numbers of surfaces follow from.
 
-use super::flow;
-use super::graph::{self, Graph};
-use super::{ClaimNames, Stage, Study, Work, until};
+use arrow::datatypes::DataType;
+
 use crate::manifest::{Manifest, StageTable, StudyTable};
-use asperity_manifest::diagnostics::{Problem, Problems, Span};
-use asperity_manifest::written::Section;
+use crate::study::graph::Graph;
+use crate::study::{ClaimNames, Stage, Study, Work, graph};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use asperity_manifest::written::checks::Checks;
-use asperity_stages::Given;
+use asperity_manifest::written::{Section, Written};
+use asperity_stages::columns::SURFACE;
+use asperity_stages::form::Points;
+use asperity_stages::generate::growth;
+use asperity_stages::generate::growth::{AT_LEAST, KnownMean, Until};
+use asperity_stages::generate::keys::Growing;
 use asperity_stages::given::Surfaces;
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{Kind, Rows, stacked};
+use asperity_stages::{Given, Kind, Rows, stacked};
+use asperity_statistics::intervals::FEWEST_SURFACES;
+use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 /// Tasks of one stage.
@@ -38,7 +46,7 @@ pub fn validate(
     for &input in graph.inputs.iter().flatten().flatten() {
         validator.is_read[input] = true;
     }
-    for stage in until::looked_at(&manifest.stages) {
+    for stage in looked_at(&manifest.stages) {
         validator.is_read[stage] = true;
     }
     for &stage in &graph.order {
@@ -46,7 +54,7 @@ pub fn validate(
             validator.stage(stage, graph.inputs[stage].as_deref(), problems);
     }
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
-    until::check(&manifest.stages, &graph, (empty, claims), problems);
+    check_conditions(&manifest.stages, &graph, (empty, claims), problems);
     let mut place = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
     sorted.for_each(|(position, &stage)| place[stage] = position);
@@ -114,7 +122,7 @@ impl Validator<'_> {
             .collect();
         let points = table.points.as_ref();
         let is_query = points.is_some_and(|points| points.is_query());
-        let (rows_read, rows) = flow::check(table, &flowing, is_query, problems);
+        let (rows_read, rows) = graph::check_flow(table, &flowing, is_query, problems);
         // A stage whose inputs are not known has columns that are not known either.
         let is_fed = !inputs.is_empty() || table.kind == Some(Kind::Generate);
         let read = self.tables_of(inputs).filter(|_| is_fed);
@@ -181,4 +189,139 @@ impl Validator<'_> {
         });
         tables.collect()
     }
+}
+
+/// A stage whose surfaces are as many as a condition asks for, and the condition as it is written.
+struct Conditional<'a> {
+    stage: usize,
+    growing: &'a Growing,
+    written: &'a Written<String>,
+    until: Until,
+}
+
+impl Conditional<'_> {
+    fn problem(&self, message: String, label: &str) -> Problem {
+        Problem::new(message, self.written.span.clone(), label)
+    }
+}
+
+fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
+    let stages = stages.iter().enumerate();
+    stages.filter_map(|(stage, table)| {
+        let Some(Points::Generate(points)) = &table.points else {
+            return None;
+        };
+        let growing = points.growing()?;
+        let written = growing.until.written()?;
+        let until = growth::parse(&written.value)?;
+        Some(Conditional { stage, growing, written, until })
+    })
+}
+
+/// The stages whose tables conditions on means look at.
+fn looked_at(stages: &[StageTable]) -> Vec<usize> {
+    let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
+    conditions(stages)
+        .filter_map(|condition| match &condition.until {
+            Until::Mean(mean) => named(&mean.stage),
+            Until::Claims(_) => None,
+        })
+        .collect()
+}
+
+/// Checks that conditions on means look at tables with rows for each surface, and those on claims at
+/// claims that surfaces decide; `empty` gives the tables of stages without rows, as far as they are
+/// known, and `claims` the names of all claims.
+fn check_conditions<'t>(
+    stages: &[StageTable],
+    graph: &Graph,
+    (empty, claims): (impl Fn(usize) -> Option<&'t Table>, ClaimNames),
+    problems: &mut Problems,
+) {
+    for condition in conditions(stages) {
+        let problem = match &condition.until {
+            Until::Mean(mean) => of_mean(&condition, mean, stages, graph, &empty),
+            Until::Claims(names) => of_claims(&condition, names, &claims()),
+        };
+        problem.into_iter().for_each(|problem| problems.push(problem));
+    }
+}
+
+fn of_mean<'t>(
+    condition: &Conditional,
+    mean: &KnownMean,
+    stages: &[StageTable],
+    graph: &Graph,
+    empty: &impl Fn(usize) -> Option<&'t Table>,
+) -> Option<Problem> {
+    let names = || stages.iter().map(|stage| stage.name.value.as_str());
+    let Some(looked_at) = names().position(|name| name == mean.stage) else {
+        let label = meant(&mean.stage, names(), "unknown stage");
+        let message = format!("there is no stage `{}`", mean.stage);
+        let help = format!("the stages are {}", listed(names(), "and"));
+        return Some(condition.problem(message, &label).help(help));
+    };
+    let surfaces = &stages[condition.stage].name.value;
+    if !reads(graph, looked_at, condition.stage) {
+        let message = format!("`{}` does not read `{surfaces}`", mean.stage);
+        return Some(condition.problem(message, "its rows say nothing of these surfaces"));
+    }
+    let table = empty(looked_at)?;
+    let is_pooled = matches!(stages[looked_at].kind, Some(Kind::Fit | Kind::Aggregate));
+    if is_pooled || !table.has(SURFACE.name) {
+        let message = format!("`{}` has no rows for each surface", mean.stage);
+        let label = "must be a stage that looks at surfaces one by one";
+        return Some(condition.problem(message, label));
+    }
+    let columns = numbers(table);
+    if columns.contains(&mean.column.as_str()) {
+        return None;
+    }
+    let label = meant(&mean.column, columns.iter().copied(), "unknown column");
+    let message = format!("`{}` has no column of results `{}`", mean.stage, mean.column);
+    let help = format!("there are {}", listed(columns.iter().copied(), "and"));
+    Some(condition.problem(message, &label).help(help))
+}
+
+fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Option<Problem> {
+    if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        let message = format!("there is no claim `{unknown}` that surfaces decide");
+        let label = meant(unknown, known.iter().copied(), "unknown claim");
+        let help = "`asperity claims` lists them; closed forms decide some, whatever the surfaces";
+        return Some(condition.problem(message, &label).help(help));
+    }
+    let at_least = condition.growing.at_least.written();
+    let at_least = at_least.filter(|written| written.value < FEWEST_SURFACES as i64)?;
+    let message = format!("`at_least = {}` is too few for claims", at_least.value);
+    let label = format!("{FEWEST_SURFACES} or more: of fewer surfaces no scatter is known");
+    let help = format!("left out, it is {AT_LEAST}");
+    Some(Problem::new(message, at_least.span.clone(), label).help(help))
+}
+
+/// What was meant by a name, or that it is unknown.
+fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>, otherwise: &str) -> String {
+    let meant = did_you_mean(name, known);
+    meant.map_or_else(|| otherwise.to_owned(), |meant| format!("did you mean `{meant}`?"))
+}
+
+/// Whether rows of a stage come from another, itself included.
+fn reads(graph: &Graph, stage: usize, source: usize) -> bool {
+    let mut is_above = vec![false; graph.inputs.len()];
+    let mut next = vec![stage];
+    while let Some(stage) = next.pop() {
+        if !std::mem::replace(&mut is_above[stage], true) {
+            next.extend(graph.inputs[stage].iter().flatten());
+        }
+    }
+    is_above[source]
+}
+
+/// The columns that hold results and are numbers.
+fn numbers(table: &Table) -> Vec<&str> {
+    let fields = table.batch().schema_ref().fields().iter();
+    let is_number = |kind: &DataType| matches!(kind, DataType::Float64 | DataType::Int64);
+    let is_result = |role: Option<&String>| role.is_some_and(|role| role == Role::Result.name());
+    let numbers = fields
+        .filter(|field| is_number(field.data_type()) && is_result(field.metadata().get("role")));
+    numbers.map(|field| field.name().as_str()).collect()
 }

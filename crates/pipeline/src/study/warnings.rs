@@ -1,17 +1,16 @@
 //! What is valid, and should be known all the same before it is run.
 
-mod files;
-mod loads;
-
 use std::fmt;
 
 use serde::Serialize;
 
-use super::{Stage, Study, Work};
+use crate::study::{Stage, Study, Work};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::listed;
 use asperity_stages::fit::laws::{Law, PlainLaw};
-use asperity_stages::generate::{Origin, Params, PerAxis};
+use asperity_stages::generate::{MeasuredSurface, Origin, Params, PerAxis};
+use asperity_stages::solve::{self, PressureUnit};
+use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Recipe, measure};
 
 /// Nodes to the shortest wavelength from which on the counted area needs no warning.
@@ -117,11 +116,11 @@ impl Study {
             let messages = [
                 taken_as_pairs(stage),
                 self.coarse_mesh(place, stage),
-                loads::improbable(stage),
+                improbable_loads(stage),
                 self.pressed_alone(stage),
             ];
             let messages = messages.into_iter().flatten();
-            let messages = messages.chain(files::told(stage, &self.sources));
+            let messages = messages.chain(decided_of_files(stage, &self.sources));
             messages.map(|message| Warning { stage: stage.name.clone(), message })
         });
         warnings.collect()
@@ -232,6 +231,97 @@ fn taken_as_pairs(stage: &Stage) -> Option<String> {
     ))
 }
 
+/// Heaviest probable load, in units of E* × rms slope: every surface is in full contact under a third of it.
+const HEAVY: f64 = 10.0;
+/// Lightest probable load, in the same: a single node of a great mesh bears as much.
+const LIGHT: f64 = 1e-7;
+
+/// Between which multiples of E* a mean pressure is probable, whatever the rms slope; slopes of
+/// surfaces are between 1e-4 and 10.
+const PRESSURES: [f64; 2] = [1e-4 * LIGHT, 10.0 * HEAVY];
+
+/// That all loads of a stage are too heavy or too light to be meant.
+fn improbable_loads(stage: &Stage) -> Option<String> {
+    stage.work.recipes().iter().find_map(|recipe| match recipe {
+        Recipe::Solve(params) => of_block(params),
+        _ => None,
+    })
+}
+
+fn of_block(params: &solve::Params) -> Option<String> {
+    let (lightest, heaviest) = (*params.loads.first()?, *params.loads.last()?);
+    let modulus = params.effective_modulus;
+    match params.load_unit {
+        PressureUnit::Relative if lightest > HEAVY => Some(format!(
+            "loads are in units of E* × rms slope, and from about 2 on every node touches: {lightest} and \
+             more tell nothing; `load_unit = \"absolute\"` takes them as pressures"
+        )),
+        PressureUnit::Relative if heaviest < LIGHT => Some(format!(
+            "loads are in units of E* × rms slope, and under {heaviest} and less a node or two touch; \
+             `load_unit = \"absolute\"` takes them as pressures"
+        )),
+        PressureUnit::Absolute if lightest > PRESSURES[1] * modulus => Some(format!(
+            "all loads are pressures of {lightest} and more, and E* is {modulus}, in the same unit: every \
+             node touches from less on"
+        )),
+        PressureUnit::Absolute if heaviest < PRESSURES[0] * modulus => Some(format!(
+            "all loads are pressures of {heaviest} and less, and E* is {modulus}, in the same unit: a node \
+             or two touch"
+        )),
+        _ => None,
+    }
+}
+
+/// What should be known of the files that a stage reads, each thing once: which of several maps is
+/// read, and how much of a map was not measured.
+fn decided_of_files(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
+    let Work::Generate(ensembles) = &stage.work else {
+        return vec![];
+    };
+    let mut told: Vec<String> = Vec::new();
+    for ensemble in ensembles {
+        let Origin::File(file) = &ensemble.params.origin else {
+            continue;
+        };
+        let Some(path) = sources.path_of(&file.content) else {
+            continue;
+        };
+        let path = path.display().to_string();
+        let messages = [channel(file, &path), holes(file, &path)];
+        for message in messages.into_iter().flatten() {
+            if !told.contains(&message) {
+                told.push(message);
+            }
+        }
+    }
+    told
+}
+
+fn channel(file: &MeasuredSurface, path: &str) -> Option<String> {
+    let read = file.seen.channel.as_ref()?;
+    let is_chosen = file.channel.is_some() || read.of == 1;
+    (!is_chosen).then(|| {
+        let (number, name, of) = (read.number, &read.name, read.of);
+        format!(
+            "`{path}` has {of} channels; number {number}, `{name}`, is the first that holds heights, \
+             and is read; `channel = {number}` says so outright"
+        )
+    })
+}
+
+fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
+    let (missing, points) = (file.seen.missing, file.seen.points);
+    let fill = file.preparation.fill?;
+    (missing > 0).then(|| {
+        let share = 100.0 * missing as f64 / points as f64;
+        let fill = fill.name();
+        format!(
+            "{missing} of {points} points of `{path}` were not measured, {share:.3} %; `fill = \
+             \"{fill}\"` gives them heights"
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -239,32 +329,32 @@ mod tests {
     use super::*;
 
     const PRESSED: &str = r#"
-[study]
-name = "coarse"
+    [study]
+    name = "coarse"
 
-[stage.rough]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = 2
-k_upper = [8, 16, 32]
+    [stage.rough]
+    kind = "generate"
+    nodes = 64
+    hurst = 0.8
+    k_lower = 2
+    k_upper = [8, 16, 32]
 
-[stage.loads]
-kind = "solve"
-from = "rough"
-loads = [0.06]
+    [stage.loads]
+    kind = "solve"
+    from = "rough"
+    loads = [0.06]
 
-[stage.area]
-kind = "measure"
-from = "loads"
-"#;
+    [stage.area]
+    kind = "measure"
+    from = "loads"
+    "#;
 
     const CORRECTED: &str = r#"
-[stage.corrected]
-kind = "correct"
-from = "area"
-correction = ["none", "2017"]
-"#;
+    [stage.corrected]
+    kind = "correct"
+    from = "area"
+    correction = ["none", "2017"]
+    "#;
 
     fn told(manifest: &str) -> Vec<String> {
         let study =
@@ -346,5 +436,41 @@ correction = ["none", "2017"]
         assert!(warning.contains("add their height maps"), "{warning}");
         assert_eq!(warned("[\"rough\", \"lower\"]", steel), None);
         assert_eq!(warned("\"rough\"", &two), None);
+    }
+
+    /// What is warned of pressing by these keys.
+    fn warned(keys: &str) -> Vec<String> {
+        let text = format!(
+            "[study]\nname = \"units\"\n[stage.rough]\nkind = \"generate\"\nnodes = 64\nhurst = 0.8\n\
+             k_lower = 2\nk_upper = 8\n[stage.pressed]\nkind = \"solve\"\nfrom = \"rough\"\n{keys}"
+        );
+        let study =
+            Study::parse(&text, "units.toml", Path::new(""), crate::study::no_claims).unwrap();
+        let warnings = study.warnings().into_iter();
+        let pressed = warnings.filter(|warning| warning.stage == "pressed");
+        pressed.map(|warning| warning.message).collect()
+    }
+
+    #[test]
+    fn pascals_taken_for_loads_are_told_and_so_are_loads_taken_for_pascals() {
+        let pascals = warned("loads = { to = 5e7, steps = 4 }");
+        assert!(pascals[0].contains("every node touches"), "{pascals:?}");
+        let megapascals =
+            "loads = [20e6, 40e6]\nload_unit = \"absolute\"\neffective_modulus = 57.0";
+        assert!(warned(megapascals)[0].contains("E* is 57"));
+        let reduced = "loads = [0.01, 0.1]\nload_unit = \"absolute\"\neffective_modulus = 1e11";
+        assert!(warned(reduced)[0].contains("a node or two"));
+        assert!(warned("loads = [1e-9, 1e-8]")[0].contains("a node or two"));
+    }
+
+    #[test]
+    fn loads_from_first_touch_to_full_contact_are_no_mistake() {
+        for keys in [
+            "loads = [1e-9, 0.01]",
+            "loads = [1.0, 30.0]",
+            "loads = [1e5, 1e7]\nload_unit = \"absolute\"\neffective_modulus = 1e11",
+        ] {
+            assert_eq!(warned(keys), Vec::<String>::new(), "{keys}");
+        }
     }
 }

@@ -1,22 +1,135 @@
-//! Goes through the plan, inputs first, and carries what happened from task to task.
+//! Why tasks would run.
+//!
+//! A key says that a task is another one than before, not why. The study as it last ran is on
+//! [`Record`]: comparing it stage by stage, point by point, with the study as it is now says what
+//! was edited, and following the plan says which tasks that reaches.
+
+pub mod changes;
+pub mod record;
 
 use std::collections::HashMap;
 
-use super::cause::{Cause, Field, Shown, Why};
-use super::changes::{PointChange, StageChanges};
-use super::record::{Place, Record, StageRecord};
-use super::sets::{EMPTY, Sets};
+use changes::{Cause, Field, PointChange, Shown, StageChanges, Why};
+use record::{Place, Record, StageRecord};
+
 use crate::plan::Plan;
 use asperity_stages::{Kind, Reach};
+use asperity_tables::store::Store;
 
-/// What has been found out, stage after stage.
-pub struct Walk<'a> {
+/// Why each stage's missing tasks would run.
+#[derive(Debug)]
+pub struct Reasons {
+    /// In the order of the plan.
+    pub stages: Vec<Vec<Group>>,
+}
+
+/// Missing tasks of one stage that would run for the same causes.
+#[derive(Debug)]
+pub struct Group {
+    /// What happened, in this stage and in those that it depends on.
+    pub causes: Vec<Cause>,
+    /// The tasks, in order.
+    pub tasks: Vec<usize>,
+}
+
+impl Reasons {
+    /// Explains the missing tasks of a plan; `now` is the record of the study as it is, `before`
+    /// the one that its last run left.
+    pub fn of(
+        plan: &Plan,
+        now: &Record,
+        before: Option<&Record>,
+        missing: &[usize],
+        store: &Store,
+    ) -> Reasons {
+        let mut is_missing = vec![false; plan.tasks.len()];
+        missing.iter().for_each(|&task| is_missing[task] = true);
+        let partners = partners(before, now);
+        let mut walk = Walk::new(plan, now);
+        for partner in &partners {
+            match before {
+                None => walk.first_run(),
+                Some(_) => walk.compare(*partner),
+            }
+        }
+        let stages = (0..plan.stages.len()).map(|stage| {
+            let tasks = plan.stages[stage].tasks.iter().zip(&walk.own[stage]);
+            let mut groups = Groups::default();
+            for (&task, &set) in tasks.filter(|(task, _)| is_missing[**task]) {
+                let unchanged = (set == EMPTY)
+                    .then(|| lost(partners[stage], store.has_damaged(plan.tasks[task].key)));
+                groups.add(task, (set, unchanged), |(set, unchanged)| match unchanged {
+                    Some(why) => vec![Cause { stage, why }],
+                    None => walk.sets.causes(set),
+                });
+            }
+            groups.all
+        });
+        Reasons { stages: stages.collect() }
+    }
+}
+
+/// Groups in the order of their first tasks, each found by what sets it apart.
+#[derive(Default)]
+struct Groups {
+    all: Vec<Group>,
+    known: HashMap<(usize, Option<Why>), usize>,
+}
+
+impl Groups {
+    fn add(
+        &mut self,
+        task: usize,
+        by: (usize, Option<Why>),
+        causes: impl FnOnce((usize, Option<Why>)) -> Vec<Cause>,
+    ) {
+        let next = self.all.len();
+        let group = *self.known.entry(by.clone()).or_insert(next);
+        if group == next {
+            self.all.push(Group { causes: causes(by), tasks: Vec::new() });
+        }
+        self.all[group].tasks.push(task);
+    }
+}
+
+/// Why a task is missing that nothing has changed.
+fn lost(partner: Option<&StageRecord>, is_damaged: bool) -> Why {
+    match partner {
+        _ if is_damaged => Why::Damaged,
+        Some(stage) if stage.finished == stage.tasks => Why::Missing,
+        _ => Why::Unfinished,
+    }
+}
+
+/// The stage on record that each stage was: that of its name, or the only other one of its kind.
+fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a StageRecord>> {
+    let Some(before) = before else {
+        return vec![None; now.stages.len()];
+    };
+    let is_known = |name: &str| now.stages.iter().any(|stage| stage.name == name);
+    let renamed = |kind: Kind| {
+        let left = before.stages.iter().filter(move |old| old.kind == kind);
+        let mut left = left.filter(|old| !is_known(&old.name));
+        left.next().filter(|_| left.next().is_none())
+    };
+    let partner = |stage: &StageRecord| {
+        let named = before.stages.iter().find(|old| old.name == stage.name);
+        match named {
+            Some(old) => (old.kind == stage.kind).then_some(old),
+            None => renamed(stage.kind),
+        }
+    };
+    now.stages.iter().map(partner).collect()
+}
+
+/// Goes through the plan, inputs first, and carries what happened from task to task.
+struct Walk<'a> {
     plan: &'a Plan,
     now: &'a Record,
     /// All sets of causes.
-    pub sets: Sets,
+    sets: Sets,
     /// By stage and position: what makes that task another one than before.
-    pub own: Vec<Vec<usize>>,
+    own: Vec<Vec<usize>>,
     /// By task: the first stage that it belongs to.
     stage_of: Vec<Option<usize>>,
     /// By task: what later stages see of that.
@@ -59,7 +172,7 @@ struct Point {
 
 impl<'a> Walk<'a> {
     /// Nothing is known yet.
-    pub fn new(plan: &'a Plan, now: &'a Record) -> Walk<'a> {
+    fn new(plan: &'a Plan, now: &'a Record) -> Walk<'a> {
         Walk {
             plan,
             now,
@@ -73,7 +186,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The next stage, of a study of which there is no record.
-    pub fn first_run(&mut self) {
+    fn first_run(&mut self) {
         let stage = self.own.len();
         let why = Why::FirstRun;
         let set = self.sets.one(Cause { stage, why });
@@ -81,7 +194,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The next stage, and what it was before.
-    pub fn compare(&mut self, partner: Option<&StageRecord>) {
+    fn compare(&mut self, partner: Option<&StageRecord>) {
         let stage = self.own.len();
         let record = &self.now.stages[stage];
         let changes = StageChanges::between(partner, record);
@@ -210,4 +323,83 @@ fn realizations(from: u32, to: u32) -> Vec<Field> {
         _ => format!("{from} … {}", to - 1),
     };
     vec![Field { field: "realization".to_owned(), value: Shown(value) }]
+}
+
+/// The set of no causes.
+const EMPTY: usize = 0;
+
+/// Sets of causes by number, each kept once: a hundred thousand tasks share a handful of them.
+#[derive(Debug)]
+struct Sets {
+    causes: Vec<Cause>,
+    /// Positions of causes, ascending.
+    sets: Vec<Vec<usize>>,
+    known_causes: HashMap<Cause, usize>,
+    known: HashMap<Vec<usize>, usize>,
+    unions: HashMap<(usize, usize), usize>,
+}
+
+impl Default for Sets {
+    fn default() -> Sets {
+        Sets {
+            causes: Vec::new(),
+            sets: vec![Vec::new()],
+            known_causes: HashMap::new(),
+            known: HashMap::from([(Vec::new(), EMPTY)]),
+            unions: HashMap::new(),
+        }
+    }
+}
+
+impl Sets {
+    /// The set of one cause.
+    fn one(&mut self, cause: Cause) -> usize {
+        let next = self.causes.len();
+        let position = *self.known_causes.entry(cause.clone()).or_insert(next);
+        if position == next {
+            self.causes.push(cause);
+        }
+        self.number(vec![position])
+    }
+
+    /// The set of several causes.
+    fn all(&mut self, causes: impl IntoIterator<Item = Cause>) -> usize {
+        causes.into_iter().fold(EMPTY, |set, cause| {
+            let one = self.one(cause);
+            self.union(set, one)
+        })
+    }
+
+    /// The causes of either set.
+    fn union(&mut self, one: usize, other: usize) -> usize {
+        match (one.min(other), one.max(other)) {
+            (EMPTY, set) => set,
+            (same, set) if same == set => set,
+            pair => match self.unions.get(&pair) {
+                Some(&known) => known,
+                None => {
+                    let mut both = [&self.sets[pair.0][..], &self.sets[pair.1]].concat();
+                    both.sort_unstable();
+                    both.dedup();
+                    let number = self.number(both);
+                    self.unions.insert(pair, number);
+                    number
+                }
+            },
+        }
+    }
+
+    /// What is in a set, in the order in which it was met.
+    fn causes(&self, set: usize) -> Vec<Cause> {
+        self.sets[set].iter().map(|&cause| self.causes[cause].clone()).collect()
+    }
+
+    fn number(&mut self, set: Vec<usize>) -> usize {
+        let next = self.sets.len();
+        let number = *self.known.entry(set.clone()).or_insert(next);
+        if number == next {
+            self.sets.push(set);
+        }
+        number
+    }
 }

@@ -1,7 +1,9 @@
-//! The cost model: how long work takes on this machine, before it is done.
+//! Forecasts: how long tasks take on this machine, and in [`memory`] how much room they need.
 //!
 //! On all but small meshes nearly all time goes into pairs of transforms, so that the expectation is
 //! a count of pairs times the seconds that one takes, measured here and now; the rest is a guess.
+
+pub mod memory;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -9,6 +11,8 @@ use std::collections::BTreeMap;
 use crate::plan::{Plan, Task};
 use asperity_contact::solver::cost;
 use asperity_stages::{Effort, Extent};
+use asperity_tables::column::{Column, ColumnKind, reals, texts};
+use asperity_tables::table::{Table, TableError};
 
 /// Seconds of one core that tasks are expected to take.
 #[derive(Debug, Default)]
@@ -61,12 +65,69 @@ fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 
+/// Tasks to a table: a row takes kilobytes while its table is put together.
+const CHUNK: usize = 1024;
+
+const STAGE: Column = Column::result("stage", ColumnKind::Text, "", "stage of the task");
+const TASK: Column = Column::result("task", ColumnKind::Text, "", "key of the task");
+const STATE: Column = Column::result("state", ColumnKind::Text, "", "cached or missing");
+const CORE_SECONDS: Column = Column::result(
+    "core_seconds",
+    ColumnKind::Real,
+    "s",
+    "time of one core that the task is expected to take",
+);
+
+/// The tasks of a study one by one, for those who share it out themselves, among the machines of a
+/// cluster, say: a row for each task, with what places it in its study: inputs before the tasks that read them,
+/// a task of several stages under the first. `missing` ascend.
+pub fn worklist(
+    plan: &Plan,
+    missing: &[usize],
+    cost: &CostModel,
+) -> impl Iterator<Item = Result<Table, TableError>> {
+    let mut is_listed = vec![false; plan.tasks.len()];
+    let stages = plan.stages.iter().flat_map(move |stage| {
+        let is_new = |task: &usize| !std::mem::replace(&mut is_listed[*task], true);
+        let own: Vec<usize> = stage.tasks.iter().copied().filter(is_new).collect();
+        let chunks = own.chunks(CHUNK).map(|tasks| (&stage.name, tasks.to_vec()));
+        chunks.collect::<Vec<_>>()
+    });
+    stages.map(|(stage, tasks)| {
+        let state = |task: &usize| match missing.binary_search(task) {
+            Ok(_) => "missing",
+            Err(_) => "cached",
+        };
+        let tasks = tasks.iter();
+        let own = Table::new(
+            tasks.len(),
+            vec![
+                (STAGE, texts(tasks.clone().map(|_| stage))),
+                (TASK, texts(tasks.clone().map(|&task| plan.tasks[task].key.to_string()))),
+                (STATE, texts(tasks.clone().map(state))),
+                (CORE_SECONDS, reals(tasks.clone().map(|&task| cost.seconds(&plan.tasks[task])))),
+            ],
+        );
+        let coordinates = tasks.map(|&task| plan.coordinates(task));
+        Ok(own.beside(&Table::stack(&coordinates.collect::<Result<Vec<_>, _>>()?)?))
+    })
+}
+
+/// The model of this processor, as far as the system tells; else its architecture.
+pub fn processor() -> String {
+    let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model =
+        information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
-    use super::*;
     use crate::study::Study;
+
+    use super::*;
 
     /// What the last task of a study takes, besides transforms.
     fn last(realizations: u32, stages: &str) -> (f64, f64) {

@@ -1,0 +1,362 @@
+//! Conditions on the number of surfaces: whether a mean is known, and whether claims are decided.
+//!
+//! The engine draws surfaces until claims are decided and knows none of them: the session passes in the
+//! rule by which they are decided.
+
+use std::num::NonZeroU32;
+
+use crate::plan::Plan;
+use crate::study::{Growth, KnownMean, Limit, Study};
+use asperity_stages::aggregate::{Groups, Statistic, grouped};
+use asperity_stages::measure::Distribution;
+use asperity_stages::{Recipe, StageError, measure, solve};
+use asperity_tables::store::{StoreError, TaskTables};
+use asperity_tables::table::{Table, TableError};
+
+/// What is known of a condition.
+#[derive(Debug)]
+pub enum Condition {
+    /// It takes these tasks to tell. Tables of some may be there, but damaged.
+    Open {
+        /// Every task that the condition depends on.
+        tasks: Vec<usize>,
+        /// Damaged tables among them.
+        damaged: Vec<(usize, StoreError)>,
+    },
+    /// It holds.
+    Holds(Finding),
+    /// It does not hold.
+    Fails(Finding),
+}
+
+/// What a condition rests on.
+#[derive(Debug)]
+pub enum Finding {
+    /// The largest standard error of a mean, over its limit.
+    Error(f64),
+    /// What is decided of the claims.
+    Claims(Decisions),
+}
+
+impl Condition {
+    /// Nothing is known as long as these tasks have no tables.
+    pub fn open(tasks: Vec<usize>) -> Condition {
+        Condition::Open { tasks, damaged: Vec::new() }
+    }
+
+    /// Whether it can be told, and there is nothing more to compute for it.
+    pub fn is_known(&self) -> bool {
+        !matches!(self, Condition::Open { .. })
+    }
+}
+
+/// It cannot be told whether a condition holds.
+#[derive(Debug, thiserror::Error)]
+pub enum SamplingError {
+    /// A table cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The mean cannot be taken.
+    #[error("cannot tell whether `{until}` holds")]
+    Mean {
+        /// The condition.
+        until: String,
+        /// Why.
+        source: StageError,
+    },
+    /// Claims cannot be judged.
+    #[error("cannot tell whether claims are decided")]
+    Claims(#[from] TableError),
+}
+
+/// Decides claims from the tables of a study.
+pub trait ClaimRule {
+    /// Decides the claims of these names, or all without any, at one of `looks` looks.
+    ///
+    /// `tables` has the table of each stage of the plan, as far as it is there.
+    ///
+    /// # Errors
+    /// When a table lacks a column that its kind of stage writes.
+    fn decide(
+        &self,
+        study: &Study,
+        plan: &Plan,
+        tables: &[Option<Table>],
+        names: &[String],
+        looks: NonZeroU32,
+    ) -> Result<Decisions, TableError>;
+}
+
+/// What is decided of some claims.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Decisions {
+    /// Claims that are decided.
+    pub decided: Vec<&'static str>,
+    /// Claims that are not.
+    pub undecided: Vec<Undecided>,
+    /// Claims without a quantity, and what they need.
+    pub not_judged: Vec<(&'static str, String)>,
+}
+
+/// A claim that is not decided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undecided {
+    /// Its name.
+    pub name: &'static str,
+    /// How many surfaces of each spectrum there are, and how many would decide it at the present spread;
+    /// `None` if no number would.
+    pub surfaces: Option<[usize; 2]>,
+}
+
+impl Decisions {
+    /// How many surfaces in place of so many would decide all claims that some number decides; `None`
+    /// without any.
+    pub fn wanted(&self, surfaces: u32) -> Option<u64> {
+        let wanted = self.undecided.iter().filter_map(|claim| {
+            let [now, needed] = claim.surfaces?;
+            // A spectrum with fewer surfaces than this stage draws has its own share of more.
+            Some((u64::from(surfaces) * needed as u64).div_ceil(now as u64))
+        });
+        wanted.max()
+    }
+}
+
+/// The tables of some tasks, in their order; or the condition as it stands, if some are not there.
+///
+/// # Errors
+/// When one cannot be read that computing it again would not mend.
+fn read(
+    plan: &Plan,
+    tasks: &[usize],
+    there: &impl TaskTables,
+) -> Result<Result<Vec<Table>, Condition>, StoreError> {
+    let lines = || tasks.iter().flat_map(|&task| line(plan, task)).collect();
+    let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
+    if there.have(&keys).contains(&false) {
+        return Ok(Err(Condition::open(lines())));
+    }
+    let mut tables = Vec::with_capacity(tasks.len());
+    let mut damaged = Vec::new();
+    for (&task, key) in tasks.iter().zip(keys) {
+        match there.light(key) {
+            Ok(table) => tables.push(table),
+            Err(error) if error.is_mendable() => damaged.push((task, error)),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(match damaged.is_empty() {
+        true => Ok(tables),
+        false => Err(Condition::Open { tasks: lines(), damaged }),
+    })
+}
+
+/// A task and those that it depends on, up to its surface and the spectrum of that: each reads one
+/// other.
+fn line(plan: &Plan, task: usize) -> Vec<usize> {
+    let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
+    std::iter::successors(Some(task), above).collect()
+}
+
+/// Whether a condition on the surfaces of a stage holds.
+///
+/// # Errors
+/// When a table cannot be read, or does not have the column.
+pub fn of_mean(
+    plan: &Plan,
+    surfaces: usize,
+    mean: &KnownMean,
+    there: &impl TaskTables,
+) -> Result<Condition, SamplingError> {
+    let looked_at = plan.stages.iter().find(|stage| stage.name == mean.stage);
+    let looked_at = looked_at.expect("conditions name stages of the study");
+    let mut is_own = vec![false; plan.tasks.len()];
+    let own = &plan.stages[surfaces].tasks;
+    own.iter().for_each(|&task| is_own[task] = true);
+    let tasks = looked_at.tasks.iter().copied();
+    let tasks = tasks.filter(|&task| line(plan, task).iter().any(|&task| is_own[task]));
+    let tables = match read(plan, &tasks.collect::<Vec<_>>(), there)? {
+        Ok(tables) => tables,
+        Err(open) => return Ok(open),
+    };
+    let error = largest_error(&tables, mean)
+        .map_err(|source| SamplingError::Mean { until: mean.to_string(), source })?;
+    Ok(match error < 1.0 {
+        true => Condition::Holds(Finding::Error(error)),
+        false => Condition::Fails(Finding::Error(error)),
+    })
+}
+
+/// Returns the largest ratio of the standard error of a mean to its limit. The ratio is infinite
+/// where a mean is that of a single surface. Means without scatter or without values are left out.
+fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> {
+    let groups = Groups {
+        group_by: None,
+        over: vec![mean.column.clone()],
+        statistics: vec![Statistic::Mean, Statistic::Sem],
+        models: vec![],
+    };
+    let reduced = grouped(&Table::stack(tables)?, &groups)?;
+    let column =
+        |statistic: Statistic| reduced.reals(&format!("{}_{}", mean.column, statistic.suffix()));
+    let errors = column(Statistic::Sem)?.iter().zip(column(Statistic::Mean)?);
+    let over_limit = errors.filter_map(|(error, value)| {
+        let (error, value) = (error.unwrap_or(f64::INFINITY), value?);
+        let limit = match mean.limit {
+            Limit::Absolute(limit) => limit,
+            Limit::Relative(share) => share * value.abs(),
+        };
+        (error > 0.0).then_some(error / limit)
+    });
+    Ok(over_limit.fold(0.0, f64::max))
+}
+
+/// So many surfaces as the largest error, over its limit, asks for: standard errors fall as the square
+/// root of their number. At most as many again.
+pub fn wanted_by_mean(surfaces: u32, error: f64) -> u32 {
+    let now = f64::from(surfaces);
+    // Twice a million is a whole number of 32 bits.
+    (now * error * error).ceil().clamp(now + 1.0, 2.0 * now) as u32
+}
+
+/// Whether claims are decided, those of some names or all.
+///
+/// Claims compare spectra, so that a condition on them looks at every table of the study that is
+/// about single surfaces, and at no other: fits and means of numbers of surfaces on the way are never
+/// computed. Each step adds half as many surfaces or more, at most as many again: so many looks at
+/// most there can be on the way, and each has its share of the 5 % ([`ClaimRule`]). At the most
+/// surfaces there is nothing left to decide, and claims are judged as `asperity claims` judges them.
+///
+/// # Errors
+/// When a table cannot be read, or lacks a column.
+pub fn of_claims(
+    (study, plan): (&Study, &Plan),
+    (surfaces, growth): (u32, &Growth),
+    (rule, names): (&dyn ClaimRule, &[String]),
+    there: &impl TaskTables,
+) -> Result<Condition, SamplingError> {
+    let tables = match all_tables(plan, there)? {
+        Ok(tables) => tables,
+        Err(open) => return Ok(open),
+    };
+    let looks = match surfaces >= growth.at_most {
+        true => NonZeroU32::MIN,
+        false => looks(growth),
+    };
+    let decisions = rule.decide(study, plan, &tables, names, looks)?;
+    Ok(match decisions.wanted(surfaces) {
+        None => Condition::Holds(Finding::Claims(decisions)),
+        Some(_) => Condition::Fails(Finding::Claims(decisions)),
+    })
+}
+
+/// Every task that a condition on claims looks at.
+pub fn claim_tasks(plan: &Plan) -> Vec<usize> {
+    let tasks = 0..plan.tasks.len();
+    tasks.filter(|&task| is_looked_at(&plan.tasks[task].recipe)).collect()
+}
+
+/// Whether claims rest on a table, and it is of one surface.
+fn is_looked_at(recipe: &Recipe) -> bool {
+    match recipe {
+        Recipe::Generate(_) | Recipe::Correct(_) => true,
+        Recipe::Measure(params) => matches!(
+            params,
+            measure::Params::Contacts { .. }
+                | measure::Params::Distribution(Distribution::Pressures)
+        ),
+        // What is solved is measured.
+        Recipe::Solve(params) => {
+            let solve::Params { asperities, .. } = params.as_ref();
+            asperities.is_some()
+        }
+        Recipe::Fit(_) | Recipe::Aggregate(_) => false,
+    }
+}
+
+/// The tables of the stages that are looked at, stage by stage; or the condition as it stands.
+fn all_tables(
+    plan: &Plan,
+    there: &impl TaskTables,
+) -> Result<Result<Vec<Option<Table>>, Condition>, SamplingError> {
+    let mut read = match read(plan, &claim_tasks(plan), there)? {
+        Ok(tables) => tables.into_iter(),
+        Err(open) => return Ok(Err(open)),
+    };
+    let mut of_tasks: Vec<Option<Table>> = (0..plan.tasks.len()).map(|_| None).collect();
+    for task in claim_tasks(plan) {
+        of_tasks[task] = read.next();
+    }
+    let stages = plan.stages.iter().map(|stage| {
+        let own = stage.tasks.iter().filter_map(|&task| of_tasks[task].clone());
+        let own: Vec<Table> = own.collect();
+        (!own.is_empty()).then(|| Table::stack(&own)).transpose()
+    });
+    Ok(Ok(stages.collect::<Result<_, _>>()?))
+}
+
+/// The next number of surfaces: as many as would decide what some number decides, from half as many more
+/// to as many again.
+pub fn wanted_by_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u32 {
+    let [least, most] = [least_step(surfaces), 2 * surfaces];
+    let wanted = decisions.wanted(surfaces).unwrap_or(0);
+    let next = u32::try_from(wanted).unwrap_or(most).clamp(least, most);
+    next.min(at_most)
+}
+
+/// Returns the least number of surfaces of the next look.
+pub fn least_step(surfaces: u32) -> u32 {
+    surfaces + surfaces.div_ceil(2)
+}
+
+/// Returns how often claims are looked at, at most, before there are the most surfaces.
+pub fn looks(growth: &Growth) -> NonZeroU32 {
+    let steps =
+        std::iter::successors(Some(growth.at_least), |&surfaces| Some(least_step(surfaces)));
+    let looks = steps.take_while(|&surfaces| surfaces < growth.at_most);
+    let looks = u32::try_from(looks.count()).unwrap_or(u32::MAX);
+    NonZeroU32::new(looks).unwrap_or(NonZeroU32::MIN)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::study::Until;
+
+    use super::*;
+
+    fn growth(at_least: u32, at_most: u32) -> Growth {
+        Growth { at_least, at_most, until: Until::Claims(Vec::new()) }
+    }
+
+    /// A claim that this many of ten surfaces would decide.
+    fn needs(needed: Option<usize>) -> Undecided {
+        Undecided { name: "area-above-persson", surfaces: needed.map(|needed| [10, needed]) }
+    }
+
+    #[test]
+    fn as_many_are_drawn_as_the_most_demanding_claim_needs_within_a_step() {
+        let next = |needed: &[Option<usize>]| {
+            let undecided = needed.iter().map(|&needed| needs(needed)).collect();
+            let decisions = Decisions { undecided, ..Decisions::default() };
+            wanted_by_claims(10, &decisions, 60)
+        };
+        assert_eq!(next(&[Some(17), Some(13), None]), 17);
+        assert_eq!(next(&[Some(11)]), 15);
+        assert_eq!(next(&[Some(900_000)]), 20);
+        assert_eq!(wanted_by_claims(40, &Decisions::default(), 60), 60);
+    }
+
+    #[test]
+    fn no_way_from_the_least_to_the_most_surfaces_has_more_looks_than_are_counted() {
+        for (least, most) in [(5, 6), (10, 10), (10, 60), (7, 1000), (13, 999_999)] {
+            let mut surfaces = least;
+            let mut seen = 0;
+            while surfaces < most {
+                seen += 1;
+                surfaces = wanted_by_claims(surfaces, &Decisions::default(), most);
+            }
+            let counted = looks(&growth(least, most)).get();
+            assert!(seen <= counted && counted <= seen.max(1), "{least} to {most}");
+        }
+        assert_eq!(looks(&growth(10, 60)).get(), 5);
+    }
+}

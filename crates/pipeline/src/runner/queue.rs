@@ -1,0 +1,186 @@
+//! Tasks that may begin, the workers that wait for them, and the memory that tasks share.
+
+use std::sync::{Condvar, Mutex, MutexGuard};
+
+/// A task that may begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ready {
+    /// As soon as it has found room.
+    Unhoused(usize),
+    /// It has been given room.
+    Housed(usize),
+}
+
+/// What is ready; the latest first, which goes on with what has just been computed.
+#[derive(Default)]
+pub struct ReadyTasks {
+    state: Mutex<Queue>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Queue {
+    ready: Vec<Ready>,
+    /// Tasks that are at work, and may make others ready.
+    at_work: usize,
+}
+
+impl ReadyTasks {
+    pub fn push(&self, task: Ready) {
+        self.state().ready.push(task);
+        self.changed.notify_one();
+    }
+
+    /// The next task, at work until what is returned with it is dropped. Waits for one; none when there
+    /// will be no more.
+    pub fn next(&self) -> Option<(Ready, AtWork<'_>)> {
+        let mut state = self.state();
+        loop {
+            if let Some(task) = state.ready.pop() {
+                state.at_work += 1;
+                return Some((task, AtWork(self)));
+            }
+            if state.at_work == 0 {
+                return None;
+            }
+            let woken = self.changed.wait(state);
+            state = woken.expect("no panic happens while it is held");
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, Queue> {
+        self.state.lock().expect("no panic happens while it is held")
+    }
+}
+
+/// A task at work.
+pub struct AtWork<'a>(&'a ReadyTasks);
+
+impl Drop for AtWork<'_> {
+    fn drop(&mut self) {
+        let mut state = self.0.state();
+        state.at_work -= 1;
+        if state.at_work == 0 {
+            self.0.changed.notify_all();
+        }
+    }
+}
+
+/// Memory, shared by the tasks at work.
+///
+/// Each task takes its part before it begins. One that does not fit waits until others leave, and
+/// smaller ones may begin before it; threads never wait.
+pub struct Room {
+    /// What each task takes.
+    parts: Vec<u64>,
+    state: Mutex<Memory>,
+}
+
+struct Memory {
+    free: u64,
+    /// Tasks that did not fit, in the order in which they came.
+    waiting: Vec<usize>,
+}
+
+impl Room {
+    /// So much memory, for tasks of these sizes. One that takes more may work alone.
+    pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> Room {
+        Room {
+            parts: parts.map(|part| part.min(size)).collect(),
+            state: Mutex::new(Memory { free: size, waiting: Vec::new() }),
+        }
+    }
+
+    /// Whether a task may begin; if not, one that leaves will hand it on.
+    pub fn enter(&self, task: usize) -> bool {
+        let mut state = self.state();
+        let enters = state.admit(self.parts[task]);
+        if !enters {
+            state.waiting.push(task);
+        }
+        enters
+    }
+
+    /// Gives a task's part back; the tasks that may now begin.
+    pub fn leave(&self, task: usize) -> Vec<usize> {
+        let mut state = self.state();
+        state.free += self.parts[task];
+        let waiting = std::mem::take(&mut state.waiting).into_iter();
+        let (begin, waiting) = waiting.partition(|&task| state.admit(self.parts[task]));
+        state.waiting = waiting;
+        begin
+    }
+
+    fn state(&self) -> MutexGuard<'_, Memory> {
+        self.state.lock().expect("no panic happens while it is held")
+    }
+}
+
+impl Memory {
+    fn admit(&mut self, part: u64) -> bool {
+        let fits = part <= self.free;
+        if fits {
+            self.free -= part;
+        }
+        fits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    #[test]
+    fn the_latest_comes_first_and_no_more_come_when_none_is_at_work() {
+        let tasks = ReadyTasks::default();
+        tasks.push(Ready::Unhoused(1));
+        tasks.push(Ready::Unhoused(2));
+        let (second, working) = tasks.next().unwrap();
+        assert_eq!(second, Ready::Unhoused(2));
+        tasks.push(Ready::Housed(3));
+        drop(working);
+        assert_eq!(tasks.next().unwrap().0, Ready::Housed(3));
+        assert_eq!(tasks.next().unwrap().0, Ready::Unhoused(1));
+        assert!(tasks.next().is_none());
+    }
+
+    #[test]
+    fn a_worker_waits_for_what_others_make_ready() {
+        let tasks = ReadyTasks::default();
+        tasks.push(Ready::Unhoused(0));
+        let (_, working) = tasks.next().unwrap();
+        std::thread::scope(|scope| {
+            let other = scope.spawn(|| tasks.next().map(|(task, _)| task));
+            tasks.push(Ready::Unhoused(7));
+            assert_eq!(other.join().unwrap(), Some(Ready::Unhoused(7)));
+            let last = scope.spawn(|| tasks.next().is_none());
+            drop(working);
+            assert!(last.join().unwrap());
+        });
+    }
+
+    #[test]
+    fn tasks_begin_as_others_leave_room_and_small_ones_first() {
+        let room = Room::new(10, [6, 6, 3, 5].into_iter());
+        assert!(room.enter(0));
+        assert!(!room.enter(1), "two large ones do not fit");
+        assert!(room.enter(2), "a small one beside a large one does");
+        assert!(!room.enter(3));
+        assert!(room.leave(2).is_empty(), "four are free");
+        assert_eq!(room.leave(0), [1], "who came first");
+        assert_eq!(room.leave(1), [3]);
+        assert!(room.leave(3).is_empty());
+        assert!(room.enter(0), "all is free again");
+    }
+
+    #[test]
+    fn what_is_larger_than_the_room_works_alone() {
+        let room = Room::new(10, [40, 1, 0].into_iter());
+        assert!(room.enter(0) && !room.enter(1));
+        assert!(room.enter(2), "what takes nothing always fits");
+        assert_eq!(room.leave(0), [1]);
+        assert!(!room.enter(0));
+        assert_eq!(room.leave(1), [0]);
+    }
+}
