@@ -10,8 +10,8 @@
 //! | a manifest's text and its tasks, before anything is computed | [`study::Study`], [`plan::Plan`] |
 //! | tables, their columns and files | [`tables::table::Table`], [`tables::parquet`] |
 //! | where nodes lie | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
-//! | heights: drawn, of a simple shape, from a file, any | [`RandomSurface`](contact::topography::random::RandomSurface), [`Shape`](contact::topography::shapes::Shape), [`read_npy`](contact::topography::measured::read_npy), [`Surface`](contact::topography::surface::Surface) |
-//! | maps of heights in the files of instruments | [`read`](topography_files::read), [`TopographyFile`](topography_files::TopographyFile) |
+//! | heights: drawn, of a simple shape, any | [`RandomSurface`](contact::topography::random::RandomSurface), [`Shape`](contact::topography::shapes::Shape), [`Surface`](contact::topography::surface::Surface) |
+//! | maps of heights in the files of instruments and of NumPy | [`read`](topography_files::read), [`TopographyFile`](topography_files::TopographyFile) |
 //! | what heights are like | [`Descriptors`](contact::topography::descriptors::Descriptors), [`Moments`](contact::topography::moments::Moments) |
 //! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`](contact::elasticity::PeriodicHalfSpace) |
 //! | surfaces and contacts by the keys of a manifest, without one | [`direct::draw`], [`direct::Pressing`] |

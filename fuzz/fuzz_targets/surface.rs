@@ -1,17 +1,24 @@
 //! Any bytes as a measured surface: a map of finite heights, or refused.
 #![no_main]
 
-use asperity::contact::grid::Cell;
-use asperity::contact::topography::measured::read_npy;
+use asperity::contact::grid::{Cell, Grid};
 use asperity::contact::topography::periodic::Edges;
+use asperity::contact::topography::surface::{Surface, check_range};
+use asperity::topography_files::npy_array;
 use libfuzzer_sys::fuzz_target;
 
 /// Larger maps are sound, but slow.
 const MOST_NODES: usize = 64 * 64;
 
+fn surface(bytes: &[u8]) -> Result<Surface, Box<dyn std::error::Error>> {
+    let (nodes, heights) = npy_array(bytes)?;
+    let grid = Grid::new(nodes, Cell::square(1.0)?)?;
+    check_range(grid, &heights)?;
+    Ok(Surface::new(grid, heights)?)
+}
+
 fuzz_target!(|bytes: &[u8]| {
-    let cell = Cell::square(1.0).expect("a side");
-    match read_npy(bytes, cell) {
+    match surface(bytes) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(surface) => {
             let nodes = surface.grid().count();

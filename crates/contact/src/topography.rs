@@ -34,7 +34,6 @@ pub mod given_spectrum;
 pub mod histogram;
 pub mod level;
 pub mod lines;
-pub mod measured;
 pub mod moments;
 pub mod nayak;
 pub mod periodic;

@@ -58,6 +58,7 @@ use thiserror::Error;
 pub use self::channel::{Channel, HeightMap, Quantity, Size};
 pub use self::error::{ChannelError, FormatError};
 pub use self::format::Format;
+pub use self::npy::{NpyError, npy_array};
 pub use self::statistics::{Corners, HeightStatistics, Statistics};
 pub use self::unit::{is_metre, length_ratio};
 

@@ -1,12 +1,17 @@
 //! NumPy's arrays of two dimensions, `[x, y]` as everywhere here: floats of single or double
 //! precision. There is no size and no unit; what is not finite is missing.
+//!
+//! Only the plain kind is read: one array of little-endian floats. Its header is a Python dictionary
+//! with three entries in a fixed notation. A header may claim sizes that overflow or exhaust memory,
+//! so every claim is held against the bytes of the file.
+
+use thiserror::Error;
 
 use super::channel::{Channel, Size};
 use super::error::FormatError;
 use super::format::Format;
 use super::raster::{Raster, checked_nodes};
 use super::unit::Unit;
-use asperity_contact::topography::measured::{MeasuredError, npy_array};
 
 pub const FORMAT: Format =
     Format { name: "npy", title: "NumPy array", version: 1, has_signature: true, read };
@@ -14,11 +19,306 @@ pub const FORMAT: Format =
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (nodes, heights) = match npy_array(bytes) {
         Ok(array) => array,
-        Err(MeasuredError::Magic) => return Err(FormatError::Signature),
+        Err(NpyError::Magic) => return Err(FormatError::Signature),
         Err(error) => return Err(FormatError::unsupported(error.to_string())),
     };
     let counts = nodes.map(|count| i64::try_from(count).unwrap_or(i64::MAX));
     let nodes = checked_nodes(counts)?;
     let raster = Raster::of_columns(nodes, heights);
     Ok(vec![Channel::new("heights", Unit::None, Size::Unknown, raster)])
+}
+
+/// Why a file is not an array of heights.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[expect(missing_docs, reason = "the message of each says it")]
+pub enum NpyError {
+    #[error("not a NumPy file: it does not start with `\\x93NUMPY`")]
+    Magic,
+    #[error("NumPy format version {0} is unknown, 1 to 3 can be read")]
+    Version(u8),
+    #[error("the file ends within its header")]
+    CutOff,
+    #[error("the header `{header}` lacks a readable `{entry}`")]
+    Entry { entry: &'static str, header: String },
+    #[error("elements are of type `{found}`, heights must be `<f8` or `<f4`")]
+    Type { found: String },
+    #[error("the array has shape {found:?}, a height map has rows and columns, like [256, 256]")]
+    Shape { found: Vec<u64> },
+    #[error("shape {shape:?} of type `{element}` needs {needed} bytes of data, {found} are there")]
+    Length { shape: Vec<u64>, element: &'static str, needed: u128, found: usize },
+}
+
+/// Rows, columns and numbers of a `.npy` file, row by row; the numbers need not be finite.
+///
+/// # Errors
+/// When the bytes are not such a file, or hold other numbers than heights.
+///
+/// ```
+/// use asperity_topography_files::{NpyError, npy_array};
+///
+/// // As `numpy.save` writes `[[0, 1, 2], [3, 4, 5]]`.
+/// let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }\n";
+/// let mut file = b"\x93NUMPY\x01\x00".to_vec();
+/// file.extend((header.len() as u16).to_le_bytes());
+/// file.extend(header.bytes());
+/// file.extend((0..6).flat_map(|height| f64::from(height).to_le_bytes()));
+///
+/// let (nodes, heights) = npy_array(&file)?;
+/// assert_eq!(nodes, [2, 3]);
+/// assert_eq!(heights, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+/// assert_eq!(npy_array(b"GIF89a"), Err(NpyError::Magic));
+/// # Ok::<(), NpyError>(())
+/// ```
+pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
+    let (header, data) = split(bytes)?;
+    let element = Element::of(header)?;
+    let columns_first = fortran_order(header)?;
+    let shape = shape(header)?;
+    let [rows, columns] = match shape[..] {
+        [rows, columns] => [rows, columns],
+        _ => return Err(NpyError::Shape { found: shape }),
+    };
+    let needed = u128::from(rows)
+        .checked_mul(u128::from(columns))
+        .and_then(|count| count.checked_mul(element.size() as u128));
+    if needed != Some(data.len() as u128) {
+        return Err(NpyError::Length {
+            shape,
+            element: element.name(),
+            needed: needed.unwrap_or(u128::MAX),
+            found: data.len(),
+        });
+    }
+    let nodes = [rows as usize, columns as usize];
+    let heights = element.decode(data);
+    // Of no columns there can be any number of rows.
+    match columns_first && !heights.is_empty() {
+        true => Ok((nodes, transposed(&heights, nodes))),
+        false => Ok((nodes, heights)),
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Element {
+    Single,
+    Double,
+}
+
+impl Element {
+    fn of(header: &str) -> Result<Self, NpyError> {
+        let text = value(header, "descr")?;
+        match quoted(text) {
+            Some("<f8") => Ok(Self::Double),
+            Some("<f4") => Ok(Self::Single),
+            found => Err(NpyError::Type {
+                // A structured type is a list of its own, of which the start tells enough.
+                found: found.map_or_else(|| text.chars().take(40).collect(), str::to_owned),
+            }),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Single => "<f4",
+            Self::Double => "<f8",
+        }
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::Single => 4,
+            Self::Double => 8,
+        }
+    }
+
+    fn decode(self, data: &[u8]) -> Vec<f64> {
+        match self {
+            Self::Single => decode(data, |bytes| f32::from_le_bytes(bytes).into()),
+            Self::Double => decode(data, f64::from_le_bytes),
+        }
+    }
+}
+
+fn decode<const SIZE: usize>(data: &[u8], value: impl Fn([u8; SIZE]) -> f64) -> Vec<f64> {
+    data.as_chunks().0.iter().map(|bytes| value(*bytes)).collect()
+}
+
+/// Header and data of a NumPy file.
+fn split(bytes: &[u8]) -> Result<(&str, &[u8]), NpyError> {
+    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or(NpyError::Magic)?;
+    let (claimed, rest) = match *rest {
+        [1, _, a, b, ref rest @ ..] => (u16::from_le_bytes([a, b]).into(), rest),
+        [2 | 3, _, a, b, c, d, ref rest @ ..] => (u32::from_le_bytes([a, b, c, d]) as usize, rest),
+        [version @ (0 | 4..), ..] => return Err(NpyError::Version(version)),
+        _ => return Err(NpyError::CutOff),
+    };
+    let (header, data) = rest.split_at_checked(claimed).ok_or(NpyError::CutOff)?;
+    let header = str::from_utf8(header)
+        .map_err(|_| unreadable(&String::from_utf8_lossy(header), "dictionary"))?;
+    Ok((header.trim(), data))
+}
+
+/// What follows `'name':` in the header.
+fn value<'a>(header: &'a str, name: &'static str) -> Result<&'a str, NpyError> {
+    let missing = || unreadable(header, name);
+    let (_, rest) = header.split_once(name).ok_or_else(missing)?;
+    let rest = rest.strip_prefix(['\'', '"']).ok_or_else(missing)?;
+    let rest = rest.trim_start().strip_prefix(':').ok_or_else(missing)?;
+    Ok(rest.trim_start())
+}
+
+fn quoted(text: &str) -> Option<&str> {
+    let quote = text.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+    text[1..].split(quote).next()
+}
+
+fn fortran_order(header: &str) -> Result<bool, NpyError> {
+    let text = value(header, "fortran_order")?;
+    if text.starts_with("True") {
+        Ok(true)
+    } else if text.starts_with("False") {
+        Ok(false)
+    } else {
+        Err(unreadable(header, "fortran_order"))
+    }
+}
+
+fn shape(header: &str) -> Result<Vec<u64>, NpyError> {
+    let numbers = value(header, "shape")?
+        .strip_prefix('(')
+        .and_then(|text| text.split_once(')'))
+        .map(|(numbers, _)| numbers.split(',').map(str::trim).filter(|n| !n.is_empty()));
+    numbers
+        .and_then(|numbers| numbers.map(|n| n.parse().ok()).collect())
+        .ok_or_else(|| unreadable(header, "shape"))
+}
+
+fn unreadable(header: &str, entry: &'static str) -> NpyError {
+    let header = header.chars().take(200).collect();
+    NpyError::Entry { entry, header }
+}
+
+/// Row by row what is stored column by column.
+fn transposed(heights: &[f64], [rows, columns]: [usize; 2]) -> Vec<f64> {
+    let places = (0..rows).flat_map(|i| (0..columns).map(move |j| j * rows + i));
+    places.map(|place| heights[place]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn npy(descr: &str, fortran_order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+        let header = format!(
+            "{{'descr': '{descr}', 'fortran_order': {fortran_order}, 'shape': {shape}, }}\n"
+        );
+        let length = (header.len() as u16).to_le_bytes();
+        let parts = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data];
+        parts.concat()
+    }
+
+    fn doubles(values: &[f64]) -> Vec<u8> {
+        values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    }
+
+    fn valid() -> Vec<u8> {
+        npy("<f8", "False", "(2, 2)", &doubles(&[1.0, 2.0, 3.0, 4.0]))
+    }
+
+    #[test]
+    fn both_orders_of_storage_show_the_same_map() {
+        let rows = npy_array(&valid()).unwrap();
+        assert_eq!(rows, ([2, 2], vec![1.0, 2.0, 3.0, 4.0]));
+        let data = doubles(&[1.0, 3.0, 2.0, 4.0]);
+        let columns = npy_array(&npy("<f8", "True", "(2, 2)", &data));
+        assert_eq!(columns, Ok(rows));
+    }
+
+    #[test]
+    fn a_rectangle_is_read_along_both_axes() {
+        let data = doubles(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let rows = npy_array(&npy("<f8", "False", "(2, 3)", &data)).unwrap();
+        assert_eq!(rows, ([2, 3], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+        let data = doubles(&[1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+        let columns = npy_array(&npy("<f8", "True", "(2, 3)", &data));
+        assert_eq!(columns, Ok(rows));
+    }
+
+    #[test]
+    fn single_precision_and_the_second_version_are_read_too() {
+        let data: Vec<u8> =
+            [0.5_f32, -2.0, 0.0, 8.0].iter().flat_map(|value| value.to_le_bytes()).collect();
+        let single = npy_array(&npy("<f4", "False", "(2, 2)", &data)).unwrap();
+        assert_eq!(single.1, [0.5, -2.0, 0.0, 8.0]);
+        let mut second = valid();
+        second[6] = 2;
+        second.splice(10..10, [0, 0]);
+        assert_eq!(npy_array(&second), npy_array(&valid()));
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        let bytes = valid();
+        for length in 0..bytes.len() {
+            assert!(npy_array(&bytes[..length]).is_err(), "{length} bytes");
+        }
+        let longer = [bytes, vec![0]].concat();
+        assert_eq!(
+            npy_array(&longer).unwrap_err().to_string(),
+            "shape [2, 2] of type `<f8` needs 32 bytes of data, 33 are there"
+        );
+    }
+
+    #[test]
+    fn a_damaged_header_is_an_error_or_harmless() {
+        let bytes = valid();
+        let header = bytes.len() - 32;
+        for position in 0..header {
+            for damage in 0..=255 {
+                let mut damaged = bytes.clone();
+                damaged[position] = damage;
+                if let Ok((_, heights)) = npy_array(&damaged) {
+                    assert!(heights.len() <= 4);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn other_types_are_named() {
+        for descr in [">f8", "<i4", "<c16", "|O"] {
+            let found = descr.to_owned();
+            let error = npy_array(&npy(descr, "False", "(2, 2)", &[0; 32]));
+            assert_eq!(error, Err(NpyError::Type { found }));
+        }
+    }
+
+    #[test]
+    fn what_has_no_rows_and_columns_is_refused_with_its_shape() {
+        let shapes = [("(4,)", vec![4]), ("()", vec![]), ("(2, 2, 1)", vec![2, 2, 1])];
+        for (shape, found) in shapes {
+            let error = npy_array(&npy("<f8", "False", shape, &[0; 32]));
+            assert_eq!(error, Err(NpyError::Shape { found }));
+        }
+        for (order, shape) in [("False", "(0, 0)"), ("True", "(100000000000000001, 0)")] {
+            let array = npy_array(&npy("<f8", order, shape, &[]));
+            assert!(array.unwrap().1.is_empty());
+        }
+    }
+
+    #[test]
+    fn a_huge_claim_allocates_nothing() {
+        for side in [1_u64 << 20, 1 << 32, u64::MAX] {
+            let bytes = npy("<f8", "False", &format!("({side}, {side})"), &[0; 32]);
+            let error = npy_array(&bytes).unwrap_err();
+            assert!(matches!(error, NpyError::Length { found: 32, .. }));
+        }
+        let beyond = npy("<f8", "False", &format!("({0}, {0})", u128::MAX), &[]);
+        let error = npy_array(&beyond).unwrap_err();
+        assert!(matches!(error, NpyError::Entry { entry: "shape", .. }));
+        let mut header = valid();
+        header[6] = 2;
+        header[8..12].fill(0xff);
+        assert_eq!(npy_array(&header), Err(NpyError::CutOff));
+    }
 }

@@ -1,7 +1,6 @@
 //! What a map is like, before anything is done to it.
 
 use super::channel::HeightMap;
-use asperity_contact::topography::differences::mean_square_slopes;
 
 /// Numbers of a map over its points that are not missing, in the unit of its heights.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,9 +18,9 @@ pub struct Statistics {
 pub struct HeightStatistics {
     /// Standard deviation of the heights.
     pub rms_height: f64,
-    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩ as of a map that is not periodic, see
-    /// [`mean_square_slopes`]. None when the size is unknown or in another unit than the heights, or
-    /// no two points are neighbours along an axis.
+    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩, from each node that has a next one along both axes to either.
+    /// Slopes from or to missing points do not count. None when the size is unknown or in another unit
+    /// than the heights, or no two points are neighbours along an axis.
     pub rms_slope: Option<f64>,
     /// The lowest height.
     pub lowest: f64,
@@ -80,6 +79,14 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn rms_slope(map: &HeightMap) -> Option<f64> {
-    let [x, y] = mean_square_slopes(map.nodes(), map.steps()?, map.heights());
-    Some((x? + y?).sqrt())
+    let [nodes_x, nodes_y] = map.nodes();
+    let [step_x, step_y] = map.steps()?;
+    let heights = map.heights();
+    let mean_square_slope = |next: usize, step: f64| {
+        let lines = (0..nodes_x - 1).map(|i| i * nodes_y);
+        let nodes = lines.flat_map(|line| line..line + nodes_y - 1);
+        let slopes = nodes.map(|node| (heights[node + next] - heights[node]) / step);
+        mean(slopes.filter(|slope| !slope.is_nan()).map(|slope| slope.powi(2)))
+    };
+    Some((mean_square_slope(nodes_y, step_x)? + mean_square_slope(1, step_y)?).sqrt())
 }

@@ -41,15 +41,14 @@ pub fn moments(surface: &Surface) -> Moments {
     let twice_x = |i: usize, j: usize| (along_x(i + 1, j + 1) - along_x(i, j + 1)) / step_x;
     let twice_y = |i: usize, j: usize| (along_y(i + 1, j + 1) - along_y(i + 1, j)) / step_y;
     let first = [nodes_x - 1, nodes_y - 1];
-    let [m20, m02] = mean_square_slopes(grid.nodes(), grid.spacing(), surface.heights());
     let second = first.map(|nodes| nodes.saturating_sub(1));
     let first_height = at(0, 0);
     let above_first = |i: usize, j: usize| at(i, j) - first_height;
     let mean = mean_over(grid.nodes(), above_first);
     Moments {
         m00: mean_over(grid.nodes(), |i, j| (above_first(i, j) - mean).powi(2)),
-        m20: m20.unwrap_or(0.0),
-        m02: m02.unwrap_or(0.0),
+        m20: mean_over(first, |i, j| along_x(i, j).powi(2)),
+        m02: mean_over(first, |i, j| along_y(i, j).powi(2)),
         m22: mean_over(first, |i, j| mixed(i, j).powi(2)),
         m40: mean_over(second, |i, j| twice_x(i, j).powi(2)),
         m04: mean_over(second, |i, j| twice_y(i, j).powi(2)),
@@ -57,29 +56,10 @@ pub fn moments(surface: &Surface) -> Moments {
     }
 }
 
-/// Mean squares of the slopes along x and y, from each node that has a next one along both axes to
-/// either. `heights` are row-major, in the unit of `steps`; a slope from or to a missing point, which
-/// is NaN, does not count. None along an axis without slopes.
-pub fn mean_square_slopes(
-    [nodes_x, nodes_y]: [usize; 2],
-    steps: [f64; 2],
-    heights: &[f64],
-) -> [Option<f64>; 2] {
-    [(nodes_y, steps[0]), (1, steps[1])].map(|(next, step)| {
-        let lines = (0..nodes_x.saturating_sub(1)).map(|i| i * nodes_y);
-        let nodes = lines.flat_map(|line| line..line + nodes_y.saturating_sub(1));
-        let slopes = nodes.map(|node| (heights[node + next] - heights[node]) / step);
-        let known = slopes.filter(|slope| !slope.is_nan());
-        let (sum, count) =
-            known.fold((0.0, 0_usize), |(sum, count), slope| (sum + slope.powi(2), count + 1));
-        (count > 0).then(|| sum / count as f64)
-    })
-}
-
 /// Mean of a value over so many nodes; zero over none.
 fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64) -> f64 {
     let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));
-    let sum: f64 = nodes.map(|(i, j)| value(i, j)).sum();
+    let sum = nodes.fold(0.0, |sum, (i, j)| sum + value(i, j));
     sum / (nodes_x * nodes_y).max(1) as f64
 }
 
@@ -129,16 +109,6 @@ mod tests {
         ] {
             assert!((found / exact - 1.0).abs() < 0.015, "{found} {exact}");
         }
-    }
-
-    #[test]
-    fn slopes_from_and_to_missing_points_do_not_count() {
-        let mut heights: Vec<f64> =
-            (0..20).map(|node| 3.0 * f64::from(node / 5) + 0.5 * f64::from(node % 5)).collect();
-        heights[7] = f64::NAN;
-        let slopes = mean_square_slopes([4, 5], [1.5, 0.25], &heights);
-        assert_eq!(slopes, [Some(4.0), Some(4.0)]);
-        assert_eq!(mean_square_slopes([4, 5], [1.0, 1.0], &[f64::NAN; 20]), [None; 2]);
     }
 
     #[test]

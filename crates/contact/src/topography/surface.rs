@@ -115,5 +115,7 @@ mod tests {
             Surface::new(grid, heights).unwrap_err().to_string(),
             "height at row 1, column 1 is NaN, every height must be finite"
         );
+        let error = check_range(grid, &[0.0, 1e308, f64::INFINITY]).unwrap_err().to_string();
+        assert!(error.contains("1e308, more than 1e100"), "{error}");
     }
 }

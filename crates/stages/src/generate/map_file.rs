@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::topography::measured::{MeasuredError, npy_array};
 use asperity_contact::topography::scan::Scan;
 use asperity_contact::topography::surface::SurfaceError;
-use asperity_topography_files::{ChannelError, Quantity, Size, TopographyFileError, formats, read};
+use asperity_topography_files::{
+    ChannelError, NpyError, Quantity, Size, TopographyFileError, formats, npy_array, read,
+};
 
 /// What has read a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,7 +66,7 @@ pub struct ChannelRead {
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapFileError {
     #[error(transparent)]
-    Npy(MeasuredError),
+    Npy(NpyError),
     #[error(transparent)]
     Format(Box<TopographyFileError>),
     #[error(transparent)]

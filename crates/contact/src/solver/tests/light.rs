@@ -1,7 +1,8 @@
 //! Loads so light that a few nodes bear them, or one, or plateaus at next to no pressure.
 
+use asperity_topography_files::npy_array;
+
 use super::*;
-use crate::topography::measured::read_npy;
 use crate::topography::moments::Moments;
 use crate::topography::random::{Amplitude, RandomSurface};
 use crate::topography::shapes::Shape;
@@ -50,7 +51,8 @@ fn shapes(nodes: usize) -> Vec<Vec<f64>> {
 
 fn measured() -> Vec<f64> {
     let path = "data/measured/afm_10um_256.npy";
-    reduced(read_npy(&std::fs::read(path).unwrap(), square(1, 1e-5).cell()).unwrap())
+    let (_, heights) = npy_array(&std::fs::read(path).unwrap()).unwrap();
+    reduced(Surface::new(square(256, 1e-5), heights).unwrap())
 }
 
 /// Heights in steps, as converters of instruments give them.

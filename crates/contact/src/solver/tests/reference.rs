@@ -1,9 +1,10 @@
 //! Contacts on rectangles, with free boundaries, and of materials that yield, solved to rounding by
 //! independent code.
 
+use asperity_topography_files::npy_array;
+
 use crate::grid::Grid;
 use crate::grid::samples::rectangle;
-use crate::topography::measured::read_npy;
 use crate::topography::surface::Surface;
 
 /// A folder of surfaces, and the table of what they were solved for.
@@ -42,7 +43,8 @@ impl Reference {
 
     pub fn heights(&self, surface: &str, size: [f64; 2]) -> Surface {
         let bytes = std::fs::read(format!("{}/{surface}.npy", self.folder)).unwrap();
-        read_npy(&bytes, rectangle([1, 1], size).cell()).unwrap()
+        let (nodes, heights) = npy_array(&bytes).unwrap();
+        Surface::new(rectangle(nodes, size), heights).unwrap()
     }
 
     /// Maps in the order of loads, bits most significant first, as NumPy packs them, from the file of
