@@ -5,11 +5,10 @@
 //! has y = 0. What the mask of a map marks is missing here.
 
 use super::channel::{Channel, Size};
-use super::cursor::Cursor;
-use super::error::FormatError;
-use super::format::Format;
+use super::input::Cursor;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
     Format { name: "gwy", title: "Gwyddion", version: 1, has_signature: true, read };
@@ -40,11 +39,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let mask = container.object(&path("mask")).ok();
         channel(title.unwrap_or("heights"), field, mask)
     });
-    let channels: Vec<Channel<'_>> = channels.collect::<Result<_, _>>()?;
-    match channels.is_empty() {
-        true => Err(FormatError::missing("/0/data")),
-        false => Ok(channels),
-    }
+    at_least_one(channels, "/0/data")
 }
 
 fn channel<'a>(
@@ -117,7 +112,7 @@ impl<'a> Object<'a> {
             return Err(FormatError::unsupported(what));
         }
         text(cursor)?;
-        let length = u32::from_le_bytes(cursor.array()?) as usize;
+        let length = cursor.u32()? as usize;
         let mut inside = Cursor::new(cursor.take(length)?);
         let mut components = Vec::new();
         while !inside.rest().is_empty() {
@@ -161,9 +156,9 @@ fn value<'a>(cursor: &mut Cursor<'a>, kind: u8, depth: usize) -> Result<Value<'a
             cursor.skip(1)?;
             Value::Other
         }
-        b'i' => Value::Whole(i32::from_le_bytes(cursor.array()?).into()),
+        b'i' => Value::Whole(cursor.i32()?.into()),
         b'q' => Value::Whole(i64::from_le_bytes(cursor.array()?)),
-        b'd' => Value::Real(f64::from_le_bytes(cursor.array()?)),
+        b'd' => Value::Real(cursor.double()?),
         b's' => Value::Text(text(cursor)?),
         b'o' => Value::Object(Object::read(cursor, depth + 1)?),
         b'D' => Value::Doubles(array(cursor, 8)?),
@@ -171,13 +166,13 @@ fn value<'a>(cursor: &mut Cursor<'a>, kind: u8, depth: usize) -> Result<Value<'a
         b'I' => skip_array(cursor, 4)?,
         b'Q' => skip_array(cursor, 8)?,
         b'S' => {
-            for _ in 0..u32::from_le_bytes(cursor.array()?) {
+            for _ in 0..cursor.u32()? {
                 text(cursor)?;
             }
             Value::Other
         }
         b'O' => {
-            for _ in 0..u32::from_le_bytes(cursor.array()?) {
+            for _ in 0..cursor.u32()? {
                 Object::read(cursor, depth + 1)?;
             }
             Value::Other
@@ -191,7 +186,7 @@ fn value<'a>(cursor: &mut Cursor<'a>, kind: u8, depth: usize) -> Result<Value<'a
 }
 
 fn array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<&'a [u8], FormatError> {
-    let count = u32::from_le_bytes(cursor.array()?) as usize;
+    let count = cursor.u32()? as usize;
     cursor.take(count.saturating_mul(size))
 }
 

@@ -6,12 +6,10 @@
 //! metres for phases, too.
 
 use super::channel::{Channel, Size};
-use super::cursor::{Cursor, latin1};
-use super::entries::Entries;
-use super::error::FormatError;
-use super::format::Format;
+use super::input::{Cursor, Entries, latin1};
 use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
+use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "ibw", title: "Igor binary wave", version: 1, has_signature: true, read };
@@ -141,7 +139,6 @@ impl Wave {
         let nodes = checked_nodes([dimension(0)?, dimension(1)?])?;
         let short = |place| Cursor::at(bytes, FILE + place).text(4);
         let or = |long: String, short: String| if long.is_empty() { short } else { long };
-        let lines = note.split(['\r', '\n']).filter_map(|line| line.split_once(':'));
         Ok(Wave {
             order,
             element: element(i16::from_le_bytes(header.number(FILE + 16)?))?,
@@ -151,7 +148,7 @@ impl Wave {
             unit: or(long_unit, short(148)?),
             lateral: or(long_lateral, short(152)?),
             labels: labels.swap_remove(2),
-            note: lines.collect(),
+            note: Entries::of_lines(note.split(['\r', '\n']), ':'),
         })
     }
 

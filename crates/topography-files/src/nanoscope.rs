@@ -7,15 +7,11 @@
 //! channel whose soft scale is of no length the unit is that of the scale, where SurfaceTopography
 //! leaves the numbers of the file as they are.
 
-mod sections;
-
-use self::sections::{Section, parse};
 use super::channel::{Channel, Size};
-use super::cursor::Cursor;
-use super::error::{FormatError, factor};
-use super::format::Format;
+use super::input::{Cursor, Entries, factor, latin1};
 use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
 use super::unit::{Unit, ratio};
+use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format = Format {
     name: "nanoscope",
@@ -37,15 +33,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let what = "a Nanoscope file of numbers as text; those of binary numbers are read";
         return Err(FormatError::unsupported(what));
     }
-    let sections = parse(bytes);
+    let sections = Section::all(bytes);
     let file = File::of(&sections)?;
     let images = sections.iter().filter(|section| section.is_image());
     let channels = images.map(|image| file.channel(bytes, image));
-    let channels: Vec<Channel<'_>> = channels.collect::<Result<_, _>>()?;
-    match channels.is_empty() {
-        true => Err(FormatError::missing("*Ciao image list")),
-        false => Ok(channels),
-    }
+    at_least_one(channels, "*Ciao image list")
 }
 
 /// What all images of a file share.
@@ -61,11 +53,11 @@ struct File<'a> {
 impl<'a> File<'a> {
     fn of(sections: &'a [Section]) -> Result<File<'a>, FormatError> {
         let named = |names: &'static [&'static str]| {
-            let of_name = move |section: &&Section| names.contains(&section.name());
+            let of_name = move |section: &&Section| names.contains(&&*section.name);
             sections.iter().filter(of_name)
         };
-        let entry = |names, key| named(names).find_map(|section| section.get(key));
-        let any = |key| sections.iter().rev().find_map(|section| section.get(key));
+        let entry = |names, key| named(names).find_map(|section| section.entries.get(key));
+        let any = |key| sections.iter().rev().find_map(|section| section.entries.get(key));
         if any("operating mode") == Some("Force") || any("start context") == Some("FOL") {
             return Err(FormatError::unsupported("force curves and no map"));
         }
@@ -79,18 +71,21 @@ impl<'a> File<'a> {
             scanner: scanner.chain(named(scan_list)).collect(),
             scan: nodes("samps/line").zip(nodes("lines")).map(|(x, y)| [x, y]),
             slow_side: entry(scan_list, "slow axis size")
-                .map(|size| sections::quantity("slow axis size", size))
+                .map(|size| quantity("slow axis size", size))
                 .transpose()?,
         })
     }
 
     fn channel<'b>(&self, bytes: &'b [u8], image: &Section) -> Result<Channel<'b>, FormatError> {
-        let bytes_per_pixel = match image.get("bytes/pixel") {
+        let bytes_per_pixel = match image.entries.get("bytes/pixel") {
             None => 2,
-            Some(_) => image.whole("bytes/pixel")?,
+            Some(_) => image.entries.whole("bytes/pixel")?,
         };
-        let length = image.whole("data length")?;
-        let own = checked_nodes([image.whole("samps/line")?, image.whole("number of lines")?])?;
+        let length = image.entries.whole("data length")?;
+        let own = checked_nodes([
+            image.entries.whole("samps/line")?,
+            image.entries.whole("number of lines")?,
+        ])?;
         let element = match bytes_per_pixel {
             2 if self.version >= FOUR_BYTES && length as usize >= 4 * own[0] * own[1] => {
                 Element::I32
@@ -100,7 +95,7 @@ impl<'a> File<'a> {
             _ => return Err(FormatError::value("Bytes/pixel", bytes_per_pixel, "2 or 4")),
         };
         let nodes = self.nodes(own, element, length)?;
-        let offset = image.whole("data offset")?;
+        let offset = image.entries.whole("data offset")?;
         let offset = usize::try_from(offset);
         let offset = offset.map_err(|_| FormatError::value("Data offset", -1, "positive"))?;
         let stored = Cursor::at(bytes, offset).take(bytes_of(nodes, element))?;
@@ -162,23 +157,23 @@ impl<'a> File<'a> {
 
     /// What a number is to be multiplied with, and the unit that it then has.
     fn scale(&self, image: &Section, bytes_per_pixel: i64) -> Result<(f64, String), FormatError> {
-        let scale = image.get("@4:z scale").or_else(|| image.get("@2:z scale"));
+        let scale = image.entries.get("@4:z scale").or_else(|| image.entries.get("@2:z scale"));
         let scale = scale.ok_or_else(|| {
             FormatError::unsupported("a file of Nanoscope 4.2 or older, without `@2:Z scale`")
         })?;
-        let scale = sections::Scale::parse("@2:Z scale", scale)?;
+        let scale = Scale::parse("@2:Z scale", scale)?;
         let steps = if bytes_per_pixel == 4 { 4294967296.0 } else { 65536.0 };
-        let (hard, hard_unit) = sections::quantity("@2:Z scale", &scale.value)?;
+        let (hard, hard_unit) = quantity("@2:Z scale", &scale.value)?;
         let hard = factor("@2:Z scale", hard)? / steps;
         let soft = scale.soft.as_ref().and_then(|name| {
             let key = format!("@{}", name.to_lowercase());
-            self.scanner.iter().find_map(|section| section.get(&key))
+            self.scanner.iter().find_map(|section| section.entries.get(&key))
         });
         let Some(soft) = soft else {
             return Ok((hard, hard_unit));
         };
-        let soft = sections::Scale::parse("soft scale", soft)?;
-        let (soft, soft_unit) = sections::quantity("soft scale", &soft.value)?;
+        let soft = Scale::parse("soft scale", soft)?;
+        let (soft, soft_unit) = quantity("soft scale", &soft.value)?;
         let soft = factor("soft scale", soft)?;
         match soft_unit.split_once('/') {
             None if soft_unit.is_empty() => Ok((hard * soft, hard_unit)),
@@ -192,4 +187,121 @@ impl<'a> File<'a> {
             }
         }
     }
+}
+
+/// A section; all names are in small letters.
+struct Section {
+    name: String,
+    entries: Entries,
+}
+
+/// A value such as `V [Sens. Zsens] (0.006713867 V/LSB) 2.910461 V`.
+struct Scale {
+    /// What stands in brackets: the name of another entry.
+    soft: Option<String>,
+    /// What stands behind: a number and its unit.
+    value: String,
+}
+
+impl Section {
+    /// The sections of a file, up to `\*File list end`.
+    fn all(bytes: &[u8]) -> Vec<Section> {
+        let mut sections: Vec<Section> = Vec::new();
+        for line in bytes.split(|&byte| byte == b'\n') {
+            let line = latin1(line);
+            let Some(line) = line.trim().strip_prefix('\\') else {
+                break;
+            };
+            if let Some(name) = line.strip_prefix('*') {
+                let name = name.to_lowercase();
+                if name == "file list end" {
+                    break;
+                }
+                let entries = Entries::default();
+                sections.push(Section { name, entries });
+            } else if let (Some(section), Some((key, value))) =
+                (sections.last_mut(), line.split_once(": "))
+            {
+                section.entries.insert(&key.to_lowercase(), value);
+            }
+        }
+        sections
+    }
+
+    /// Whether it describes a map; older programs have other names for such sections.
+    fn is_image(&self) -> bool {
+        let names = [
+            "ciao image list",
+            "afm image list",
+            "stm image list",
+            "ncafm image list",
+            "image list",
+        ];
+        names.contains(&&*self.name)
+    }
+
+    /// What the map is of: `Height`, for instance.
+    fn image_name(&self) -> String {
+        let keys = ["@2:image data", "@3:image data", "@4:image data"];
+        let scale = keys.iter().find_map(|key| self.entries.get(key));
+        let scale = scale.and_then(|text| Scale::parse("image data", text).ok());
+        let name = match scale {
+            Some(scale) => scale.soft.unwrap_or(scale.value),
+            None => self.entries.get("image data").unwrap_or("heights").to_owned(),
+        };
+        name.trim_matches('"').to_owned()
+    }
+
+    /// Sides of the scan and their unit; square scans of old files have one.
+    fn scan_size(&self) -> Result<(f64, f64, String), FormatError> {
+        let text = self.entries.text("scan size")?;
+        let (x, rest) = quantity("scan size", text)?;
+        let (y, unit) = quantity("scan size", &rest).unwrap_or((x, rest));
+        Ok((x, y, unit))
+    }
+
+    /// Whether its nodes are as far apart along y as along x.
+    fn is_square(&self) -> bool {
+        let ratio = self.entries.get("aspect ratio").unwrap_or("1:1");
+        let first = ratio.split(':').next().and_then(|first| first.parse().ok());
+        first.is_none_or(|first: f64| first == 1.0)
+    }
+}
+
+impl Scale {
+    /// # Errors
+    /// When a bracket is not closed.
+    fn parse(name: &str, text: &str) -> Result<Scale, FormatError> {
+        let open = || FormatError::value(name, text, "closed where a bracket is open");
+        // The letter in front says whether it is a value, a scale or a choice.
+        let mut rest = text.trim();
+        rest = rest.strip_prefix(char::is_alphabetic).unwrap_or(rest);
+        let mut soft = None;
+        rest = rest.trim_start();
+        if let Some(inside) = rest.strip_prefix('[') {
+            let (name, behind) = inside.split_once(']').ok_or_else(open)?;
+            soft = Some(name.trim().to_owned()).filter(|name| !name.is_empty());
+            rest = behind.trim_start();
+        }
+        if rest.starts_with('(') {
+            // Units such as log(Arb) have parentheses of their own.
+            let mut depth = 0;
+            let end = rest.char_indices().find_map(|(index, letter)| {
+                depth += i32::from(letter == '(') - i32::from(letter == ')');
+                (depth == 0).then_some(index)
+            });
+            rest = &rest[end.ok_or_else(open)? + 1..];
+        }
+        let value = rest.trim().to_owned();
+        Ok(Scale { soft, value })
+    }
+}
+
+/// A number and its unit, such as `2.910461 V`.
+fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
+    let text = text.trim();
+    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+    let number = number.parse();
+    let number = number.map_err(|_| FormatError::value(name, text, "a number, and its unit"))?;
+    Ok((number, unit.trim().to_owned()))
 }

@@ -8,10 +8,9 @@
 use thiserror::Error;
 
 use super::channel::{Channel, Size};
-use super::error::FormatError;
-use super::format::Format;
 use super::raster::{Raster, checked_nodes};
 use super::unit::Unit;
+use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "npy", title: "NumPy array", version: 1, has_signature: true, read };

@@ -1,11 +1,11 @@
 //! A small file of each format, written by hand: the map of [`EXPECTED`].
 
-mod binary;
-mod microscopes;
-mod texts;
+use std::io::{Cursor, Write};
 
-pub use binary::{Archive, deflated_sur, sur, x3p};
-pub use microscopes::{igor, with_checksum};
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
 
 /// Three nodes along x, two along y, in nanometres: the heights, [x, y]. Formats that can mark a
 /// point as missing mark the last.
@@ -37,8 +37,55 @@ impl Sample {
 
 /// One of each format at least.
 pub fn samples() -> Vec<Sample> {
-    let parts = [binary::samples(), microscopes::samples(), texts::samples()];
-    parts.into_iter().flatten().collect()
+    let mut samples = vec![
+        Sample::holed("x3p", x3p(&Archive::default())),
+        Sample::holed("sur", sur()),
+        Sample::holed("sur", deflated_sur()),
+        Sample::holed("gwy", gwy()),
+        Sample::holed("sdf", sdf()),
+        Sample::holed("opd", opd()),
+        Sample::holed("al3d", al3d()),
+        Sample {
+            // Its pixels are square.
+            sides: Some([3e-6, 2e-6]),
+            ..Sample::holed("metropro", metropro())
+        },
+        Sample::holed("netcdf", netcdf()),
+        Sample::holed("frt", frt()),
+        Sample::holed("plu", plu()),
+        Sample::new("nanoscope", nanoscope()),
+        Sample::new("ibw", igor()),
+        Sample::new("mi", mi()),
+        Sample::holed("bcrf", bcrf()),
+        Sample::holed("bcrf", bcrf_of_wide_letters()),
+        Sample::holed("gsf", gsf()),
+    ];
+    samples.extend(texts());
+    samples
+}
+
+fn texts() -> Vec<Sample> {
+    let unitless = |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::new(format, bytes) };
+    let gwyddion = "# Channel: Height\n# Width: 3 µm\n# Height: 4 µm\n# Value units: nm\n\
+                    1 2 3\n4 5 nan\n";
+    let latin1: Vec<u8> = gwyddion.chars().map(|c| c as u8).collect();
+    let wide = gwyddion.encode_utf16().flat_map(u16::to_le_bytes);
+    let wide: Vec<u8> = [0xff, 0xfe].into_iter().chain(wide).collect();
+    let factor = "h=2 w=3\nx-length = 3e-006 m\ny-length = 4e-006 m\ndata unit=rad\n\
+                  height conversion factor (-> m)=1e-009\n1\t2\t3\t\n4\t5\tbad\t\n";
+    let sdf = "aISO-1.0\nNumPoints = 3\nNumProfiles = 2\nXscale = 1e-6\nYscale = 2e-6\n\
+               Zscale = 1e-9\nDataType = 7\n*\n1 2 3\n4 5 BAD\n*\n";
+    let triplets = "# Lateral units: µm\n# Value units: nm\n1,5;0,5;2\n0,5;0,5;1\n2,5;0,5;3\n\
+                    0,5;2,5;4\n1,5;2,5;5\n";
+    vec![
+        Sample::holed("text", gwyddion.as_bytes().to_vec()),
+        Sample::holed("text", latin1),
+        Sample::holed("text", wide),
+        Sample::holed("text", triplets.as_bytes().to_vec()),
+        Sample::holed("sdf", sdf.as_bytes().to_vec()),
+        Sample::holed("text", factor.as_bytes().to_vec()),
+        unitless("npy", npy()),
+    ]
 }
 
 /// Bytes that are put together from fields.
@@ -104,4 +151,387 @@ fn with_last(mut bytes: Vec<u8>, marker: &[u8]) -> Vec<u8> {
     let end = bytes.len() - marker.len();
     bytes[end..].copy_from_slice(marker);
     bytes
+}
+
+/// What goes into an X3P.
+pub struct Archive {
+    pub folder: &'static str,
+    pub description: String,
+    pub data: Vec<u8>,
+    /// A bit for each point.
+    pub valid: Option<u8>,
+}
+
+impl Default for Archive {
+    fn default() -> Archive {
+        let description = "<?xml version=\"1.0\"?>
+<p:ISO5436_2 xmlns:p=\"http://www.opengps.eu/2008/ISO5436_2\"><Record1>
+  <Revision>ISO5436 - 2000</Revision><FeatureType>SUR</FeatureType>
+  <Axes><CX><AxisType>I</AxisType><Increment>1e-6</Increment></CX>
+    <CY><AxisType>I</AxisType><Increment>2e-6</Increment></CY>
+    <CZ><AxisType>A</AxisType><DataType>I</DataType><Increment>1e-9</Increment>
+      <Offset>3e-9</Offset></CZ></Axes></Record1>
+<Record3><MatrixDimension><SizeX>3</SizeX><SizeY>2</SizeY><SizeZ>1</SizeZ></MatrixDimension>
+  <DataLink><PointDataLink>bindata/data.bin</PointDataLink>
+    <ValidPointsLink>bindata/valid.bin</ValidPointsLink></DataLink></Record3></p:ISO5436_2>";
+        let data = Fields::default().rows(ROWS, |height| (height - 3).to_le_bytes());
+        Archive {
+            folder: "",
+            description: description.to_owned(),
+            data: data.0,
+            valid: Some(0b01_1111),
+        }
+    }
+}
+
+/// An archive of a description and a matrix.
+pub fn x3p(archive: &Archive) -> Vec<u8> {
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    let mut add = |name: &str, bytes: &[u8]| {
+        let name = format!("{}{name}", archive.folder);
+        let options = SimpleFileOptions::default();
+        writer.start_file(name, options).unwrap();
+        writer.write_all(bytes).unwrap();
+    };
+    add("main.xml", archive.description.as_bytes());
+    add("bindata/data.bin", &archive.data);
+    if let Some(valid) = archive.valid {
+        add("bindata/valid.bin", &[valid]);
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+fn sur_header(signature: &str) -> Fields {
+    let units = |fields: Fields| fields.text("um", 16).text("um", 16).text("nm", 16);
+    let fields = Fields::default()
+        .text(signature, 12)
+        .to(18)
+        .u16(2)
+        .to(86)
+        .u16(1)
+        .to(98)
+        .u16(16)
+        .i32(1)
+        .i32(6)
+        .i32(3)
+        .i32(2)
+        .i32(6)
+        .f32(1.0)
+        .f32(2.0)
+        .f32(1.0)
+        .to(180);
+    // A comment of four bytes, a private zone of two.
+    units(units(fields)).to(334).u16(4).u16(2).to(518)
+}
+
+/// With the lowest height less two in place of the last.
+pub fn sur() -> Vec<u8> {
+    let bytes = sur_header("DIGITAL SURF").rows(ROWS, i16::to_le_bytes).0;
+    with_last(bytes, &(-1_i16).to_le_bytes())
+}
+
+/// The same in two streams.
+pub fn deflated_sur() -> Vec<u8> {
+    let heights = &sur()[518..];
+    let deflated = |bytes: &[u8]| {
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let parts = [&heights[..8], &heights[8..]];
+    let streams = parts.map(deflated);
+    let mut fields = sur_header("DSCOMPRESSED").i32(2);
+    for (part, stream) in parts.iter().zip(&streams) {
+        fields = fields.i32(part.len() as i32).i32(stream.len() as i32);
+    }
+    fields.bytes(&streams.concat()).0
+}
+
+fn gwy() -> Vec<u8> {
+    let component =
+        |name: &str, kind: char, value: &[u8]| [name.as_bytes(), &[0, kind as u8], value].concat();
+    let object = |name: &str, components: &[Vec<u8>]| {
+        let components = components.concat();
+        let length = (components.len() as u32).to_le_bytes();
+        [name.as_bytes(), &[0], &length, &components].concat()
+    };
+    let unit = |unit: &[u8]| object("GwySIUnit", &[component("unitstr", 's', unit)]);
+    let field = |heights: [f64; 6]| {
+        let numbers: Vec<u8> = heights.iter().flat_map(|h| h.to_le_bytes()).collect();
+        let data = [&6_u32.to_le_bytes()[..], &numbers].concat();
+        let components = [
+            component("xres", 'i', &3_i32.to_le_bytes()),
+            component("yres", 'i', &2_i32.to_le_bytes()),
+            component("xreal", 'd', &3e-6_f64.to_le_bytes()),
+            // Gwyddion takes its magnitude.
+            component("yreal", 'd', &(-4e-6_f64).to_le_bytes()),
+            component("si_unit_xy", 'o', &unit(b"m\0")),
+            component("si_unit_z", 'o', &unit(b"m\0")),
+            component("data", 'D', &data),
+        ];
+        object("GwyDataField", &components)
+    };
+    let heights = [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9];
+    let components = [
+        component("/filename", 's', b"a\0"),
+        component("/5/data/title", 's', b"Height\0"),
+        component("/5/data", 'o', &field(heights)),
+        component("/5/mask", 'o', &field([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])),
+        component("/5/select", 'S', b"\x01\0\0\0x\0"),
+        component("/5/show", 'b', &[1]),
+    ];
+    [&b"GWYP"[..], &object("GwyContainer", &components)].concat()
+}
+
+fn sdf() -> Vec<u8> {
+    let header = Fields::default().text("bISO-1.0", 42).u16(3).u16(2);
+    let header = header.f64(1e-6).f64(2e-6).f64(1e-9).f64(0.0);
+    // No compression, whole numbers of two bytes.
+    let bytes = header.bytes(&[0, 5, 0]).rows(ROWS, i16::to_le_bytes).0;
+    with_last(bytes, &i16::MIN.to_le_bytes())
+}
+
+fn opd() -> Vec<u8> {
+    // Lines along y, from the largest on.
+    let columns: [[i16; 2]; 3] = [[4, 1], [5, 2], [6, 3]];
+    let mut numbers: Vec<f32> = columns.as_flattened().iter().map(|&h| h.into()).collect();
+    numbers[4] = f32::MAX;
+    let raster = numbers
+        .into_iter()
+        .fold(Fields::default().u16(3).u16(2).u16(4), |fields, number| fields.f32(number));
+    let blocks = [
+        ("Raw", 3, raster.0),
+        ("Wavelength", 7, 500_f32.to_le_bytes().to_vec()),
+        ("Mult", 6, 500_i16.to_le_bytes().to_vec()),
+        ("Pixel_size", 7, 1e-3_f32.to_le_bytes().to_vec()),
+        ("Aspect", 7, 2_f32.to_le_bytes().to_vec()),
+    ];
+    let entry = |fields: Fields, name: &str, kind: u16, length: usize| {
+        fields.text(name, 16).u16(kind).i32(length as i32).u16(0)
+    };
+    let fields = Fields::default().bytes(&[1, 0]);
+    let mut fields = entry(fields, "Directory", 1, 24 * (blocks.len() + 1));
+    for (name, kind, bytes) in &blocks {
+        fields = entry(fields, name, *kind, bytes.len());
+    }
+    for (_, _, bytes) in &blocks {
+        fields = fields.bytes(bytes);
+    }
+    fields.0
+}
+
+fn al3d() -> Vec<u8> {
+    let lines = [
+        ("Version", "1"),
+        ("TagCount", "6"),
+        ("Cols", "3"),
+        ("Rows", "2"),
+        ("DepthImageOffset", "500"),
+        ("PixelSizeXMeter", "1e-6"),
+        ("PixelSizeYMeter", "2e-6"),
+        ("InvalidPixelValue", "1e10"),
+    ];
+    let mut fields = Fields::default().bytes(b"AliconaImaging\0\r\n");
+    for (name, value) in lines {
+        fields = fields.text(name, 20).text(value, 30).bytes(b"\r\n");
+    }
+    // Lines of three floats start every sixteen bytes.
+    fields = fields.to(500);
+    for height in [1e-9, 2e-9, 3e-9, 0.0, 4e-9, 5e-9, 1e10] {
+        fields = fields.f32(height);
+    }
+    fields.0
+}
+
+fn metropro() -> Vec<u8> {
+    let big = |fields: Fields, number: f32| fields.bytes(&number.to_be_bytes());
+    let fields = Fields::default().bytes(b"\x88\x1b\x03\x6f").to(60);
+    // Four bytes of intensities, three times two nodes.
+    let fields = fields.bytes(&[0, 0, 0, 4]).to(68).bytes(&[0, 3, 0, 2]).to(164);
+    // Steps of a nanometre.
+    let fields = big(big(fields, 1.0), 4096e-9).to(176);
+    let fields = big(big(fields, 1.0).to(184), 1e-6).to(838);
+    let bytes = fields.rows(ROWS, |height| i32::from(height).to_be_bytes()).0;
+    with_last(bytes, &2147483640_i32.to_be_bytes())
+}
+
+/// `heights` over x and y, lines along y, and a mask.
+fn netcdf() -> Vec<u8> {
+    let start = netcdf_header(0).len() as u64;
+    let heights = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
+    let numbers = heights.iter().flat_map(|h: &f64| h.to_be_bytes());
+    let mask = [0, 0, 0, 0, 0, 1];
+    let fields = Fields::default().bytes(&netcdf_header(start));
+    fields.bytes(&numbers.collect::<Vec<_>>()).bytes(&mask).0
+}
+
+/// The header of a file whose numbers start at a place.
+fn netcdf_header(start: u64) -> Vec<u8> {
+    const BYTE: u32 = 1;
+    const DOUBLE: u32 = 6;
+    let big = |fields: Fields, numbers: &[u32]| {
+        let numbers = numbers.iter().flat_map(|number| number.to_be_bytes());
+        fields.bytes(&numbers.collect::<Vec<_>>())
+    };
+    let name = |fields: Fields, name: &str| {
+        let padded = name.len().next_multiple_of(4);
+        big(fields, &[name.len() as u32]).text(name, padded)
+    };
+    let unit = |fields: Fields, unit: &str| big(name(fields, "unit"), &[2, 2]).text(unit, 4);
+    let end =
+        |fields: Fields, kind: u32, begin: u64| big(fields, &[kind, 0]).bytes(&begin.to_be_bytes());
+    let axis = |fields: Fields, axis: &str, number: u32, length: f64| {
+        let fields = big(name(fields, axis), &[1, number, 12, 2]);
+        let fields = big(name(fields, "length"), &[DOUBLE, 1]).bytes(&length.to_be_bytes());
+        end(unit(fields, "nm"), DOUBLE, start)
+    };
+    let fields = big(Fields::default().bytes(b"CDF\x02"), &[0, 10, 2]);
+    let fields = big(name(fields, "x"), &[3]);
+    let fields = big(name(fields, "y"), &[2]);
+    let fields = big(fields, &[0, 0, 11, 4]);
+    let fields = axis(axis(fields, "x", 0, 3e3), "y", 1, 4e3);
+    let fields = big(name(fields, "heights"), &[2, 0, 1, 12, 1]);
+    let fields = end(unit(fields, "nm"), DOUBLE, start);
+    let fields = big(name(fields, "mask"), &[2, 0, 1, 0, 0]);
+    end(fields, BYTE, start + 48).0
+}
+
+fn frt() -> Vec<u8> {
+    let grid = Fields::default().i32(3).i32(2).i32(16).0;
+    let sides = Fields::default().f64(3e-6).f64(4e-6).0;
+    let scale = Fields::default().i32(0).f64(1e-10).0;
+    // The number 1 is no height: 10 is.
+    let rows = upside_down().map(|row| row.map(|height| 10 * height));
+    let mut map = Fields::default().rows(rows, i16::to_le_bytes).0;
+    map[4..6].copy_from_slice(&1_u16.to_le_bytes());
+    let blocks = [(0x66, grid), (0x67, sides), (0x6c, scale), (0x0b, map)];
+    let mut fields = Fields::default().text("FRTM_GLIDERV1.00", 16).u16(4);
+    for (number, bytes) in blocks {
+        fields = fields.u16(number).i32(bytes.len() as i32).bytes(&bytes);
+    }
+    fields.0
+}
+
+fn plu() -> Vec<u8> {
+    let fields = Fields::default().text("Fri Mar 10 16:35:59 2023", 128).to(388);
+    let fields = fields.i32(2).i32(3).zeros(8).f32(1.0).f32(2.0);
+    // A topography, of one layer without pictures.
+    let fields = fields.to(428).i32(3).to(488).bytes(&[0, 1]).to(500);
+    let fields = fields.i32(2).i32(3);
+    [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1000001.0].into_iter().fold(fields, Fields::f32).zeros(8).0
+}
+
+fn nanoscope() -> Vec<u8> {
+    let header = "\\*File list
+\\Version: 0x07200000
+\\*Scanner list
+\\@Sens. Zsens: V 2.000000 nm/V
+\\*Ciao image list
+\\Data offset: 600
+\\Data length: 12
+\\Bytes/pixel: 2
+\\Samps/line: 3
+\\Number of lines: 2
+\\Scan Size: 3 4 ~m
+\\@2:Image Data: S [Height] \"Height\"
+\\@2:Z scale: V [Sens. Zsens] (0.5 V/LSB) 32768 V
+\\*File list end
+";
+    let fields = Fields::default().text(&header.replace('\n', "\r\n"), 600);
+    fields.rows(upside_down(), i16::to_le_bytes).0
+}
+
+/// A wave whose note says what its two channels are: heights, and phases.
+pub fn igor() -> Vec<u8> {
+    let note = "PhaseUnit: deg\rScanSize: 3e-06\r";
+    // A wave has labels for its dimension and for each of its channels.
+    let labels = ["", "HeightTrace", "PhaseTrace"];
+    let data = 2 * 6 * 4;
+    let header = Fields::default()
+        .u16(5)
+        .u16(0)
+        .i32(320 + data)
+        .i32(0)
+        .i32(note.len() as i32)
+        .to(36 + 2 * 4)
+        .i32(32 * labels.len() as i32);
+    let wave = header.to(64 + 12).i32(12).u16(2).to(64 + 68).i32(3).i32(2).i32(2).i32(0);
+    let wave = wave.f64(1e-6).f64(2e-6).to(64 + 148).text("m", 4).text("m", 4);
+    let mut fields = wave.to(384);
+    for height in upside_down().as_flattened() {
+        fields = fields.f32(f32::from(*height) * 1e-9);
+    }
+    let fields = fields.rows(ROWS, single).bytes(note.as_bytes());
+    let fields = labels.into_iter().fold(fields, |fields, label| fields.text(label, 32));
+    with_checksum(fields.0)
+}
+
+/// A wave whose header adds up to zero.
+pub fn with_checksum(mut wave: Vec<u8>) -> Vec<u8> {
+    wave[2..4].fill(0);
+    let (numbers, _) = wave[..384].as_chunks::<2>();
+    let numbers = numbers.iter().map(|bytes| i16::from_le_bytes(*bytes));
+    let sum = numbers.fold(0, i16::wrapping_add);
+    wave[2..4].copy_from_slice(&sum.wrapping_neg().to_le_bytes());
+    wave
+}
+
+fn mi() -> Vec<u8> {
+    let header = "fileType      Image
+xPixels       3
+yPixels       2
+xLength       3e-6
+yLength       4e-6
+bufferLabel   Topography
+bufferUnit    um
+bufferRange   32.768
+bufferLabel   Deflection
+bufferUnit    V
+bufferRange   1
+data          BINARY
+";
+    // Steps of a nanometre.
+    Fields::default()
+        .bytes(header.as_bytes())
+        .rows(upside_down(), i16::to_le_bytes)
+        .rows(ROWS, i16::to_le_bytes)
+        .0
+}
+
+fn bcr_header(format: &str) -> String {
+    format!(
+        "fileformat = {format}\nheadersize = 2048\nxpixels = 3\nypixels = 2\nxlength = 3000\n\
+         ylength = 4000\nxunit = nm\nyunit = nm\nzunit = nm\nbit2nm = 1\n% a comment = none\n"
+    )
+}
+
+fn bcrf() -> Vec<u8> {
+    let fields = Fields::default().text(&bcr_header("bcrf"), 2048);
+    with_last(fields.rows(ROWS, single).0, &f32::MAX.to_le_bytes())
+}
+
+fn bcrf_of_wide_letters() -> Vec<u8> {
+    let letters = bcr_header("bcrstm_unicode");
+    let wide = letters.encode_utf16().flat_map(u16::to_le_bytes);
+    let fields = Fields::default().bytes(&wide.collect::<Vec<_>>()).to(4096);
+    let bytes = fields.rows(ROWS, i16::to_le_bytes).0;
+    with_last(bytes, &i16::MAX.to_le_bytes())
+}
+
+fn gsf() -> Vec<u8> {
+    let header = "Gwyddion Simple Field 1.0\nXRes = 3\nYRes = 2\nXReal = 3e-6\nYReal = 4e-6\n\
+                  XYUnits = m\nZUnits = nm\nTitle = Height\n";
+    let fields = Fields::default().bytes(header.as_bytes());
+    let padded = (header.len() + 1).next_multiple_of(4);
+    let bytes = fields.to(padded).rows(ROWS, single).0;
+    with_last(bytes, &f32::NAN.to_le_bytes())
+}
+
+fn npy() -> Vec<u8> {
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }\n";
+    let fields = Fields::default()
+        .bytes(b"\x93NUMPY\x01\0")
+        .u16(header.len() as u16)
+        .bytes(header.as_bytes());
+    [1.0, 4.0, 2.0, 5.0, 3.0, 6.0].into_iter().fold(fields, Fields::f64).0
 }

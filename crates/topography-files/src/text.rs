@@ -8,16 +8,12 @@
 //! or numbers of nodes.
 
 mod header;
-mod notation;
-mod triplets;
 
 use self::header::Header;
-use self::notation::{Line, Notation};
 use super::channel::{Channel, Size};
-use super::cursor::latin1;
-use super::error::FormatError;
-use super::format::Format;
+use super::input::latin1;
 use super::raster::{Raster, checked_nodes};
+use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "text", title: "text", version: 1, has_signature: false, read };
@@ -130,7 +126,7 @@ impl Block {
         let is_matrix = self.header.is_of_matrix();
         let (raster, sides) = match self.columns {
             3 if !is_matrix => {
-                let grid = triplets::grid(&self.numbers)?;
+                let grid = Grid::of_triplets(&self.numbers)?;
                 (Raster::of_columns(grid.nodes, grid.heights), Some(grid.sides))
             }
             columns if columns > 3 || is_matrix => {
@@ -153,5 +149,339 @@ impl Block {
     }
 }
 
+/// What stands between numbers and within them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Notation {
+    /// Decimal points; spaces, tabs or semicolons between numbers.
+    Points,
+    /// Decimal commas; spaces, tabs or semicolons between numbers.
+    DecimalCommas,
+    /// Decimal points; commas between numbers.
+    CommasBetween,
+}
+
+/// What a line is in a notation.
+#[derive(Debug, PartialEq)]
+enum Line {
+    Empty,
+    Numbers(Vec<f64>),
+    /// Anything else.
+    Words,
+}
+
+impl Notation {
+    /// In the order in which they are tried: `1,5 2,5` are two numbers, `1, 5` are two as well, and
+    /// `1,5` alone is one.
+    const ALL: [Notation; 3] = [Notation::Points, Notation::DecimalCommas, Notation::CommasBetween];
+
+    /// Reads a line.
+    fn line(self, line: &str) -> Line {
+        // What editors of MS-DOS end files with.
+        let line = line.trim_matches(|letter: char| letter.is_whitespace() || letter == '\u{1a}');
+        if line.is_empty() {
+            return Line::Empty;
+        }
+        let separator = match self {
+            Notation::CommasBetween => ',',
+            Notation::Points | Notation::DecimalCommas => ';',
+        };
+        let numbers: Option<Vec<f64>> = match line.contains(separator) {
+            true => {
+                // A separator may end the line, too; within it, nothing between two is missing.
+                let line = line.strip_suffix(separator).unwrap_or(line);
+                let cells = line.split(separator);
+                cells.map(|cell| self.cell(cell.trim())).collect()
+            }
+            false => line.split_whitespace().map(|word| self.number(word)).collect(),
+        };
+        numbers.map_or(Line::Words, Line::Numbers)
+    }
+
+    fn cell(self, cell: &str) -> Option<f64> {
+        match cell.is_empty() {
+            true => Some(f64::NAN),
+            false => self.number(cell),
+        }
+    }
+
+    fn number(self, word: &str) -> Option<f64> {
+        let is_letter_of_number =
+            |byte: u8| matches!(byte, b'0'..=b'9' | b'.' | b',' | b'+' | b'-' | b'e' | b'E');
+        if !word.bytes().all(is_letter_of_number) {
+            let missing = ["nan", "inf", "-inf", "infinite", "infinity", "bad"];
+            let is_missing = missing.iter().any(|known| word.eq_ignore_ascii_case(known));
+            return is_missing.then_some(f64::NAN);
+        }
+        match self {
+            Notation::DecimalCommas if word.contains('.') || word.ends_with(',') => None,
+            Notation::DecimalCommas => word.replacen(',', ".", 1).parse().ok(),
+            Notation::Points | Notation::CommasBetween => word.parse().ok(),
+        }
+    }
+}
+
+// Triplets of x, y and height that lie on a grid.
+
+/// Coordinates may miss their grid by this share of a step, as they do when they are written with
+/// few digits.
+const TOLERANCE: f64 = 0.1;
+/// Coordinates that differ by less than this share of the largest distance of two that follow each
+/// other are one.
+const EQUAL: f64 = 0.01;
+/// A grid of which less than this share was measured is none.
+const LEAST_FILLED: f64 = 0.05;
+
+/// The map that triplets make.
+struct Grid {
+    nodes: [usize; 2],
+    /// Nodes × step, in the unit of the coordinates.
+    sides: [f64; 2],
+    /// x along the first axis; NaN where there is no triplet.
+    heights: Vec<f64>,
+}
+
+/// Evenly spaced coordinates along one axis.
+struct Axis {
+    first: f64,
+    step: f64,
+    nodes: usize,
+    /// How many coordinates there are, each counted once.
+    different: usize,
+}
+
+impl Grid {
+    /// Puts triplets, one behind the other, onto the grid that their coordinates span, in whatever
+    /// order they come.
+    ///
+    /// # Errors
+    /// When there is no such grid, or two triplets lie on one node of it.
+    fn of_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
+        let (points, _) = triplets.as_chunks::<3>();
+        let x = Axis::of("x", points.iter().map(|point| point[0]).collect())?;
+        let y = Axis::of("y", points.iter().map(|point| point[1]).collect())?;
+        if x.different.max(y.different) == points.len() {
+            let count = points.len();
+            let what = format!("{count} triplets along a line are a profile and no map");
+            return Err(FormatError::unsupported(what));
+        }
+        let nodes = [x.nodes, y.nodes];
+        let nodes = checked_nodes(nodes.map(|nodes| i64::try_from(nodes).unwrap_or(i64::MAX)))?;
+        let count = nodes[0] * nodes[1];
+        if (points.len() as f64) < LEAST_FILLED * count as f64 {
+            return Err(FormatError::unsupported(format!(
+                "{} triplets on no grid: one with their coordinates has {} × {} nodes",
+                points.len(),
+                nodes[0],
+                nodes[1]
+            )));
+        }
+        let mut heights = vec![f64::NAN; count];
+        let mut is_taken = vec![false; count];
+        for point in points {
+            let (i, j) = (x.place("x", point[0])?, y.place("y", point[1])?);
+            let node = i * nodes[1] + j;
+            if is_taken[node] {
+                let [x, y, _] = point;
+                let what = format!("two triplets have x = {x}, y = {y}");
+                return Err(FormatError::unsupported(what));
+            }
+            is_taken[node] = true;
+            heights[node] = point[2];
+        }
+        Ok(Grid { nodes, sides: [x, y].map(|axis| axis.nodes as f64 * axis.step), heights })
+    }
+}
+
+impl Axis {
+    /// The axis of these coordinates: from the number of different ones, or, where whole lines are
+    /// missing, from the smallest distance between two.
+    fn of(name: &str, mut coordinates: Vec<f64>) -> Result<Axis, FormatError> {
+        if let Some(wrong) = coordinates.iter().find(|x| !x.is_finite()) {
+            return Err(FormatError::value(name, wrong, "finite"));
+        }
+        coordinates.sort_by(f64::total_cmp);
+        let (Some(&first), Some(&last)) = (coordinates.first(), coordinates.last()) else {
+            return Err(FormatError::missing(name));
+        };
+        let range = last - first;
+        let gaps = |coordinates: &[f64]| -> Vec<f64> {
+            let pairs = coordinates.windows(2);
+            pairs.map(|pair| pair[1] - pair[0]).collect()
+        };
+        let largest = gaps(&coordinates).into_iter().fold(0.0, f64::max);
+        if largest == 0.0 || !range.is_finite() {
+            let what = format!("all triplets have one {name}: a profile and no map");
+            return Err(FormatError::unsupported(what));
+        }
+        coordinates.dedup_by(|x, before| *x - *before <= EQUAL * largest);
+        let smallest = gaps(&coordinates).into_iter().fold(f64::INFINITY, f64::min);
+        let different = coordinates.len();
+        let whole = (range / smallest).round();
+        let axes = [(different - 1) as f64, whole].map(|steps| Axis {
+            first,
+            step: range / steps,
+            nodes: steps as usize + 1,
+            different,
+        });
+        let fits = |axis: &Axis| coordinates.iter().all(|&x| axis.place(name, x).is_ok());
+        axes.into_iter().find(fits).ok_or_else(|| {
+            FormatError::unsupported(format!("the triplets' {name} are not evenly spaced"))
+        })
+    }
+
+    /// The node at a coordinate.
+    fn place(&self, name: &str, coordinate: f64) -> Result<usize, FormatError> {
+        let steps = (coordinate - self.first) / self.step;
+        let node = steps.round();
+        match (steps - node).abs() <= TOLERANCE && node >= 0.0 && node < self.nodes as f64 {
+            true => Ok(node as usize),
+            false => Err(FormatError::value(name, coordinate, "on the grid")),
+        }
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::Quantity;
+
+    #[track_caller]
+    fn channels(text: &str) -> Vec<Channel<'_>> {
+        read(text.as_bytes()).unwrap()
+    }
+
+    #[track_caller]
+    fn refused(text: &str, message: &str) {
+        let error = read(text.as_bytes()).unwrap_err();
+        assert_eq!(error.to_string(), message);
+    }
+
+    #[test]
+    fn a_matrix_alone_has_no_size_and_no_unit() {
+        let channel = &channels("1 2 3 4\n5 6 7 8\n")[0];
+        assert_eq!(channel.nodes(), [4, 2]);
+        assert_eq!(channel.size(), Size::Unknown);
+        assert_eq!(channel.quantity(), &Quantity::Unitless);
+        assert_eq!(channel.map().get(3, 0), Some(4.0));
+    }
+
+    #[test]
+    fn decimal_commas_are_not_taken_for_separators() {
+        let channel = &channels("0,5 1 2 3\n4 5,5 6 7\n")[0];
+        assert_eq!(channel.nodes(), [4, 2]);
+        assert_eq!(channel.map().get(1, 1), Some(5.5));
+        let channel = &channels("0.5, 1, 2, 3\n4, 5.5, 6, 7\n")[0];
+        assert_eq!(channel.map().get(1, 1), Some(5.5));
+    }
+
+    #[test]
+    fn maps_below_each_other_have_headers_of_their_own() {
+        let one = "# Channel: A\n# Width: 1 µm\n# Height: 2 µm\n# Value units: m\n1 2\n3 4\n";
+        let other = "# Channel: B\n# Width: 3 µm\n# Height: 2 µm\n# Value units: V\n1 2 3\n";
+        let text = format!("{one}\n{other}");
+        let channels = channels(&text);
+        let listed: Vec<_> = channels.iter().map(|c| (c.name(), c.unit(), c.nodes()[0])).collect();
+        assert_eq!(listed, [("A", Some("m"), 2), ("B", Some("V"), 3)]);
+    }
+
+    #[test]
+    fn pixels_give_the_size() {
+        let text = "pixel size = 2 nm\nheight conversion factor (-> nm) = 3\n1 2 3 4\n5 6 7 8\n";
+        let channel = &channels(text)[0];
+        let sides = channel.size().sides().unwrap();
+        assert!((sides[0] / 8e-9 - 1.0).abs() < 1e-14 && (sides[1] / 4e-9 - 1.0).abs() < 1e-14);
+        assert!((channel.map().get(1, 1).unwrap() / 18e-9 - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_header_that_contradicts_the_matrix_is_refused() {
+        refused(
+            "h=3 w=4\n1 2 3 4\n5 6 7 8\n",
+            "`y-pixels` is 3, it must be 2, as many as there are",
+        );
+        refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, those above have 4");
+        refused("1 2 3 4\n5 6 x 8\n", "line 2: `5 6 x 8` is no line of numbers");
+    }
+
+    #[test]
+    fn a_profile_is_no_map() {
+        refused("0 1\n1 2\n2 3\n", "one or two columns of numbers: a profile and no map");
+        refused("0 0 1\n1 1 2\n2 2 3\n3 3 3\n", "4 triplets along a line are a profile and no map");
+    }
+
+    #[test]
+    fn triplets_are_put_onto_their_grid() {
+        let text = "0 0 1\n0 2 2\n1.001 0 3\n1 2 4\n2 0 5\n2 2 6\n";
+        let channel = &channels(text)[0];
+        assert_eq!(channel.nodes(), [3, 2]);
+        assert_eq!(channel.size(), Size::Unitless([3.0, 4.0]));
+        assert_eq!(channel.map().heights(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn a_line_of_the_grid_may_lack() {
+        let text = "0 0 1\n0 1 2\n1 0 3\n1 1 4\n3 0 5\n3 1 6\n";
+        let map = channels(text)[0].map();
+        assert_eq!(map.nodes(), [4, 2]);
+        assert_eq!((map.get(2, 0), map.get(3, 1)), (None, Some(6.0)));
+    }
+
+    #[test]
+    fn triplets_that_lie_on_no_grid_are_refused() {
+        refused("0 0 1\n0 1 2\n0 1 2\n1 0 3\n1 1 4\n", "two triplets have x = 0, y = 1");
+        refused(
+            "0 0 1\n0 1 2\n1 0 3\n1 1 4\n2.5 0 5\n2.5 1 6\n3.77 0 1\n3.77 1 1\n",
+            "the triplets' x are not evenly spaced",
+        );
+    }
+
+    #[test]
+    fn letters_that_are_no_text_are_named() {
+        let error = decoded(b"1 2\x00").unwrap_err();
+        assert_eq!(error.to_string(), "not text: it has the letter \\u{0}");
+    }
+
+    #[track_caller]
+    fn reads(notation: Notation, line: &str, numbers: &[f64]) {
+        assert_eq!(notation.line(line), Line::Numbers(numbers.to_vec()), "{line}");
+    }
+
+    #[test]
+    fn numbers_stand_apart_by_what_is_usual() {
+        reads(Notation::Points, " 1.5 -2\t3e-9 ", &[1.5, -2.0, 3e-9]);
+        reads(Notation::Points, "1.5;2;3;", &[1.5, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn commas_are_decimal_or_between_numbers() {
+        assert_eq!(Notation::Points.line("1,5 2,5"), Line::Words);
+        reads(Notation::DecimalCommas, "1,5 2,5", &[1.5, 2.5]);
+        reads(Notation::DecimalCommas, "1,5; 2", &[1.5, 2.0]);
+        assert_eq!(Notation::DecimalCommas.line("1, 5"), Line::Words);
+        assert_eq!(Notation::DecimalCommas.line("1,2,3"), Line::Words);
+        reads(Notation::CommasBetween, "1, 5.5,7,", &[1.0, 5.5, 7.0]);
+    }
+
+    #[test]
+    fn what_was_not_measured_is_no_number() {
+        for word in ["nan", "BAD", "-inf", "NaN"] {
+            let Line::Numbers(numbers) = Notation::Points.line(&format!("1 {word}")) else {
+                panic!("`{word}`");
+            };
+            assert!(numbers[1].is_nan());
+        }
+        let Line::Numbers(numbers) = Notation::Points.line("1;;2") else {
+            panic!();
+        };
+        assert!(numbers[1].is_nan() && numbers[2] == 2.0);
+    }
+
+    #[test]
+    fn words_are_no_numbers() {
+        for line in ["# 1 2", "h=650 w=650", "1 2 m", "e", "--"] {
+            assert_eq!(Notation::Points.line(line), Line::Words, "{line}");
+        }
+        assert_eq!(Notation::Points.line(" \t"), Line::Empty);
+        assert_eq!(Notation::Points.line("\u{1a}"), Line::Empty);
+    }
+}

@@ -12,11 +12,10 @@ use roxmltree::{Document, Node, ParsingOptions};
 use zip::ZipArchive;
 
 use super::channel::{Channel, Size};
-use super::error::{FormatError, factor, finite};
-use super::format::Format;
-use super::inflate::inflate;
+use super::input::{factor, finite, inflate};
 use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
 use super::unit::Unit;
+use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "x3p", title: "X3P, ISO 25178-72", version: 1, has_signature: true, read };

@@ -1,6 +1,6 @@
 //! What stands above the numbers.
 
-use crate::error::FormatError;
+use crate::FormatError;
 use crate::unit::{Unit, ratio};
 
 // Words for one thing, in small letters; those in other languages are Gwyddion's, whose interface

@@ -1,0 +1,452 @@
+//! Formats of a binary header and binary numbers, most of them of optical profilometers: FRT, MetroPro,
+//! OPD, PLU and Digital Surf. The constant of each says how its lines lie and what its size is.
+
+use std::borrow::Cow;
+
+use flate2::read::ZlibDecoder;
+
+use super::channel::{Channel, Size};
+use super::input::{Cursor, factor, inflate};
+use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
+use super::unit::{Unit, ratio};
+use super::{Format, FormatError, at_least_one};
+
+/// FRT's MicroProf: blocks, each with a number and a length, of which 0x0B and 0x7D hold maps.
+///
+/// Sides are those of the whole map, in metres. Lines run along x, and the first has the largest y.
+/// The number 1 marks missing points.
+pub const FRT: Format =
+    Format { name: "frt", title: "FRT MicroProf", version: 1, has_signature: true, read: read_frt };
+
+// Blocks: nodes and bits of a number, sides, metres of a number, the map, several maps.
+const FRT_GRID: u16 = 0x66;
+const FRT_SIDES: u16 = 0x67;
+const FRT_SCALE: u16 = 0x6c;
+const FRT_MAP: u16 = 0x0b;
+const FRT_MAPS: u16 = 0x7d;
+
+/// Kinds of maps that are heights: topography, thickness, thickness of the sample, force microscopy.
+const FRT_HEIGHTS: u32 = 0x0004 | 0x0080 | 0x0800 | 0x1000;
+
+fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(b"FRTM_GLIDERV") {
+        return Err(FormatError::Signature);
+    }
+    let blocks = frt_blocks(bytes)?;
+    let block = |wanted: u16, name: &str| {
+        let block = blocks.iter().find(|(number, _)| *number == wanted);
+        let bytes = block.map(|(_, bytes)| Cursor::new(bytes));
+        bytes.ok_or_else(|| FormatError::missing(format!("block {wanted:#04x}, {name}")))
+    };
+    let mut sides = block(FRT_SIDES, "the sides")?;
+    let size = Size::metres([sides.double()?, sides.double()?])?;
+    let mut scale = block(FRT_SCALE, "the scale of heights")?;
+    scale.skip(4)?;
+    let scale = factor("scale of heights", scale.double()?)?;
+    if let Ok(mut map) = block(FRT_MAP, "the map") {
+        let raster = frt_raster(&mut block(FRT_GRID, "the nodes")?, &mut map)?;
+        return Ok(vec![Channel::new("heights", Unit::of("m"), size, raster.scaled(scale, 0.0))]);
+    }
+    let mut maps = block(FRT_MAPS, "the maps")?;
+    maps.skip(8)?;
+    let mut channels = Vec::new();
+    while !maps.rest().is_empty() {
+        let kind = maps.u32()?;
+        let mut header = maps.clone();
+        maps.skip(12)?;
+        let raster = frt_raster(&mut header, &mut maps)?;
+        if kind & FRT_HEIGHTS != 0 {
+            let name = format!("heights {}", channels.len() + 1);
+            let raster = raster.scaled(scale, 0.0);
+            channels.push(Ok(Channel::new(name, Unit::of("m"), size, raster)));
+        }
+    }
+    at_least_one(channels, "block 0x0b, the map")
+}
+
+/// A map whose nodes and bits of a number are read from one place and its numbers from another.
+fn frt_raster<'a>(
+    header: &mut Cursor<'_>,
+    stored: &mut Cursor<'a>,
+) -> Result<Raster<'a>, FormatError> {
+    let nodes = checked_nodes([header.u32()?.into(), header.u32()?.into()])?;
+    let element = match header.u32()? {
+        16 => Element::U16,
+        32 => Element::I32,
+        bits => {
+            let allowed = "16 or 32";
+            return Err(FormatError::value("bits of a number", bits, allowed));
+        }
+    };
+    let stored = stored.take(bytes_of(nodes, element))?;
+    let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
+    Ok(raster.missing(Missing::Value(1.0)).upside_down())
+}
+
+/// Numbers and contents of all blocks.
+fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
+    let mut cursor = Cursor::at(bytes, 12);
+    let version = cursor.text(4)?;
+    let count = cursor.u16()?;
+    let mut blocks = Vec::new();
+    for _ in 0..count {
+        let number = cursor.u16()?;
+        let length = match version.as_str() {
+            "1.00" => cursor.u32()?.into(),
+            "1.01" => u64::from_le_bytes(cursor.array()?),
+            _ => {
+                let allowed = "1.00 or 1.01";
+                return Err(FormatError::value("version", version, allowed));
+            }
+        };
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        blocks.push((number, cursor.take(length)?));
+    }
+    Ok(blocks)
+}
+
+/// Zygo's MetroPro: a header of 834 or 4096 bytes, big end first, intensities, and phases as whole
+/// numbers of four bytes.
+///
+/// Size is nodes × lateral resolution, in metres, and unknown where that is zero. A height is
+/// phase × S W O / R of the MetroPro Reference Guide: scale factor of the interferometer, wavelength,
+/// obliquity, and steps of the phase in a wavelength. Lines run along x and the first has y = 0.
+/// Phases from 2147483640 on are missing.
+pub const METROPRO: Format = Format {
+    name: "metropro",
+    title: "Zygo MetroPro",
+    version: 1,
+    has_signature: true,
+    read: read_metropro,
+};
+
+fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let header = match bytes.get(..4) {
+        Some(b"\x88\x1b\x03\x6f" | b"\x88\x1b\x03\x70") => 834,
+        Some(b"\x88\x1b\x03\x71") => 4096,
+        _ => return Err(FormatError::Signature),
+    };
+    let single = |place| {
+        let bytes = Cursor::at(bytes, place).array()?;
+        Ok::<_, FormatError>(f64::from(f32::from_be_bytes(bytes)))
+    };
+    let short = |place| {
+        let bytes = Cursor::at(bytes, place).array()?;
+        Ok::<_, FormatError>(i16::from_be_bytes(bytes))
+    };
+    let intensities = u32::from_be_bytes(Cursor::at(bytes, 60).array()?) as usize;
+    let nodes = [short(68)?, short(70)?].map(|count| count.cast_unsigned().into());
+    let nodes = checked_nodes(nodes)?;
+    let steps = match short(218)? {
+        0 => 4096.0,
+        1 => 32768.0,
+        2 => 131072.0,
+        code => return Err(FormatError::value("phase resolution", code, "0, 1 or 2")),
+    };
+    let sign = if short(232)? == 0 { 1.0 } else { -1.0 };
+    let interferometer = factor("scale factor of the interferometer", single(164)?)?;
+    let wavelength = factor("wavelength", single(168)?)?;
+    let obliquity = factor("obliquity factor", single(176)?)?;
+    let step = single(184)?;
+    let size = match step == 0.0 {
+        true => Size::Unknown,
+        false => Size::metres(nodes.map(|count| count as f64 * step))?,
+    };
+    let stored = Cursor::at(bytes, header + intensities).rest();
+    let raster = Raster::rows(nodes, Element::I32, ByteOrder::Big, stored)?;
+    let raster = raster
+        .missing(Missing::From(2147483640.0))
+        .scaled(sign * interferometer * obliquity * wavelength / steps, 0.0);
+    Ok(vec![Channel::new("heights", Unit::of("m"), size, raster)])
+}
+
+/// Wyko's OPD: a directory of blocks, of which one or more hold a raster and the others numbers.
+///
+/// Size is nodes × `Pixel_size`, along y times `Aspect`. The numbers are in units of `Wavelength` /
+/// `Mult`, which is in nanometres. Lines run along y, and the first number of a line has the largest
+/// y. Missing are floats from 1e10 on, and whole numbers of two bytes from 32766 on.
+pub const OPD: Format =
+    Format { name: "opd", title: "Wyko", version: 1, has_signature: true, read: read_opd };
+
+/// Bytes of an entry of the directory.
+const OPD_ENTRY: usize = 24;
+// Types of blocks.
+const OPD_ARRAY: i16 = 3;
+const OPD_SHORT: i16 = 6;
+const OPD_FLOAT: i16 = 7;
+const OPD_DOUBLE: i16 = 8;
+const OPD_LONG: i16 = 12;
+/// Arrays of heights; others hold intensities.
+const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
+
+struct OpdBlock<'a> {
+    name: String,
+    kind: i16,
+    bytes: &'a [u8],
+}
+
+fn read_opd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if bytes.get(2..11) != Some(b"Directory") {
+        return Err(FormatError::Signature);
+    }
+    let blocks = opd_blocks(bytes)?;
+    let number = |name: &str| {
+        let block = blocks.iter().find(|block| block.name == name);
+        block.and_then(OpdBlock::number)
+    };
+    let missing = || FormatError::missing("Wavelength");
+    let wavelength = number("Wavelength").ok_or_else(missing)?;
+    let multiplier = factor("Mult", number("Mult").unwrap_or(1.0))?;
+    let nanometres = factor("Wavelength", wavelength)? / multiplier;
+    let is_map =
+        |block: &&OpdBlock<'_>| block.kind == OPD_ARRAY && OPD_HEIGHTS.contains(&&*block.name);
+    let channels = blocks.iter().filter(is_map).map(|block| {
+        let raster = opd_raster(block.bytes)?.scaled(nanometres, 0.0);
+        let nodes = raster.nodes().map(|count| count as f64);
+        let size = match number("Pixel_size") {
+            None => Size::Unknown,
+            Some(step) => {
+                let aspect = number("Aspect").unwrap_or(1.0);
+                let sides = [nodes[0] * step, nodes[1] * step * aspect];
+                Size::of(sides, &Unit::of("mm"))?
+            }
+        };
+        Ok(Channel::new(&*block.name, Unit::of("nm"), size, raster))
+    });
+    at_least_one(channels, "Raw")
+}
+
+/// What the directory, the first block, lists; the blocks lie behind it in its order.
+fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
+    let mut directory = Cursor::at(bytes, 2);
+    let (_, _, length) = opd_entry(&mut directory)?;
+    let entries = (length / OPD_ENTRY).saturating_sub(1);
+    let mut data = Cursor::at(bytes, 2);
+    data.skip(length)?;
+    let mut blocks = Vec::new();
+    for _ in 0..entries {
+        let (name, kind, length) = opd_entry(&mut directory)?;
+        let bytes = data.take(length)?;
+        blocks.push(OpdBlock { name, kind, bytes });
+    }
+    Ok(blocks)
+}
+
+/// Name, type and length.
+fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatError> {
+    let name = cursor.text(16)?;
+    let kind = i16::from_le_bytes(cursor.array()?);
+    let length = cursor.i32()?;
+    cursor.skip(2)?;
+    Ok((name, kind, usize::try_from(length).unwrap_or(0)))
+}
+
+impl OpdBlock<'_> {
+    /// Some programs call a number of two bytes a float.
+    fn number(&self) -> Option<f64> {
+        let mut cursor = Cursor::new(self.bytes);
+        match (self.kind, self.bytes.len()) {
+            (OPD_SHORT | OPD_FLOAT, 2) => {
+                cursor.array().ok().map(|bytes| i16::from_le_bytes(bytes).into())
+            }
+            (OPD_SHORT | OPD_LONG, _) => cursor.i32().ok().map(f64::from),
+            (OPD_FLOAT, _) => cursor.single().ok(),
+            (OPD_DOUBLE, _) => cursor.double().ok(),
+            _ => None,
+        }
+    }
+}
+
+fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
+    let mut cursor = Cursor::new(bytes);
+    let nodes = checked_nodes([cursor.u16()?.into(), cursor.u16()?.into()])?;
+    let (element, missing) = match cursor.u16()? {
+        1 => (Element::U8, Missing::None),
+        2 => (Element::I16, Missing::From(32766.0)),
+        4 => (Element::F32, Missing::From(1e10)),
+        size => {
+            let allowed = "1, 2 or 4";
+            return Err(FormatError::value("bytes of a number", size, allowed));
+        }
+    };
+    let raster = Raster::columns(nodes, element, ByteOrder::Little, cursor.rest())?;
+    Ok(raster.missing(missing).upside_down())
+}
+
+/// Sensofar's PLU: a header of 500 bytes and layers of floats of single precision.
+///
+/// Lengths are micrometres, size is nodes × size of a pixel. Lines run along x and the first has
+/// y = 0. The number 1000001 marks missing points. Such files have no signature: they are known by
+/// a date in words, a kind of measurement, and layers that fill the file.
+pub const PLU: Format =
+    Format { name: "plu", title: "Sensofar", version: 1, has_signature: false, read: read_plu };
+
+// Bytes before the calibration, the kind of measurement, the number of layers, the layers.
+const PLU_CALIBRATION: usize = 128 + 4 + 256;
+const PLU_KIND: usize = PLU_CALIBRATION + 40;
+const PLU_LAYERS: usize = PLU_KIND + 20 + 40;
+const PLU_DATA: usize = PLU_LAYERS + 12;
+
+fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let date = Cursor::new(bytes).take(128).unwrap_or_default();
+    let length = date.iter().position(|&byte| byte == 0).unwrap_or(0);
+    let is_printable = |byte: &u8| (b' '..=b'~').contains(byte);
+    if !(10..100).contains(&length) || !date[..length].iter().all(is_printable) {
+        return Err(FormatError::Signature);
+    }
+    match Cursor::at(bytes, PLU_KIND).u32()? {
+        3 => {}
+        1 => return Err(FormatError::unsupported("a profile and no map")),
+        _ => return Err(FormatError::Signature),
+    }
+    let mut calibration = Cursor::at(bytes, PLU_CALIBRATION + 16);
+    let steps = [calibration.single()?, calibration.single()?];
+    let [layers] = Cursor::at(bytes, PLU_LAYERS + 1).array()?;
+    let [images] = Cursor::at(bytes, PLU_LAYERS + 4).array()?;
+    if layers == 0 {
+        return Err(FormatError::value("number of layers", layers, "positive"));
+    }
+    let mut cursor = Cursor::at(bytes, PLU_DATA);
+    let layers = (0..layers).map(|number| plu_layer(&mut cursor, number, images.into(), steps));
+    layers.collect()
+}
+
+/// A layer: lines, columns, heights, the lowest and the highest, and pictures of three bytes a node.
+fn plu_layer<'a>(
+    cursor: &mut Cursor<'a>,
+    number: u8,
+    images: usize,
+    steps: [f64; 2],
+) -> Result<Channel<'a>, FormatError> {
+    let [y, x] = [cursor.u32()?.into(), cursor.u32()?.into()];
+    let nodes = checked_nodes([x, y])?;
+    let stored = cursor.take(bytes_of(nodes, Element::F32))?;
+    cursor.skip(8 + 3 * images * nodes[0] * nodes[1])?;
+    let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
+    let raster = raster.missing(Missing::Value(1000001.0));
+    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
+    let size = Size::of(sides, &Unit::of("µm"))?;
+    let name = format!("layer{number}");
+    Ok(Channel::new(name, Unit::of("µm"), size, raster))
+}
+
+/// Digital Surf's surfaces, which MountainsMap and several instruments write: a header of 512
+/// bytes, a comment, a private zone, whole numbers of two or four bytes.
+///
+/// Size is nodes × spacing. Lines run along x and the first has y = 0, unless the header says that
+/// the map was turned over. The number `zmin` − 2 marks points that were not measured. Files that
+/// start with `DSCOMPRESSED` hold the numbers as zlib streams behind a directory of their lengths.
+/// Of several objects in a file the first is read.
+pub const SUR: Format =
+    Format { name: "sur", title: "Digital Surf", version: 1, has_signature: true, read: read_sur };
+
+/// Kinds of objects that are maps of heights, alone or first: a surface, a series or layers of
+/// them, a surface with its image.
+const SUR_KINDS: [u16; 6] = [2, 5, 8, 11, 13, 16];
+
+fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let is_compressed = match bytes.get(..12) {
+        Some(b"DIGITAL SURF") => false,
+        Some(b"DSCOMPRESSED") => true,
+        _ => return Err(FormatError::Signature),
+    };
+    let header = SurHeader::read(&mut Cursor::at(bytes, 12))?;
+    // Behind the header.
+    let mut cursor = Cursor::at(bytes, 512);
+    cursor.skip(header.behind)?;
+    let stored = match is_compressed {
+        true => {
+            let needed = bytes_of(header.nodes, header.element);
+            Cow::Owned(sur_decompressed(&mut cursor, needed)?)
+        }
+        false => Cow::Borrowed(cursor.rest()),
+    };
+    Ok(vec![header.channel(stored)?])
+}
+
+struct SurHeader {
+    nodes: [usize; 2],
+    element: Element,
+    has_missing: bool,
+    lowest: i32,
+    spacing: [f64; 3],
+    units: [String; 3],
+    inversion: u16,
+    /// Bytes of comment and private zone.
+    behind: usize,
+}
+
+impl SurHeader {
+    /// What follows the signature.
+    fn read(cursor: &mut Cursor<'_>) -> Result<SurHeader, FormatError> {
+        cursor.skip(6)?;
+        let kind = cursor.u16()?;
+        if !SUR_KINDS.contains(&kind) {
+            let allowed = "that of a surface (2, 5, 8, 11, 13 or 16)";
+            return Err(FormatError::value("type of the object", kind, allowed));
+        }
+        cursor.skip(66)?;
+        let has_missing = cursor.u16()? == 1;
+        cursor.skip(10)?;
+        let element = match cursor.u16()? {
+            16 => Element::I16,
+            32 => Element::I32,
+            bits => return Err(FormatError::value("bits of a point", bits, "16 or 32")),
+        };
+        let lowest = cursor.i32()?;
+        cursor.skip(4)?;
+        let nodes = checked_nodes([cursor.i32()?.into(), cursor.i32()?.into()])?;
+        cursor.skip(4)?;
+        let spacing = [cursor.single()?, cursor.single()?, cursor.single()?];
+        cursor.skip(3 * 16)?;
+        let units = [cursor.text(16)?, cursor.text(16)?, cursor.text(16)?];
+        cursor.skip(3 * 16 + 3 * 4 + 2)?;
+        let inversion = cursor.u16()?;
+        cursor.skip(42)?;
+        let behind = usize::from(cursor.u16()?) + usize::from(cursor.u16()?);
+        Ok(SurHeader { nodes, element, has_missing, lowest, spacing, units, inversion, behind })
+    }
+
+    fn channel<'a>(&self, stored: Cow<'a, [u8]>) -> Result<Channel<'a>, FormatError> {
+        let nodes = self.nodes;
+        let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
+        let raster = match self.has_missing {
+            true => raster.missing(Missing::Value(f64::from(self.lowest) - 2.0)),
+            false => raster,
+        };
+        // As in Gwyddion: turned over, and mirrored along one of the axes with it.
+        let raster = match self.inversion {
+            2 => raster.mirrored(),
+            3 => raster.upside_down(),
+            _ => raster,
+        };
+        let sign = if (1..=3).contains(&self.inversion) { -1.0 } else { 1.0 };
+        let scale = factor("spacing of z", self.spacing[2])?;
+        let [unit_x, unit_y, unit_z] = &self.units;
+        // Both sides in the unit of the first.
+        let y = ratio(unit_y, unit_x).ok_or_else(|| {
+            FormatError::value("unit of y", unit_y, &format!("as that of x, `{unit_x}`"))
+        })?;
+        let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
+        let size = Size::of(sides, &Unit::of(unit_x))?;
+        let raster = raster.scaled(sign * scale, 0.0);
+        Ok(Channel::new("heights", Unit::of(unit_z), size, raster))
+    }
+}
+
+/// The bytes of all streams, one after another.
+fn sur_decompressed(cursor: &mut Cursor<'_>, needed: usize) -> Result<Vec<u8>, FormatError> {
+    let streams = cursor.u32()?;
+    let mut directory = Cursor::new(cursor.take((streams as usize).saturating_mul(8))?);
+    let mut bytes = Vec::new();
+    for number in 1..=streams {
+        let raw = directory.u32()? as usize;
+        let compressed = cursor.take(directory.u32()? as usize)?;
+        // Streams may hold more objects than the first.
+        let expected = raw.min(needed - bytes.len());
+        let part = format!("stream {number} of {streams}");
+        let reader = ZlibDecoder::new(compressed);
+        bytes.extend(inflate(&part, reader, compressed.len(), expected)?);
+    }
+    Ok(bytes)
+}

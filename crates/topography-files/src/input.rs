@@ -1,0 +1,225 @@
+//! What headers are read with: numbers and texts at a place of the file, named values, compressed
+//! parts.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use super::FormatError;
+
+/// Reads a file from a place on; nothing is read beyond its end.
+#[derive(Debug, Clone)]
+pub struct Cursor<'a> {
+    bytes: &'a [u8],
+    position: usize,
+}
+
+/// Values by their names, of which the last of each counts.
+#[derive(Debug, Clone, Default)]
+pub struct Entries {
+    values: BTreeMap<String, String>,
+}
+
+/// No deflated byte makes more than this many.
+const MOST_TIMES: usize = 1032;
+
+impl<'a> Cursor<'a> {
+    /// At the start of the bytes.
+    pub fn new(bytes: &'a [u8]) -> Cursor<'a> {
+        Cursor { bytes, position: 0 }
+    }
+
+    /// At a place, which may lie beyond the end until something is read.
+    pub fn at(bytes: &'a [u8], position: usize) -> Cursor<'a> {
+        Cursor { bytes, position }
+    }
+
+    /// The next bytes.
+    pub fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
+        let end = self.position.saturating_add(count);
+        let taken = self.bytes.get(self.position..end);
+        let taken = taken.ok_or(FormatError::CutOff { needed: end, found: self.bytes.len() })?;
+        self.position = end;
+        Ok(taken)
+    }
+
+    /// Passes over bytes.
+    pub fn skip(&mut self, count: usize) -> Result<(), FormatError> {
+        self.take(count).map(|_| ())
+    }
+
+    /// The next `N` bytes, for one number.
+    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
+        Ok(self.take(N)?.try_into().expect("as many as were taken"))
+    }
+
+    // The next number, whose low end comes first.
+
+    pub fn u16(&mut self) -> Result<u16, FormatError> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub fn u32(&mut self) -> Result<u32, FormatError> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub fn i32(&mut self) -> Result<i32, FormatError> {
+        self.array().map(i32::from_le_bytes)
+    }
+
+    /// A number that is stored in single precision.
+    pub fn single(&mut self) -> Result<f64, FormatError> {
+        self.array().map(|bytes| f32::from_le_bytes(bytes).into())
+    }
+
+    pub fn double(&mut self) -> Result<f64, FormatError> {
+        self.array().map(f64::from_le_bytes)
+    }
+
+    /// The next bytes as text that ends with the first zero.
+    pub fn text(&mut self, count: usize) -> Result<String, FormatError> {
+        let bytes = self.take(count)?;
+        let end = bytes.iter().position(|&byte| byte == 0);
+        Ok(latin1(&bytes[..end.unwrap_or(count)]).trim().to_owned())
+    }
+
+    /// What is left.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.position..).unwrap_or_default()
+    }
+}
+
+impl Entries {
+    /// The entries of lines of a name and a value; lines without the sign between them are none.
+    pub fn of_lines<'a>(lines: impl IntoIterator<Item = &'a str>, between: char) -> Entries {
+        let mut entries = Entries::default();
+        for (name, value) in lines.into_iter().filter_map(|line| line.split_once(between)) {
+            entries.insert(name, value);
+        }
+        entries
+    }
+
+    /// Adds a value, in place of one of the same name.
+    pub fn insert(&mut self, name: &str, value: &str) {
+        let value = value.trim().to_owned();
+        self.values.insert(name.trim().to_owned(), value);
+    }
+
+    /// Whether there is no value.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The value of a name, if there is one.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.values.get(name).map(String::as_str)
+    }
+
+    /// The value of a name that has to be there.
+    pub fn text(&self, name: &str) -> Result<&str, FormatError> {
+        self.get(name).ok_or_else(|| FormatError::missing(name))
+    }
+
+    /// A whole number.
+    pub fn whole(&self, name: &str) -> Result<i64, FormatError> {
+        let text = self.text(name)?;
+        let number = text.parse();
+        number.map_err(|_| FormatError::value(name, text, "a whole number"))
+    }
+
+    /// A number, finite or not.
+    pub fn number(&self, name: &str) -> Result<f64, FormatError> {
+        let text = self.text(name)?;
+        let number = text.parse();
+        number.map_err(|_| FormatError::value(name, text, "a number"))
+    }
+
+    /// A number, if the name is there.
+    pub fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
+        self.get(name).map(|_| self.number(name)).transpose()
+    }
+}
+
+/// Text of one byte a letter, ISO-8859-1.
+pub fn latin1(bytes: &[u8]) -> String {
+    bytes.iter().map(|&byte| char::from(byte)).collect()
+}
+
+/// Text in UTF-8, or in ISO-8859-1 where it is no UTF-8.
+pub fn utf8_or_latin1(bytes: &[u8]) -> String {
+    str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
+}
+
+/// A number that is finite.
+pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err(FormatError::value(entry, value, "finite")),
+    }
+}
+
+/// A factor: finite and not zero.
+pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
+    match value.is_finite() && value != 0.0 {
+        true => Ok(value),
+        false => Err(FormatError::value(entry, value, "finite and not zero")),
+    }
+}
+
+/// Decompresses exactly `expected` bytes of the part of this name, of which `compressed` bytes are
+/// in the file.
+pub fn inflate(
+    part: &str,
+    reader: impl Read,
+    compressed: usize,
+    expected: usize,
+) -> Result<Vec<u8>, FormatError> {
+    // What cannot be there is not made room for.
+    if expected > compressed.saturating_mul(MOST_TIMES) {
+        let reason = format!("{compressed} bytes cannot hold the {expected} that are needed");
+        return Err(FormatError::damaged(part, reason));
+    }
+    let mut bytes = Vec::with_capacity(expected);
+    let read = reader.take(expected as u64).read_to_end(&mut bytes);
+    read.map_err(|error| FormatError::damaged(part, error))?;
+    match bytes.len() {
+        found if found == expected => Ok(bytes),
+        found => {
+            let reason = format!("it holds {found} bytes, {expected} are needed");
+            Err(FormatError::damaged(part, reason))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_beyond_the_end_is_not_read() {
+        let mut cursor = Cursor::new(&[1, 0, 0xe9]);
+        assert_eq!(cursor.u16(), Ok(1));
+        let beyond = FormatError::CutOff { needed: 4, found: 3 };
+        assert_eq!(cursor.take(2), Err(beyond));
+        assert_eq!(cursor.text(1).unwrap(), "é");
+        assert!(cursor.take(usize::MAX).is_err());
+        assert!(Cursor::at(&[], 7).rest().is_empty());
+    }
+
+    #[test]
+    fn text_ends_with_the_first_zero() {
+        assert_eq!(Cursor::new(b" mm\0\0x").text(6).unwrap(), "mm");
+    }
+
+    #[test]
+    fn no_more_is_made_room_for_than_can_be_there() {
+        let error = inflate("data", [0; 4].as_slice(), 4, usize::MAX).unwrap_err();
+        assert!(error.to_string().contains("4 bytes cannot hold"), "{error}");
+    }
+
+    #[test]
+    fn too_few_bytes_are_an_error() {
+        let read = |expected| inflate("data", [7; 4].as_slice(), 4, expected);
+        assert_eq!(read(3), Ok(vec![7; 3]));
+        assert!(read(5).is_err());
+    }
+}

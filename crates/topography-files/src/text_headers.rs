@@ -1,0 +1,383 @@
+//! Formats of a text header of named values and numbers behind it: AL3D, BCR-STM, Gwyddion's simple
+//! field, Molecular Imaging and SDF. The constant of each says how its lines lie and what its size is.
+
+use super::channel::{Channel, Size};
+use super::input::{Cursor, Entries, factor, latin1, utf8_or_latin1};
+use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
+use super::unit::{Unit, ratio};
+use super::{Format, FormatError, at_least_one};
+
+/// Alicona's AL3D: lines of 52 bytes, each a name of 20, a value of 30 and a line end, and floats of
+/// single precision at `DepthImageOffset`.
+///
+/// Lengths are metres, size is nodes × size of a pixel. Lines run along x, the first has y = 0, and
+/// each starts at a multiple of 8 bytes from the first. `InvalidPixelValue` marks missing points.
+pub const AL3D: Format = Format {
+    name: "al3d",
+    title: "Alicona Imaging",
+    version: 1,
+    has_signature: true,
+    read: read_al3d,
+};
+
+fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let magic = b"AliconaImaging\0\r\n";
+    if !bytes.starts_with(magic) {
+        return Err(FormatError::Signature);
+    }
+    let mut cursor = Cursor::at(bytes, magic.len());
+    let mut entries = Entries::default();
+    let mut line = |entries: &mut Entries| -> Result<(), FormatError> {
+        entries.insert(&cursor.text(20)?, &cursor.text(30)?);
+        cursor.skip(2)
+    };
+    // The version and the number of lines behind this one.
+    line(&mut entries)?;
+    line(&mut entries)?;
+    for _ in 0..entries.whole("TagCount")? {
+        line(&mut entries)?;
+    }
+    let nodes = checked_nodes([entries.whole("Cols")?, entries.whole("Rows")?])?;
+    let offset = match usize::try_from(entries.whole("DepthImageOffset")?) {
+        Ok(offset) if offset > 0 => offset,
+        _ => {
+            let what = "a file without depth image: a picture and no map";
+            return Err(FormatError::unsupported(what));
+        }
+    };
+    let stored = Cursor::at(bytes, offset).rest();
+    let stride = (4 * nodes[0]).next_multiple_of(8);
+    let raster = Raster::padded_rows(nodes, Element::F32, ByteOrder::Little, stride, stored)?;
+    let missing = match entries.optional_number("InvalidPixelValue")? {
+        Some(marker) => Missing::Around(marker),
+        None => Missing::None,
+    };
+    let size = Size::metres([
+        nodes[0] as f64 * entries.number("PixelSizeXMeter")?,
+        nodes[1] as f64 * entries.number("PixelSizeYMeter")?,
+    ])?;
+    let raster = raster.missing(missing);
+    Ok(vec![Channel::new("heights", Unit::of("m"), size, raster)])
+}
+
+/// BCR-STM and BCRF, which many programs of scanning microscopes exchange: a text header of 2048
+/// letters or as many as `headersize` says, of one byte or two each, and whole numbers or floats.
+///
+/// Sides are those of the whole map. Lines run along x and the first has y = 0. Heights are in
+/// `zunit`, whole numbers times `bit2nm`. Missing are the number 32767, and floats from 1.7e38 on.
+pub const BCR: Format =
+    Format { name: "bcrf", title: "BCR-STM", version: 1, has_signature: true, read: read_bcr };
+
+/// Letters of the header of files that do not give their number.
+const BCR_LETTERS: usize = 2048;
+const BCR_MAGIC: &str = "fileformat = bcr";
+
+/// How the letters of the header are written.
+#[derive(Clone, Copy)]
+enum Encoding {
+    Narrow,
+    Wide(fn([u8; 2]) -> u16),
+}
+
+fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let little = Encoding::Wide(u16::from_le_bytes);
+    let encodings = [Encoding::Narrow, little, Encoding::Wide(u16::from_be_bytes)];
+    let starts = |encoding: &Encoding| {
+        let start = encoding.letters(bytes, BCR_MAGIC.len() + 1);
+        start.trim_start_matches('\u{feff}').starts_with(BCR_MAGIC)
+    };
+    let encoding = encodings.into_iter().find(starts);
+    let encoding = encoding.ok_or(FormatError::Signature)?;
+    let first = bcr_entries(&encoding.letters(bytes, BCR_LETTERS));
+    let letters = match first.get("headersize") {
+        None => BCR_LETTERS,
+        Some(_) => {
+            let letters = first.whole("headersize")?;
+            let size = usize::try_from(letters).ok().filter(|size| *size <= bytes.len());
+            let allowed = "within the file";
+            size.ok_or_else(|| FormatError::value("headersize", letters, allowed))?
+        }
+    };
+    let header = bcr_entries(&encoding.letters(bytes, letters));
+    let stored = Cursor::at(bytes, letters * encoding.bytes()).rest();
+    Ok(vec![bcr_channel(&header, stored)?])
+}
+
+fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, FormatError> {
+    let nodes = checked_nodes([header.whole("xpixels")?, header.whole("ypixels")?])?;
+    let order = match header.get("intelmode") {
+        Some("0") => ByteOrder::Big,
+        _ => ByteOrder::Little,
+    };
+    let (element, missing, scale) = match header.text("fileformat")? {
+        "bcrstm" | "bcrstm_unicode" => {
+            let scale = header.optional_number("bit2nm")?.unwrap_or(1.0);
+            (Element::I16, Missing::Value(32767.0), factor("bit2nm", scale)?)
+        }
+        "bcrf" | "bcrf_unicode" => (Element::F32, Missing::From(1.7e38), 1.0),
+        other => {
+            let allowed = "bcrstm or bcrf";
+            return Err(FormatError::value("fileformat", other, allowed));
+        }
+    };
+    let unit = |name| header.get(name).unwrap_or("nm");
+    let y = ratio(unit("yunit"), unit("xunit"))
+        .ok_or_else(|| FormatError::value("yunit", unit("yunit"), "a length"))?;
+    let sides = [header.number("xlength")?, header.number("ylength")? * y];
+    let size = Size::of(sides, &Unit::of(unit("xunit")))?;
+    let raster = Raster::rows(nodes, element, order, stored)?;
+    let raster = raster.missing(missing).scaled(scale, 0.0);
+    Ok(Channel::new("heights", Unit::of(unit("zunit")), size, raster))
+}
+
+/// Lines `name = value`; others are comments.
+fn bcr_entries(text: &str) -> Entries {
+    let lines = text.lines().filter(|line| !line.starts_with(['%', '#']));
+    Entries::of_lines(lines.map(|line| line.trim_start_matches('\u{feff}')), '=')
+}
+
+impl Encoding {
+    /// Bytes of a letter.
+    fn bytes(self) -> usize {
+        match self {
+            Encoding::Narrow => 1,
+            Encoding::Wide(_) => 2,
+        }
+    }
+
+    /// So many letters from the start of the file, or as many as there are.
+    fn letters(self, bytes: &[u8], count: usize) -> String {
+        let bytes = &bytes[..bytes.len().min(count.saturating_mul(self.bytes()))];
+        match self {
+            Encoding::Narrow => latin1(bytes),
+            Encoding::Wide(number) => {
+                let (letters, _) = bytes.as_chunks::<2>();
+                let letters = letters.iter().map(|bytes| number(*bytes));
+                char::decode_utf16(letters)
+                    .map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER))
+                    .collect()
+            }
+        }
+    }
+}
+
+/// Gwyddion's simple field: text lines `Name = value`, zeros up to a multiple of four bytes, floats
+/// of single precision.
+///
+/// Sides are those of the whole map, and unknown where they are not given. Lines run along x and the
+/// first has y = 0. NaN marks missing points.
+pub const GSF: Format = Format {
+    name: "gsf",
+    title: "Gwyddion simple field",
+    version: 1,
+    has_signature: true,
+    read: read_gsf,
+};
+
+fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let magic = b"Gwyddion Simple Field 1.0\n";
+    if !bytes.starts_with(magic) {
+        return Err(FormatError::Signature);
+    }
+    let end = bytes.iter().position(|&byte| byte == 0);
+    let end = end.ok_or_else(|| FormatError::missing("zeros behind the header"))?;
+    let entries = Entries::of_lines(utf8_or_latin1(&bytes[magic.len()..end]).lines(), '=');
+    let nodes = checked_nodes([entries.whole("XRes")?, entries.whole("YRes")?])?;
+    // At least one zero, and as many as make a multiple of four.
+    let mut cursor = Cursor::at(bytes, (end + 1).next_multiple_of(4));
+    let stored = cursor.take(nodes[0] * nodes[1] * 4)?;
+    let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
+    let unit = |name| Unit::of(entries.get(name).unwrap_or_default());
+    let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
+    let size = match sides {
+        [Some(x), Some(y)] => Size::of([x, y], &unit("XYUnits"))?,
+        _ => Size::Unknown,
+    };
+    let title = entries.get("Title").unwrap_or("heights");
+    Ok(vec![Channel::new(title, unit("ZUnits"), size, raster)])
+}
+
+/// Molecular Imaging's and Agilent's files: a text header whose names fill 14 columns, and maps of
+/// whole numbers, one behind the other.
+///
+/// Sides are those of the whole map, in metres. Lines run along x, and the first has the largest y.
+/// A number is a share of `bufferRange`, in units of 2^15 or 2^31.
+pub const MI: Format = Format {
+    name: "mi",
+    title: "Molecular Imaging",
+    version: 1,
+    has_signature: true,
+    read: read_mi,
+};
+
+/// Columns of a name.
+const MI_NAME: usize = 14;
+
+fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(b"fileType      ") {
+        return Err(FormatError::Signature);
+    }
+    let (header, buffers, data) = mi_header(bytes)?;
+    let kind = header.text("fileType")?;
+    if kind != "Image" {
+        return Err(FormatError::value("fileType", kind, "Image"));
+    }
+    let (element, range) = match header.text("data")? {
+        "BINARY" | "" => (Element::I16, 32768.0),
+        "BINARY_32" => (Element::I32, 2147483648.0),
+        other => {
+            let allowed = "BINARY or BINARY_32";
+            return Err(FormatError::value("data", other, allowed));
+        }
+    };
+    let nodes = checked_nodes([header.whole("xPixels")?, header.whole("yPixels")?])?;
+    let size = Size::metres([header.number("xLength")?, header.number("yLength")?])?;
+    let mut cursor = Cursor::at(bytes, data);
+    let channels = buffers.iter().map(|buffer| {
+        let stored = cursor.take(bytes_of(nodes, element))?;
+        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
+        let raster = raster.upside_down().scaled(buffer.number("bufferRange")? / range, 0.0);
+        let name = buffer.text("bufferLabel")?;
+        let unit = Unit::of(buffer.get("bufferUnit").unwrap_or_default());
+        Ok(Channel::new(name, unit, size, raster))
+    });
+    at_least_one(channels, "bufferLabel")
+}
+
+/// What is said of all maps, of each map, and where the maps start.
+fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError> {
+    let mut header = Entries::default();
+    let mut buffers: Vec<Entries> = Vec::new();
+    let mut place = 0;
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        place += line.len();
+        // Lines that start with a space go on with the one above.
+        if line.first() == Some(&b' ') {
+            continue;
+        }
+        let line = utf8_or_latin1(line);
+        let (name, value) = line.split_at_checked(MI_NAME).unwrap_or((&line, ""));
+        if name.trim() == "bufferLabel" {
+            buffers.push(Entries::default());
+        }
+        match name.trim() == "data" {
+            true => {
+                header.insert(name, value);
+                return Ok((header, buffers, place));
+            }
+            false => buffers.last_mut().unwrap_or(&mut header).insert(name, value),
+        }
+    }
+    Err(FormatError::missing("data"))
+}
+
+/// Surface data files of ISO 25178-71, and of its forerunner BCR: a header, as text or in 81 bytes,
+/// and a matrix, as text or as numbers of one of eight types.
+///
+/// Lengths are metres, size is points × scale. A profile runs along x and the first has y = 0.
+/// Missing points are `BAD` in text, and the largest of unsigned, the lowest of signed whole numbers
+/// of two and four bytes.
+pub const SDF: Format = Format {
+    name: "sdf",
+    title: "surface data file, ISO 25178-71",
+    version: 1,
+    has_signature: true,
+    read: read_sdf,
+};
+
+fn read_sdf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let channel = match bytes.get(..8) {
+        Some(b"aISO-1.0" | b"aBCR-1.0") => text_sdf(&bytes[8..])?,
+        Some(b"bISO-1.0" | b"bBCR-1.0") => binary_sdf(bytes)?,
+        _ => return Err(FormatError::Signature),
+    };
+    Ok(vec![channel])
+}
+
+fn binary_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
+    // Signature, who and when.
+    let mut cursor = Cursor::at(bytes, 8 + 10 + 12 + 12);
+    let nodes = [cursor.u16()?.into(), cursor.u16()?.into()];
+    let scales = [cursor.double()?, cursor.double()?, cursor.double()?];
+    cursor.skip(8)?;
+    let [compression, kind, _] = cursor.array()?;
+    let header = SdfHeader::of(nodes, scales, compression.into(), kind.into())?;
+    let raster = Raster::rows(header.nodes, header.element, ByteOrder::Little, cursor.rest())?;
+    header.channel(raster)
+}
+
+fn text_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
+    let text = latin1(bytes);
+    let mut parts = text.splitn(3, '*');
+    let header = parts.next().unwrap_or_default();
+    let matrix = parts.next().ok_or_else(|| FormatError::missing("* behind the header"))?;
+    let entries = Entries::of_lines(header.lines(), '=');
+    let scale = |name| entries.number(name);
+    let header = SdfHeader::of(
+        [entries.whole("NumPoints")?, entries.whole("NumProfiles")?],
+        [scale("Xscale")?, scale("Yscale")?, scale("Zscale")?],
+        entries.get("Compression").map_or(Ok(0), |_| entries.whole("Compression"))?,
+        entries.whole("DataType")?,
+    )?;
+    let nodes = header.nodes;
+    let count = nodes[0] * nodes[1];
+    let words = matrix.split_ascii_whitespace();
+    let number = |word: &str| match word.eq_ignore_ascii_case("bad") {
+        true => Ok(f64::NAN),
+        false => word.parse().map_err(|_| FormatError::value("height", word, "a number, or BAD")),
+    };
+    let heights: Vec<f64> = words.map(number).collect::<Result<_, _>>()?;
+    if heights.len() != count {
+        let allowed = format!("{} × {} = {count}", nodes[0], nodes[1]);
+        let found = heights.len();
+        return Err(FormatError::value("number of heights", found, &allowed));
+    }
+    header.channel(Raster::of_rows(nodes, heights))
+}
+
+struct SdfHeader {
+    nodes: [usize; 2],
+    scales: [f64; 3],
+    element: Element,
+}
+
+impl SdfHeader {
+    fn of(
+        nodes: [i64; 2],
+        scales: [f64; 3],
+        compression: i64,
+        kind: i64,
+    ) -> Result<SdfHeader, FormatError> {
+        if compression != 0 {
+            let allowed = "0, none";
+            return Err(FormatError::value("Compression", compression, allowed));
+        }
+        let element = match kind {
+            0 => Element::U8,
+            1 => Element::U16,
+            2 => Element::U32,
+            3 => Element::F32,
+            4 => Element::I8,
+            5 => Element::I16,
+            6 => Element::I32,
+            7 => Element::F64,
+            _ => return Err(FormatError::value("DataType", kind, "0 to 7")),
+        };
+        Ok(SdfHeader { nodes: checked_nodes(nodes)?, scales, element })
+    }
+
+    fn channel<'a>(&self, raster: Raster<'a>) -> Result<Channel<'a>, FormatError> {
+        let missing = match self.element {
+            Element::U16 => Missing::Value(u16::MAX.into()),
+            Element::U32 => Missing::Value(u32::MAX.into()),
+            Element::I16 => Missing::Value(i16::MIN.into()),
+            Element::I32 => Missing::Value(i32::MIN.into()),
+            Element::U8 | Element::I8 | Element::F32 | Element::F64 => Missing::None,
+        };
+        let [x, y, z] = self.scales;
+        let scale = factor("Zscale", z)?;
+        let raster = raster.missing(missing).scaled(scale, 0.0);
+        let size = Size::metres([self.nodes[0] as f64 * x, self.nodes[1] as f64 * y])?;
+        Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
+    }
+}
