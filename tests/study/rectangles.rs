@@ -11,11 +11,16 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, assert_same_files, is_idle, text};
-use crate::reference::{column, reference};
+use crate::reference::column;
+
+/// The surfaces that independent code has solved, and what it has found.
+fn solved_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact/tests/data/rectangular-and-free")
+}
 
 /// The loads that independent code has solved of a surface, a text with a header.
 fn solved_by_others(name: &str) -> String {
-    let path = reference("rectangular-and-free/rectangular_and_free.csv");
+    let path = solved_folder().join("rectangular_and_free.csv");
     let csv = fs::read_to_string(path).unwrap();
     let of_surface = |line: &&str| line.starts_with("name,") || line.starts_with(name);
     csv.lines().filter(of_surface).collect::<Vec<_>>().join("\n")
@@ -25,7 +30,7 @@ fn solved_by_others(name: &str) -> String {
 fn bench_with(name: &str) -> Bench {
     let bench = Bench::new();
     let file = format!("{name}.npy");
-    let from = reference("rectangular-and-free").join(&file);
+    let from = solved_folder().join(&file);
     fs::copy(from, bench.path(&file)).unwrap();
     bench
 }

@@ -32,3 +32,8 @@ pub mod solver;
 pub mod theory;
 pub mod threads;
 pub mod topography;
+
+/// The example of the README is compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -7,17 +7,16 @@ use crate::grid::Grid;
 use crate::grid::samples::rectangle;
 use crate::topography::surface::Surface;
 
-/// A folder of surfaces, and the table of what they were solved for.
+/// A folder of surfaces in `tests/data`, and the table of what they were solved for.
 pub struct Reference {
     folder: &'static str,
     table: &'static str,
 }
 
 pub const RECTANGULAR_AND_FREE: Reference =
-    Reference { folder: "data/reference/rectangular-and-free", table: "rectangular_and_free.csv" };
+    Reference { folder: "rectangular-and-free", table: "rectangular_and_free.csv" };
 
-pub const HARDNESS: Reference =
-    Reference { folder: "data/reference/hardness", table: "hardness.csv" };
+pub const HARDNESS: Reference = Reference { folder: "hardness", table: "hardness.csv" };
 
 /// A row of the reference: one load on one surface.
 pub struct Solved(Vec<String>);
@@ -33,24 +32,27 @@ impl Solved {
 }
 
 impl Reference {
+    fn file(&self, name: &str) -> Vec<u8> {
+        let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
+        std::fs::read(format!("{data}/{}/{name}", self.folder)).unwrap()
+    }
+
     pub fn solved(&self, surface: &str) -> Vec<Solved> {
-        let path = format!("{}/{}", self.folder, self.table);
-        let csv = std::fs::read_to_string(path).unwrap();
+        let csv = String::from_utf8(self.file(self.table)).unwrap();
         let rows = csv.lines().map(|line| line.split(',').map(str::to_owned));
         let rows = rows.map(|row| Solved(row.collect()));
         rows.filter(|row| row.0[0] == surface).collect()
     }
 
     pub fn heights(&self, surface: &str, size: [f64; 2]) -> Surface {
-        let bytes = std::fs::read(format!("{}/{surface}.npy", self.folder)).unwrap();
-        let (nodes, heights) = npy_array(&bytes).unwrap();
+        let (nodes, heights) = npy_array(&self.file(&format!("{surface}.npy"))).unwrap();
         Surface::new(rectangle(nodes, size), heights).unwrap()
     }
 
     /// Maps in the order of loads, bits most significant first, as NumPy packs them, from the file of
     /// that ending.
     pub fn maps(&self, surface: &str, ending: &str, grid: Grid) -> Vec<Vec<bool>> {
-        let bytes = std::fs::read(format!("{}/{surface}_{ending}.npy", self.folder)).unwrap();
+        let bytes = self.file(&format!("{surface}_{ending}.npy"));
         let bits = |byte: &u8| (0..8).rev().map(|bit| byte >> bit & 1 == 1).collect::<Vec<_>>();
         // The header of a small array fills 128 bytes.
         let maps = bytes[128..].chunks(grid.count().div_ceil(8));

@@ -45,7 +45,7 @@ fn number(text: &str) -> f64 {
 
 #[test]
 fn curves_agree_with_an_independent_quadrature() {
-    let table = include_str!("../../../../../data/reference/model_curves.csv");
+    let table = include_str!("../../../tests/data/model_curves.csv");
     let mut rows = 0;
     for line in table.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
@@ -64,7 +64,7 @@ fn curves_agree_with_an_independent_quadrature() {
 
 #[test]
 fn areas_at_given_loads_agree_with_an_independent_quadrature() {
-    let table = include_str!("../../../../../data/reference/model_area_at_pnorm.csv");
+    let table = include_str!("../../../tests/data/model_area_at_pnorm.csv");
     let mut lines = table.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
     for line in lines {
