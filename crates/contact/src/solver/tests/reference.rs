@@ -1,8 +1,6 @@
 //! Contacts on rectangles, with free boundaries, and of materials that yield, solved to rounding by
 //! independent code.
 
-use asperity_topography_files::npy_array;
-
 use crate::grid::Grid;
 use crate::grid::samples::rectangle;
 use crate::topography::surface::Surface;
@@ -45,7 +43,7 @@ impl Reference {
     }
 
     pub fn heights(&self, surface: &str, size: [f64; 2]) -> Surface {
-        let (nodes, heights) = npy_array(&self.file(&format!("{surface}.npy"))).unwrap();
+        let (nodes, heights) = npy_array(&self.file(&format!("{surface}.npy")));
         Surface::new(rectangle(nodes, size), heights).unwrap()
     }
 
@@ -58,4 +56,14 @@ impl Reference {
         let maps = bytes[128..].chunks(grid.count().div_ceil(8));
         maps.map(|map| map.iter().flat_map(bits).collect()).collect()
     }
+}
+
+/// An array of doubles as NumPy writes it, row after row.
+pub fn npy_array(bytes: &[u8]) -> ([usize; 2], Vec<f64>) {
+    let (header, data) = bytes.split_at(128);
+    let header = String::from_utf8_lossy(&header[10..]);
+    let shape = header.split(['(', ')']).nth(1).unwrap().split(", ");
+    let shape: Vec<usize> = shape.map(|side| side.parse().unwrap()).collect();
+    let numbers = data.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()));
+    (shape.try_into().unwrap(), numbers.collect())
 }
