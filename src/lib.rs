@@ -16,7 +16,7 @@
 //! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`](contact::elasticity::PeriodicHalfSpace) |
 //! | surfaces and contacts by the keys of a manifest, without one | [`direct::draw`], [`direct::Pressing`] |
 //! | what contact looks like | [`ContactMap`](contact::morphology::map::ContactMap), [`ContactArea`](contact::morphology::area::ContactArea), [`Clusters`](contact::morphology::clusters::Clusters) |
-//! | what it should be | [`persson`](contact::theory::persson), [`Asperities`](contact::theory::models::asperities::Asperities), [`ContactEvolution`](contact::theory::law::ContactEvolution) |
+//! | what it should be | [`persson`](contact::theory::persson), [`Asperities`](contact::theory::models::Asperities), [`ContactEvolution`](contact::theory::law::ContactEvolution) |
 //! | laws fitted to curves of many surfaces | [`statistics`] |
 //!
 //! A surface under a few loads, in units of E* × its rms slope, which is one here:

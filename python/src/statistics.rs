@@ -1,10 +1,9 @@
 //! What heights are like.
 
 use asperity::contact::grid::Boundary;
-use asperity::contact::topography::descriptors::Descriptors;
+use asperity::contact::topography::descriptors::{Descriptors, Roughness};
 use asperity::contact::topography::differences;
 use asperity::contact::topography::power_spectrum::rings;
-use asperity::contact::topography::roughness::Roughness;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 

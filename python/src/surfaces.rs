@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::PathBuf;
 
-use asperity::contact::topography::crop::Crop;
 use asperity::contact::topography::fill::Fill;
 use asperity::contact::topography::level::Level;
+use asperity::contact::topography::preparation::Crop;
 use asperity::direct;
 use asperity::topography_files::{Quantity, Size};
 use numpy::{PyArray2, PyReadonlyArray2};

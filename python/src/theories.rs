@@ -1,12 +1,10 @@
 //! Theories, laws and corrections, value by value.
 
 use asperity::contact::grid::Boundary;
-use asperity::contact::morphology::area::ContactArea;
-use asperity::contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity::contact::morphology::area::{ContactArea, PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity::contact::morphology::map::ContactMap;
 use asperity::contact::theory::law::ContactEvolution;
-use asperity::contact::theory::models::AsperityModel;
-use asperity::contact::theory::models::asperities::{Asperities, Contact};
+use asperity::contact::theory::models::{Asperities, AsperityModel, Contact};
 use asperity::contact::theory::persson as theory;
 use asperity::statistics::evolution::{EvolutionProblem, Kappa, Quantity};
 use asperity::statistics::{Curves, Window};

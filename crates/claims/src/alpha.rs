@@ -5,8 +5,7 @@ use super::light::LIGHT;
 use super::quantities::{Quantities, data, needs, under};
 use super::steps::{Cutoff, Step};
 use super::{Claim, Expectation, Origin, Statement};
-use asperity_contact::theory::models::AsperityModel;
-use asperity_contact::theory::models::asperities::Asperities;
+use asperity_contact::theory::models::{Asperities, AsperityModel};
 use asperity_stages::correct::{AS_COUNTED, OF_2017};
 
 const WEAKER_THAN_IN_MODELS: Statement = Statement {

@@ -3,10 +3,9 @@
 use super::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement};
 use asperity_contact::grid::Grid;
 use asperity_contact::theory::law::KAPPA_BGT;
-use asperity_contact::theory::models::AsperityModel;
-use asperity_contact::theory::models::asperities::{Asperities, Contact};
+use asperity_contact::theory::models::{Asperities, AsperityModel, Contact};
 use asperity_contact::theory::persson;
-use asperity_contact::topography::nayak::Continuum;
+use asperity_contact::topography::moments::Continuum;
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_statistics::intervals::{Bound, jackknife};

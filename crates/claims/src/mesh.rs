@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::evidence::{AreaCurves, Evidence};
 use super::quantities::{Quantities, needs, under};
 use super::{Claim, Expectation, Origin, Statement};
-use asperity_contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_stages::columns::{EDGE_NODES_4, SWITCHES};
 use asperity_stages::correct::{AS_COUNTED, OF_2015};
 

@@ -1,38 +1,34 @@
-//! Asperity models on the very surface that a solver presses: Hertz' contacts of its summits, which act
-//! on each other through the elastic body.
+//! Asperity models on the very surface that a solver presses: Hertz' contacts of its summits, which
+//! act on each other through the elastic body.
 //!
-//! Summit i stands at height zᵢ and bends by two principal curvatures. Under an overlap dᵢ it carries the
-//! force of Hertz' elliptic contact, Fᵢ = Cᵢ dᵢ^(3/2), and touches on an ellipse of area Bᵢ dᵢ
-//! ([`Ellipse`]). The overlap is what the reference plane and the displacement of the body by all other
-//! forces leave of the height,
+//! Summit i stands at height zᵢ and bends by two principal curvatures. Under an overlap dᵢ it
+//! carries the force of Hertz' elliptic contact, Fᵢ = Cᵢ dᵢ^(3/2), and touches on an ellipse of
+//! area Bᵢ dᵢ ([`Ellipse`]). The overlap is what the reference plane and the displacement of the
+//! body by all other forces leave of the height,
 //!
 //! ```text
 //! dᵢ = zᵢ − z_ref − uᵢ,     uᵢ = Σⱼ Gᵢⱼ Fⱼ,     Σᵢ Fᵢ = p₀ A₀
 //! ```
 //!
-//! and z_ref follows from the load. What u is, [`Interaction`] says. The model holds as long as contacts
-//! stay apart: those whose ellipses overlap are counted, with the area that they have.
+//! and z_ref follows from the load. What u is, [`Interaction`] says. The model holds as long as
+//! contacts stay apart: those whose ellipses overlap are counted, with the area that they have.
 //!
 //! Units are those of the solver: lengths along the plane in longer sides of the cell, heights and
 //! displacements in rms slope × longer side, pressures in E* × rms slope, and so E* = 1.
 //!
-//! - `summits`: where they are and how they bend;
-//! - `green`: what a force does to the body at a distance;
-//! - `overlaps`: which contacts overlap;
-//! - `equilibrium`: the forces under a load.
+//! `summits` says where they are, how they bend and which contacts overlap, `equilibrium` which
+//! forces they bear under a load, and what a force does to the body at a distance.
 //!
 //! [`Ellipse`]: super::theory::models::hertz::Ellipse
 
 use super::grid::Grid;
 use super::solver::{Outcome, Settings};
-use green::Body;
-use summits::Summit;
 
 mod equilibrium;
-mod green;
-mod overlaps;
 mod summits;
-mod traces;
+
+use equilibrium::Body;
+use summits::Summit;
 
 /// How asperities act on each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -40,10 +36,10 @@ mod traces;
 pub enum Interaction {
     /// Not at all: u = 0.
     None,
-    /// Through the mean pressure, u = w p₀ L/E* for all alike, w L the mean displacement of a square of
-    /// side L under unit pressure (Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54, 2569 (2006), to first order).
-    /// A uniform u moves the reference plane and nothing else: under a given load area and forces are
-    /// those without interaction.
+    /// Through the mean pressure, u = w p₀ L/E* for all alike, w L the mean displacement of a
+    /// square of side L under unit pressure (Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids
+    /// 54, 2569 (2006), to first order). A uniform u moves the reference plane and nothing else:
+    /// under a given load area and forces are those without interaction.
     MeanField,
     /// Each through its own force, summed over the periodic cell.
     Explicit,
@@ -71,9 +67,9 @@ pub const MEAN_OF_A_SQUARE: f64 = 0.946_402_008_818_677;
 /// What is known of a load on asperities, beside what solvers tell of any.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsperityOutcome {
-    /// As of a solver. The contact nodes are those within the ellipses, the mean gap is the distance of
-    /// the mean planes, the residual the largest change of a displacement that another iteration would
-    /// make.
+    /// As of a solver. The contact nodes are those within the ellipses, the mean gap is the
+    /// distance of the mean planes, the residual the largest change of a displacement that another
+    /// iteration would make.
     pub outcome: Outcome,
     /// Summits that touch.
     pub contacts: usize,
@@ -136,9 +132,9 @@ impl Asperities {
     pub fn press(&mut self, load: f64, settings: &Settings) -> AsperityOutcome {
         let found = self.equilibrium(load, settings);
         let area = nominal_area(self.grid);
-        let contacts = overlaps::contacts(&self.summits, &found.overlaps);
-        let overlapping = overlaps::overlapping(self.grid, &contacts);
-        traces::draw(self.grid, &contacts, &mut self.pressure);
+        let contacts = summits::contacts(&self.summits, &found.overlaps);
+        let overlapping = summits::overlapping(self.grid, &contacts);
+        summits::draw(self.grid, &contacts, &mut self.pressure);
         let areas = || contacts.iter().map(|contact| contact.area);
         let all: f64 = areas().sum();
         let merged = areas().zip(&overlapping);

@@ -1,22 +1,26 @@
-//! Elasticity: which displacement a pressure on the surface of a body causes, and how stiff the body
-//! is in return.
+//! Elasticity: which displacement a pressure on the surface of a body causes, and how stiff the
+//! body is in return.
 //!
 //! - [`ElasticOperator`]: all that a solver asks of a body;
-//! - [`half_space`]: the isotropic half-space under a pressure that repeats for ever;
-//! - [`free`]: the same under a pressure that is zero outside the map.
+//! - [`PeriodicHalfSpace`]: the isotropic half-space under a pressure that repeats for ever;
+//! - [`FreeHalfSpace`]: the same under a pressure that is zero outside the map.
 //!
 //! Lengths are in units of the cell's longer side L and pressures in units of E*, so that a
 //! wavenumber of the mesh is |q| = 2πk.
+//!
+//! A periodic pressure p lowers the surface of the half-space, wavenumber by wavenumber, by u, with
+//! û = 2 p̂ / (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997) and û(0) =
+//! 0: a uniform pressure moves the far field, not the shape.
 
-use crate::fft::{Kernel, Real, Transform};
-use crate::grid::{Grid, magnitude};
-use crate::threads::Threads;
+use std::f64::consts::PI;
+
+use super::fft::{Kernel, Real, Transform};
+use super::grid::{Grid, magnitude};
+use super::threads::Threads;
 
 pub mod free;
-pub mod half_space;
 
 pub use free::FreeHalfSpace;
-pub use half_space::PeriodicHalfSpace;
 
 /// An elastic body under the pressures on a grid: all that a solver asks of it.
 ///
@@ -26,14 +30,15 @@ pub trait ElasticOperator: Send + Sync {
     /// Where pressures act.
     fn grid(&self) -> Grid;
 
-    /// The same body under pressures on a coarser grid, if the contact there leads to that on its own. It does not where
-    /// pressures rise without bound towards the edges of a map, which no interpolation follows.
+    /// The same body under pressures on a coarser grid, if the contact there leads to that on its
+    /// own. It does not where pressures rise without bound towards the edges of a map, which no
+    /// interpolation follows.
     fn on_coarser(&self, _: Grid) -> Option<Box<dyn ElasticOperator>> {
         None
     }
 
-    /// Nodes of the mesh on which pressures are convolved: those of the grid, if pressures repeat, or
-    /// more, which hold zeros.
+    /// Nodes of the mesh on which pressures are convolved: those of the grid, if pressures repeat,
+    /// or more, which hold zeros.
     fn convolved_nodes(&self) -> [usize; 2] {
         self.grid().nodes()
     }
@@ -41,14 +46,14 @@ pub trait ElasticOperator: Send + Sync {
     /// Displacement per pressure of a wave with so many periods along x and y of that mesh.
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
-    /// Nodes of the mesh on which displacements are turned into pressures: those of the grid, and others
-    /// around it.
+    /// Nodes of the mesh on which displacements are turned into pressures: those of the grid, and
+    /// others around it.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.convolved_nodes()
     }
 
-    /// Pressure per displacement of a wave of that mesh, or nearly so: what a solver preconditions with.
-    /// Zero for the mean, so that nothing asks for another load.
+    /// Pressure per displacement of a wave of that mesh, or nearly so: what a solver preconditions
+    /// with. Zero for the mean, so that nothing asks for another load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
     /// The displacement of waves of 0, 1, … periods along one axis and so many along the other.
@@ -81,8 +86,8 @@ pub trait ElasticOperator: Send + Sync {
         })
     }
 
-    /// The pressure at one node, in units of E* per cell side, that a unit displacement of this node
-    /// alone asks for.
+    /// The pressure at one node, in units of E* per cell side, that a unit displacement of this
+    /// node alone asks for.
     fn nodal_stiffness(&self, threads: &Threads) -> f64 {
         mean_over_waves(threads, self.stiffness_nodes(), |k_x, factors| {
             self.stiffnesses(Axis::Y, k_x, factors);
@@ -150,8 +155,8 @@ pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
 /// Rows of factors that are evaluated before they are added up.
 const ROWS_AT_ONCE: usize = 64;
 
-/// A node's own share of a convolution: the mean of its factors, of which `factors` sets those of one k_x and
-/// k_y = 0, 1, …. Threads evaluate them, and one adds them up in their order.
+/// A node's own share of a convolution: the mean of its factors, of which `factors` sets those of
+/// one k_x and k_y = 0, 1, …. Threads evaluate them, and one adds them up in their order.
 fn mean_over_waves(
     threads: &Threads,
     [nodes_x, nodes_y]: [usize; 2],
@@ -175,4 +180,187 @@ fn mean_over_waves(
         }
     }
     sum / (nodes_x * nodes_y) as f64
+}
+
+/// An isotropic half-space under a pressure that repeats for ever, cell by cell.
+///
+/// Full contact under a mean pressure p₀ has the pressure p₀ + F⁻¹(|q| ĥ)/2, in units of E* when
+/// heights are in units of the cell's longer side. By Parseval's theorem its variance is a quarter
+/// of the mean square slope of the heights.
+///
+/// ```
+/// use std::f64::consts::PI;
+///
+/// use asperity_contact::elasticity::{ElasticOperator, PeriodicHalfSpace};
+/// use asperity_contact::grid::Grid;
+///
+/// let body = PeriodicHalfSpace::new(Grid::square(64, 1.0)?);
+/// // Three waves of pressure p displace by 2p/|q|, |q| = 2π · 3; the mean displaces nothing.
+/// assert!((body.displacement([3, 0]) - 1.0 / (3.0 * PI)).abs() < 1e-15);
+/// assert_eq!(body.displacement([0, 0]), 0.0);
+/// # Ok::<(), asperity_contact::grid::GridError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodicHalfSpace {
+    grid: Grid,
+}
+
+impl PeriodicHalfSpace {
+    /// A half-space below the nodes of a grid; of the grid's lengths only their ratio counts.
+    pub fn new(grid: Grid) -> Self {
+        Self { grid }
+    }
+
+    /// Nyquist waves keep the full |q|: on a mesh they are waves like any other.
+    #[inline(always)]
+    fn wavenumber(&self, waves: [usize; 2]) -> f64 {
+        self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
+    }
+}
+
+impl ElasticOperator for PeriodicHalfSpace {
+    fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    fn on_coarser(&self, grid: Grid) -> Option<Box<dyn ElasticOperator>> {
+        Some(Box::new(Self::new(grid)))
+    }
+
+    /// 2/|q|, and zero at q = 0.
+    #[inline(always)]
+    fn displacement(&self, waves: [usize; 2]) -> f64 {
+        let k = self.wavenumber(waves);
+        if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
+    }
+
+    /// |q|/2.
+    #[inline(always)]
+    fn stiffness(&self, waves: [usize; 2]) -> f64 {
+        PI * self.wavenumber(waves)
+    }
+
+    fn stiffness_is_exact(&self) -> bool {
+        true
+    }
+
+    fn keeps_mean(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::{displacement, stiffness, *};
+    use crate::fft::{Kernel, Transform};
+    use crate::grid::samples::{rectangle, square};
+    use crate::threads::Threads;
+
+    /// Squares, and rectangles with cells that are square or not, lying or standing.
+    fn grids() -> [Grid; 7] {
+        [
+            square(1, 1.0),
+            square(2, 1.0),
+            square(7, 1.0),
+            square(12, 3.0),
+            rectangle([8, 12], [1.0, 1.5]),
+            rectangle([16, 7], [0.5, 2.0]),
+            rectangle([1, 9], [2.0, 0.3]),
+        ]
+    }
+
+    /// cos 2π(a x/L_x + b y/L_y) on the mesh.
+    fn wave(grid: Grid, a: usize, b: usize) -> Vec<f64> {
+        let [nodes_x, nodes_y] = grid.nodes();
+        let phase = |node: usize| {
+            let [i, j] = grid.place(node);
+            let turns = |waves: usize, index: usize, nodes: usize| {
+                (waves * index % nodes) as f64 / nodes as f64
+            };
+            TAU * (turns(a, i, nodes_x) + turns(b, j, nodes_y))
+        };
+        (0..grid.count()).map(|node| phase(node).cos()).collect()
+    }
+
+    fn convolved(grid: Grid, kernel: &Kernel<f64>, map: &[f64]) -> Vec<f64> {
+        let transform = Transform::new(grid.nodes());
+        let mut out = vec![0.0; map.len()];
+        transform.convolve(kernel, map, &mut out, &mut transform.scratch());
+        out
+    }
+
+    /// Waves up to the Nyquist one, whose full |q| counts, with their |q| in units of the longer
+    /// side.
+    fn waves() -> [(Grid, usize, usize, f64); 9] {
+        let lying = rectangle([12, 16], [1.5, 4.0]);
+        [
+            (square(15, 1.0), 3, 4, TAU * 5.0),
+            (square(16, 2.0), 1, 0, TAU),
+            (square(16, 1.0), 8, 0, TAU * 8.0),
+            (square(16, 1.0), 8, 8, TAU * 128_f64.sqrt()),
+            (square(15, 1.0), 7, 2, TAU * 53_f64.sqrt()),
+            (lying, 3, 0, TAU * 8.0),
+            (lying, 0, 8, TAU * 8.0),
+            (lying, 6, 0, TAU * 16.0),
+            (lying, 3, 6, TAU * 10.0),
+        ]
+    }
+
+    #[test]
+    fn a_wave_sinks_by_two_over_its_wavenumber() {
+        for (grid, a, b, q) in waves() {
+            let pressure = wave(grid, a, b);
+            let kernel = displacement(&PeriodicHalfSpace::new(grid));
+            let sunk = convolved(grid, &kernel, &pressure);
+            for (pressure, sunk) in pressure.iter().zip(sunk) {
+                assert!((sunk - pressure * 2.0 / q).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn a_wave_is_flattened_by_half_its_wavenumber_times_its_height() {
+        for (grid, a, b, q) in waves() {
+            let heights = wave(grid, a, b);
+            let kernel = stiffness(&PeriodicHalfSpace::new(grid));
+            let pressure = convolved(grid, &kernel, &heights);
+            for (height, pressure) in heights.iter().zip(pressure) {
+                assert!((pressure - 0.5 * q * height).abs() < 1e-13 * q);
+            }
+        }
+    }
+
+    #[test]
+    fn a_raised_node_asks_for_the_nodal_stiffness_and_a_pressed_one_sinks_by_the_compliance() {
+        for grid in grids() {
+            let half_space = PeriodicHalfSpace::new(grid);
+            let mut alone = vec![0.0; grid.count()];
+            alone[0] = 1.0;
+            let close = |found: f64, exact: f64| (found - exact).abs() <= 1e-14 * exact;
+            let pressure = convolved(grid, &stiffness(&half_space), &alone);
+            assert!(close(pressure[0], half_space.nodal_stiffness(&Threads::one())));
+            let sunk = convolved(grid, &displacement(&half_space), &alone);
+            assert!(close(sunk[0], half_space.nodal_compliance(&Threads::one())));
+        }
+    }
+
+    #[test]
+    fn uniform_pressure_moves_nothing() {
+        for grid in grids() {
+            let kernel = displacement(&PeriodicHalfSpace::new(grid));
+            let sunk = convolved(grid, &kernel, &vec![1.0; grid.count()]);
+            assert!(sunk.iter().all(|value| value.abs() < 1e-15));
+        }
+    }
+
+    #[test]
+    fn units_of_length_are_of_no_consequence() {
+        let of = |side: f64| PeriodicHalfSpace::new(rectangle([8, 6], [side, 0.75 * side]));
+        assert_eq!(
+            of(1.0).nodal_compliance(&Threads::one()),
+            of(2.0).nodal_compliance(&Threads::one())
+        );
+    }
 }

@@ -2,10 +2,9 @@
 //!
 //! - [`map`] holds one bit a node;
 //! - [`area`] counts the area and the switches between contact and gap, from which the perimeter
-//!   follows; [`correction`] estimates the area of the smooth contact from both;
+//!   follows, and estimates the area of the smooth contact from both;
 //! - [`clusters`] finds connected contacts, and connected gaps.
 
 pub mod area;
 pub mod clusters;
-pub mod correction;
 pub mod map;

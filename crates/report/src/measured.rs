@@ -15,12 +15,9 @@ use super::tables::FinishedStages;
 use super::units::Units;
 use crate::charts::height_map::HeightMap;
 use asperity_contact::grid::Boundary;
-use asperity_contact::topography::histogram::Histogram;
-use asperity_contact::topography::lines::Axis;
-use asperity_contact::topography::power_spectrum;
-use asperity_contact::topography::scales;
-use asperity_contact::topography::scan::Scan;
-use asperity_contact::topography::surface::Surface;
+use asperity_contact::topography::height_distribution::Histogram;
+use asperity_contact::topography::surface::{Axis, Scan, Surface};
+use asperity_contact::topography::{differences, power_spectrum};
 use asperity_stages::StageError;
 use asperity_stages::generate::MeasuredSurface;
 
@@ -214,7 +211,7 @@ fn bins(nodes: usize) -> usize {
 
 fn slopes(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<CurvePoint> {
     let step = axis.of(surface.grid().spacing());
-    let scales = scales::along(surface, axis, boundary).into_iter();
+    let scales = differences::along(surface, axis, boundary).into_iter();
     let slopes = scales.map(|scale| CurvePoint {
         x: step * scale.steps as f64,
         y: scale.slope,

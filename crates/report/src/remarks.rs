@@ -5,7 +5,7 @@ use super::ensembles::{self, Mean};
 use super::figure_data::{COUNTED_AREA, FigureData, LIGHT};
 use super::units::LengthUnit;
 use asperity_contact::grid::Grid;
-use asperity_contact::morphology::correction::YASTREBOV_2017;
+use asperity_contact::morphology::area::YASTREBOV_2017;
 use asperity_stages::columns::PERIMETER_MANHATTAN;
 use asperity_tables::table::TableError;
 

@@ -2,7 +2,7 @@
 
 use crate::aggregate::{Groups, Statistic, grouped};
 use crate::error::StageError;
-use asperity_contact::topography::assumptions::Statistics;
+use asperity_contact::topography::descriptors::Statistics;
 use asperity_tables::table::Table;
 
 /// Surfaces of one parameter point.

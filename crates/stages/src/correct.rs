@@ -13,7 +13,7 @@ use super::{
     Context, Definition, Effort, Extent, Input, Kind, Reads, Rows, Stage, StageError,
     beside_coordinates,
 };
-use asperity_contact::morphology::correction::{CountedArea, PI_OVER_EIGHT};
+use asperity_contact::morphology::area::{CountedArea, PI_OVER_EIGHT};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{optional_reals, reals, texts};
 use asperity_tables::table::Table;

@@ -22,7 +22,7 @@ use super::{
     StageError, beside_coordinates, generate, grids, stacked,
 };
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::histogram::{Histogram, Pool};
+use asperity_contact::topography::height_distribution::{Histogram, Pool};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;

@@ -162,7 +162,7 @@ fn mean(values: &[f64]) -> f64 {
 mod tests {
     use super::super::examples::normal;
     use super::*;
-    use asperity_contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+    use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 
     const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];
 

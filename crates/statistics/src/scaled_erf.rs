@@ -12,7 +12,7 @@ use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, GoodnessOfFit, Window};
-use asperity_contact::theory::persson::error_function::{erfc_inverse, ln_erfc, ln_erfc_slope};
+use asperity_contact::theory::persson::{erfc_inverse, ln_erfc, ln_erfc_slope};
 
 /// One more than the parameters, so that the residual says something.
 const LEAST_DATA: usize = 2;

@@ -161,6 +161,7 @@ fn bits(pressures: &[f64]) -> u64 {
 
 #[cfg(test)]
 pub(crate) mod samples {
+
     use super::*;
 
     /// Meshes whose rows end within, at and just past a word of 64 nodes.
@@ -195,7 +196,7 @@ pub(crate) mod samples {
 
     /// A map of independent nodes, of which `share` are in contact.
     pub fn random(nodes: [usize; 2], share: f64) -> ContactMap {
-        let draws = crate::topography::draw::Draws::new(5, nodes[1] as u32);
+        let draws = crate::topography::draws::Draws::new(5, nodes[1] as u32);
         map(nodes, |i, j| (-draws.mode(i as i32, j as u32).power()).exp() < share)
     }
 }

@@ -3,12 +3,12 @@
 use rustfft::num_complex::Complex;
 
 use super::descriptors::from_first_node;
-use super::lines::Axis;
-use super::surface::Surface;
+use super::surface::{Axis, Surface};
 use crate::fft::Transform;
 use crate::grid::{Boundary, Grid};
 
-/// A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, for lags r up to half of either side; length².
+/// A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, for lags r up to half of either side;
+/// length².
 ///
 /// Means are over all pairs of nodes that are r apart: around the cell of a periodic map, inside of
 /// any other, where distant ones are few.
@@ -16,7 +16,7 @@ use crate::grid::{Boundary, Grid};
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
 /// use asperity_contact::topography::autocorrelation::Autocorrelation;
-/// use asperity_contact::topography::lines::Axis;
+/// use asperity_contact::topography::surface::Axis;
 /// use asperity_contact::topography::shapes::Shape;
 ///
 /// // That of a wave is the wave that has half its amplitude squared.
@@ -100,8 +100,8 @@ impl Autocorrelation {
         lags.map(|lag| self.values[lag * step]).collect()
     }
 
-    /// Over all directions, at lengths that round to the same number of steps of the larger distance
-    /// between neighbours, up to half the shorter side.
+    /// Over all directions, at lengths that round to the same number of steps of the larger
+    /// distance between neighbours, up to half the shorter side.
     pub fn rings(&self) -> Vec<LagRing> {
         let spacing = self.grid.spacing();
         let step = spacing[0].max(spacing[1]);

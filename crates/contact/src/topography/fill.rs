@@ -1,16 +1,19 @@
 //! Heights for the points of a map that were not measured.
 //!
-//! A contact problem needs a height everywhere, and none of these is what was there: smooth where the
-//! instrument lost its signal on steep flanks, flat where it did on a step, never a peak. Holes are
-//! therefore filled only when the manifest says how, and rows count the nodes.
+//! A contact problem needs a height everywhere, and none of these is what was there: smooth where
+//! the instrument lost its signal on steep flanks, flat where it did on a step, never a peak. Holes
+//! are therefore filled only when the manifest says how, and rows count the nodes.
+//!
+//! Nearest points are found by their distances in lengths, not in nodes: the nearest one within
+//! each line along y first, then the nearest of these among the lines, from a node's own line
+//! outwards until lines are farther away than what is found. Of equally near points one of the
+//! nearest line stands, there the one of smaller x, then of smaller y.
 
 use serde::{Deserialize, Serialize};
 
-use super::scan::{MissingPoints, Scan};
-use super::surface::Surface;
+use super::surface::{MissingPoints, Scan, Surface};
 
 mod harmonic;
-mod nearest;
 
 /// What becomes of points that were not measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -19,8 +22,8 @@ pub enum Fill {
     /// A map that has any is refused.
     #[default]
     Error,
-    /// The solution of Laplace's equation in each hole: the smoothest surface between its edges, and
-    /// no higher or lower than they are.
+    /// The solution of Laplace's equation in each hole: the smoothest surface between its edges,
+    /// and no higher or lower than they are.
     Harmonic,
     /// The height of the nearest point that was measured.
     Nearest,
@@ -39,8 +42,8 @@ impl Fill {
         }
     }
 
-    /// The surface of a map. Holes of a periodic map reach over its edges; at the edges of any other
-    /// the slope across them is zero where Laplace's equation is solved.
+    /// The surface of a map. Holes of a periodic map reach over its edges; at the edges of any
+    /// other the slope across them is zero where Laplace's equation is solved.
     ///
     /// # Errors
     /// When points are missing and nothing fills them: [`Fill::Error`], or no point was measured.
@@ -51,7 +54,7 @@ impl Fill {
         match self {
             Fill::Error => scan,
             Fill::Harmonic => harmonic::filled(scan, is_periodic),
-            Fill::Nearest => nearest::filled(scan, is_periodic),
+            Fill::Nearest => filled(scan, is_periodic),
             Fill::Lowest => lowest(scan),
         }
         .whole()
@@ -66,10 +69,89 @@ fn lowest(scan: Scan) -> Scan {
     scan.with(missing.into_iter().map(|node| (node, lowest)))
 }
 
+/// The map with its holes filled.
+fn filled(scan: Scan, is_periodic: bool) -> Scan {
+    let [nodes_x, nodes_y] = scan.grid().nodes();
+    let [step_x, step_y] = scan.grid().spacing();
+    let in_line = nearest_in_lines(&scan, is_periodic);
+    let farthest = if is_periodic { nodes_x / 2 } else { nodes_x - 1 };
+    let nearest = |node: usize| {
+        let (i, j) = (node / nodes_y, node % nodes_y);
+        let mut best: Option<(f64, usize)> = None;
+        for lines in 0..=farthest {
+            let across = (lines as f64 * step_x).powi(2);
+            if best.is_some_and(|(square, _)| across >= square) {
+                break;
+            }
+            for line in beside(i, lines, nodes_x, is_periodic).into_iter().flatten() {
+                if let Some((steps, other)) = in_line[line * nodes_y + j] {
+                    let square = across + (steps as f64 * step_y).powi(2);
+                    if best.is_none_or(|(least, _)| square < least) {
+                        best = Some((square, line * nodes_y + other as usize));
+                    }
+                }
+            }
+        }
+        best.map_or(f64::NAN, |(_, node)| scan.heights()[node])
+    };
+    let missing = (0..nodes_x * nodes_y).filter(|&node| scan.is_missing(node));
+    let found: Vec<(usize, f64)> = missing.map(|node| (node, nearest(node))).collect();
+    scan.with(found)
+}
+
+/// The lines so far from one, the lower first.
+fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
+    let (below, above) = match is_periodic {
+        true => (Some((line + of - lines) % of), Some((line + lines) % of)),
+        false => (line.checked_sub(lines), Some(line + lines).filter(|line| *line < of)),
+    };
+    let mut both = [below, above.filter(|_| below != above)];
+    both.sort_by_key(|line| line.unwrap_or(usize::MAX));
+    both
+}
+
+/// For each node the nearest that was measured in its line along y: how many steps away, and where.
+fn nearest_in_lines(scan: &Scan, is_periodic: bool) -> Vec<Option<(u32, u32)>> {
+    let nodes_y = scan.grid().nodes()[1];
+    let mut nearest = vec![None; scan.heights().len()];
+    // Twice around, so that what lies beyond an edge is known there.
+    let turns = if is_periodic { 2 } else { 1 };
+    for (line, nearest) in
+        scan.heights().chunks_exact(nodes_y).zip(nearest.chunks_exact_mut(nodes_y))
+    {
+        let mut last = None;
+        for step in 0..turns * nodes_y {
+            let j = step % nodes_y;
+            if !line[j].is_nan() {
+                last = Some(step);
+            }
+            if let Some(found) = last {
+                nearer(&mut nearest[j], step - found, found % nodes_y);
+            }
+        }
+        let mut last = None;
+        for step in 0..turns * nodes_y {
+            let j = nodes_y - 1 - step % nodes_y;
+            if !line[j].is_nan() {
+                last = Some((step, j));
+            }
+            if let Some((found, at)) = last {
+                nearer(&mut nearest[j], step - found, at);
+            }
+        }
+    }
+    nearest
+}
+
+fn nearer(nearest: &mut Option<(u32, u32)>, steps: usize, at: usize) {
+    let found = (steps as u32, at as u32);
+    *nearest = Some(nearest.map_or(found, |known| known.min(found)));
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::scan::samples::scan;
     use super::*;
+    use crate::topography::surface::samples::scan;
 
     const FILLS: [Fill; 3] = [Fill::Harmonic, Fill::Nearest, Fill::Lowest];
 
@@ -109,5 +191,51 @@ mod tests {
         for fill in [Fill::Error].into_iter().chain(FILLS) {
             assert_eq!(fill.fill(map.clone(), false), map.clone().whole());
         }
+    }
+
+    /// The least square of a distance to a measured node, by looking at all of them.
+    fn distance(map: &Scan, node: usize, is_periodic: bool) -> f64 {
+        let grid = map.grid();
+        let here = grid.place(node);
+        let squares = map.measured().map(|(other, _)| {
+            let there = grid.place(other);
+            let along = |axis: usize| {
+                let steps = here[axis].abs_diff(there[axis]);
+                let around = grid.nodes()[axis] - steps;
+                let steps = if is_periodic { steps.min(around) } else { steps };
+                (steps as f64 * grid.spacing()[axis]).powi(2)
+            };
+            along(0) + along(1)
+        });
+        squares.fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn every_hole_gets_the_height_of_a_nearest_point() {
+        // Heights that tell the node they belong to.
+        let name = |x: f64, y: f64| 1e3 * x + y;
+        let is_missing = |i: usize, j: usize| (i * i + 3 * j * j) % 13 > 2 || (6..12).contains(&i);
+        for size in [[2.0, 1.5], [1.0, 9.0]] {
+            let map = scan([20, 15], size, name, is_missing);
+            for is_periodic in [false, true] {
+                let filled = filled(map.clone(), is_periodic);
+                for node in 0..300 {
+                    let height = filled.heights()[node];
+                    let source = map.measured().find(|(_, known)| *known == height).unwrap().0;
+                    let alone = scan([20, 15], size, name, |i, j| i * 15 + j != source);
+                    let found = distance(&alone, node, is_periodic);
+                    let least = distance(&map, node, is_periodic);
+                    assert!(found <= least * (1.0 + 1e-14), "{node}: {found} {least}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn of_equally_near_points_the_first_line_and_place_stand() {
+        let row = scan([1, 5], [1.0, 5.0], |_, y| y, |_, j| j == 2);
+        assert_eq!(filled(row, false).heights()[2], 1.0);
+        let column = scan([5, 1], [5.0, 1.0], |x, _| x, |i, _| i == 2);
+        assert_eq!(filled(column, false).heights()[2], 1.0);
     }
 }

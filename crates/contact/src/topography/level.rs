@@ -1,14 +1,14 @@
 //! The form of a map: what is taken away so that roughness is left.
 //!
 //! A polynomial in x and y is fitted to the points that were measured, by least squares with equal
-//! weights, and subtracted from them; missing points stay missing. The normal equations are those of
-//! Legendre polynomials over the sides of the map, nearly orthogonal there, and their solution is
-//! refined with the residuals, so that a surface of the fitted form is removed to rounding.
+//! weights, and subtracted from them; missing points stay missing. The normal equations are those
+//! of Legendre polynomials over the sides of the map, nearly orthogonal there, and their solution
+//! is refined with the residuals, so that a surface of the fitted form is removed to rounding.
 
 use serde::{Deserialize, Serialize};
 
 use super::periodic::detrend;
-use super::scan::Scan;
+use super::surface::Scan;
 use crate::grid::Grid;
 
 /// Which form is taken away.
@@ -27,8 +27,10 @@ pub enum Level {
 
 /// Coefficients of a quadric.
 const MOST_TERMS: usize = 6;
+
 /// Solutions of the normal equations, each for what the last one has left.
 const ROUNDS: usize = 3;
+
 /// Share of a term's sum of squares that must not follow from the terms before: on points in a row
 /// it does, and the term is left out.
 const INDEPENDENT: f64 = 1e-12;
@@ -119,8 +121,8 @@ impl Basis {
     }
 }
 
-/// The Cholesky factor of the matrix of normal equations, lower and row by row. A row whose diagonal
-/// is zero belongs to a term that follows from those before; its coefficient is zero.
+/// The Cholesky factor of the matrix of normal equations, lower and row by row. A row whose
+/// diagonal is zero belongs to a term that follows from those before; its coefficient is zero.
 struct NormalEquations {
     terms: usize,
     factor: [Terms; MOST_TERMS],
@@ -176,8 +178,8 @@ impl NormalEquations {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scan::samples::scan;
     use super::*;
+    use crate::topography::surface::samples::scan;
 
     const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
 

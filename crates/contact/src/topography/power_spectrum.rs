@@ -5,18 +5,17 @@
 //! plane is the mean square height, and the density of profiles so that ∫ C₁ dq/π over q > 0 is.
 //!
 //! A map that is not periodic is multiplied by Hann's window, sin²(π x/L) along each axis, over the
-//! mean square of the window: without it the steps between opposite edges have a tail of q^(−2) along
-//! the axes. The window makes neighbouring modes dependent, see [`INDEPENDENT_SHARE`].
+//! mean square of the window: without it the steps between opposite edges have a tail of q^(−2)
+//! along the axes. The window makes neighbouring modes dependent, see [`INDEPENDENT_SHARE`].
 
 use std::f64::consts::TAU;
 
 use rustfft::num_complex::Complex;
 
 use super::descriptors::from_first_node;
-use super::lines::{Axis, for_each_line};
 use super::moments::{multiplicity, signed_wavenumber};
 use super::periodic::window;
-use super::surface::Surface;
+use super::surface::{Axis, Surface, for_each_line};
 use crate::fft::Transform;
 use crate::grid::Boundary;
 
@@ -24,8 +23,8 @@ use crate::grid::Boundary;
 /// the window is 3/2 modes wide along either axis (its equivalent noise bandwidth, Harris 1978).
 pub const INDEPENDENT_SHARE: f64 = 4.0 / 9.0;
 
-/// The modes of a ring: those whose wavevector is as long as a whole number of waves along the longer
-/// side of the cell, to the nearest whole number.
+/// The modes of a ring: those whose wavevector is as long as a whole number of waves along the
+/// longer side of the cell, to the nearest whole number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
     /// That number of waves.
@@ -46,7 +45,8 @@ impl Ring {
 /// Mean of C(q) in every ring that has modes, up to the corners of the lattice: beyond the Nyquist
 /// wavenumber rings lack their modes along the axes.
 ///
-/// Of a periodic map, Σ C × modes / (L_x L_y) is the mean square height about the mean, to rounding.
+/// Of a periodic map, Σ C × modes / (L_x L_y) is the mean square height about the mean, to
+/// rounding.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};

@@ -2,11 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::draw::{Draws, ModeDraw};
+use super::draws::{Draws, ModeDraw, Waves};
 use super::moments::{MomentSum, Moments};
 use super::spectrum::Spectrum;
 use super::surface::Surface;
-use super::waves::Waves;
 use crate::grid::{Cell, Grid};
 use crate::threads::Threads;
 
@@ -181,11 +180,11 @@ impl RandomSurface {
 mod tests {
     use rustfft::num_complex::Complex;
 
-    use super::super::anisotropy::Anisotropy;
-    use super::super::waves::row_of;
     use super::*;
     use crate::fft::Transform;
     use crate::grid::samples::{cell, rectangle, square};
+    use crate::topography::draws::row_of;
+    use crate::topography::spectrum::Anisotropy;
 
     fn random(amplitude: Amplitude, k_lower: u32, k_upper: u32) -> RandomSurface {
         RandomSurface {

@@ -1,12 +1,22 @@
-//! Isotropic power spectral densities that are given by numbers.
+//! Isotropic power spectral densities that are given by numbers, and random surfaces of them.
 //!
 //! Densities are C(q) of angular wavenumbers with ∫ C d²q/(2π)² = h_rms², and zero beyond the
 //! wavenumbers that are given.
 
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::ops::RangeInclusive;
+
+use rustfft::num_complex::Complex;
 use thiserror::Error;
 
-/// How far, as a share of it, a wavenumber may be from one that is given and still be that one: what
-/// twelve digits of a number that a person writes out leave.
+use super::draws::{Draws, ModeDraw, Waves};
+use super::moments::MomentSum;
+use super::surface::Surface;
+use crate::grid::Grid;
+use crate::threads::Threads;
+
+/// How far, as a share of it, a wavenumber may be from one that is given and still be that one:
+/// what twelve digits of a number that a person writes out leave.
 const ROUNDING: f64 = 1e-9;
 
 /// An isotropic power spectral density.
@@ -40,8 +50,8 @@ pub enum SpectralDensityError {
 }
 
 impl SpectralDensity {
-    /// A density that is known at some wavenumbers, and between them by a power law from each to the
-    /// next.
+    /// A density that is known at some wavenumbers, and between them by a power law from each to
+    /// the next.
     ///
     /// # Errors
     /// When wavenumbers are fewer than two or do not ascend, or a density is none.
@@ -61,11 +71,12 @@ impl SpectralDensity {
         Ok(Self(Shape::Points(points)))
     }
 
-    /// The mean densities of rings of wavenumbers, each as wide as `step` about so many steps: every
-    /// mode has the density of its ring. Rings that are not named have none.
+    /// The mean densities of rings of wavenumbers, each as wide as `step` about so many steps:
+    /// every mode has the density of its ring. Rings that are not named have none.
     ///
-    /// On a cell of the side L = 2π/step surfaces have the density of every ring on average, where a
-    /// curve through the rings would not: within the first few the density falls by more than half.
+    /// On a cell of the side L = 2π/step surfaces have the density of every ring on average, where
+    /// a curve through the rings would not: within the first few the density falls by more than
+    /// half.
     ///
     /// # Errors
     /// When a density is none.
@@ -169,11 +180,138 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
     }
 }
 
+/// A Gaussian random surface with a given spectral density.
+///
+/// Draws belong to seed, realization and mode: two meshes of one cell differ by the waves alone
+/// that are too short for the coarser one. It shows those of two nodes as far as a mesh can: one of
+/// the two modes that look alike on it.
+///
+/// ```
+/// use std::f64::consts::TAU;
+///
+/// use asperity_contact::grid::{Boundary, Grid};
+/// use asperity_contact::topography::spectral_density::GivenSpectrum;
+/// use asperity_contact::topography::spectral_density::SpectralDensity;
+///
+/// // White from 4 to 12 waves along a side of one.
+/// let density = SpectralDensity::through(vec![[TAU * 4.0, 1e-6], [TAU * 12.0, 1e-6]])?;
+/// let surface = GivenSpectrum { density: &density, rms_slope: None, seed: 1, realization: 0 };
+/// let grid = Grid::square(32, 1.0).unwrap();
+/// let square: f64 = surface.draw(grid).heights().iter().map(|height| height * height).sum();
+/// // As much for each of π (12² − 4²) modes of the mesh.
+/// assert!((square / 1024.0 / (402.0 * 1e-6) - 1.0).abs() < 0.2);
+/// # Ok::<(), asperity_contact::topography::spectral_density::SpectralDensityError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GivenSpectrum<'a> {
+    /// Its density, in the unit of the grid's lengths.
+    pub density: &'a SpectralDensity,
+    /// √⟨|∇h|²⟩ that the surface is scaled to; where it is none, the density decides.
+    pub rms_slope: Option<f64>,
+    /// Names a family of draws.
+    pub seed: u64,
+    /// Names one member of the family.
+    pub realization: u32,
+}
+
+impl GivenSpectrum<'_> {
+    /// The heights on a grid; flat, if it has no mode with a density.
+    pub fn draw(&self, grid: Grid) -> Surface {
+        self.draw_on(&Threads::one(), grid)
+    }
+
+    /// The same by several threads.
+    pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
+        let mut waves = Waves::on(grid.nodes());
+        let mut sum = MomentSum::on(grid.cell());
+        let draws = Draws::new(self.seed, self.realization);
+        for (k_x, columns) in modes(grid, self.density.range()[1]) {
+            let draws = draws.row(k_x, *columns.start() as u32);
+            for (k_y, draw) in columns.zip(draws) {
+                let mean_power = self.density.at(wavenumber(grid, k_x, k_y)) / grid.cell().area();
+                if mean_power > 0.0 {
+                    let wave = Wave::of(grid, [k_x, k_y], mean_power, &draw);
+                    sum.add_pair([k_x, k_y].map(f64::from), wave.power);
+                    waves.add([k_x, k_y], wave.coefficient);
+                }
+            }
+        }
+        let square_slope = sum.square_slope();
+        let scale = match self.rms_slope {
+            Some(rms_slope) if square_slope > 0.0 => rms_slope / square_slope.sqrt(),
+            _ => 1.0,
+        };
+        let heights = waves.heights(threads, scale);
+        Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
+    }
+}
+
+/// Whether some mode of a mesh has a density.
+pub fn occupies(density: &SpectralDensity, grid: Grid) -> bool {
+    let mut modes = modes(grid, density.range()[1]);
+    modes.any(|(k_x, mut columns)| columns.any(|k_y| density.at(wavenumber(grid, k_x, k_y)) > 0.0))
+}
+
+/// A wave and its mean square height on the mesh.
+struct Wave {
+    coefficient: Complex<f64>,
+    power: f64,
+}
+
+impl Wave {
+    fn of(grid: Grid, waves: [i32; 2], mean_power: f64, draw: &ModeDraw) -> Wave {
+        let coefficient = (mean_power * draw.power()).sqrt() * draw.phase();
+        let [x, y] = [0, 1].map(|axis| is_own_opposite(waves[axis], grid.nodes()[axis]));
+        match x && y {
+            // A single mode, which the mesh shows as 2 Re(c).
+            true => {
+                let coefficient = FRAC_1_SQRT_2 * coefficient;
+                Wave { coefficient, power: (2.0 * coefficient.re).powi(2) }
+            }
+            false => Wave { coefficient, power: 2.0 * coefficient.norm_sqr() },
+        }
+    }
+}
+
+/// Whether k and −k are one on a mesh.
+fn is_own_opposite(waves: i32, nodes: usize) -> bool {
+    waves == 0 || 2 * waves.unsigned_abs() as usize == nodes
+}
+
+/// Every mode of a mesh but the mean, one of each pair ±k, by its waves along x, up to a wavenumber
+/// along either axis.
+fn modes(grid: Grid, highest: f64) -> impl Iterator<Item = (i32, RangeInclusive<i32>)> {
+    let size = grid.cell().size();
+    let most = |axis: usize| {
+        let within = (highest * size[axis] / TAU * (1.0 + 1e-12)).floor();
+        (grid.nodes()[axis] / 2).min(within as usize) as i32
+    };
+    let [most_x, most_y] = [most(0), most(1)];
+    let [nodes_x, nodes_y] = grid.nodes();
+    let is_nyquist = |waves: i32, nodes: usize| 2 * waves.unsigned_abs() as usize == nodes;
+    let rows = -most_x..=most_x;
+    rows.filter(move |&k_x| k_x >= 0 || !is_nyquist(k_x, nodes_x)).map(move |k_x| {
+        // What lies at ±N/2 along y and left of x = 0 is there with the opposite sign.
+        let hidden = k_x < 0 && is_nyquist(most_y, nodes_y);
+        (k_x, i32::from(k_x <= 0)..=most_y - i32::from(hidden))
+    })
+}
+
+fn wavenumber(grid: Grid, k_x: i32, k_y: i32) -> f64 {
+    let cell = grid.cell();
+    TAU / cell.longer_side() * cell.wavenumber([k_x, k_y].map(f64::from))
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::grid::Boundary;
+    use crate::grid::samples::{rectangle, square};
+    use crate::topography::moments::Moments;
+    use crate::topography::power_spectrum;
+    use crate::topography::power_spectrum::Ring;
 
     fn power_law(exponent: f64, waves: [f64; 2]) -> SpectralDensity {
         let point = |k: f64| [TAU * k, 1e-6 * libm::pow(k, -exponent)];
@@ -225,5 +363,89 @@ mod tests {
             SpectralDensityError::Density { number, density: -1.0 }
         );
         assert_eq!(found(vec![[1.0, 0.0], [2.0, 0.0]]), SpectralDensityError::Flat);
+    }
+
+    fn surface(density: &SpectralDensity, realization: u32) -> GivenSpectrum<'_> {
+        GivenSpectrum { density, rms_slope: None, seed: 11, realization }
+    }
+
+    #[test]
+    fn another_unit_of_length_changes_numbers_and_no_surface() {
+        let density = power_law(3.0, [2.0, 12.0]);
+        let metres = surface(&density, 0).draw(square(32, 1.0));
+        let millimetres = density.clone().in_unit(1e3);
+        let other = surface(&millimetres, 0).draw(square(32, 1e3));
+        for (one, other) in metres.heights().iter().zip(other.heights()) {
+            assert!((1e3 * one - other).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn every_mesh_shows_the_same_surface() {
+        let density = power_law(3.0, [2.0, 9.0]);
+        let size = [1.0, 0.75];
+        let [coarse, fine] =
+            [[30, 24], [60, 72]].map(|nodes| surface(&density, 3).draw(rectangle(nodes, size)));
+        let rms_height = Moments::of(&fine).rms_height();
+        for (node, height) in coarse.heights().iter().enumerate() {
+            let [i, j] = coarse.grid().place(node);
+            let shared = fine.heights()[2 * i * 72 + 3 * j];
+            assert!((height - shared).abs() < 1e-12 * rms_height);
+        }
+    }
+
+    #[test]
+    fn slope_is_scaled_where_it_is_asked_for() {
+        // To the corners of the mesh: waves of two nodes count as the mesh sees them.
+        let density = power_law(2.0, [1.0, 100.0]);
+        for grid in [square(16, 1.0), rectangle([9, 12], [1.0, 0.5])] {
+            let scaled = GivenSpectrum { rms_slope: Some(0.3), ..surface(&density, 0) };
+            let slope = Moments::of(&scaled.draw(grid)).rms_slope();
+            assert!((slope / 0.3 - 1.0).abs() < 1e-12, "{slope}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_without_modes_in_the_range_is_known() {
+        let density = power_law(2.0, [1.1, 1.3]);
+        // Wavenumbers of 1 and √2, but none between.
+        assert!(!occupies(&density, square(16, 1.0)));
+        assert!(occupies(&density, square(16, 2.0)), "√5 of half the wavenumber");
+        assert!(surface(&density, 0).draw(square(16, 1.0)).heights() == [0.0; 256]);
+    }
+
+    /// Mean densities of rings over many surfaces.
+    fn mean_rings(density: &SpectralDensity, grid: Grid, surfaces: u32) -> Vec<Ring> {
+        let mut mean: Vec<Ring> = Vec::new();
+        for realization in 0..surfaces {
+            let drawn = surface(density, realization).draw(grid);
+            let rings = power_spectrum::rings(&drawn, Boundary::Periodic);
+            mean.resize(rings.len(), Ring { density: 0.0, ..rings[0] });
+            for (mean, ring) in mean.iter_mut().zip(rings) {
+                mean.waves = ring.waves;
+                mean.modes = ring.modes;
+                mean.density += ring.density / f64::from(surfaces);
+            }
+        }
+        mean
+    }
+
+    #[test]
+    fn surfaces_have_the_density_of_every_ring_up_to_the_corners_of_the_mesh() {
+        for grid in [square(16, 1.0), rectangle([16, 9], [1.0, 0.7])] {
+            let rings = (1..12).map(|ring| (ring, f64::from(ring).powi(-3)));
+            let density = SpectralDensity::of_rings(TAU, rings).unwrap();
+            let surfaces = 400;
+            for ring in mean_rings(&density, grid, surfaces) {
+                if ring.waves >= 12 {
+                    continue;
+                }
+                let exact = f64::from(ring.waves).powi(-3);
+                // Exponential powers of modes/2 pairs on each surface; four standard errors.
+                let error = (2.0 / f64::from(ring.modes * surfaces)).sqrt();
+                let deviation = ring.density / exact - 1.0;
+                assert!(deviation.abs() < 4.0 * error, "{ring:?}: {deviation}");
+            }
+        }
     }
 }

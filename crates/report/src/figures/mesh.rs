@@ -13,7 +13,7 @@ use crate::ensembles::{EnsembleCurves, Point};
 use crate::figure::{Definition, Drawn, sample};
 use crate::figure_data::{FigureData, LIGHT, LOAD_LABEL};
 use crate::styles::Styles;
-use asperity_contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_stages::columns::{AREA_CORRECTED, K_UPPER, LOAD};
 use asperity_stages::correct::AS_COUNTED;
 use asperity_tables::table::{Table, TableError};

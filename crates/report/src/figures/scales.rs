@@ -12,7 +12,7 @@ use crate::measured::{FILE_IS_GONE, MeasuredMaps};
 use crate::surface_curves;
 use crate::surface_curves::SurfaceCurve;
 use crate::units::LengthUnit;
-use asperity_contact::topography::lines;
+use asperity_contact::topography::surface;
 use asperity_stages::columns::{ALONG, DISTANCE, SLOPE_AT_SCALE};
 use asperity_tables::table::TableError;
 
@@ -46,7 +46,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         let label = data.styles.label(&curve.point);
         let label = label.unwrap_or_else(|| "the surface".to_owned());
         let along = curve.along.as_deref().unwrap_or_default();
-        let dash = match along == lines::Axis::Y.name() {
+        let dash = match along == surface::Axis::Y.name() {
             true => Dash::Dashed,
             false => Dash::Solid,
         };
@@ -77,7 +77,7 @@ fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
         if told.iter().any(|curve| curve.is_of(&map.point)) {
             continue;
         }
-        let both = lines::Axis::BOTH.into_iter().zip(&map.slopes);
+        let both = surface::Axis::BOTH.into_iter().zip(&map.slopes);
         curves.extend(both.map(|(axis, points)| SurfaceCurve {
             point: map.point.clone(),
             along: Some(axis.name().to_owned()),

@@ -17,7 +17,7 @@ use crate::ensembles::Point;
 use crate::figure::{Definition, Drawn, sample};
 use crate::figure_data::FigureData;
 use crate::styles::Styles;
-use asperity_contact::topography::nayak::Continuum;
+use asperity_contact::topography::moments::Continuum;
 use asperity_stages::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
 use asperity_tables::table::{Table, TableError};
 

@@ -5,8 +5,7 @@ use crate::charts::chart::Series;
 use crate::charts::colour::Colour;
 use crate::charts::style::{Dash, Style};
 use asperity_contact::theory::law::KAPPA_BGT;
-use asperity_contact::theory::models::AsperityModel;
-use asperity_contact::theory::models::asperities::Asperities;
+use asperity_contact::theory::models::{Asperities, AsperityModel};
 use asperity_contact::theory::persson;
 
 /// Nayak's parameters for which the paper draws asperity models.

@@ -16,7 +16,7 @@ use super::super::Given;
 use super::super::Recipe;
 use super::super::given::Surfaces;
 use super::{AS_COUNTED, Correction, OF_2015, OF_2017, Params};
-use asperity_contact::morphology::correction::{PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, Written, deserialize_either, table};

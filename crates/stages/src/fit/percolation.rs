@@ -9,7 +9,7 @@ use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::grids::Meshes;
 use crate::solve::GIVEN_UP;
-use asperity_contact::morphology::correction::{CountedArea, YASTREBOV_2017};
+use asperity_contact::morphology::area::{CountedArea, YASTREBOV_2017};
 use asperity_statistics::bootstrap::Interval;
 use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
 use asperity_tables::column::{Role, Value};

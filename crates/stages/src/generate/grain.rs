@@ -4,8 +4,7 @@ use std::ops::Bound;
 
 use super::keys::AnisotropyTable;
 use asperity_contact::grid::Cell;
-use asperity_contact::topography::anisotropy::Anisotropy;
-use asperity_contact::topography::spectrum::Spectrum;
+use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::Key;
 use asperity_manifest::written::checks::{Bounds, Checks};

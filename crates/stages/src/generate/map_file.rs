@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::topography::scan::Scan;
-use asperity_contact::topography::surface::SurfaceError;
+use asperity_contact::topography::surface::{Scan, SurfaceError};
 use asperity_topography_files::{
     ChannelError, NpyError, Quantity, Size, TopographyFileError, formats, npy_array, read,
 };

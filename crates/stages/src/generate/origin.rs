@@ -13,9 +13,8 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{Preparation, Prepared};
 use asperity_contact::topography::random::RandomSurface;
-use asperity_contact::topography::scan::Scan;
 use asperity_contact::topography::shapes::Shape;
-use asperity_contact::topography::surface::Surface;
+use asperity_contact::topography::surface::{Scan, Surface};
 
 /// Where a surface comes from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -9,8 +9,7 @@ use crate::spectrum_files;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::given_spectrum::{GivenSpectrum, occupies};
-use asperity_contact::topography::spectral_density::SpectralDensity;
+use asperity_contact::topography::spectral_density::{GivenSpectrum, SpectralDensity, occupies};
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
 

@@ -3,15 +3,13 @@
 use super::map_file::{ChannelChoice, Reader};
 use super::*;
 use crate::surface_files::ContentHash;
-use asperity_contact::topography::anisotropy::Anisotropy;
-use asperity_contact::topography::crop::Crop;
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::Preparation;
+use asperity_contact::topography::preparation::{Crop, Preparation};
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::shapes::Shape;
-use asperity_contact::topography::spectrum::Spectrum;
+use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
 
 #[test]
 fn a_surface_is_known_from_its_recipe() {

@@ -15,13 +15,10 @@ use crate::columns::*;
 use crate::generate::Origin;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::autocorrelation::Autocorrelation;
-use asperity_contact::topography::bearing;
-use asperity_contact::topography::lines::Axis;
+use asperity_contact::topography::descriptors::Roughness;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::power_spectrum;
-use asperity_contact::topography::roughness::Roughness;
-use asperity_contact::topography::scales;
-use asperity_contact::topography::surface::Surface;
+use asperity_contact::topography::surface::{Axis, Surface};
+use asperity_contact::topography::{differences, height_distribution, power_spectrum};
 use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 
 /// A statistic of one surface.
@@ -175,7 +172,7 @@ fn autocorrelation(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
 fn slopes_and_curvatures(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
     let rows = Axis::BOTH.into_iter().flat_map(|axis| {
         let step = axis.of(surface.grid().spacing());
-        let scales = scales::along(surface, axis, boundary).into_iter();
+        let scales = differences::along(surface, axis, boundary).into_iter();
         scales.map(move |scale| {
             let distance = step * scale.steps as f64;
             (axis.name(), [distance, scale.slope, scale.curvature])
@@ -185,7 +182,7 @@ fn slopes_and_curvatures(surface: &Surface, boundary: Boundary) -> (usize, Measu
 }
 
 fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) {
-    let levels = bearing::levels(surface, bins as usize, range);
+    let levels = height_distribution::levels(surface, bins as usize, range);
     let columns = vec![
         (BEARING_LEVEL, reals(levels.iter().map(|level| level.level))),
         (HEIGHT, reals(levels.iter().map(|level| level.height))),

@@ -5,10 +5,12 @@
 //! moments of the spectrum: m0 = ⟨h²⟩, m2 = ⟨h_x²⟩ and m4 = ⟨h_xx²⟩ (Longuet-Higgins 1957,
 //! Nayak 1971). A surface of Nayak's parameter α = m0 m4/m2² is that of m0 = m2 = 1, m4 = α with
 //! heights in units of √m0, curvatures in units of m2/√m0 and areas in units of m0/m2.
+//!
+//! [`GaussianHeights`] has summits of equal curvature: how much of them stands above a plane.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
-use super::gaussian_heights::GaussianHeights;
+use crate::theory::persson::erfcx;
 
 /// Moments of a spectrum in one direction; their α = m0 m4/m2² is at least 3/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +93,122 @@ impl Summits {
     }
 }
 
+/// Standard deviations beyond which the density is below rounding.
+const REACH: f64 = 9.0;
+
+/// Normally distributed heights z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GaussianHeights {
+    /// Mean height.
+    pub mean: f64,
+    /// Standard deviation, 0 where all heights are equal.
+    pub deviation: f64,
+}
+
+/// Means of the powers of the height above a plane, taken as zero below it: ⟨(z − s)₊ⁿ⟩.
+///
+/// Hertz's contact has an area in n = 1 and a load in n = 3/2; n = 0 and n = 1/2 are their
+/// derivatives with the separation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Excess {
+    /// n = 0: the fraction of summits above the plane.
+    pub fraction: f64,
+    /// n = 1/2.
+    pub half: f64,
+    /// n = 1.
+    pub first: f64,
+    /// n = 3/2.
+    pub three_halves: f64,
+}
+
+impl GaussianHeights {
+    /// The excess over a plane at height s = `separation`.
+    ///
+    /// Relative errors are below 1e-13, and u² roundings of the first moment at u standard
+    /// deviations above the mean.
+    pub fn excess(&self, separation: f64) -> Excess {
+        if self.deviation == 0.0 {
+            let excess = self.mean - separation;
+            return Excess::of_height(excess);
+        }
+        let standard = Excess::of_standard_heights((separation - self.mean) / self.deviation);
+        let root = self.deviation.sqrt();
+        Excess {
+            fraction: standard.fraction,
+            half: standard.half * root,
+            first: standard.first * self.deviation,
+            three_halves: standard.three_halves * self.deviation * root,
+        }
+    }
+}
+
+impl Excess {
+    /// Of a single height.
+    fn of_height(excess: f64) -> Self {
+        let fraction = if excess > 0.0 { 1.0 } else { 0.0 };
+        let excess = excess.max(0.0);
+        Self { fraction, half: excess.sqrt(), first: excess, three_halves: excess * excess.sqrt() }
+    }
+
+    /// Of mean 0 and deviation 1, above u.
+    fn of_standard_heights(u: f64) -> Self {
+        let (fraction, first) = whole_powers(u);
+        let (half, three_halves) =
+            if u < -REACH { half_powers_far_below(u) } else { half_powers(u) };
+        Self { fraction, half, first, three_halves }
+    }
+}
+
+/// ⟨1⟩ = Q(u) and ⟨w − u⟩ = φ(u) − u Q(u).
+fn whole_powers(u: f64) -> (f64, f64) {
+    if u < 0.0 {
+        let above = 0.5 * libm::erfc(u / SQRT_2);
+        return (above, density(u) - u * above);
+    }
+    // Mills' ratio Q/φ, for the difference in units of the density.
+    let mills = (0.5 * PI).sqrt() * erfcx(u / SQRT_2);
+    (density(u) * mills, density(u) * (1.0 - u * mills))
+}
+
+/// ⟨(w − u)^n⟩ for n = 1/2 and 3/2, with w − u = v².
+///
+/// The integrand is even and entire in v, so that the trapezoidal rule converges exponentially.
+fn half_powers(u: f64) -> (f64, f64) {
+    let end = (u.max(0.0).powi(2) + REACH * REACH).sqrt() - u;
+    // The integrand is a Gaussian of variance 1/(2u) far above, two of 1/(4|u|) far below.
+    let step = 0.5 / (4.0 * u.abs() + 10.0).sqrt();
+    let (mut half, mut three_halves) = (0.0, 0.0);
+    for node in 1.. {
+        let square = (f64::from(node) * step).powi(2);
+        if square > end {
+            break;
+        }
+        let share = square * density(u + square);
+        half += share;
+        three_halves += square * share;
+    }
+    (2.0 * step * half, 2.0 * step * three_halves)
+}
+
+/// The same where the singularity at w = u is out of reach: the trapezoidal rule in w.
+fn half_powers_far_below(u: f64) -> (f64, f64) {
+    const STEPS: i32 = 15;
+    let step = REACH / f64::from(STEPS);
+    let (mut half, mut three_halves) = (0.0, 0.0);
+    for node in -STEPS..=STEPS {
+        let w = f64::from(node) * step;
+        let share = step * density(w) * (w - u).sqrt();
+        half += share;
+        three_halves += (w - u) * share;
+    }
+    (half, three_halves)
+}
+
+/// φ, the standard normal density.
+fn density(w: f64) -> f64 {
+    (-0.5 * w * w).exp() / (2.0 * PI).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,5 +269,68 @@ mod tests {
         assert_eq!(summits.density(1.0, 1.0, 1.0), 0.0);
         assert_eq!(summits.density(1.0, -1.0, 0.5), 0.0);
         assert!(summits.density(1.0, 1.0, 0.999) > 0.0);
+    }
+
+    const STANDARD: GaussianHeights = GaussianHeights { mean: 0.0, deviation: 1.0 };
+
+    #[test]
+    fn half_of_the_heights_above_their_mean_have_closed_moments() {
+        let excess = STANDARD.excess(0.0);
+        // 2^(n/2 − 1) Γ((n + 1)/2)/√π.
+        let half = 2_f64.powf(-0.75) * libm::tgamma(0.75) / PI.sqrt();
+        let three_halves = 2_f64.powf(-0.25) * libm::tgamma(1.25) / PI.sqrt();
+        assert_eq!(excess.fraction, 0.5);
+        assert!((excess.half / half - 1.0).abs() < 1e-13);
+        assert!((excess.first * (2.0 * PI).sqrt() - 1.0).abs() < 1e-15);
+        assert!((excess.three_halves / three_halves - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn moments_agree_with_quadrature_at_any_separation() {
+        let rule = GaussLegendre::new(100);
+        for u in [-60.0_f64, -9.01, -8.99, -3.0, -0.5, 0.0, 0.5, 2.0, 8.0, 20.0, 36.0] {
+            let end = (u.max(0.0).hypot(9.0) - u).sqrt();
+            let start = (-u - 9.0).max(0.0).sqrt();
+            let moment = |power: i32| -> f64 {
+                let value = |v: f64| 2.0 * v.powi(power + 1) * density(u + v * v);
+                rule.over(start, end).map(|(v, width)| width * value(v)).sum()
+            };
+            let excess = STANDARD.excess(u);
+            let found = [excess.fraction, excess.half, excess.first, excess.three_halves];
+            for (power, found) in (0..).zip(found) {
+                // φ(36) carries the rounding of an exponent of 650, the first moment u².
+                let error = found / moment(power) - 1.0;
+                assert!(error.abs() < 1e-13 * (1.0 + u * u / 100.0), "{u}, {power}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_moment_is_the_derivative_of_another() {
+        let heights = GaussianHeights { mean: 0.7, deviation: 0.3 };
+        for separation in [-3.0, 0.0, 0.7, 2.0] {
+            let excess = heights.excess(separation);
+            let above = heights.excess(separation + 1e-4);
+            let below = heights.excess(separation - 1e-4);
+            // Of second order in the step over the deviation.
+            let first = (below.first - above.first) / 2e-4;
+            let three_halves = (below.three_halves - above.three_halves) / 2e-4;
+            assert!((first / excess.fraction - 1.0).abs() < 1e-5);
+            assert!((three_halves / (1.5 * excess.half) - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn equal_heights_are_the_limit_of_a_vanishing_deviation() {
+        for separation in [-1.0, 0.9, 1.1] {
+            let [equal, narrow] = [0.0, 1e-6].map(|deviation| {
+                let heights = GaussianHeights { mean: 1.0, deviation };
+                heights.excess(separation)
+            });
+            assert_eq!(equal.fraction, narrow.fraction);
+            assert!((equal.half - narrow.half).abs() < 1e-9);
+            assert!((equal.first - narrow.first).abs() < 1e-9);
+            assert!((equal.three_halves - narrow.three_halves).abs() < 1e-9);
+        }
     }
 }

@@ -3,13 +3,13 @@ use std::f64::consts::{PI, SQRT_2};
 use proptest::prelude::*;
 
 use super::AsperityModel::{
-    self, BushGibsonThomas, GreenwoodWilliamson, MeanCurvature, SimplifiedElliptic,
+    BushGibsonThomas, GreenwoodWilliamson, MeanCurvature, SimplifiedElliptic,
 };
-use super::asperities::{Asperities, Contact};
 use super::quadrature::GaussLegendre;
+use super::{Asperities, AsperityModel, Contact};
 use crate::theory::law::KAPPA_BGT;
 use crate::theory::persson;
-use crate::theory::persson::error_function::erfcx;
+use crate::theory::persson::erfcx;
 
 const MODELS: [AsperityModel; 4] =
     [BushGibsonThomas, SimplifiedElliptic, MeanCurvature, GreenwoodWilliamson];

@@ -1,18 +1,19 @@
 //! Laplace's equation in the holes of a map.
 //!
-//! At each missing node Σ w (h − h′) = 0 over its neighbours along x and y, with w = 1/Δx² and 1/Δy²;
-//! heights that were measured are given, and beyond the edge of a map that is not periodic there is
-//! no neighbour, so that nothing flows over it. The matrix of each hole is symmetric and positive
-//! definite, since every hole has an edge: conjugate gradients, preconditioned by an incomplete
-//! Cholesky factor, in numbers of steps that grow with the root of a hole's width. Holes are solved
-//! one by one and all sums go in the order of the nodes, so that the result is the same whatever
-//! computes it.
+//! At each missing node Σ w (h − h′) = 0 over its neighbours along x and y, with w = 1/Δx² and
+//! 1/Δy²; heights that were measured are given, and beyond the edge of a map that is not periodic
+//! there is no neighbour, so that nothing flows over it. The matrix of each hole is symmetric and
+//! positive definite, since every hole has an edge: conjugate gradients, preconditioned by an
+//! incomplete Cholesky factor, in numbers of steps that grow with the root of a hole's width. Holes
+//! are solved one by one and all sums go in the order of the nodes, so that the result is the same
+//! whatever computes it.
 
-use crate::topography::scan::Scan;
+use crate::topography::surface::Scan;
 
 /// Norm of the residual, over that of the right-hand side, at which a solution ends; heights are
 /// counted from the mean of the hole's edge.
 const TOLERANCE: f64 = 1e-15;
+
 /// Solutions, each for the residual that the one before has left: rounding within a long one is
 /// then made good.
 const ROUNDS: usize = 3;
@@ -255,8 +256,8 @@ fn norm(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::scan::samples::scan;
     use super::*;
+    use crate::topography::surface::samples::scan;
 
     fn is_in_hole(i: usize, j: usize) -> bool {
         let [x, y] = [i as f64 - 14.0, j as f64 - 11.0];
@@ -290,7 +291,8 @@ mod tests {
 
     #[test]
     fn nothing_flows_over_the_edge_of_a_map_unless_it_is_periodic() {
-        // A hole from one edge inwards, heights given on a line along y: none of them changes with x.
+        // A hole from one edge inwards, heights given on a line along y: none of them changes with
+        // x.
         let form = |_: f64, y: f64| libm::sin(6.0 * y);
         let row = scan([1, 40], [0.1, 2.0], form, |_, j| j < 10);
         let open = filled(row.clone(), false);

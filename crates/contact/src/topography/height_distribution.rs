@@ -1,0 +1,364 @@
+//! How heights are distributed: the [`Histogram`] of a surface, in units of its own root mean
+//! square; the [`Pool`] of many, which says how it varies between surfaces; and the bearing curve
+//! (Abbott and Firestone), how much of a surface lies at or above a height.
+
+use std::f64::consts::SQRT_2;
+
+use super::descriptors::from_first_node;
+use super::surface::Surface;
+
+/// Density of the heights about their mean, scaled by the rms height of the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    /// From the lowest to the highest.
+    pub bins: Vec<Bin>,
+    /// Width of a bin, in rms heights.
+    pub width: f64,
+    /// The root mean square height about the mean that heights are scaled by; a length.
+    pub rms_height: f64,
+    /// Nodes beyond the range.
+    pub outside: usize,
+}
+
+/// One interval of scaled heights, closed below; the last one is closed above too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bin {
+    /// Middle of the interval, in rms heights.
+    pub center: f64,
+    /// Nodes in it.
+    pub count: usize,
+    /// `count` per node of the surface and per width: a probability density, whose integral is the
+    /// share of the nodes within the range.
+    pub density: f64,
+}
+
+impl Histogram {
+    /// Counts heights into `bins` equal intervals from −`range` to +`range` rms heights; at least
+    /// one bin and a positive range. All heights of a flat surface are zero.
+    pub fn of(surface: &Surface, bins: usize, range: f64) -> Self {
+        let heights = from_first_node(surface.heights());
+        let nodes = heights.len() as f64;
+        let mean = heights.iter().sum::<f64>() / nodes;
+        let deviations = heights.iter().map(|height| height - mean);
+        let variance = deviations.clone().map(|d| d * d).sum::<f64>() / nodes;
+        let scale = if variance > 0.0 { 1.0 / variance.sqrt() } else { 0.0 };
+        let width = 2.0 * range / bins as f64;
+        let mut counts = vec![0; bins];
+        let mut outside = 0;
+        for height in deviations.map(|deviation| scale * deviation) {
+            if height.abs() <= range {
+                // The upper end of the range belongs to the last bin.
+                let bin = ((height + range) / width) as usize;
+                counts[bin.min(bins - 1)] += 1;
+            } else {
+                outside += 1;
+            }
+        }
+        let bin = |(index, count): (usize, usize)| Bin {
+            center: -range + (index as f64 + 0.5) * width,
+            count,
+            density: count as f64 / (nodes * width),
+        };
+        let bins = counts.into_iter().enumerate().map(bin).collect();
+        Self { bins, width, rms_height: variance.sqrt(), outside }
+    }
+}
+
+/// Histograms of several surfaces on equal meshes, added up bin by bin.
+///
+/// The sums are whole numbers: surfaces may be added in any order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Pool {
+    surfaces: u32,
+    /// Nodes of all surfaces, within the range and beyond.
+    nodes: u64,
+    width: f64,
+    bins: Vec<Sums>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sums {
+    center: f64,
+    count: u64,
+    square: u128,
+}
+
+/// One interval of the heights of several surfaces, each scaled by its own rms height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PooledBin {
+    /// Middle of the interval, in rms heights.
+    pub center: f64,
+    /// Mean over the surfaces of their densities.
+    pub mean: f64,
+    /// Standard deviation of the density between surfaces; one surface has none.
+    pub sd: Option<f64>,
+    /// Mean over the interval of the density of a standard normal variable.
+    pub normal: f64,
+}
+
+impl Pool {
+    /// One surface.
+    pub fn of(histogram: &Histogram) -> Self {
+        let sums = |bin: &Bin| Sums {
+            center: bin.center,
+            count: bin.count as u64,
+            square: (bin.count as u128).pow(2),
+        };
+        let inside: usize = histogram.bins.iter().map(|bin| bin.count).sum();
+        Self {
+            surfaces: 1,
+            nodes: (inside + histogram.outside) as u64,
+            width: histogram.width,
+            bins: histogram.bins.iter().map(sums).collect(),
+        }
+    }
+
+    /// These surfaces and others, counted into the same bins.
+    pub fn and(mut self, other: Pool) -> Self {
+        if self.surfaces == 0 {
+            return other;
+        }
+        for (sums, more) in self.bins.iter_mut().zip(other.bins) {
+            sums.count += more.count;
+            sums.square += more.square;
+        }
+        self.surfaces += other.surfaces;
+        self.nodes += other.nodes;
+        self
+    }
+
+    /// How many surfaces there are.
+    pub fn surfaces(&self) -> u32 {
+        self.surfaces
+    }
+
+    /// The distribution, bin by bin.
+    pub fn bins(&self) -> Vec<PooledBin> {
+        let surfaces = f64::from(self.surfaces);
+        // Of one node of one surface.
+        let density = surfaces / (self.nodes as f64 * self.width);
+        let bin = |sums: &Sums| PooledBin {
+            center: sums.center,
+            mean: density * sums.count as f64 / surfaces,
+            sd: self.variance(sums).map(|variance| density * variance.sqrt()),
+            normal: self.normal(sums.center),
+        };
+        self.bins.iter().map(bin).collect()
+    }
+
+    /// Sample variance of a bin's count; the difference of whole numbers cancels nothing.
+    fn variance(&self, sums: &Sums) -> Option<f64> {
+        let surfaces = u128::from(self.surfaces);
+        let pairs = surfaces * surfaces.saturating_sub(1);
+        let excess = surfaces * sums.square - u128::from(sums.count).pow(2);
+        (pairs > 0).then(|| excess as f64 / pairs as f64)
+    }
+
+    fn normal(&self, center: f64) -> f64 {
+        let [low, high] = [center - self.width / 2.0, center + self.width / 2.0];
+        // Both ends on one side of the mean: tails, so that nothing cancels far from it.
+        let (near, far) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
+        let share = if low < 0.0 && high > 0.0 {
+            libm::erf(near / SQRT_2) + libm::erf(far / SQRT_2)
+        } else {
+            libm::erfc(near / SQRT_2) - libm::erfc(far / SQRT_2)
+        };
+        share / (2.0 * self.width)
+    }
+}
+
+/// A plane that cuts the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Its height above the mean, in rms heights.
+    pub level: f64,
+    /// The same as a length.
+    pub height: f64,
+    /// Share of the nodes at or above it, the areal material ratio Smr of ISO 25178-2.
+    pub share: f64,
+}
+
+/// The share of the nodes at or above `steps` + 1 evenly spaced planes, from `range` rms heights
+/// above the mean down to as many below. All nodes of a flat surface lie at its mean.
+///
+/// ```
+/// use asperity_contact::grid::Grid;
+/// use asperity_contact::topography::height_distribution::levels;
+/// use asperity_contact::topography::shapes::Shape;
+///
+/// // Half of a wave lies above its mean, and nothing above √2 rms heights.
+/// let wave = Shape::Wave { amplitude: 0.1, waves: 3 }.draw(Grid::square(32, 1.0)?);
+/// let shares: Vec<f64> = levels(&wave, 2, 1.5).iter().map(|level| level.share).collect();
+/// assert_eq!((shares[0], shares[2]), (0.0, 1.0));
+/// assert!((shares[1] - 0.5).abs() < 0.1);
+/// # Ok::<(), asperity_contact::grid::GridError>(())
+/// ```
+pub fn levels(surface: &Surface, steps: usize, range: f64) -> Vec<Level> {
+    let mut heights = from_first_node(surface.heights());
+    let count = heights.len() as f64;
+    let mean = heights.iter().sum::<f64>() / count;
+    heights.iter_mut().for_each(|height| *height -= mean);
+    let rms = (heights.iter().map(|height| height * height).sum::<f64>() / count).sqrt();
+    heights.sort_unstable_by(|one, other| other.total_cmp(one));
+    let level = |step: usize| {
+        let level = range - 2.0 * range * step as f64 / steps as f64;
+        let height = level * rms;
+        let above = heights.partition_point(|other| *other >= height);
+        Level { level, height, share: above as f64 / count }
+    };
+    (0..=steps).map(level).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Histogram, *};
+    use crate::grid::samples::square;
+    use crate::topography::random::{Amplitude, RandomSurface};
+    use crate::topography::shapes::Shape;
+    use crate::topography::spectrum::Spectrum;
+    use crate::topography::surface::Surface;
+
+    fn counts(histogram: &Histogram) -> Vec<usize> {
+        histogram.bins.iter().map(|bin| bin.count).collect()
+    }
+
+    #[test]
+    fn two_equal_levels_lie_one_rms_height_from_the_mean() {
+        let heights = vec![3.0, 7.0, 3.0, 7.0];
+        let surface = Surface::new(square(2, 1.0), heights).unwrap();
+        let histogram = Histogram::of(&surface, 3, 1.5);
+        assert_eq!(counts(&histogram), [2, 0, 2]);
+        let centers: Vec<f64> = histogram.bins.iter().map(|bin| bin.center).collect();
+        assert_eq!(centers, [-1.0, 0.0, 1.0]);
+        assert_eq!(histogram.bins[0].density, 0.5);
+    }
+
+    #[test]
+    fn ends_of_the_range_are_within_and_the_rest_is_outside() {
+        let surface = Surface::new(square(2, 1.0), vec![-1.0, 1.0, -1.0, 1.0]).unwrap();
+        assert_eq!(counts(&Histogram::of(&surface, 4, 1.0)), [2, 0, 0, 2]);
+        let narrow = Histogram::of(&surface, 4, 0.5);
+        assert_eq!((counts(&narrow), narrow.outside), (vec![0; 4], 4));
+    }
+
+    #[test]
+    fn density_integrates_to_the_share_of_nodes_in_range() {
+        let surface = Shape::Paraboloid { radius: 1.0 }.draw(square(50, 1.0));
+        let histogram = Histogram::of(&surface, 100, 1.2);
+        let inside: usize = counts(&histogram).iter().sum();
+        assert_eq!(inside + histogram.outside, 2500);
+        assert!(histogram.outside > 0);
+        let integral: f64 = histogram.bins.iter().map(|bin| bin.density * 0.024).sum();
+        assert!((integral - inside as f64 / 2500.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn many_modes_are_nearly_normally_distributed() {
+        let random = RandomSurface {
+            spectrum: Spectrum {
+                hurst: 0.8,
+                k_lower: 16,
+                k_rolloff: 16,
+                k_upper: 32,
+                anisotropy: None,
+            },
+            amplitude: Amplitude::Gaussian,
+            rms_slope: 1.0,
+            seed: 3,
+            realization: 0,
+        };
+        for bin in Histogram::of(&random.draw(square(256, 1.0)), 20, 5.0).bins {
+            let normal = libm::erf((bin.center + 0.25) / 2_f64.sqrt())
+                - libm::erf((bin.center - 0.25) / 2_f64.sqrt());
+            // Nodes of one wave are not independent: some thousand heights decide, of 0.4 at most.
+            assert!((bin.density - normal).abs() < 0.02, "{bin:?}");
+        }
+    }
+
+    #[test]
+    fn a_flat_surface_is_all_mean() {
+        let flat = Surface::new(square(3, 1.0), vec![0.1; 9]).unwrap();
+        assert_eq!(counts(&Histogram::of(&flat, 5, 2.0)), [0, 0, 9, 0, 0]);
+    }
+
+    /// Four nodes at −1 and +1 rms heights from the mean, or at √3 and −1/√3.
+    fn histograms() -> [Histogram; 2] {
+        [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]].map(|heights| {
+            let surface = Surface::new(square(2, 1.0), heights.to_vec()).unwrap();
+            Histogram::of(&surface, 4, 1.8)
+        })
+    }
+
+    #[test]
+    fn mean_and_deviation_are_those_of_the_densities_of_each_surface() {
+        let [even, uneven] = histograms();
+        let pool = Pool::of(&even).and(Pool::of(&uneven));
+        assert_eq!(pool.surfaces(), 2);
+        for (index, bin) in pool.bins().into_iter().enumerate() {
+            let (a, b) = (even.bins[index].density, uneven.bins[index].density);
+            assert_eq!(bin.center, even.bins[index].center);
+            assert!((bin.mean - (a + b) / 2.0).abs() < 1e-15);
+            // The sample deviation of two values is their distance over √2.
+            assert!((bin.sd.unwrap() - (a - b).abs() / SQRT_2).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn order_and_grouping_change_no_bit() {
+        let [a, b] = histograms().map(|histogram| Pool::of(&histogram));
+        let left = Pool::default().and(a.clone()).and(b.clone()).and(a.clone());
+        let right = b.and(a.clone().and(Pool::default().and(a)));
+        assert_eq!(left, right);
+    }
+
+    #[test]
+    fn one_surface_has_no_deviation() {
+        let [even, _] = histograms();
+        assert!(Pool::of(&even).bins().iter().all(|bin| bin.sd.is_none()));
+    }
+
+    #[test]
+    fn normal_densities_integrate_to_one_and_are_symmetric() {
+        let surface = Surface::new(square(2, 1.0), vec![0.0, 0.0, 1.0, 1.0]).unwrap();
+        for bins in [7, 100] {
+            let bins = Pool::of(&Histogram::of(&surface, bins, 9.0)).bins();
+            let integral: f64 = bins.iter().map(|bin| bin.normal).sum::<f64>();
+            let width = 18.0 / bins.len() as f64;
+            assert!((integral * width - 1.0).abs() < 1e-14);
+            for (left, right) in bins.iter().zip(bins.iter().rev()) {
+                assert!((left.normal / right.normal - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_share_grows_by_what_the_histogram_counts() {
+        let surface = Shape::Paraboloid { radius: 0.3 }.draw(square(41, 1.0));
+        let levels = levels(&surface, 10, 3.0);
+        let histogram = Histogram::of(&surface, 10, 3.0);
+        for (pair, bin) in levels.windows(2).zip(histogram.bins.iter().rev()) {
+            let gained = (pair[1].share - pair[0].share) * 41.0 * 41.0;
+            // A height on the plane between two bins may round into either.
+            assert!((gained - bin.count as f64).abs() < 4.5, "{gained} {bin:?}");
+        }
+    }
+
+    #[test]
+    fn a_punch_bears_on_its_top() {
+        let punch = Shape::Punch { radius: 0.3, depth: 1.0 };
+        let surface = punch.draw(square(32, 1.0));
+        let top = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
+        let shares: Vec<f64> = levels(&surface, 100, 5.0).iter().map(|l| l.share).collect();
+        let distinct: std::collections::BTreeSet<u64> =
+            shares.iter().map(|share| share.to_bits()).collect();
+        let expected = [0.0, top, 1.0].map(f64::to_bits);
+        assert_eq!(distinct, expected.into());
+    }
+
+    #[test]
+    fn a_flat_surface_lies_at_its_mean() {
+        let surface = Surface::new(square(4, 1.0), vec![7.1; 16]).unwrap();
+        let shares = levels(&surface, 2, 1.0);
+        assert!(shares.iter().all(|level| level.share == 1.0));
+    }
+}
