@@ -11,40 +11,35 @@
 //!
 //! `half_spectrum` does all this on any mesh, with rustfft. A sweep of loads is little else than
 //! convolutions, so these have a second way, `packed`, which takes half the time on meshes of
-//! 2^a·3^b·5^c nodes a side with enough twos, and rounds alike whatever the processor's `registers`.
+//! 2^a·3^b·5^c nodes a side with enough twos, and rounds alike whatever the processor's
+//! `registers`.
 //!
-//! Maps may be a corner of a larger mesh, `padded` by zeros.
+//! Maps may be a corner of a larger mesh, padded by zeros (`rows`).
 //!
 //! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
 //! result of one makes the map of the next, row by row, both happen in one turn, and memory is
-//! passed over once. Where all rows have to be seen before the first can be replaced, they are kept in
-//! place of their spectra, and not transformed twice. [`Threads`] share all this: rows and columns by
-//! blocks.
+//! passed over once. Where all rows have to be seen before the first can be replaced, they are kept
+//! in place of their spectra, and not transformed twice. [`Threads`] share all this: rows and
+//! columns by blocks.
 
-use rustfft::{FftNum, num_complex::Complex};
+use rustfft::FftNum;
+use rustfft::num_complex::Complex;
 
-use crate::instructions::Instructions;
-use crate::threads::Threads;
+use super::instructions::Instructions;
+use super::threads::Threads;
 
-mod aligned;
-mod blocks;
 mod half_spectrum;
 mod packed;
-mod padded;
 mod registers;
-mod row;
+mod rows;
 
-use aligned::Aligned;
-use blocks::{cut, cut_pairs};
+pub(crate) use rows::in_corner;
+pub use rows::{Band, Row, see_pairs};
+
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
-use padded::Padded;
-
-pub use blocks::see_pairs;
-pub(crate) use padded::in_corner;
 use registers::Vectorize;
-
-pub use row::{Band, Row};
+use rows::{Aligned, Padded, cut, cut_pairs};
 
 /// Single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
@@ -87,8 +82,8 @@ pub trait Rows<T>: Sized + Send {
     /// in ascending order.
     fn row(&mut self, row: Row, values: &mut [T]);
 
-    /// Keeps the rows before one, an even one, and hands on the others. Nothing was seen yet. Where all
-    /// rows are seen, the one is a multiple of [`ROWS_TOGETHER`], or there are no others.
+    /// Keeps the rows before one, an even one, and hands on the others. Nothing was seen yet. Where
+    /// all rows are seen, the one is a multiple of [`ROWS_TOGETHER`], or there are no others.
     fn split_off(&mut self, row: Row) -> Self;
 
     /// Takes back what was split off last, when all its rows were seen.
@@ -130,7 +125,8 @@ impl<T: Real> Kernel<T> {
         })
     }
 
-    /// The same, of which `factors` sets those of one |k_y| and |k_x| = 0, 1, …, N_x/2, made by several threads.
+    /// The same, of which `factors` sets those of one |k_y| and |k_x| = 0, 1, …, N_x/2, made by
+    /// several threads.
     pub fn of_columns(
         threads: &Threads,
         nodes: [usize; 2],
@@ -163,7 +159,8 @@ impl<T: Real> Transform<T> {
     }
 
     /// Plans convolutions of maps of the first size, continued by zeros on a mesh of the second: of
-    /// four times the nodes, say, at three times the cost, since no row beyond a map's is transformed.
+    /// four times the nodes, say, at three times the cost, since no row beyond a map's is
+    /// transformed.
     pub fn padded(map: [usize; 2], nodes: [usize; 2]) -> Self {
         assert!(map[0] * map[1] > 0, "a mesh has at least one node");
         assert!(map[0] <= nodes[0] && map[1] <= nodes[1], "padding adds");
@@ -276,8 +273,8 @@ impl<T: Real> Transform<T> {
         self.pass(Held::Spectra, Held::Rows, rows, scratch);
     }
 
-    /// Reads the rows of a map that was kept, and begins the convolution of the map by which they are
-    /// replaced.
+    /// Reads the rows of a map that was kept, and begins the convolution of the map by which they
+    /// are replaced.
     pub fn turn_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Held::Rows, Held::Spectra, rows, scratch);
     }

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 
-use super::aligned::Aligned;
+use super::rows::Aligned;
 use super::{Band, Held, ROWS_TOGETHER, Real, Row, Rows, Sink, Source, cut, cut_pairs};
 use crate::threads::{Crew, Threads};
 
@@ -153,8 +154,8 @@ impl<T: Real> HalfSpectrum<T> {
         self.pass_over(Held::Spectra, Held::Nothing, rows, spectrum, threads, buffers);
     }
 
-    /// Goes over all rows that are not zero for certain, which may come from the half spectrum and may
-    /// go there.
+    /// Goes over all rows that are not zero for certain, which may come from the half spectrum and
+    /// may go there.
     pub fn pass(
         &self,
         from: Held,
@@ -292,8 +293,8 @@ impl<T: Real> HalfSpectrum<T> {
     }
 
     /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies, found)`
-    /// change them, and scatters them back. Columns are contiguous in the tile. Returns what was found,
-    /// in the order of the columns.
+    /// change them, and scatters them back. Columns are contiguous in the tile. Returns what was
+    /// found, in the order of the columns.
     fn transform_columns(
         &self,
         spectrum: &mut [Complex<T>],
@@ -372,8 +373,8 @@ fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
     }
 }
 
-/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude. Returns the sum of what they
-/// were times what they are.
+/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude. Returns the sum of what
+/// they were times what they are.
 fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
     let (positive, negative) = column.split_at_mut(symbol.len());
     let positive = positive.iter_mut().zip(symbol);

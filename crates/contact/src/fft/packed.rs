@@ -1,9 +1,9 @@
 //! Convolutions of two rows at a time, as many numbers at a time as a register holds.
 //!
-//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N_x/2 × N_y.
-//! Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong to the even and the
-//! odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N_x/2, with
-//! w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then multiplying by
+//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N_x/2 ×
+//! N_y. Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong to the even
+//! and the odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N_x/2, with w =
+//! exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then multiplying by
 //! them is
 //!
 //! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2,
@@ -12,8 +12,9 @@
 //!
 //! The work is laid out so that every instruction works on full registers of L numbers:
 //!
-//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N_y/L blocks, each a
-//!    register, which stand for k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all rows is a tile.
+//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N_y/L blocks, each
+//!    a register, which stand for k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all rows is a
+//!    tile.
 //! 2. *Columns* (`columns`). A tile is small enough for the second-level cache and has contiguous
 //!    columns, one a lane. Stages cut them in blocks of L × L numbers, which are then transformed
 //!    along both sides, transposed in between. The blocks of k and −k meet, are multiplied, and go
@@ -21,11 +22,12 @@
 //! 3. *Rows* again, backwards.
 //!
 //! A map on a corner of the mesh fills its first rows only. The others are neither transformed nor
-//! kept: a tile holds what it has of the first ones, and is completed by zeros where its columns are
-//! transformed.
+//! kept: a tile holds what it has of the first ones, and is completed by zeros where its columns
+//! are transformed.
 //!
-//! Threads share rows by blocks of batches, of which each has its part of every tile, and columns by
-//! pairs of tiles.
+//! Threads share rows by blocks of batches, of which each has its part of every tile, and columns
+//! by pairs of tiles. [`Store`] takes complex rows from a batch to the tiles, transformed or as
+//! they are, and [`Fetch`] back.
 
 #![expect(
     clippy::needless_range_loop,
@@ -36,18 +38,16 @@ use std::ops::Deref;
 
 use pulp::bytemuck;
 
-use super::aligned::Aligned;
+use super::registers::{Registers, Work};
+use super::rows::Aligned;
 use super::{Held, ROWS_TOGETHER, Real, Row, Rows, cut, cut_pairs};
 use crate::instructions::Instructions;
 use crate::threads::{Crew, Threads};
 
-mod butterflies;
 mod columns;
-mod rows;
 mod stages;
 
 use columns::Columns;
-use rows::{Fetch, Store};
 use stages::Stages;
 
 /// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
@@ -69,8 +69,8 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    /// Tile after tile: real parts, imaginary parts, padding. Counted in doubles, whatever `T` is, so
-    /// that transforms of both precisions may have it in turn.
+    /// Tile after tile: real parts, imaginary parts, padding. Counted in doubles, whatever `T` is,
+    /// so that transforms of both precisions may have it in turn.
     tiles: Aligned<f64>,
     /// One for each thread.
     buffers: Vec<Buffers<T>>,
@@ -116,8 +116,8 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// The kernel whose factors of one |k_y| and |k_x| = 0, 1, …, N_x/2 are set, as [`Packed::multiply`]
-    /// reads it.
+    /// The kernel whose factors of one |k_y| and |k_x| = 0, 1, …, N_x/2 are set, as
+    /// [`Packed::multiply`] reads it.
     pub fn kernel(
         &self,
         threads: &Threads,
@@ -314,5 +314,74 @@ impl<T: Real> Packed<T> {
             tiles,
         };
         T::vectorize(self.instructions, work);
+    }
+}
+
+/// Takes a batch of complex rows to the tiles.
+struct Store<'a, 'b, T> {
+    /// Of the transform that comes before, if any does.
+    pub stages: Option<&'a Stages<T, true>>,
+    pub row_nodes: usize,
+    /// The first complex row, of those at hand.
+    pub first: usize,
+    pub batch: &'a mut [T],
+    pub tiles: &'a mut Shares<'b, T>,
+}
+
+impl<T: Real> Work<T> for Store<'_, '_, T> {
+    #[inline(always)]
+    fn run<R: Registers<Number = T>>(self, r: R) {
+        let registers = self.row_nodes / R::LANES;
+        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
+        if let Some(stages) = self.stages {
+            for row in batch.chunks_exact_mut(2 * registers) {
+                let (re, im) = row.split_at_mut(registers);
+                stages.forward(r, re, im);
+            }
+        }
+        let start = self.first * R::LANES;
+        for (j, [re, im]) in self.tiles.iter_mut().enumerate() {
+            let re = &mut re[start..][..BATCH * R::LANES];
+            let im = &mut im[start..][..BATCH * R::LANES];
+            let re: &mut [R::Lanes] = bytemuck::cast_slice_mut(re);
+            let im: &mut [R::Lanes] = bytemuck::cast_slice_mut(im);
+            for k in 0..BATCH {
+                re[k] = batch[2 * k * registers + j];
+                im[k] = batch[(2 * k + 1) * registers + j];
+            }
+        }
+    }
+}
+
+/// Brings so many complex rows back from the tiles.
+struct Fetch<'a, const ROWS: usize, T, B> {
+    /// Of the transform that comes after, if any does.
+    pub stages: Option<&'a Stages<T, true>>,
+    pub row_nodes: usize,
+    pub first: usize,
+    pub batch: &'a mut [T],
+    pub tiles: &'a [[B; 2]],
+}
+
+impl<const ROWS: usize, T: Real, B: Deref<Target = [T]>> Work<T> for Fetch<'_, ROWS, T, B> {
+    #[inline(always)]
+    fn run<R: Registers<Number = T>>(self, r: R) {
+        let registers = self.row_nodes / R::LANES;
+        let batch: &mut [R::Lanes] = bytemuck::cast_slice_mut(self.batch);
+        let start = self.first * R::LANES;
+        for (j, [re, im]) in self.tiles.iter().enumerate() {
+            let re: &[R::Lanes] = bytemuck::cast_slice(&re[start..][..ROWS * R::LANES]);
+            let im: &[R::Lanes] = bytemuck::cast_slice(&im[start..][..ROWS * R::LANES]);
+            for k in 0..ROWS {
+                batch[2 * k * registers + j] = re[k];
+                batch[(2 * k + 1) * registers + j] = im[k];
+            }
+        }
+        if let Some(stages) = self.stages {
+            for row in batch.chunks_exact_mut(2 * registers) {
+                let (re, im) = row.split_at_mut(registers);
+                stages.inverse(r, re, im);
+            }
+        }
     }
 }

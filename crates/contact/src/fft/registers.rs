@@ -2,20 +2,20 @@
 //!
 //! A register here has sixteen numbers of single precision or eight of double precision, in one
 //! register of the processor or in two: transforms are cut the same way and rounded alike on all
-//! processors. pulp keeps the intrinsics safe. All that runs on registers is `#[inline(always)]` and
-//! free of closures: only so is it compiled with the instructions of the [`Work`] that it belongs
-//! to.
+//! processors. pulp keeps the intrinsics safe. All that runs on registers is `#[inline(always)]`
+//! and free of closures: only so is it compiled with the instructions of the [`Work`] that it
+//! belongs to. [`Plain`] ones are for any processor.
 
-use pulp::bytemuck::{self, Pod};
+use std::marker::PhantomData;
+
+use pulp::bytemuck;
+use pulp::bytemuck::Pod;
 
 use super::Real;
 use crate::instructions::Instructions;
 
-mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
-
-use portable::Plain;
 
 /// The most numbers that a register holds.
 pub const MOST_LANES: usize = 16;
@@ -27,8 +27,8 @@ pub trait Registers: Copy {
     type Lanes: Pod;
     /// Numbers in a register.
     const LANES: usize = <Self::Number as Vectorize>::LANES;
-    /// Registers of the processor, of which one or several make one of these. What does not mix lanes
-    /// runs on them, one after the other: fewer numbers are at work at a time.
+    /// Registers of the processor, of which one or several make one of these. What does not mix
+    /// lanes runs on them, one after the other: fewer numbers are at work at a time.
     type Part: Registers<Number = Self::Number>;
     /// How many of them make one.
     const PARTS: usize = size_of::<Self::Lanes>() / size_of::<<Self::Part as Registers>::Lanes>();
@@ -91,8 +91,8 @@ impl Vectorize for f64 {
 /// One of the registers of the processor that make one of ours.
 pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
 
-/// Transposes the square whose rows are the first `LANES` registers: the squares that the registers of
-/// the processor make of it, and these among each other.
+/// Transposes the square whose rows are the first `LANES` registers: the squares that the registers
+/// of the processor make of it, and these among each other.
 #[inline(always)]
 pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
     let part = registers.part();
@@ -131,3 +131,91 @@ fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES
         }
     }
 }
+
+/// Arrays of so many numbers.
+#[derive(Clone, Copy, Default)]
+struct Plain<T, const LANES: usize>(PhantomData<T>);
+
+macro_rules! plain {
+    ($number:ty, $lanes:literal) => {
+        impl Registers for Plain<$number, $lanes> {
+            type Number = $number;
+            type Lanes = [$number; $lanes];
+            type Part = Self;
+
+            #[inline(always)]
+            fn part(self) -> Self {
+                self
+            }
+
+            #[inline(always)]
+            fn splat(self, value: $number) -> Self::Lanes {
+                [value; $lanes]
+            }
+
+            #[inline(always)]
+            fn add(self, mut a: Self::Lanes, b: Self::Lanes) -> Self::Lanes {
+                for i in 0..$lanes {
+                    a[i] += b[i];
+                }
+                a
+            }
+
+            #[inline(always)]
+            fn sub(self, mut a: Self::Lanes, b: Self::Lanes) -> Self::Lanes {
+                for i in 0..$lanes {
+                    a[i] -= b[i];
+                }
+                a
+            }
+
+            #[inline(always)]
+            fn mul(self, mut a: Self::Lanes, b: Self::Lanes) -> Self::Lanes {
+                for i in 0..$lanes {
+                    a[i] *= b[i];
+                }
+                a
+            }
+
+            #[inline(always)]
+            fn add_product(
+                self,
+                mut c: Self::Lanes,
+                a: Self::Lanes,
+                b: Self::Lanes,
+            ) -> Self::Lanes {
+                for i in 0..$lanes {
+                    c[i] = a[i].mul_add(b[i], c[i]);
+                }
+                c
+            }
+
+            #[inline(always)]
+            fn sub_product(
+                self,
+                mut c: Self::Lanes,
+                a: Self::Lanes,
+                b: Self::Lanes,
+            ) -> Self::Lanes {
+                for i in 0..$lanes {
+                    c[i] = (-a[i]).mul_add(b[i], c[i]);
+                }
+                c
+            }
+
+            #[inline(always)]
+            fn zip(self, a: Self::Lanes, b: Self::Lanes) -> [Self::Lanes; 2] {
+                let mut zipped = [a; 2];
+                let numbers = zipped.as_flattened_mut();
+                for i in 0..$lanes {
+                    (numbers[2 * i], numbers[2 * i + 1]) = (a[i], b[i]);
+                }
+                zipped
+            }
+        }
+    };
+}
+
+plain!(f32, 16);
+
+plain!(f64, 8);

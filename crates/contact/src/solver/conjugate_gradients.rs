@@ -4,9 +4,9 @@
 //! stay positive and keep its mean. One iteration takes two transform pairs:
 //!
 //! 1. *Correct.* On the free nodes, those with pressure or penetrating, the gap is turned into the
-//!    pressure that would close it (`correction`): the preconditioner is the stiffness |q|/2 of the
-//!    half-space between a continuation of the gap over all nodes and its transpose. Made conjugate
-//!    to the last move, the correction is the direction.
+//!    pressure that would close it ([`Search::correct`]): the preconditioner is the stiffness |q|/2
+//!    of the half-space between a continuation of the gap over all nodes and its transpose. Made
+//!    conjugate to the last move, the correction is the direction.
 //! 2. *Move.* The pressure follows the direction by a predicted step, is clipped at zero and
 //!    scaled back to its mean; the displacement of what did move updates the gap.
 //!
@@ -15,37 +15,43 @@
 //! no cost. That teaches the step of the same iteration at the next load, and what was missed is
 //! made up for by the next move, whose direction contains the last one.
 //!
-//! On large meshes memory is the limit, and not arithmetic. So the mesh is gone over at the ends and
-//! beginnings of transforms, and only once from a correction to a move. What a pass would have to know
-//! in advance is had in other ways. The line search after a move follows from sums over the pass that
-//! made it and from the transform (`line_search`), and so does the offset of the gap, which here is its
-//! mean weighted by pressure. Scaling pressures back to their mean, and taking back what was too far,
-//! are left to the next pass (`PendingUpdate`). And what the corrections are like on the whole is seen
-//! in a sample of rows, before all of them are made.
+//! On large meshes memory is the limit, and not arithmetic. So the mesh is gone over at the ends
+//! and beginnings of transforms, and only once from a correction to a move. What a pass would have
+//! to know in advance is had in other ways. The line search after a move follows from sums over the
+//! pass that made it and from the transform (`line_search`), and so does the offset of the gap,
+//! which here is its mean weighted by pressure. Scaling pressures back to their mean, and taking
+//! back what was too far, are left to the next pass (`PendingUpdate`). And what the corrections are
+//! like on the whole is seen in a sample of rows, before all of them are made.
 //!
 //! Where the material yields, the pressure is clipped at the hardness too, and free are besides
 //! elastic nodes those that penetrate without pressure and those whose gap is open under the
 //! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
-//! what is driven to zero. `balance` says how moves keep the mean. The first iterations are corrected
-//! by less than a pair, with a preconditioner of two levels (`two_level`).
+//! what is driven to zero. `balance` says how moves keep the mean. The first iterations are
+//! corrected by less than a pair, with a preconditioner of two levels (`two_level`).
+//!
+//! In the preconditioner, the stiffness has the pressure for a displacement of all nodes;
+//! `extension` has the displacement for a gap of free nodes, and takes back to them the pressure
+//! that belongs on others.
 
-use super::Solver;
+use std::mem::take;
+
 use super::balance::Balance;
-use super::evaluation::Evaluation;
+use super::evaluation::{Evaluation, Standing};
 use super::flags::{FREE, PRESSED};
-use super::history::{History, LastMove};
-use super::in_order::InOrder;
-use super::lanes::Wide;
-use super::line_search::LineSearch;
-use super::passes::{GapUpdate, PendingUpdate, UpdateGap};
+use super::lanes::{InOrder, Wide};
+use super::line_search::{History, LastMove, LineSearch};
+use super::passes::{
+    Asking, Ceiling, Direction, Extend, GapUpdate, Means, Peek, PendingUpdate, Sums, TakeOthers,
+    UpdateGap, UpdatePressure,
+};
 use super::search::Search;
 use super::start::Start;
-use super::survey::Standing;
-use super::two_level;
+use super::{Solver, two_level};
 use crate::fft::Band;
 
-/// The part of its largest residual that a search in single precision is trusted to reach: far from its
-/// rounding, 1e-7. An evaluation in double precision and the start after it last as long as two iterations.
+/// The part of its largest residual that a search in single precision is trusted to reach: far from
+/// its rounding, 1e-7. An evaluation in double precision and the start after it last as long as two
+/// iterations.
 const SINGLE_REDUCTION: f64 = 1e-5;
 
 /// By which an iteration is expected to reduce the residual once contact is found: what comes that
@@ -57,10 +63,11 @@ const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Where iterations end.
 pub enum End {
-    /// At a residual that is low enough, or will not be lower without a new start: with this still to be done to
-    /// pressures, and gaps in contact about as high as the offset.
+    /// At a residual that is low enough, or will not be lower without a new start: with this still
+    /// to be done to pressures, and gaps in contact about as high as the offset.
     Residual { pending: PendingUpdate, offset: f64, is_reached: bool },
-    /// At a move, made from this offset, that is expected to lead to such a residual; its gap is not known.
+    /// At a move, made from this offset, that is expected to lead to such a residual; its gap is
+    /// not known.
     Move { line: LineSearch, balance: Option<Balance>, offset: f64 },
 }
 
@@ -74,8 +81,8 @@ pub struct Goal {
 }
 
 impl Solver {
-    /// Iterates, at least once, until the residual is within the tolerance or single precision has done
-    /// what it can, and evaluates where that led.
+    /// Iterates, at least once, until the residual is within the tolerance or single precision has
+    /// done what it can, and evaluates where that led.
     pub(super) fn refine(
         &mut self,
         history: &mut History,
@@ -97,7 +104,8 @@ impl Solver {
 }
 
 impl Search {
-    /// Iterates, at least once, until the residual is as low as it is wanted or single precision has done what it can.
+    /// Iterates, at least once, until the residual is as low as it is wanted or single precision
+    /// has done what it can.
     pub(super) fn iterate(
         &mut self,
         history: &mut History,
@@ -181,8 +189,8 @@ impl Search {
         }
     }
 
-    /// What single precision can reduce residuals to that were `largest`, where gaps in contact are about `offset`:
-    /// their last digit, where that is far from the reference.
+    /// What single precision can reduce residuals to that were `largest`, where gaps in contact are
+    /// about `offset`: their last digit, where that is far from the reference.
     fn within_single_precision(&self, largest: f64, offset: f64) -> f64 {
         let rounding = f64::from(f32::EPSILON) * offset.abs();
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
@@ -261,5 +269,151 @@ impl Search {
         // In elastic bodies the sums are zero, and it is known already.
         let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);
         (seen.extremes.seen_from(offset), free_offset)
+    }
+}
+
+/// The largest share of the last move in a direction: more would make it grow from one iteration
+/// to the next, which a predicted step does not bear.
+const LARGEST_SHARE: f64 = 2.0;
+
+impl Search {
+    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.
+    /// Where the material yields, free nodes are gathered on the way; returns also in how many
+    /// rows.
+    fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
+        // Their memory serves again.
+        let (mut nodes, mut last_moves) = (take(&mut self.asking), take(&mut self.last_moves));
+        nodes.clear();
+        last_moves.clear();
+        let asking = self.bound.map(|_| Asking {
+            base: &self.base,
+            increment: &self.increment,
+            of_move: of_move as f32,
+            nodes,
+            last_moves,
+            rows: 0,
+        });
+        let extension = &self.extension;
+        let mut peek = Wide(Peek::new(&self.carry, &self.active, &self.sample, extension, asking));
+        let by_blocks = self.is_by_blocks;
+        let nodal = by_blocks.then(|| self.two_level.nodal(&self.gap, self.level));
+        let (single, scratch) = (&self.transform, &mut self.scratch);
+        let mut look = |pairs: Vec<usize>, peek: &mut Wide<Peek>| match nodal {
+            None => self.stiffness.peek_kept(&pairs, peek, single, scratch),
+            Some(nodal) => nodal.peek(&self.threads, &pairs, self.nodes, peek),
+        };
+        look(self.sample.pairs(), &mut peek);
+        if sees_all_rows || peek.0.saw_too_little() {
+            look(self.sample.other_pairs(), &mut peek);
+        }
+        let means = peek.0.means();
+        let Some(asking) = peek.0.asking() else {
+            return (means, 0);
+        };
+        let rows = asking.rows;
+        (self.asking, self.last_moves) = (asking.nodes, asking.last_moves);
+        (means, rows)
+    }
+
+    /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
+    /// what pressures have lacked since then.
+    pub(super) fn direction(
+        &mut self,
+        last: Option<&LastMove>,
+        step: f64,
+        lacked: f64,
+        sees_all_rows: bool,
+    ) -> Direction {
+        let of_move = last.map_or(0.0, |last| last.pending.part - 1.0);
+        let (means, rows) = self.peek(of_move, sees_all_rows);
+        let Some(last) = last else {
+            let mean = self.balanced_mean([step, 0.0], lacked, rows);
+            return Direction::first(step, mean.unwrap_or(-means.correction));
+        };
+        // Gaps count from the offset, and the offset has moved too.
+        let along = means.correction_on_image - last.offset_change * means.sampled_correction;
+        let share = self.free_nodes * along / last.curvature + last.missed / step;
+        let share = share.clamp(0.0, LARGEST_SHARE);
+        let PendingUpdate { scale, part } = last.pending;
+        let cells = self.cells() as f64;
+        let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
+        let mean = share * part * (means.last_move + scaling) - means.correction;
+        let mean = self.balanced_mean([step, share * part], lacked, rows).unwrap_or(mean);
+        Direction::next(last.pending, share, step, mean)
+    }
+
+    /// Moves the pressures along a new direction.
+    pub(super) fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
+        match self.bound {
+            None => self.update_pressure_as::<false>(direction, is_last),
+            Some(_) => self.update_pressure_as::<true>(direction, is_last),
+        }
+    }
+
+    fn update_pressure_as<const YIELDS: bool>(
+        &mut self,
+        direction: Direction,
+        is_last: bool,
+    ) -> Sums {
+        let mut pass = Wide(UpdatePressure::<YIELDS> {
+            direction,
+            ceiling: Ceiling::at(self.ceiling()),
+            base: &self.base,
+            increment: Band::of(&mut self.increment),
+            given: self.extension.given_rows(),
+            active: &self.active,
+            carry: Band::of(&mut self.carry),
+            gap: &self.gap,
+            heights: &self.heights,
+            sums: InOrder::new(),
+        });
+        let (single, scratch) = (&self.transform, &mut self.scratch);
+        if self.is_by_blocks {
+            let nodal = self.two_level.nodal(&self.gap, self.level);
+            nodal.turn(self.nodes[1], &mut pass, single, scratch);
+        } else if is_last {
+            self.stiffness.finish_kept(&mut pass, single, scratch);
+        } else {
+            self.stiffness.turn_kept(&mut pass, single, scratch);
+        }
+        pass.0.sums.total()
+    }
+}
+
+impl Search {
+    /// Makes the rows of the correction, all but what is to be given to them: in one pair, after
+    /// which they are kept, or by blocks.
+    pub(super) fn correct(&mut self, by_blocks: bool) {
+        self.is_by_blocks = by_blocks;
+        if by_blocks {
+            return self.two_level.correct(&self.threads, &mut self.extension);
+        }
+        self.begin_correction();
+        self.pairs += 1;
+        let mut pass = Wide(TakeOthers {
+            map: self.nodes,
+            carry: &self.carry,
+            active: &self.active,
+            taken: self.extension.taken_rows(),
+        });
+        let (single, scratch) = (&self.transform, &mut self.scratch);
+        self.stiffness.finish_and_keep(&mut pass, single, scratch);
+        self.extension.collect(&self.threads);
+    }
+
+    /// Begins the transform of the gap above its level, on free nodes and continued over the
+    /// others.
+    fn begin_correction(&mut self) {
+        self.extension.extend(&self.threads);
+        let mut pass = Wide(Extend {
+            map: self.nodes,
+            level: self.level as f32,
+            gap: &self.gap,
+            carry: &self.carry,
+            active: &self.active,
+            continued: self.extension.continued_rows(),
+        });
+        let (single, scratch) = (&self.transform, &mut self.scratch);
+        self.stiffness.begin(&mut pass, single, scratch);
     }
 }

@@ -2,20 +2,20 @@
 
 use std::time::{Duration, Instant};
 
-use super::super::fft::Transform;
 use super::HalfSpace;
-use super::far_load::is_far;
-use super::nested::is_nested;
+use super::nested::{is_far, is_nested};
 use crate::elasticity;
 use crate::elasticity::PeriodicHalfSpace;
+use crate::fft::Transform;
 use crate::grid::{Boundary, Cell, Grid};
 
 /// Cost of a whole iteration over that of its transforms, in pairs: 2.4 at 512² and 2.3 at 1024².
 const OVERHEAD: f64 = 2.3;
 
-/// Pairs of a load that is solved for on coarser meshes first, and what a tenth of the tolerance adds to them: 12 to 15
-/// for loads of any size on 512² to 4096² nodes.
+/// Pairs of a load that is solved for on coarser meshes first, and what a tenth of the tolerance
+/// adds to them: 12 to 15 for loads of any size on 512² to 4096² nodes.
 const NESTED: f64 = 13.0;
+
 const NESTED_PER_DECADE: f64 = 3.0;
 
 /// How long a pair is measured again and again.
@@ -24,23 +24,24 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// What a tenth of the tolerance adds to the pairs at the default one, counted down to 1e-10.
 const PER_DECADE: f64 = 0.18;
 
-/// What a pair takes where nothing lies around the map, in time: every other one is on a mesh of twice the nodes
-/// along both axes, most of which are known to be zero, and the rest on one of 1.25 times the nodes.
+/// What a pair takes where nothing lies around the map, in time: every other one is on a mesh of
+/// twice the nodes along both axes, most of which are known to be zero, and the rest on one of 1.25
+/// times the nodes.
 const FREE: f64 = 2.3;
 
 /// Seconds for each node that the kernels of a free half-space take.
 const FREE_KERNEL: f64 = 2e-7;
 
-/// Pairs where a material yields over those where it does not, in time: counts under hardnesses of 0.3 and 1 E* ×
-/// rms slope are 1.1 to 1.3 on 128² nodes, to any tolerance, and 1 to 1.3 on 1024²; with iterations that take one pair
-/// and not two, each takes 1.3 times as long.
+/// Pairs where a material yields over those where it does not, in time: counts under hardnesses of
+/// 0.3 and 1 E* × rms slope are 1.1 to 1.3 on 128² nodes, to any tolerance, and 1 to 1.3 on 1024²;
+/// with iterations that take one pair and not two, each takes 1.3 times as long.
 const YIELDING: f64 = 1.45;
 
 /// Meshes beyond this are not measured, but a part of them: that costs seconds and gigabytes.
 const LARGEST_MEASURED: usize = 2048;
 
-/// Seconds of one core that the preparation of a body is expected to take, besides what that of a periodic
-/// one does, which is next to nothing.
+/// Seconds of one core that the preparation of a body is expected to take, besides what that of a
+/// periodic one does, which is next to nothing.
 pub fn preparation(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     match body.boundary {
         Boundary::Periodic => 0.0,
@@ -48,8 +49,8 @@ pub fn preparation(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     }
 }
 
-/// Transform pairs on the mesh of the map that ascending loads, in units of E* × rms slope, are expected
-/// to take, or what takes as long.
+/// Transform pairs on the mesh of the map that ascending loads, in units of E* × rms slope, are
+/// expected to take, or what takes as long.
 pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let elastic = elastic_pairs(nodes, loads, tolerance);
     let pairs = elastic * body.hardness.map_or(1.0, |_| YIELDING);
@@ -69,9 +70,10 @@ fn decades(tolerance: f64) -> f64 {
 
 /// The same on an elastic and periodic body.
 ///
-/// A rough fit to counts on self-affine surfaces, good to a tenth for means over several: loads near full
-/// contact are the easiest, coarser steps guess worse, on small meshes the first load has no guess to start from, and each
-/// doubling of the mesh adds a tenth. Loads far apart take as many wherever they are.
+/// A rough fit to counts on self-affine surfaces, good to a tenth for means over several: loads
+/// near full contact are the easiest, coarser steps guess worse, on small meshes the first load has
+/// no guess to start from, and each doubling of the mesh adds a tenth. Loads far apart take as many
+/// wherever they are.
 fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let cell = Cell::square(1.0).expect("a side of one");
     let nested = Grid::new(nodes, cell).is_ok_and(is_nested);

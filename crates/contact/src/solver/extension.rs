@@ -1,37 +1,34 @@
 //! Continues over all nodes what free ones ask for, and hands back to them what the others are
 //! asked for then.
 //!
-//! Where the gap of free nodes is r, the pressure on them that closes it is that which the stiffness
-//! K has for r continued by the displacement that this pressure causes elsewhere. Of all
+//! Where the gap of free nodes is r, the pressure on them that closes it is that which the
+//! stiffness K has for r continued by the displacement that this pressure causes elsewhere. Of all
 //! continuations E r this one has the least energy ⟨E r, K E r⟩: it is ⟨r, S r⟩, where S is the
-//! stiffness of the free nodes alone. So Eᵀ K E is symmetric and no less than S for any linear E, and
-//! close to S if E r is about as smooth as displacements are. What zeros elsewhere cost is a jump at
-//! each edge of contact: then the eigenvalues of S⁻¹ Eᵀ K E reach from 1 to 5 or 20, as the logarithm
-//! of wavelength over spot (long waves ask for far too much), and with the present E to 1.2 or 1.4
-//! on all meshes, for all spectra and from light loads to nearly full contact.
+//! stiffness of the free nodes alone. So Eᵀ K E is symmetric and no less than S for any linear E,
+//! and close to S if E r is about as smooth as displacements are. What zeros elsewhere cost is a
+//! jump at each edge of contact: then the eigenvalues of S⁻¹ Eᵀ K E reach from 1 to 5 or 20, as the
+//! logarithm of wavelength over spot (long waves ask for far too much), and with the present E to
+//! 1.2 or 1.4 on all meshes, for all spectra and from light loads to nearly full contact.
 //!
-//! E is a pyramid of means. Each block of 4 × 4 nodes, and of 2 × 2 blocks, and so on, takes the sum
-//! over its free nodes together with the value of the larger blocks around it, interpolated linearly,
-//! which weighs as much as [`WEIGHT`] of the block's nodes. Around the largest block is zero. So a value
-//! fades with the distance from contact over which contact is sparse: were it not to fade, what one node
-//! asks for would spread as far as there is no other.
+//! E is a pyramid of means. Each block of 4 × 4 nodes, and of 2 × 2 blocks, and so on, takes the
+//! sum over its free nodes together with the value of the larger blocks around it, interpolated
+//! linearly, which weighs as much as [`WEIGHT`] of the block's nodes. Around the largest block is
+//! zero. So a value fades with the distance from contact over which contact is sparse: were it not
+//! to fade, what one node asks for would spread as far as there is no other.
 //!
-//! Passes over the mesh work on a row of blocks at a time (`rows`): the rows of nodes in it are added up
-//! node by node, and then along the row. The pyramid has a sixteenth of the nodes (`levels`).
+//! Passes over the mesh work on a row of blocks at a time (`rows`): the rows of nodes in it are
+//! added up node by node, and then along the row. The pyramid has a sixteenth of the nodes
+//! (`levels`).
 
 use super::lanes::over_rows;
 use crate::threads::Threads;
 
-mod handed_back;
-mod interpolation;
 mod levels;
-mod means;
 mod rows;
 
-use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
+pub use rows::{AskedRows, ContinuedRows, GivenRows, TakenRows};
 
-pub use handed_back::{GivenRows, TakenRows};
-pub use rows::{AskedRows, ContinuedRows};
+use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
 
 /// Nodes along a side of the smallest blocks: with 2, hardly fewer iterations.
 const SIDE: usize = 4;
@@ -49,8 +46,8 @@ pub struct Extension {
     map: [usize; 2],
     /// and of the mesh that it is a corner of.
     nodes: [usize; 2],
-    /// Else it continues by zeros: corrections are then less far-reaching, for a search that has gone
-    /// astray with others.
+    /// Else it continues by zeros: corrections are then less far-reaching, for a search that has
+    /// gone astray with others.
     pub continues: bool,
 }
 
@@ -67,7 +64,8 @@ struct Level {
 }
 
 impl Extension {
-    /// Over a mesh of `nodes`, of which the map is a corner or all: nodes around it ask for nothing.
+    /// Over a mesh of `nodes`, of which the map is a corner or all: nodes around it ask for
+    /// nothing.
     pub fn new(map: [usize; 2], nodes: [usize; 2]) -> Self {
         let (mut side, mut levels) = (SIDE, Vec::new());
         loop {

@@ -2,22 +2,32 @@
 //! number that can spare them.
 //!
 //! Between passes, each node carries one number from iteration to iteration: its last move if it is
-//! free. It only steers the search, so that its lowest bits are as good as any to tell whether it is.
-//! A map of its own would be read and written in every pass.
+//! free. It only steers the search, so that its lowest bits are as good as any to tell whether it
+//! is. A map of its own would be read and written in every pass.
+//!
+//! [`ActiveGroups`] are the groups of neighbours that take part in the search. Contact is patches:
+//! on most of a lightly loaded mesh no node is free, no pressure is to be moved, and nothing was
+//! moved before. What passes over the mesh would read there is known, and on large meshes reading
+//! it is most of what they cost. A group is as many neighbours of a row as
+//! [`Lanes`](super::lanes::Lanes) have; the rest of a row is always looked at.
 
 use pulp::Simd;
 
-use super::lanes::{Choice, Lanes};
+use super::lanes::{Choice, LANES, Lanes};
+use crate::fft::{Band, Row};
 
 /// Takes part in the iteration: its pressure may change in the way in which its gap asks for.
 pub const FREE: u32 = 1;
+
 /// Has pressure.
 pub const PRESSED: u32 = 2;
+
 /// Has the pressure under which the material yields, and is pressed too. Without a hardness, no
 /// node is, and the bit belongs to the number.
 pub const SATURATED: u32 = 4;
 
 const MARKS: u32 = FREE | PRESSED;
+
 const ALL_MARKS: u32 = MARKS | SATURATED;
 
 #[inline(always)]
@@ -54,9 +64,96 @@ pub fn marked_by_pressure(carry: f32, pressure: f64, hardness: f64) -> f32 {
     f32::from_bits((carry.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
 }
 
+/// For the rest of a row, node by node.
+pub const ALL: [bool; LANES] = [true; LANES];
+
+/// Groups of a mesh that have a free node, and those that have one or a pressure.
+///
+/// In groups that are not active, increments are what makes pressures zero, and carries are zero.
+/// In active ones without a free node all pressures are at a bound.
+pub struct ActiveGroups {
+    row_groups: usize,
+    active: Vec<bool>,
+    free: Vec<bool>,
+    /// Whether all are active, as in a fine search: the base is not zero where there is no
+    /// pressure.
+    always: bool,
+}
+
+impl ActiveGroups {
+    pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
+        let row_groups = row_nodes / LANES;
+        Self {
+            row_groups,
+            active: vec![true; rows * row_groups],
+            free: vec![true; rows * row_groups],
+            always: false,
+        }
+    }
+
+    /// Gets ready for a search in which all groups are active, or only those that are found to be.
+    pub fn prepare(&mut self, always: bool) {
+        self.always = always;
+    }
+
+    /// Which groups of a row are active,
+    #[inline(always)]
+    pub fn row(&self, row: Row) -> &[bool] {
+        Row::new(row.index(), self.row_groups).of(&self.active)
+    }
+
+    /// and which have a free node.
+    #[inline(always)]
+    pub fn free_row(&self, row: Row) -> &[bool] {
+        Row::new(row.index(), self.row_groups).of(&self.free)
+    }
+
+    /// All rows, to be set.
+    pub fn band(&mut self) -> ActiveBand<'_> {
+        ActiveBand {
+            row_groups: self.row_groups,
+            active: Band::of(&mut self.active),
+            free: Band::of(&mut self.free),
+            always: self.always,
+        }
+    }
+}
+
+/// Consecutive rows of groups, to be set.
+pub struct ActiveBand<'a> {
+    row_groups: usize,
+    active: Band<'a, bool>,
+    free: Band<'a, bool>,
+    /// Whether all are to stay active.
+    pub always: bool,
+}
+
+/// The groups of a row, to be set.
+pub struct GroupsOfRow<'r> {
+    pub active: &'r mut [bool],
+    pub free: &'r mut [bool],
+}
+
+impl ActiveBand<'_> {
+    #[inline(always)]
+    pub fn row(&mut self, row: Row) -> GroupsOfRow<'_> {
+        let row = Row::new(row.index(), self.row_groups);
+        GroupsOfRow { active: self.active.row(row), free: self.free.row(row) }
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        let row = Row::new(row.index(), self.row_groups);
+        Self { active: self.active.split_off(row), free: self.free.split_off(row), ..*self }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elasticity::PeriodicHalfSpace;
+    use crate::grid::samples::{rectangle, square};
+    use crate::solver::{Settings, Solver};
+    use crate::topography::shapes::Shape;
 
     fn marked(carry: f32, free: bool, pressed: bool) -> f32 {
         let marks = (FREE * u32::from(free)) | (PRESSED * u32::from(pressed));
@@ -86,5 +183,35 @@ mod tests {
                 assert!((bearer + 2.5).abs() <= 1e-6 * 2.5);
             }
         }
+    }
+
+    #[test]
+    fn pressure_is_in_active_groups_alone() {
+        // Strips of contact along y, and along x, where rows end with nine nodes of no group.
+        let grid = rectangle([96, 153], [1.0, 1.0]);
+        let waves = Shape::Wave { amplitude: 0.1, waves: 2 }.draw(grid);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), waves.heights());
+        solver.press(0.01, &Settings::default(), &|| false);
+        let mut counts = [0; 2];
+        for row in (0..96).map(|index| Row::new(index, 153)) {
+            let groups = row.of(solver.pressure()).as_chunks::<LANES>().0;
+            for (active, pressures) in solver.search.active.row(row).iter().zip(groups) {
+                counts[usize::from(*active)] += 1;
+                assert!(*active || pressures.iter().all(|p| *p == 0.0));
+            }
+        }
+        assert_eq!(counts[0] + counts[1], 96 * 9);
+        assert!(counts[0] > counts[1] && counts[1] > 0);
+    }
+
+    #[test]
+    fn all_groups_of_a_fine_search_stay_active() {
+        let grid = square(64, 1.0);
+        let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+        let settings = Settings { tolerance: 1e-8, ..Settings::default() };
+        solver.press(0.01, &settings, &|| false);
+        assert!(solver.search.active.active.iter().all(|active| *active));
+        assert!(solver.search.active.free.iter().any(|free| !free));
     }
 }

@@ -5,11 +5,15 @@
 //! d = s m + (s − 1) p, with displacement A d = s A m + (s − 1) u. All that a line search asks for
 //! follows from sums over m, p, g and u, and from ⟨m, A m⟩.
 //!
-//! Where the material yields, saturated pressures are not to be scaled, and what scaling the elastic
-//! ones alone would displace is not known. There d = m, and what pressures lack to their mean is
-//! left to the next direction. The energy counts with the work of what they lack on the offset.
+//! Where the material yields, saturated pressures are not to be scaled, and what scaling the
+//! elastic ones alone would displace is not known. There d = m, and what pressures lack to their
+//! mean is left to the next direction. The energy counts with the work of what they lack on the
+//! offset.
+//!
+//! [`Steps`] say how far a direction is followed before it is known how far would have been best,
+//! and [`History`] what the iterations of one load have learnt of its moves.
 
-use super::passes::Sums;
+use super::passes::{PendingUpdate, Sums};
 
 /// The most that pressures may have to be scaled by after a move.
 const WORST_SCALE: f64 = 2.0;
@@ -35,8 +39,8 @@ pub struct LineSearch {
 }
 
 impl LineSearch {
-    /// A move whose pressures come to `base + sums.increment`, and are to come to `total`; gaps are u less
-    /// height and `reference`.
+    /// A move whose pressures come to `base + sums.increment`, and are to come to `total`; gaps are
+    /// u less height and `reference`.
     pub fn new(sums: &Sums, base: f64, total: f64, reference: f64) -> Self {
         let after = base + sums.increment;
         let scale = total / after;
@@ -57,8 +61,8 @@ impl LineSearch {
         }
     }
 
-    /// The same where the material yields. The move starts from pressures that come to `before`, and
-    /// gaps of free nodes have the mean `offset`.
+    /// The same where the material yields. The move starts from pressures that come to `before`,
+    /// and gaps of free nodes have the mean `offset`.
     pub fn yielding(sums: &Sums, base: f64, [before, total]: [f64; 2], offset: f64) -> Self {
         let after = base + sums.increment + sums.rounded;
         Self {
@@ -73,7 +77,8 @@ impl LineSearch {
         }
     }
 
-    /// The same with elastic pressures scaled after the move, so that they come to what they should.
+    /// The same with elastic pressures scaled after the move, so that they come to what they
+    /// should.
     pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
         let lacked = self.total - self.total / self.needed_scale;
         Self { slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * lacked, ..self }
@@ -93,8 +98,8 @@ impl LineSearch {
         !(scale > 0.0 && scale <= WORST_SCALE && self.slope.is_finite())
     }
 
-    /// Which part of the move leads to the lowest energy; zero for a move of no length, without curvature, or
-    /// against the slope: only rounding is left in it.
+    /// Which part of the move leads to the lowest energy; zero for a move of no length, without
+    /// curvature, or against the slope: only rounding is left in it.
     pub fn best(&self, curvature: f64) -> f64 {
         if self.slope < 0.0 && curvature > 0.0 { -self.slope / curvature } else { 0.0 }
     }
@@ -109,6 +114,159 @@ impl LineSearch {
     pub fn expected_offset(&self) -> f64 {
         self.offset(1.0, self.slope.abs())
     }
+}
+
+/// Iterations of one load whose steps are told apart; later ones share the last.
+const STEPS: usize = 16;
+
+/// The step before any was learnt. Corrections are too large by up to a third; with one half, first
+/// loads take half as many pairs again.
+const UNTRIED_STEP: f64 = 0.9;
+
+/// Steps stay above what surfaces of all kinds were seen to need: a load that ends in rounding must
+/// not teach the next. More than the whole correction closes the gap only of nodes about to be let
+/// go; one load may have many of them, and the next one none.
+const STEP_RANGE: (f64, f64) = (0.1, 1.0);
+
+/// The steps that each iteration of a load learnt from earlier loads.
+#[derive(Clone)]
+pub struct Steps([f64; STEPS]);
+
+impl Default for Steps {
+    fn default() -> Self {
+        Self([UNTRIED_STEP; STEPS])
+    }
+}
+
+impl Steps {
+    pub fn of(&self, iteration: usize) -> f64 {
+        self.0[iteration.min(STEPS - 1)]
+    }
+
+    /// All of them, in the order of iterations.
+    pub fn all(&self) -> &[f64] {
+        &self.0
+    }
+
+    /// Those that [`Steps::all`] has told, one after the other.
+    pub fn restored<E>(mut next: impl FnMut() -> Result<f64, E>) -> Result<Steps, E> {
+        let mut steps = Steps::default();
+        for step in &mut steps.0 {
+            *step = next()?;
+        }
+        Ok(steps)
+    }
+
+    /// Learns, by half, that `best` times the step would have been right.
+    pub fn learn(&mut self, iteration: usize, best: f64) {
+        let (least, most) = STEP_RANGE;
+        let step = &mut self.0[iteration.min(STEPS - 1)];
+        *step = (*step * (0.5 + 0.5 * best.min(2.0))).clamp(least, most);
+    }
+}
+
+/// A move of which less than this part would have been best is taken back to that part. Below one
+/// half it would have raised the energy.
+const SMALLEST_PART: f64 = 0.5;
+
+/// Where less than this part would have been best, all of it is taken back, and the next steps are
+/// shortened: a small part would leave a trace of pressure on many nodes that should have none, so
+/// that directions would go on to count with them.
+const RECKLESS_PART: f64 = 0.25;
+
+/// Where less than this part would have been best, the next step is shorter by as much: while many
+/// nodes change between free and bound, one step too long follows another.
+const EXPECTED_PART: f64 = 0.8;
+
+/// While steps are shortened further than this, corrections go without a continuation of the gap.
+/// Where many nodes are clipped, the rest of what was meant for all may lead uphill.
+const CONTINUED_DAMPING: f64 = 0.5;
+
+/// Steps are shortened as far as this only if directions are wrong altogether: made for the rows of
+/// a sample, it may be, where contact follows the rows.
+const LEAST_DAMPING: f64 = 0.01;
+
+/// What iterations of one load leave to later ones, besides the steps.
+pub struct History {
+    /// Whether they began where a coarser mesh led.
+    pub is_nested: bool,
+    pub iteration: usize,
+    /// Shortens steps after one that went much too far. Without it, a step that clips too many
+    /// nodes to go downhill would be taken back and tried again for ever.
+    pub damping: f64,
+    /// Shortens the step after one that went somewhat too far.
+    pub caution: f64,
+    /// Whether all rows are looked at, and not a sample.
+    pub sees_all_rows: bool,
+    /// The last move, if it was evaluated.
+    pub last: Option<LastMove>,
+}
+
+impl Default for History {
+    fn default() -> Self {
+        Self {
+            is_nested: false,
+            iteration: 0,
+            damping: 1.0,
+            caution: 1.0,
+            sees_all_rows: false,
+            last: None,
+        }
+    }
+}
+
+impl History {
+    /// Of iterations that begin where a coarser mesh led.
+    pub fn nested() -> Self {
+        Self { is_nested: true, ..Self::default() }
+    }
+
+    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    pub fn learn(&mut self, steps: &mut Steps, best: f64) -> f64 {
+        if self.damping == 1.0 {
+            steps.learn(self.iteration, best * self.caution);
+        }
+        // What the first move clips of a guess is not to be taken back, and tells of the next only
+        // where little is clipped: after a coarser mesh.
+        let is_first = self.iteration == 0;
+        let short = !is_first && best < SMALLEST_PART;
+        if !is_first || self.is_nested {
+            let went_too_far = best < EXPECTED_PART;
+            self.caution = if went_too_far { best.max(SMALLEST_PART) } else { 1.0 };
+        }
+        self.iteration += 1;
+        if !short {
+            self.damping = (2.0 * self.damping).min(1.0);
+            return 1.0;
+        }
+        if best < RECKLESS_PART {
+            self.shorten_steps();
+            return 0.0;
+        }
+        best
+    }
+
+    /// Whether corrections are made with a continuation of the gap.
+    pub fn continues(&self) -> bool {
+        self.damping >= CONTINUED_DAMPING
+    }
+
+    pub fn shorten_steps(&mut self) {
+        self.damping *= 0.5;
+        self.sees_all_rows |= self.damping < LEAST_DAMPING;
+    }
+}
+
+/// A move that has been made, but for its pending update.
+#[derive(Clone, Copy)]
+pub struct LastMove {
+    pub pending: PendingUpdate,
+    /// ⟨move, its displacement⟩, twice the elastic energy of the move alone.
+    pub curvature: f64,
+    /// The part of the move that should be added to it.
+    pub missed: f64,
+    /// How much higher the offset is after it.
+    pub offset_change: f64,
 }
 
 #[cfg(test)]

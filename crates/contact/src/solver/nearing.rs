@@ -1,23 +1,27 @@
 //! Which nodes are expected to come into contact under the next load.
 //!
-//! On a straight line through two solutions gaps close too soon: towards an edge of contact they fall
-//! with the power 3/2 of the distance, so that what the next load will leave open seems to penetrate,
-//! under a load twice the last one half of the mesh. A search lets go of half of what it took for
-//! contact by mistake in an iteration. But how many nodes will be in contact is known to a per cent,
-//! for the contact grows with the load in proportion over a few steps; and first in contact are those
-//! whose gap is the smallest part of what it was before. So they alone are free when a search begins. If that
-//! is too few, gaps show it after the first move.
+//! On a straight line through two solutions gaps close too soon: towards an edge of contact they
+//! fall with the power 3/2 of the distance, so that what the next load will leave open seems to
+//! penetrate, under a load twice the last one half of the mesh. A search lets go of half of what it
+//! took for contact by mistake in an iteration. But how many nodes will be in contact is known to a
+//! per cent, for the contact grows with the load in proportion over a few steps; and first in
+//! contact are those whose gap is the smallest part of what it was before. So they alone are free
+//! when a search begins. If that is too few, gaps show it after the first move.
+
+use pulp::Simd;
 
 use super::Solver;
-use super::lanes::over_rows;
-use super::passes::{CountNearing, Nearing};
+use super::lanes::{
+    Choice, InOrder, LANES, Lanes, Pass, REST, over_rows, split, split_mut, sum_by,
+};
+use crate::fft::Row;
 
 /// Nodes that are free from the start, over those by which the contact is expected to grow.
 const EXCESS: f64 = 1.1;
 
 impl Solver {
-    /// Which nodes are expected in contact so far beyond the last load, in units of the way to it from the
-    /// one before: fewer than all that seem to penetrate there, if any.
+    /// Which nodes are expected in contact so far beyond the last load, in units of the way to it
+    /// from the one before: fewer than all that seem to penetrate there, if any.
     pub(super) fn nearing(&mut self, reach: f64) -> Option<Nearing> {
         let grown = self.contact_nodes - self.earlier_contact_nodes;
         if !(reach > 0.0 && grown > 0.0) {
@@ -31,6 +35,228 @@ impl Solver {
         let mut pass = CountNearing::new(penetrate, &self.search.gap, &self.earlier_gap);
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
         pass.first(EXCESS * reach * grown)
+    }
+}
+
+/// Parts that are told apart.
+const BINS: usize = 256;
+
+/// Nodes whose gap is less than a part of what it was under the load before.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearing {
+    pub part: f32,
+    /// Levels from which gaps are measured under the last load,
+    pub offset: f32,
+    /// and under the one before.
+    pub earlier_offset: f32,
+}
+
+impl Nearing {
+    #[inline(always)]
+    pub fn is_near<S: Simd, const R: usize>(
+        self,
+        gap: Lanes<S, R>,
+        earlier: Lanes<S, R>,
+    ) -> Choice<S, R> {
+        let above = gap - gap.like(self.offset);
+        let before = earlier - gap.like(self.earlier_offset);
+        above.is_below(gap.like(self.part) * before)
+    }
+}
+
+/// Counts nodes without pressure that are near by how near they are. Goes over pressures.
+pub struct CountNearing<'a> {
+    /// The farthest.
+    nearing: Nearing,
+    gap: &'a [f32],
+    earlier_gap: &'a [f32],
+    counts: [u32; BINS],
+}
+
+impl<'a> CountNearing<'a> {
+    pub fn new(nearing: Nearing, gap: &'a [f32], earlier_gap: &'a [f32]) -> Self {
+        Self { nearing, gap, earlier_gap, counts: [0; BINS] }
+    }
+
+    /// The nearest so many nodes, to a part in so many as are told apart; none if there are fewer.
+    pub fn first(&self, nodes: f64) -> Option<Nearing> {
+        let mut counted = 0.0;
+        let bin = self.counts.iter().position(|count| {
+            counted += f64::from(*count);
+            counted >= nodes
+        })?;
+        Some(Nearing { part: self.nearing.part * (bin + 1) as f32 / BINS as f32, ..self.nearing })
+    }
+
+    #[inline(always)]
+    fn count(&mut self, pressure: f64, gap: f32, earlier: f32) {
+        let above = gap - self.nearing.offset;
+        let farthest = self.nearing.part * (earlier - self.nearing.earlier_offset);
+        if pressure == 0.0 && above < farthest {
+            // What penetrates by rounding is nearest.
+            let bin = (above / farthest * BINS as f32) as usize;
+            self.counts[bin.min(BINS - 1)] += 1;
+        }
+    }
+}
+
+impl Pass<f64> for CountNearing<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
+        let (gap, earlier) = (row.of(self.gap), row.of(self.earlier_gap));
+        let (gaps, last) = split::<S, R>(gap);
+        let groups = gaps.iter().zip(split::<S, R>(earlier).0);
+        for (group, (g, e)) in groups.enumerate() {
+            let near = self.nearing.is_near(Lanes::of(simd, *g), Lanes::of(simd, *e));
+            if !near.any() {
+                continue;
+            }
+            let first = group * LANES;
+            for node in first..first + LANES {
+                self.count(pressure[node], gap[node], earlier[node]);
+            }
+        }
+        for node in gap.len() - last.len()..gap.len() {
+            self.count(pressure[node], gap[node], earlier[node]);
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { counts: [0; BINS], ..*self }
+    }
+
+    /// Counts are whole numbers, which come to the same in any order.
+    fn append(&mut self, later: Self) {
+        for (count, later) in self.counts.iter_mut().zip(later.counts) {
+            *count += later;
+        }
+    }
+}
+
+/// Adds up gaps where there is pressure. Goes over pressures.
+pub struct SumInContact<'a> {
+    pub gap: &'a [f32],
+    pub sum: InOrder<f64>,
+}
+
+impl Pass<f64> for SumInContact<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        self.sum.push(sum_by(pressure, row.of(self.gap), |p, gap| {
+            if p > 0.0 { f64::from(gap) } else { 0.0 }
+        }));
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { sum: InOrder::new(), ..*self }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sum.append(later.sum);
+    }
+}
+
+/// Nodes that are expected in contact. Of others it is not shown that they penetrate.
+#[derive(Clone, Copy, Default)]
+pub enum Expected {
+    /// All that penetrate.
+    #[default]
+    All,
+    /// Those that are near, going on from the last load.
+    Near(Nearing),
+    /// Those of this height, or higher ones.
+    AsHighAs(f32),
+}
+
+/// A row of gaps as a search begins with them.
+#[derive(Clone)]
+pub struct ShownGap(Vec<f32>);
+
+impl ShownGap {
+    pub fn new(row_nodes: usize) -> Self {
+        Self(vec![0.0; row_nodes])
+    }
+
+    /// Holds nodes that are not near above `level`, given their gaps under the last load and the
+    /// one before.
+    #[inline(always)]
+    pub fn hold_far<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        level: f32,
+        nearing: Nearing,
+        gap: &[f32],
+        earlier: &[f32],
+    ) {
+        let (held, last_held) = split_mut::<S, R>(&mut self.0);
+        let (gap, last_gap) = split::<S, R>(gap);
+        let (earlier, last_earlier) = split::<S, R>(earlier);
+        hold_far(simd, level, nearing, held, gap, earlier);
+        hold_far(REST, level, nearing, last_held, last_gap, last_earlier);
+    }
+
+    /// Holds nodes above `level` that are lower than the lowest.
+    #[inline(always)]
+    pub fn hold_low<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        level: f32,
+        lowest: f32,
+        heights: &[f32],
+    ) {
+        let (held, last_held) = split_mut::<S, R>(&mut self.0);
+        let (heights, last_heights) = split::<S, R>(heights);
+        hold_low(simd, level, lowest, held, heights);
+        hold_low(REST, level, lowest, last_held, last_heights);
+    }
+
+    /// The gap, and of nodes that are held as much as they are held at.
+    #[inline(always)]
+    pub fn of<S: Simd, const R: usize>(&mut self, simd: S, gap: &[f32]) -> &[f32] {
+        let (held, last_held) = split_mut::<S, R>(&mut self.0);
+        let (gap, last_gap) = split::<S, R>(gap);
+        raise(simd, held, gap);
+        raise(REST, last_held, last_gap);
+        &self.0
+    }
+}
+
+#[inline(always)]
+fn hold_far<S: Simd, const R: usize>(
+    simd: S,
+    level: f32,
+    nearing: Nearing,
+    held: &mut [[S::f32s; R]],
+    gap: &[[S::f32s; R]],
+    earlier: &[[S::f32s; R]],
+) {
+    let level = Lanes::all(simd, level);
+    for ((held, gap), earlier) in held.iter_mut().zip(gap).zip(earlier) {
+        let near = nearing.is_near(Lanes::of(simd, *gap), Lanes::of(simd, *earlier));
+        *held = near.choose(Lanes::all(simd, f32::MIN), level).numbers();
+    }
+}
+
+#[inline(always)]
+fn hold_low<S: Simd, const R: usize>(
+    simd: S,
+    level: f32,
+    lowest: f32,
+    held: &mut [[S::f32s; R]],
+    heights: &[[S::f32s; R]],
+) {
+    let level = Lanes::all(simd, level);
+    for (held, height) in held.iter_mut().zip(heights) {
+        let low = Lanes::of(simd, *height).is_below(Lanes::all(simd, lowest));
+        *held = low.choose(level, Lanes::all(simd, f32::MIN)).numbers();
+    }
+}
+
+#[inline(always)]
+fn raise<S: Simd, const R: usize>(simd: S, held: &mut [[S::f32s; R]], gap: &[[S::f32s; R]]) {
+    for (held, gap) in held.iter_mut().zip(gap) {
+        let gap = Lanes::of(simd, *gap);
+        *held = Lanes::of(simd, *held).max(gap).numbers();
     }
 }
 

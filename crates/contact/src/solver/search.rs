@@ -1,15 +1,15 @@
 //! A search in single precision on one mesh: gap, pressure and all that iterations carry along.
 //!
-//! It knows nothing of the loads before, nor of double precision: a [`Solver`](super::Solver) tells it where to
-//! begin, and evaluates where it led.
+//! It knows nothing of the loads before, nor of double precision: a [`Solver`](super::Solver) tells
+//! it where to begin, and evaluates where it led.
 
 use super::Hardness;
-use super::active_groups::ActiveGroups;
+use super::balance::Nodes;
 use super::extension::Extension;
+use super::flags::ActiveGroups;
+use super::half_space::Stiffness;
+use super::line_search::Steps;
 use super::passes::{Base, Sample};
-use super::shift::Nodes;
-use super::steps::Steps;
-use super::stiffness::Stiffness;
 use super::two_level::TwoLevel;
 use crate::elasticity;
 use crate::elasticity::ElasticOperator;

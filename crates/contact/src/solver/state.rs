@@ -1,10 +1,82 @@
-//! What a solver knows between two loads, as bytes: everything that its guess at the next load, and
+//! What a solver hands out besides pressures: displacement and gap under a pressure that was found;
+//! and what it knows between two loads, as bytes: everything that its guess at the next load, and
 //! so that load's last bits, depend on.
 
-use std::io::{self, Read, Write};
+use std::io;
+use std::io::{Read, Write};
 
 use super::Solver;
-use super::steps::Steps;
+use super::line_search::Steps;
+
+impl Solver {
+    /// The displacement u of the elastic body under a pressure on every node, in units of E* × rms
+    /// slope: in units of rms slope × the longer side, positive into the body. On a body that a
+    /// uniform pressure does not displace its mean is zero.
+    ///
+    /// # Panics
+    /// When there are more or fewer pressures than nodes.
+    ///
+    /// ```
+    /// use std::f64::consts::PI;
+    ///
+    /// use asperity_contact::elasticity::PeriodicHalfSpace;
+    /// use asperity_contact::grid::Grid;
+    /// use asperity_contact::solver::Solver;
+    ///
+    /// // A wave of pressure of length λ displaces by λ/(π E*) times itself.
+    /// let grid = Grid::square(32, 1.0)?;
+    /// let cosine = |node: usize| (2.0 * PI * grid.place(node)[0] as f64 / 32.0).cos();
+    /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();
+    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]);
+    /// let displacement = solver.displacement_under(&pressure);
+    /// for (u, p) in displacement.iter().zip(&pressure) {
+    ///     assert!((u - p / PI).abs() < 1e-15);
+    /// }
+    /// # Ok::<(), asperity_contact::grid::GridError>(())
+    /// ```
+    pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {
+        assert_eq!(pressure.len(), self.pressure.len(), "pressures fill the mesh");
+        let mut displacement = vec![0.0; pressure.len()];
+        let scratch = &mut self.double_scratch;
+        self.double.convolve(&self.displacement, pressure, &mut displacement, scratch);
+        displacement
+    }
+
+    /// The gap between the bodies under a pressure that solves the contact: u − h less its mean in
+    /// elastic contact, in the units of [`Solver::displacement_under`].
+    ///
+    /// Zero at nodes in elastic contact, where the solution leaves no more than its residual; the
+    /// depth of yielding, negative, at saturated nodes; elsewhere the distance, which may be below
+    /// zero by the residual. Where no node is in elastic contact, all that bear are taken for it.
+    ///
+    /// # Panics
+    /// As [`Solver::displacement_under`].
+    pub fn gap_under(&mut self, pressure: &[f64]) -> Vec<f64> {
+        let hardness = self.hardness.map_or(f64::INFINITY, |bound| bound.pressure());
+        let mut gap = self.displacement_under(pressure);
+        for (gap, height) in gap.iter_mut().zip(&self.heights) {
+            *gap -= height;
+        }
+        let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
+        let mean = mean_where(&gap, pressure, is_elastic);
+        let offset = mean.or_else(|| mean_where(&gap, pressure, |pressure| pressure > 0.0));
+        let offset = offset.unwrap_or_default();
+        for (gap, &pressure) in gap.iter_mut().zip(pressure) {
+            *gap = if is_elastic(pressure) { 0.0 } else { *gap - offset };
+        }
+        gap
+    }
+}
+
+/// The mean of values over the nodes whose pressure is so; none if there is no such node.
+fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (value, _) in values.iter().zip(pressure).filter(|(_, p)| is_so(**p)) {
+        sum += value;
+        count += 1.0;
+    }
+    (count > 0.0).then(|| sum / count)
+}
 
 impl Solver {
     /// Writes what the next load depends on: 24 bytes a node.
@@ -98,12 +170,59 @@ fn double(from: &mut dyn Read) -> io::Result<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::elasticity::PeriodicHalfSpace;
-    use crate::grid::Grid;
-    use crate::solver::{Hardness, Settings};
+    use crate::grid::{Boundary, Grid};
+    use crate::solver::{HalfSpace, Hardness, Settings, Solver, Stop};
     use crate::topography::random::{Amplitude, RandomSurface};
     use crate::topography::spectrum::Spectrum;
+
+    fn solver_of(body: HalfSpace) -> Solver {
+        let spectrum =
+            Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 16, anisotropy: None };
+        let surface = RandomSurface {
+            spectrum,
+            amplitude: Amplitude::Gaussian,
+            rms_slope: 1.0,
+            seed: 3,
+            realization: 0,
+        };
+        let grid = Grid::square(64, 1.0).unwrap();
+        body.solver(grid, surface.draw(grid).heights())
+    }
+
+    fn body(boundary: Boundary, hardness: Option<f64>) -> HalfSpace {
+        let hardness = hardness.map(|pressure| Hardness::new(pressure).unwrap());
+        HalfSpace { boundary, hardness }
+    }
+
+    #[test]
+    fn the_mean_of_the_gap_is_the_one_that_the_solver_tells() {
+        for boundary in [Boundary::Periodic, Boundary::Free] {
+            let mut solver = solver_of(body(boundary, None));
+            let outcome = solver.press(0.05, &Settings::default(), &|| false);
+            assert_eq!(outcome.stop, Stop::Converged);
+            let pressure = solver.pressure().to_vec();
+            let gap = solver.gap_under(&pressure);
+            let mean = gap.iter().sum::<f64>() / gap.len() as f64;
+            assert!((mean - outcome.mean_gap).abs() < 1e-6 * outcome.mean_gap);
+            let penetration = gap.iter().fold(0.0, |least: f64, gap| least.min(*gap));
+            assert!(-penetration * 64.0 <= 1.01 * outcome.residual, "{penetration}");
+            let product: f64 = gap.iter().zip(&pressure).map(|(g, p)| g * p).sum();
+            assert_eq!(product, 0.0);
+        }
+    }
+
+    #[test]
+    fn the_gap_is_negative_where_the_material_has_yielded_and_by_the_depth_that_is_told() {
+        let mut solver = solver_of(body(Boundary::Periodic, Some(0.3)));
+        let outcome = solver.press(0.1, &Settings::default(), &|| false);
+        let pressure = solver.pressure().to_vec();
+        let gap = solver.gap_under(&pressure);
+        let saturated = gap.iter().zip(&pressure).filter(|(_, p)| **p >= 0.3);
+        let depth: f64 = saturated.map(|(gap, _)| -gap).sum::<f64>() / gap.len() as f64;
+        assert!(outcome.saturated_nodes > 0);
+        assert!((depth - outcome.yielded_depth).abs() < 1e-4 * outcome.yielded_depth);
+    }
 
     fn solver(seed: u64, hardness: Option<f64>) -> Solver {
         let grid = Grid::square(48, 1.0).unwrap();

@@ -1,16 +1,18 @@
-//! The preconditioner while it is yet to be found which nodes are elastic: the stiffness on a mesh of blocks, and of each
-//! node its own.
+//! The preconditioner while it is yet to be found which nodes are elastic: the stiffness on a mesh
+//! of blocks, and of each node its own.
 //!
-//! Where the material yields, most iterations of a load go by until the strips of elastic nodes are where they
-//! belong, and until then corrections need not be good to a third, as those of `correction` are. With r the gap of free
-//! nodes, P r its means over the blocks of `extension`, whose other nodes are continued, and Π r its means over the free nodes of each
-//! block, the correction is
+//! Where the material yields, most iterations of a load go by until the strips of elastic nodes are
+//! where they belong, and until then corrections need not be good to a third, as those of
+//! `correction` are. With r the gap of free nodes, P r its means over the blocks of `extension`,
+//! whose other nodes are continued, and Π r its means over the free nodes of each block, the
+//! correction is
 //!
 //! s (r − Π r) + Pᵀ K P r,
 //!
-//! symmetric and positive like the other. s is a stiffness for all that is shorter than a block, and K is |q|/2 over what a
-//! mean over a block takes from a wave: convolved on a sixteenth of the nodes, it is no pair of transforms at all. An
-//! iteration lasts two thirds as long, and takes about as far (docs/notes/solver-pairs.md).
+//! symmetric and positive like the other. s is a stiffness for all that is shorter than a block,
+//! and K is |q|/2 over what a mean over a block takes from a wave: convolved on a sixteenth of the
+//! nodes, it is no pair of transforms at all. An iteration lasts two thirds as long, and takes
+//! about as far (docs/notes/solver-pairs.md).
 
 use std::f64::consts::PI;
 
@@ -24,12 +26,12 @@ use crate::threads::Threads;
 /// s over the stiffness of a node alone: twice it takes a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
 
-/// Iterations of a load that are corrected like this where the material yields; with four or eight, as many pairs or a
-/// few more.
+/// Iterations of a load that are corrected like this where the material yields; with four or eight,
+/// as many pairs or a few more.
 pub const YIELDING_ITERATIONS: usize = 6;
 
-/// The same of those that begin where a coarser mesh led, whose errors are of short waves; with two or four, as many pairs,
-/// with none a tenth to a third more.
+/// The same of those that begin where a coarser mesh led, whose errors are of short waves; with two
+/// or four, as many pairs, with none a tenth to a third more.
 pub const NESTED_ITERATIONS: usize = 3;
 
 /// The stiffness of blocks, and of what is shorter than a block.
@@ -101,14 +103,14 @@ mod tests {
 
     use pulp::{Scalar512b, Simd};
 
-    use super::super::extension::GivenRows;
-    use super::super::extension::tests::noise;
-    use super::super::flags::{FREE, has};
-    use super::super::lanes::Pass;
     use super::*;
     use crate::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
     use crate::fft::Row;
     use crate::grid::samples::{rectangle, square};
+    use crate::solver::extension::GivenRows;
+    use crate::solver::extension::tests::noise;
+    use crate::solver::flags::{FREE, has};
+    use crate::solver::lanes::Pass;
 
     /// A body with free nodes, and what corrects gaps on them.
     struct Body {

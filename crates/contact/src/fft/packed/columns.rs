@@ -1,20 +1,19 @@
 //! Columns forward, times the kernel, and back, for a tile and its opposite at a time.
 //!
-//! Frequencies are counted as (k, p) for k + pM, where M is the number of blocks: k says which block,
-//! p where in it. The opposite frequency is in block M − k, at L − 1 − p, but for k = 0, whose
-//! opposite is itself with p and L − p exchanged. It has the same factors, so that these are kept for half of
-//! the blocks alone: block k of a tile meets block M − k of its opposite, and block k of the opposite block
-//! M − k of the tile.
+//! Frequencies are counted as (k, p) for k + pM, where M is the number of blocks: k says which
+//! block, p where in it. The opposite frequency is in block M − k, at L − 1 − p, but for k = 0,
+//! whose opposite is itself with p and L − p exchanged. It has the same factors, so that these are
+//! kept for half of the blocks alone: block k of a tile meets block M − k of its opposite, and
+//! block k of the opposite block M − k of the tile.
 
 use std::f64::consts::TAU;
 
 use pulp::bytemuck;
 
-use super::super::Real;
-use super::super::aligned::Aligned;
-use super::super::registers::{MOST_LANES, PartOf, Registers, Work, transpose};
-use super::butterflies::{Complex, fourier};
-use super::stages::Stages;
+use super::stages::{Complex, Stages, fourier};
+use crate::fft::Real;
+use crate::fft::registers::{MOST_LANES, PartOf, Registers, Work, transpose};
+use crate::fft::rows::Aligned;
 use crate::grid::magnitude;
 use crate::threads::Threads;
 
@@ -249,8 +248,8 @@ fn multiply<R: Registers<Number: Real>>(
     sums
 }
 
-/// Multiplies a frequency and its opposite with S and D, given cos θ and sin θ, and adds what they were times
-/// what they are.
+/// Multiplies a frequency and its opposite with S and D, given cos θ and sin θ, and adds what they
+/// were times what they are.
 #[inline(always)]
 fn meet<R: Registers>(
     r: R,

@@ -1,16 +1,17 @@
-//! Rows of the mesh to the smallest blocks, and back: what passes over the mesh work with to continue what free
-//! nodes ask for.
+//! Rows of the mesh to the smallest blocks, and back: what passes over the mesh work with to
+//! continue what free nodes ask for, and to hand back what other nodes are asked for; and the means
+//! of these blocks, which a stiffness between blocks works with.
 //!
 //! Threads part at multiples of [`SIDE`] rows, so that a row of blocks is one thread's.
 
 use pulp::Simd;
 
-use super::super::active_groups::ALL;
-use super::super::flags::FREE;
-use super::super::lanes::{Lanes, REST, split, split_mut};
-use super::interpolation::{interpolate, is_before, repeat, shares, sum};
+use super::levels::{gather, interpolate, is_before, repeat, shares, sum};
 use super::{Extension, Level, SIDE};
 use crate::fft::{Band, ROWS_TOGETHER, Row};
+use crate::solver::flags::{ALL, FREE};
+use crate::solver::lanes::{LANES, Lanes, Pass, REST, over_rows, split, split_mut};
+use crate::threads::Threads;
 
 const _: () = assert!(ROWS_TOGETHER.is_multiple_of(SIDE));
 
@@ -45,8 +46,8 @@ impl Extension {
 }
 
 impl AskedRows<'_> {
-    /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they are:
-    /// in groups with a free node alone.
+    /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they
+    /// are: in groups with a free node alone.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,
@@ -129,7 +130,8 @@ impl<'a> ContinuedRows<'a> {
         }
     }
 
-    /// The two rows, of no fewer nodes, that the continuation of a row lies between, with their shares.
+    /// The two rows, of no fewer nodes, that the continuation of a row lies between, with their
+    /// shares.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
         let (block, part) = (row.index() / SIDE, row.index() % SIDE);
@@ -173,4 +175,281 @@ impl<'a> ContinuedRows<'a> {
 #[inline(always)]
 pub fn ends_blocks(row: Row, rows: usize) -> bool {
     row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
+}
+
+/// Rows of what nodes that are not free are asked for, to be taken.
+pub struct TakenRows<'a> {
+    rows: usize,
+    blocks: usize,
+    /// For the rows of blocks before, here and after,
+    bands: [Band<'a, f32>; 3],
+    /// and in the present one so far, with a block more before and after.
+    sums: [Vec<f32>; 3],
+}
+
+impl Extension {
+    /// All rows of what the other nodes are asked for.
+    pub fn taken_rows(&mut self) -> TakenRows<'_> {
+        let smallest = &mut self.levels[0];
+        let blocks = smallest.blocks[1];
+        let [for_before, for_after] = &mut self.for_neighbours;
+        TakenRows {
+            rows: self.nodes[0],
+            blocks,
+            bands: [for_before, &mut smallest.values, for_after].map(|map| Band::of(map)),
+            sums: empty_sums(blocks),
+        }
+    }
+
+    /// All rows of what is handed back.
+    pub fn given_rows(&self) -> GivenRows<'_> {
+        GivenRows::of(&self.levels[0])
+    }
+}
+
+fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
+    std::array::from_fn(|_| vec![0.0; SIDE * (blocks + 2)])
+}
+
+impl TakenRows<'_> {
+    /// Takes a row, where nodes are not marked as free, as no node is but in these groups, and
+    /// beyond the marks.
+    #[inline(always)]
+    pub fn take_row<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        row: Row,
+        values: &[f32],
+        carry: &[f32],
+        groups: &[bool],
+    ) {
+        let part = row.index() % SIDE;
+        let [before, here, after] = &mut self.sums;
+        let neighbour = if is_before::<SIDE>(part) { before } else { after };
+        let (values, beyond) = values.split_at(carry.len());
+        let (own, own_beyond) = here[SIDE..].split_at_mut(carry.len());
+        let (other, other_beyond) = neighbour[SIDE..].split_at_mut(carry.len());
+        let shares = shares::<SIDE>(part);
+        take_all(shares, own_beyond, other_beyond, beyond);
+        let (own, last_own) = split_mut::<S, R>(own);
+        let (other, last_other) = split_mut::<S, R>(other);
+        let (values, last_values) = split::<S, R>(values);
+        let (carry, last_carry) = split::<S, R>(carry);
+        take(simd, shares, groups, own, other, values, carry);
+        let rest = &ALL[..last_values.len()];
+        take(REST, shares, rest, last_own, last_other, last_values, last_carry);
+        if ends_blocks(row, self.rows) {
+            let place = Row::new(row.index() / SIDE, self.blocks);
+            for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
+                let nodes = sums.as_chunks_mut::<SIDE>().0;
+                repeat(nodes);
+                gather(nodes, band.row(place));
+                sums.fill(0.0);
+            }
+        }
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        let place = Row::new(row.index().div_ceil(SIDE), self.blocks);
+        Self {
+            bands: self.bands.each_mut().map(|band| band.split_off(place)),
+            sums: empty_sums(self.blocks),
+            ..*self
+        }
+    }
+}
+
+#[inline(always)]
+fn take<S: Simd, const R: usize>(
+    simd: S,
+    [of_own, of_other]: [f32; 2],
+    groups: &[bool],
+    own: &mut [[S::f32s; R]],
+    other: &mut [[S::f32s; R]],
+    values: &[[S::f32s; R]],
+    carry: &[[S::f32s; R]],
+) {
+    let (of_own, of_other) = (Lanes::all(simd, of_own), Lanes::all(simd, of_other));
+    let zero = Lanes::all(simd, 0.0);
+    let rows = values.iter().zip(carry);
+    let rows = own.iter_mut().zip(other).zip(rows).zip(groups);
+    for (((own, other), (value, carry)), has_free) in rows {
+        let mut taken = Lanes::of(simd, *value);
+        if *has_free {
+            let free = Lanes::of(simd, *carry).has(FREE);
+            taken = free.choose(zero, taken);
+        }
+        *own = Lanes::of(simd, *own).plus(of_own, taken).numbers();
+        *other = Lanes::of(simd, *other).plus(of_other, taken).numbers();
+    }
+}
+
+#[inline(always)]
+fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], values: &[f32]) {
+    for ((own, other), value) in own.iter_mut().zip(other).zip(values) {
+        *own += of_own * value;
+        *other += of_other * value;
+    }
+}
+
+/// Rows of what is handed back: the same to all nodes of a block, of which only free ones matter.
+pub struct GivenRows<'a> {
+    smallest: &'a Level,
+    /// A row of blocks, for each node,
+    nodes: Vec<f32>,
+    /// and which.
+    here: Option<usize>,
+}
+
+impl<'a> GivenRows<'a> {
+    fn of(smallest: &'a Level) -> Self {
+        Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
+    }
+
+    /// Adds it to a row, in groups with a free node.
+    #[inline(always)]
+    pub fn give_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
+        let block = row.index() / SIDE;
+        if self.here != Some(block) {
+            let given = Row::new(block, self.smallest.blocks[1]).of(&self.smallest.values);
+            let nodes = self.nodes.as_chunks_mut::<SIDE>().0;
+            for (nodes, given) in nodes.iter_mut().zip(given) {
+                *nodes = [*given; SIDE];
+            }
+            self.here = Some(block);
+        }
+        let (given, last_given) = self.nodes.split_at(values.len() / LANES * LANES);
+        let (values, last_values) = values.as_chunks_mut::<LANES>();
+        let nodes = values.iter_mut().zip(given.as_chunks::<LANES>().0);
+        for ((values, given), has_free) in nodes.zip(groups) {
+            if *has_free {
+                give(values, given);
+            }
+        }
+        give(last_values, last_given);
+    }
+
+    pub fn split_off(&self) -> Self {
+        Self::of(self.smallest)
+    }
+}
+
+#[inline(always)]
+fn give(values: &mut [f32], given: &[f32]) {
+    for (value, given) in values.iter_mut().zip(given) {
+        *value += given;
+    }
+}
+
+/// Nodes of a whole block. Those that a block at an end of the mesh lacks count as not free.
+const AREA: f32 = (SIDE * SIDE) as f32;
+
+impl Extension {
+    /// The smallest blocks along x and y.
+    pub fn blocks(&self) -> [usize; 2] {
+        self.levels[0].blocks
+    }
+
+    /// Makes of all rows that were asked for the means of the blocks, whose other nodes are
+    /// continued, and sets `sums` to those over free nodes.
+    pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
+        self.forget_beyond_map();
+        sums.copy_from_slice(&self.levels[0].values);
+        self.extend(threads);
+        Means { smallest: &self.levels[0], sums }
+    }
+
+    /// Rows of what the means of blocks are asked for. To be given to free nodes, by `sums`, is
+    /// what their mean is asked for less `stiffness` times that mean.
+    pub fn taken_means<'a>(&'a mut self, stiffness: f32, sums: &'a mut [f32]) -> TakenMeans<'a> {
+        let smallest = &mut self.levels[0];
+        TakenMeans {
+            stiffness,
+            free: &smallest.free,
+            for_others: Band::of(&mut smallest.values),
+            given: Band::of(sums),
+        }
+    }
+
+    /// Makes of all rows that were taken what is to be handed back, with what is to be given
+    /// besides: the transpose of [`Extension::extend_means`].
+    pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
+        self.hand_down(threads);
+        let smallest = &mut self.levels[0];
+        over_rows(threads, &mut smallest.values, smallest.blocks[1], &mut Add(given));
+    }
+}
+
+/// Means of blocks, row by row.
+pub struct Means<'a> {
+    smallest: &'a Level,
+    /// Over free nodes.
+    sums: &'a [f32],
+}
+
+impl Pass<f32> for Means<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, means: &mut [f32]) {
+        let (free, continued) = (row.of(&self.smallest.free), row.of(&self.smallest.values));
+        let nodes = free.iter().zip(continued);
+        for ((mean, sum), (free, continued)) in means.iter_mut().zip(row.of(self.sums)).zip(nodes) {
+            *mean = (sum + (AREA - free) * continued) / AREA;
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// What means of blocks are asked for, row by row.
+pub struct TakenMeans<'a> {
+    stiffness: f32,
+    free: &'a [f32],
+    for_others: Band<'a, f32>,
+    /// Sums over free nodes before.
+    given: Band<'a, f32>,
+}
+
+impl Pass<f32> for TakenMeans<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, asked: &mut [f32]) {
+        let blocks = self.for_others.row(row).iter_mut().zip(self.given.row(row));
+        let nodes = asked.iter().zip(row.of(self.free));
+        for ((for_others, given), (asked, free)) in blocks.zip(nodes) {
+            *for_others = (AREA - free) * asked;
+            // A sum over no node is zero.
+            *given = asked - self.stiffness * *given / free.max(1.0);
+        }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            for_others: self.for_others.split_off(row),
+            given: self.given.split_off(row),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+/// Adds a map.
+struct Add<'a>(&'a [f32]);
+
+impl Pass<f32> for Add<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        for (value, added) in values.iter_mut().zip(row.of(self.0)) {
+            *value += added;
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self(self.0)
+    }
+
+    fn append(&mut self, _: Self) {}
 }

@@ -2,10 +2,10 @@
 
 use pulp::Scalar512b;
 
-use super::super::flags::{FREE, has};
-use super::super::lanes::weight;
 use super::*;
 use crate::fft::Row;
+use crate::solver::flags::{FREE, has};
+use crate::solver::lanes::weight;
 
 /// The same numbers for the same seed, from −0.5 to 0.5.
 pub fn noise(seed: u64, count: usize) -> Vec<f32> {

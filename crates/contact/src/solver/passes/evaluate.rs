@@ -2,13 +2,14 @@
 
 use pulp::Simd;
 
-use super::super::flags::{FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure};
-use super::super::in_order::InOrder;
-use super::super::lanes::{Lanes, Pass, REST, greater, split, split_mut, weight};
-use super::super::survey::Survey;
-use super::base::Base;
-use super::sample::SampleBand;
+use super::begin::Base;
+use super::peek::SampleBand;
 use crate::fft::{Band, Row};
+use crate::solver::evaluation::Survey;
+use crate::solver::flags::{
+    FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure,
+};
+use crate::solver::lanes::{InOrder, Lanes, Pass, REST, greater, split, split_mut, weight};
 
 /// Transforms a pressure as it is.
 pub struct PressureInput<'a> {

@@ -2,17 +2,17 @@
 
 use pulp::Simd;
 
-use super::super::active_groups::{ALL, ActiveBand, GroupsOfRow};
-use super::super::extension::AskedRows;
-use super::super::flags::{FREE, PRESSED, SATURATED, mark, mark_yielding};
-use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{Lanes, Pass, REST, split, split_mut};
-use super::super::survey::Extremes;
-use super::sample::SampleBand;
+use super::peek::SampleBand;
 use crate::fft::{Band, Row};
+use crate::solver::evaluation::Extremes;
+use crate::solver::extension::AskedRows;
+use crate::solver::flags::{
+    ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, SATURATED, mark, mark_yielding,
+};
+use crate::solver::lanes::{Found, InOrder, Lanes, Pass, REST, split, split_mut};
 
-/// Moves the gap by the displacement of a move, frees nodes, and adds up the gap of free ones, which
-/// the next correction is to close.
+/// Moves the gap by the displacement of a move, frees nodes, and adds up the gap of free ones,
+/// which the next correction is to close.
 ///
 /// Free are nodes that have pressure or penetrate; where the material yields, saturated ones only
 /// if their gap is open.
@@ -153,8 +153,8 @@ impl GapUpdate {
         }
     }
 
-    /// Turns a row into what the next correction is to close, with zeros where nodes are not free: in
-    /// groups that have a free one then.
+    /// Turns a row into what the next correction is to close, with zeros where nodes are not free:
+    /// in groups that have a free one then.
     #[inline(always)]
     pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,

@@ -2,13 +2,11 @@
 
 use pulp::Simd;
 
-use super::super::active_groups::{ALL, ActiveGroups};
-use super::super::extension::GivenRows;
-use super::super::flags::{FREE, SATURATED, mark, mark_yielding};
-use super::super::in_order::{Found, InOrder};
-use super::super::lanes::{Lanes, Pass, REST, split, split_mut, sum_over_groups};
-use super::base::Base;
+use super::begin::Base;
 use crate::fft::{Band, Row};
+use crate::solver::extension::GivenRows;
+use crate::solver::flags::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
+use crate::solver::lanes::{Found, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups};
 
 /// What is still to be done to pressures after a move: scale them, and take part of it back.
 #[derive(Debug, Clone, Copy)]
@@ -253,7 +251,8 @@ impl Direction {
 pub struct Sums {
     /// Σ pressure after the move − base, in double precision.
     pub increment: f64,
-    /// Where the material yields, what saturated nodes bear more than that, for the hardness is rounded.
+    /// Where the material yields, what saturated nodes bear more than that, for the hardness is
+    /// rounded.
     pub rounded: f64,
     /// Σ move × gap.
     pub move_on_gap: f64,

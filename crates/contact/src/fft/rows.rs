@@ -1,0 +1,225 @@
+//! Rows of maps: one row of all maps of a grid ([`Row`]), the rows that one thread writes
+//! ([`Band`]), passes cut into blocks of rows, and maps on a corner of a larger mesh whose other
+//! nodes are zero, so that what is convolved there does not come around ([`Padded`]); and buffers
+//! that begin on a cache line, so that no register is loaded from two lines ([`Aligned`]).
+
+use std::ops::{Deref, DerefMut, Range};
+
+use super::{Real, Rows};
+use crate::threads::{Crew, Threads};
+
+/// A row of a map: what a pass works on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    index: usize,
+    nodes: usize,
+}
+
+impl Row {
+    /// Row `index` of maps with so many nodes in a row.
+    #[inline(always)]
+    pub fn new(index: usize, nodes: usize) -> Self {
+        Self { index, nodes }
+    }
+
+    /// Which row it is, from 0.
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        self.index
+    }
+
+    /// Its elements.
+    #[inline(always)]
+    pub fn range(self) -> Range<usize> {
+        self.index * self.nodes..(self.index + 1) * self.nodes
+    }
+
+    /// The row of a map.
+    #[inline(always)]
+    pub fn of<V>(self, map: &[V]) -> &[V] {
+        &map[self.range()]
+    }
+
+    /// The row of a map, to be written.
+    #[inline(always)]
+    pub fn of_mut<V>(self, map: &mut [V]) -> &mut [V] {
+        &mut map[self.range()]
+    }
+}
+
+/// Consecutive rows of a map, to be written.
+pub struct Band<'a, V> {
+    /// The first row.
+    first: usize,
+    values: &'a mut [V],
+}
+
+impl<'a, V> Band<'a, V> {
+    /// All rows of a map.
+    pub fn of(map: &'a mut [V]) -> Self {
+        Self { first: 0, values: map }
+    }
+
+    /// Row of the map, one of these.
+    #[inline(always)]
+    pub fn row(&mut self, row: Row) -> &mut [V] {
+        Row::new(row.index - self.first, row.nodes).of_mut(self.values)
+    }
+
+    /// Keeps the rows before one, and hands on the others.
+    pub fn split_off(&mut self, row: Row) -> Self {
+        let own = (row.index - self.first) * row.nodes;
+        let (own, others) = std::mem::take(&mut self.values).split_at_mut(own);
+        self.values = own;
+        Self { first: row.index, values: others }
+    }
+}
+
+/// Cuts a pass at rows of so many nodes, from zero on, and leaves nothing.
+pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
+    let firsts = firsts.iter().rev();
+    let mut parts: Vec<P> = firsts.map(|&first| rows.split_off(Row::new(first, nodes))).collect();
+    parts.reverse();
+    parts
+}
+
+/// Cuts pairs of rows, and a pass that is to see them, into blocks.
+pub fn cut_pairs<'p, T, P: Rows<T>>(
+    rows: &mut P,
+    pairs: &'p [usize],
+    crew: &Crew,
+    nodes: usize,
+) -> (Vec<P>, Vec<&'p [usize]>) {
+    let cuts = crew.cuts(pairs.len());
+    let ends = cuts[1..].iter().copied().chain([pairs.len()]);
+    let blocks: Vec<&[usize]> =
+        cuts.iter().zip(ends).map(|(&first, end)| &pairs[first..end]).collect();
+    let firsts = blocks.iter().map(|pairs| 2 * pairs.first().unwrap_or(&0));
+    let firsts: Vec<usize> = firsts.collect();
+    (cut(rows, &firsts, nodes), blocks)
+}
+
+/// Lets a pass see, for each of these pairs, rows 2 `pair` and, if there is one, 2 `pair` + 1 of a
+/// map of `nodes`, of which nothing is known before. Pairs ascend.
+pub fn see_pairs<T: Real, P: Rows<T>>(
+    threads: &Threads,
+    pairs: &[usize],
+    [rows, row_nodes]: [usize; 2],
+    pass: &mut P,
+) {
+    let crew = threads.crew(2 * pairs.len() * row_nodes);
+    let (parts, pairs) = cut_pairs(pass, pairs, &crew, row_nodes);
+    let mut blocks: Vec<(P, &[usize])> = parts.into_iter().zip(pairs).collect();
+    let new = || vec![T::zero(); row_nodes];
+    crew.each(&mut Vec::new(), new, &mut blocks, |values, (part, pairs)| {
+        let seen = pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]);
+        for row in seen.filter(|row| *row < rows) {
+            part.row(Row::new(row, row_nodes), values);
+        }
+    });
+    for (part, _) in blocks {
+        pass.append(part);
+    }
+}
+
+/// The rows of a map of `nodes`, seen from the whole mesh, whose other rows may be passed over or
+/// be asked for, as they fall into batches.
+pub struct Padded<P> {
+    pub nodes: [usize; 2],
+    pub rows: P,
+}
+
+impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
+    fn row(&mut self, row: Row, values: &mut [T]) {
+        let [rows, row_nodes] = self.nodes;
+        let mut beyond = 0;
+        if row.index() < rows {
+            let row = Row::new(row.index(), row_nodes);
+            self.rows.row(row, &mut values[..row_nodes]);
+            beyond = row_nodes;
+        }
+        values[beyond..].fill(T::zero());
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        let [rows, row_nodes] = self.nodes;
+        let row = Row::new(row.index().min(rows), row_nodes);
+        Self { nodes: self.nodes, rows: self.rows.split_off(row) }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.rows.append(later.rows);
+    }
+}
+
+/// Lets the rows of a map of `nodes` be seen as rows of a larger one, of which it is a corner.
+pub fn in_corner<T: Real, P: Rows<T>>(
+    nodes: [usize; 2],
+    rows: &mut P,
+    see: impl FnOnce(&mut Padded<P>),
+) {
+    let mut padded = Padded { nodes, rows: rows.split_off(Row::new(0, nodes[1])) };
+    see(&mut padded);
+    rows.append(padded.rows);
+}
+
+/// Bytes of a cache line, and of the widest register.
+const LINE: usize = 64;
+
+/// A slice on the heap that begins on a cache line.
+pub struct Aligned<T> {
+    storage: Vec<T>,
+    start: usize,
+    len: usize,
+}
+
+impl<T: Real> Aligned<T> {
+    pub fn zeros(len: usize) -> Self {
+        let slack = LINE / size_of::<T>();
+        let storage = vec![T::zero(); len + slack];
+        let start = storage.as_ptr().align_offset(LINE).min(slack);
+        Self { storage, start, len }
+    }
+}
+
+impl<T: Real> FromIterator<T> for Aligned<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(values: I) -> Self {
+        let values: Vec<T> = values.into_iter().collect();
+        let mut aligned = Self::zeros(values.len());
+        aligned.copy_from_slice(&values);
+        aligned
+    }
+}
+
+impl<T> Deref for Aligned<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.storage[self.start..][..self.len]
+    }
+}
+
+impl<T> DerefMut for Aligned<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.storage[self.start..][..self.len]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_have_every_row_once() {
+        let mut map: Vec<usize> = (0..15).collect();
+        let mut first = Band::of(&mut map);
+        let mut last = first.split_off(Row::new(4, 3));
+        let mut middle = first.split_off(Row::new(1, 3));
+        assert_eq!(first.row(Row::new(0, 3)), [0, 1, 2]);
+        assert_eq!(middle.row(Row::new(1, 3)), [3, 4, 5]);
+        assert_eq!(middle.row(Row::new(3, 3)), [9, 10, 11]);
+        assert_eq!(last.row(Row::new(4, 3)), [12, 13, 14]);
+        let mut none = middle.split_off(Row::new(4, 3));
+        assert!(none.split_off(Row::new(4, 3)).values.is_empty());
+    }
+}

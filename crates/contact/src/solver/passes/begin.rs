@@ -1,0 +1,494 @@
+//! Gets ready for a search: from a gap and its pressure to what the first correction is to close;
+//! from the pressures with which a search in single precision begins to their gap, and from where
+//! it ends to what a finer mesh takes up. Increments are all there is of such pressures, counted
+//! from a [`Base`].
+
+use pulp::Simd;
+
+use super::update_gap::{GapUpdate, Seen};
+use super::update_pressure::PendingUpdate;
+use crate::fft::{Band, Row};
+use crate::solver::extension::AskedRows;
+use crate::solver::flags::{ActiveBand, FREE, PRESSED, SATURATED, has, marked_by_pressure};
+use crate::solver::lanes::{
+    Found, InOrder, LANES, Lanes, Pass, REST, greater, split_mut, sum_by, total, weight,
+};
+use crate::solver::nearing::{Expected, ShownGap};
+use crate::solver::prolongation::Prolonged;
+
+/// Goes over pressures. Starts from the last gap and pressure, or from a guess along the straight
+/// line through them.
+pub struct Ask<'a, const YIELDS: bool> {
+    /// Where to go on to first.
+    pub onwards: Option<Onwards<'a>>,
+    /// Which nodes that penetrate are free.
+    pub expected: Expected,
+    pub shown: ShownGap,
+    pub heights: &'a [f32],
+    pub response: GapUpdate,
+    pub gap: Band<'a, f32>,
+    /// The pressure at which nodes are saturated.
+    pub hardness: f64,
+    /// Marked by pressure; the last move on free nodes, if there is one to go on from.
+    pub carry: Band<'a, f32>,
+    /// Set where there are free nodes, or pressures to be moved.
+    pub active: ActiveBand<'a>,
+    pub asked: AskedRows<'a>,
+    /// A row of what free nodes ask for.
+    pub row: Vec<f32>,
+    pub base: BaseBand<'a>,
+    /// Set to the pressure above the base.
+    pub increment: Band<'a, f32>,
+    pub seen: InOrder<Seen>,
+    /// Σ base.
+    pub base_sum: InOrder<f64>,
+    /// Where the material yields, Σ pressure within its bounds.
+    pub bounded_sum: InOrder<f64>,
+}
+
+/// The straight line through the last gap and pressure and the ones before.
+pub struct Onwards<'a> {
+    /// How far, in units of the way from the earlier ones to the last.
+    pub reach: f64,
+    /// Set to the last pressure.
+    pub earlier_pressure: Band<'a, f32>,
+    /// Set to the last gap.
+    pub earlier_gap: Band<'a, f32>,
+}
+
+/// Keeps pressures in single precision. Goes over them.
+pub struct Remember<'a>(pub Band<'a, f32>);
+
+impl Pass<f64> for Remember<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        for (earlier, p) in self.0.row(row).iter_mut().zip(pressure) {
+            *earlier = *p as f32;
+        }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self(self.0.split_off(row))
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
+        let level = self.response.offset;
+        let gap = self.gap.row(row);
+        let carry = self.carry.row(row);
+        if let Some(onwards) = &mut self.onwards {
+            let earlier = onwards.earlier_pressure.row(row);
+            if YIELDS {
+                extrapolate_bounded(onwards.reach, self.hardness, pressure, earlier);
+            } else {
+                extrapolate(onwards.reach, pressure, earlier);
+            }
+            let earlier = onwards.earlier_gap.row(row);
+            if let Expected::Near(nearing) = self.expected {
+                let shown = &mut self.shown;
+                shown.hold_far::<S, R>(simd, level, nearing, gap, earlier);
+            }
+            let (gap, last_gap) = split_mut::<S, R>(gap);
+            let (earlier, last_earlier) = split_mut::<S, R>(earlier);
+            extrapolate_single(simd, onwards.reach, gap, earlier);
+            extrapolate_single(REST, onwards.reach, last_gap, last_earlier);
+            for (carry, p) in carry.iter_mut().zip(&*pressure) {
+                *carry = marked_by_pressure(0.0, *p, self.hardness);
+            }
+        }
+        if YIELDS {
+            let hardness = self.hardness;
+            let bounded = sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
+            self.bounded_sum.push(bounded);
+        }
+        let base = self.base.set_row(row, pressure);
+        split(pressure, base, self.increment.row(row));
+        self.base_sum.push(sum_by(base, base, |base, _| f64::from(base)));
+        if let Expected::AsHighAs(lowest) = self.expected {
+            let heights = row.of(self.heights);
+            self.shown.hold_low::<S, R>(simd, level, lowest, heights);
+        }
+        let shown = match self.expected {
+            Expected::All => gap,
+            Expected::Near(_) | Expected::AsHighAs(_) => self.shown.of::<S, R>(simd, gap),
+        };
+        let (asked, seen) = (&mut self.row, &mut self.seen);
+        let always = self.active.always;
+        let mut found = self.active.row(row);
+        found.active.fill(true);
+        self.response.ask_row::<S, R, YIELDS>(simd, asked, shown, carry, &mut found, seen);
+        let groups = self.increment.row(row).as_chunks_mut::<LANES>().0;
+        for (active, increments) in found.active.iter_mut().zip(groups) {
+            *active |= always || increments.iter().any(|increment| *increment != 0.0);
+            if !*active {
+                // As clipping leaves them.
+                increments.fill(-0.0);
+            }
+        }
+        self.asked.add_row::<S, R>(simd, row, asked, carry, found.free);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        let onwards = self.onwards.as_mut();
+        Self {
+            onwards: onwards.map(|onwards| Onwards {
+                reach: onwards.reach,
+                earlier_pressure: onwards.earlier_pressure.split_off(row),
+                earlier_gap: onwards.earlier_gap.split_off(row),
+            }),
+            gap: self.gap.split_off(row),
+            carry: self.carry.split_off(row),
+            active: self.active.split_off(row),
+            asked: self.asked.split_off(row),
+            shown: self.shown.clone(),
+            row: self.row.clone(),
+            base: self.base.split_off(row),
+            increment: self.increment.split_off(row),
+            seen: InOrder::new(),
+            base_sum: InOrder::new(),
+            bounded_sum: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.seen.append(later.seen);
+        self.base_sum.append(later.base_sum);
+        self.bounded_sum.append(later.bounded_sum);
+    }
+}
+
+#[inline(always)]
+fn split(pressure: &[f64], base: &[f32], increment: &mut [f32]) {
+    for ((p, base), increment) in pressure.iter().zip(base).zip(increment) {
+        *increment = (p - f64::from(*base)) as f32;
+    }
+}
+
+#[inline(always)]
+fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
+    for (p, earlier) in pressure.iter_mut().zip(earlier) {
+        let last = *p;
+        *p = last + reach * (last - f64::from(*earlier));
+        *earlier = last as f32;
+    }
+}
+
+/// The same of pressures up to the hardness. What bears it under both loads goes on to bear it: of
+/// the earlier pressure single precision is left, whose difference from the last one is rounding
+/// there.
+#[inline(always)]
+fn extrapolate_bounded(reach: f64, hardness: f64, pressure: &mut [f64], earlier: &mut [f32]) {
+    let nearest = hardness as f32;
+    for (p, earlier) in pressure.iter_mut().zip(earlier) {
+        let last = *p;
+        let stays = last >= hardness && *earlier >= nearest;
+        let guess = last + reach * (last - f64::from(*earlier));
+        *p = if stays { hardness } else { guess };
+        *earlier = last as f32;
+    }
+}
+
+#[inline(always)]
+fn extrapolate_single<S: Simd, const R: usize>(
+    simd: S,
+    reach: f64,
+    last: &mut [[S::f32s; R]],
+    earlier: &mut [[S::f32s; R]],
+) {
+    let reach = Lanes::all(simd, reach as f32);
+    for (last, earlier) in last.iter_mut().zip(earlier) {
+        let now = Lanes::of(simd, *last);
+        let guess = now.plus(reach, now - Lanes::of(simd, *earlier));
+        *earlier = now.numbers();
+        *last = guess.numbers();
+    }
+}
+
+/// What makes pressures of increments and moves when a search ends.
+#[derive(Clone, Copy)]
+pub struct LastMoveDone {
+    scale: f32,
+    taken_back: f32,
+    ceiling: f32,
+}
+
+impl LastMoveDone {
+    pub fn new(pending: PendingUpdate, ceiling: f64) -> Self {
+        Self {
+            scale: pending.of_pressure() as f32,
+            taken_back: (1.0 - pending.part) as f32,
+            ceiling: ceiling as f32,
+        }
+    }
+
+    /// Of an increment, and a move if it is marked as that of a free node.
+    #[inline(always)]
+    fn pressure(&self, increment: f32, carry: f32) -> f32 {
+        let last_move = weight::<f32>(has(carry, FREE)) * carry;
+        // Rounding must not leave a pressure below zero, or above the ceiling.
+        greater(self.scale * increment - self.taken_back * last_move, 0.0).min(self.ceiling)
+    }
+}
+
+/// The pressures from which a search is to go on.
+pub enum StartPressure<'a> {
+    OfCoarserMesh(Prolonged<'a>),
+    OfLastMove(LastMoveDone),
+}
+
+impl StartPressure<'_> {
+    #[inline(always)]
+    fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], carry: &[f32]) {
+        match self {
+            Self::OfCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
+            Self::OfLastMove(done) => {
+                let nodes = increment.iter().zip(carry);
+                for (p, (increment, carry)) in pressure.iter_mut().zip(nodes) {
+                    *p = done.pressure(*increment, *carry);
+                }
+            }
+        }
+    }
+
+    fn split_off(&self) -> Self {
+        match self {
+            Self::OfCoarserMesh(prolonged) => Self::OfCoarserMesh(prolonged.split_off()),
+            Self::OfLastMove(done) => Self::OfLastMove(*done),
+        }
+    }
+}
+
+/// Begins the convolution of the pressures, from which the search is to go on: with the gap that
+/// there is without any, which their displacement is to be added to.
+pub struct BeginPressed<'a, const YIELDS: bool> {
+    pub start: StartPressure<'a>,
+    pub ceiling: f32,
+    pub heights: &'a [f32],
+    /// Subtracted from gaps.
+    pub reference: f32,
+    pub gap: Band<'a, f32>,
+    pub increment: Band<'a, f32>,
+    /// Marked by pressure; no node has moved yet.
+    pub carry: Band<'a, f32>,
+    /// Set where there is pressure.
+    pub active: ActiveBand<'a>,
+    pub sums: InOrder<PressedSums>,
+}
+
+/// Sums over the mesh.
+#[derive(Clone, Copy)]
+pub struct PressedSums {
+    pub pressure: f64,
+    /// Σ pressure × height.
+    pub pressure_on_height: f64,
+    pub saturated_nodes: f64,
+}
+
+impl Found for PressedSums {
+    const NOTHING: Self = Self { pressure: 0.0, pressure_on_height: 0.0, saturated_nodes: 0.0 };
+
+    fn add(&mut self, later: Self) {
+        self.pressure += later.pressure;
+        self.pressure_on_height += later.pressure_on_height;
+        self.saturated_nodes += later.saturated_nodes;
+    }
+}
+
+impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let (increment, carry) = (self.increment.row(row), self.carry.row(row));
+        self.start.set_row(row, values, increment, carry);
+        let heights = row.of(self.heights);
+        for (gap, height) in self.gap.row(row).iter_mut().zip(heights) {
+            *gap = -(height + self.reference);
+        }
+        let ceiling = self.ceiling;
+        let saturated = if YIELDS { SATURATED } else { 0 };
+        let mut saturated_nodes = 0;
+        for (carry, p) in carry.iter_mut().zip(&*values) {
+            let bears = u32::from(*p >= ceiling);
+            let pressed = PRESSED * u32::from(*p > 0.0);
+            *carry = f32::from_bits(pressed | (saturated * bears));
+            saturated_nodes += bears;
+        }
+        increment.copy_from_slice(values);
+        let always = self.active.always;
+        let groups = self.active.row(row);
+        groups.free.fill(false);
+        let increments = increment.as_chunks_mut::<LANES>().0;
+        for (active, increments) in groups.active.iter_mut().zip(increments) {
+            *active = always || increments.iter().any(|increment| *increment > 0.0);
+            if !*active {
+                // As clipping leaves them.
+                increments.fill(-0.0);
+            }
+        }
+        self.sums.push(PressedSums {
+            pressure: total(values),
+            pressure_on_height: sum_by(values, heights, |p, height| p * height),
+            saturated_nodes: f64::from(saturated_nodes),
+        });
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            start: self.start.split_off(),
+            gap: self.gap.split_off(row),
+            increment: self.increment.split_off(row),
+            carry: self.carry.split_off(row),
+            active: self.active.split_off(row),
+            sums: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sums.append(later.sums);
+    }
+}
+
+/// Sets s × pressure − gap, of pressures that are increments. Goes over that map.
+pub struct PressureLessGap<'a> {
+    /// s
+    pub compliance: f32,
+    /// From which gaps are counted.
+    pub offset: f32,
+    pub done: LastMoveDone,
+    pub increment: &'a [f32],
+    pub carry: &'a [f32],
+    pub gap: &'a [f32],
+    pub peak_pressure: f32,
+}
+
+impl Pass<f32> for PressureLessGap<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let pressed = row.of(self.increment).iter().zip(row.of(self.carry));
+        let nodes = pressed.zip(row.of(self.gap));
+        let mut peak = 0.0_f32;
+        for (value, ((increment, carry), gap)) in values.iter_mut().zip(nodes) {
+            let p = self.done.pressure(*increment, *carry);
+            *value = self.compliance * p - (gap - self.offset);
+            peak = greater(peak, p);
+        }
+        self.peak_pressure = greater(self.peak_pressure, peak);
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.peak_pressure = greater(self.peak_pressure, later.peak_pressure);
+    }
+}
+
+/// Single precision holds a pressure to 6e-8 of it, and a gap to about as much of a mesh step at
+/// unit rms slope. A finer search counts pressures from where it started.
+const FINE: f64 = 1e-5;
+
+/// Zero, or for a fine search a map of its own.
+pub struct Base {
+    /// A row of them.
+    zeros: Vec<f32>,
+    rows: usize,
+    map: Vec<f32>,
+}
+
+impl Base {
+    pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
+        Self { zeros: vec![0.0; row_nodes], rows, map: Vec::new() }
+    }
+
+    /// Gets ready for a search to a residual of `tolerance`.
+    pub fn prepare(&mut self, tolerance: f64) {
+        let cells = self.rows * self.zeros.len();
+        let is_map = Self::is_map(tolerance);
+        self.map.resize(if is_map { cells } else { 0 }, 0.0);
+    }
+
+    /// Counts pressures from zero.
+    pub fn clear(&mut self) {
+        self.map.fill(0.0);
+    }
+
+    /// Whether such a search needs a map of its own.
+    pub fn is_map(tolerance: f64) -> bool {
+        tolerance < FINE
+    }
+
+    /// The nodes of a row.
+    #[inline(always)]
+    pub fn row(&self, row: Row) -> &[f32] {
+        self.map.get(row.range()).unwrap_or(&self.zeros)
+    }
+
+    /// All rows, to be set.
+    pub fn band(&mut self) -> BaseBand<'_> {
+        BaseBand {
+            zeros: &self.zeros,
+            map: (!self.map.is_empty()).then(|| Band::of(&mut self.map)),
+        }
+    }
+}
+
+/// Consecutive rows of a base, to be set.
+pub struct BaseBand<'a> {
+    zeros: &'a [f32],
+    map: Option<Band<'a, f32>>,
+}
+
+impl BaseBand<'_> {
+    /// Sets a row to what single precision holds of pressures, if this search is a fine one.
+    /// Returns it.
+    #[inline(always)]
+    pub fn set_row(&mut self, row: Row, pressure: &[f64]) -> &[f32] {
+        let Some(map) = &mut self.map else {
+            return self.zeros;
+        };
+        let base = map.row(row);
+        for (base, p) in base.iter_mut().zip(pressure) {
+            *base = *p as f32;
+        }
+        base
+    }
+
+    pub fn split_off(&mut self, row: Row) -> Self {
+        Self { zeros: self.zeros, map: self.map.as_mut().map(|map| map.split_off(row)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_move_taken_back_leaves_pressures_as_they_were_before_it() {
+        let (before, last_move) = ([0.5_f32, 0.0, 2.0, 1.0], [0.25_f32, 0.75, -2.0, 0.0]);
+        let marked = last_move.map(|by| f32::from_bits(by.to_bits() & !0b111 | FREE));
+        let after = [0, 1, 2, 3].map(|node| before[node] + last_move[node]);
+        let left = |pending, ceiling| {
+            let done = LastMoveDone::new(pending, ceiling);
+            [0, 1, 2, 3].map(|node| done.pressure(after[node], marked[node]))
+        };
+        let close = |found: [f32; 4], exact: [f32; 4]| {
+            // Marks are in the lowest bits of moves.
+            let apart = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
+            assert!(apart.into_iter().all(|by| by < 1e-6), "{found:?}, {exact:?}");
+        };
+        close(left(PendingUpdate::ALL_BACK, f64::INFINITY), before);
+        close(left(PendingUpdate::NOTHING, f64::INFINITY), after);
+        let half = PendingUpdate { scale: 1.0, part: 0.5 };
+        close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
+        // What is no move is not taken back.
+        let done = LastMoveDone::new(PendingUpdate::ALL_BACK, f64::INFINITY);
+        let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
+        assert_eq!(done.pressure(1.0, unmarked), 1.0);
+    }
+}
