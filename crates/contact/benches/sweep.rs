@@ -4,13 +4,13 @@
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
-use asperity::contact::fft::Transform;
-use asperity::contact::grid::{Boundary, Grid};
-use asperity::contact::solver::{HalfSpace, Hardness, Settings, Solver};
-use asperity::contact::threads::Threads;
-use asperity::contact::topography::random::{Amplitude, RandomSurface};
-use asperity::contact::topography::spectrum::Spectrum;
+use asperity_contact::elasticity::{PeriodicHalfSpace, displacement};
+use asperity_contact::fft::Transform;
+use asperity_contact::grid::{Boundary, Grid};
+use asperity_contact::solver::{HalfSpace, Hardness, Settings, Solver};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::random::{Amplitude, RandomSurface};
+use asperity_contact::topography::spectrum::Spectrum;
 
 /// Cutoffs of the surfaces.
 const SPECTRA: [(u32, u32); 3] = [(1, 32), (4, 64), (16, 128)];

@@ -1,8 +1,8 @@
 //! A transform pair with its kernel, against the bare transforms of rustfft and the memory.
 
-use asperity::contact::elasticity::{PeriodicHalfSpace, displacement};
-use asperity::contact::fft::{Real, Transform};
-use asperity::contact::grid::Grid;
+use asperity_contact::elasticity::{PeriodicHalfSpace, displacement};
+use asperity_contact::fft::{Real, Transform};
+use asperity_contact::grid::Grid;
 use divan::{Bencher, black_box, counter::BytesCount};
 use realfft::RealFftPlanner;
 use rustfft::{FftPlanner, num_complex::Complex};
