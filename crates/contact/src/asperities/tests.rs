@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use super::*;
 use crate::grid::samples::square;
 use crate::solver::{HalfSpace, Stop};
-use crate::topography::random::{Amplitude, RandomSurface};
-use crate::topography::spectrum::Spectrum;
+use crate::topography::random::samples;
 
 const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
 
@@ -102,13 +101,7 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
 
 fn rough(nodes: usize, k_lower: u32, k_upper: u32) -> (Grid, Vec<f64>) {
     let grid = square(nodes, 1.0);
-    let surface = RandomSurface {
-        spectrum: Spectrum { hurst: 0.8, k_lower, k_rolloff: k_lower, k_upper, anisotropy: None },
-        amplitude: Amplitude::Gaussian,
-        rms_slope: 1.0,
-        seed: 3,
-        realization: 0,
-    };
+    let surface = samples::random(k_lower, k_upper, 3);
     (grid, surface.draw(grid).into_heights())
 }
 

@@ -266,23 +266,10 @@ mod tests {
     use crate::elasticity::PeriodicHalfSpace;
     use crate::grid::samples::square;
     use crate::solver::Settings;
-    use crate::topography::random::{Amplitude, RandomSurface};
-    use crate::topography::spectrum::Spectrum;
+    use crate::topography::random::samples;
 
     fn solver() -> Solver {
-        let surface = RandomSurface {
-            spectrum: Spectrum {
-                hurst: 0.8,
-                k_lower: 2,
-                k_rolloff: 2,
-                k_upper: 16,
-                anisotropy: None,
-            },
-            amplitude: Amplitude::Gaussian,
-            rms_slope: 1.0,
-            seed: 11,
-            realization: 0,
-        };
+        let surface = samples::random(2, 16, 11);
         let grid = square(128, 1.0);
         let surface = surface.draw(grid);
         Solver::new(PeriodicHalfSpace::new(grid), surface.heights())

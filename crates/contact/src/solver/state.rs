@@ -173,19 +173,10 @@ mod tests {
     use crate::elasticity::PeriodicHalfSpace;
     use crate::grid::{Boundary, Grid};
     use crate::solver::{HalfSpace, Hardness, Settings, Solver, Stop};
-    use crate::topography::random::{Amplitude, RandomSurface};
-    use crate::topography::spectrum::Spectrum;
+    use crate::topography::random::samples;
 
     fn solver_of(body: HalfSpace) -> Solver {
-        let spectrum =
-            Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 16, anisotropy: None };
-        let surface = RandomSurface {
-            spectrum,
-            amplitude: Amplitude::Gaussian,
-            rms_slope: 1.0,
-            seed: 3,
-            realization: 0,
-        };
+        let surface = samples::random(1, 16, 3);
         let grid = Grid::square(64, 1.0).unwrap();
         body.solver(grid, surface.draw(grid).heights())
     }
@@ -226,15 +217,7 @@ mod tests {
 
     fn solver(seed: u64, hardness: Option<f64>) -> Solver {
         let grid = Grid::square(48, 1.0).unwrap();
-        let spectrum =
-            Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 12, anisotropy: None };
-        let surface = RandomSurface {
-            spectrum,
-            amplitude: Amplitude::Gaussian,
-            rms_slope: 1.0,
-            seed,
-            realization: 0,
-        };
+        let surface = samples::random(1, 12, seed);
         let hardness = hardness.map(|pressure| Hardness::new(pressure).unwrap());
         let body = PeriodicHalfSpace::new(grid);
         Solver::yielding(body, hardness, surface.draw(grid).heights())

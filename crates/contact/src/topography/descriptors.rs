@@ -261,9 +261,8 @@ impl Statistics {
 mod tests {
     use super::{Descriptors, *};
     use crate::grid::samples::square;
-    use crate::topography::random::{Amplitude, RandomSurface};
+    use crate::topography::random::{Amplitude, RandomSurface, samples};
     use crate::topography::shapes::Shape;
-    use crate::topography::spectrum::Spectrum;
     use crate::topography::surface::Surface;
 
     fn assert_close(found: f64, exact: f64) {
@@ -336,17 +335,8 @@ mod tests {
         // relation is exact. Rings of radius 5 and 25 hold 6 and 10 pairs of modes.
         for (radius, pairs) in [(1, 2.0), (5, 6.0), (25, 10.0)] {
             let ring = RandomSurface {
-                spectrum: Spectrum {
-                    hurst: 0.8,
-                    k_lower: radius,
-                    k_rolloff: radius,
-                    k_upper: radius,
-                    anisotropy: None,
-                },
                 amplitude: Amplitude::Deterministic,
-                rms_slope: 1.0,
-                seed: 1,
-                realization: 0,
+                ..samples::random(radius, radius, 1)
             };
             // More than four nodes a wave, so that fourth powers are not aliased.
             let descriptors = Descriptors::of(&ring.draw(square(128, 1.0)));
@@ -434,20 +424,7 @@ mod tests {
     }
 
     fn random(k_lower: u32) -> Surface {
-        let surface = RandomSurface {
-            spectrum: Spectrum {
-                hurst: 0.8,
-                k_lower,
-                k_rolloff: k_lower,
-                k_upper: 32,
-                anisotropy: None,
-            },
-            amplitude: Amplitude::Gaussian,
-            rms_slope: 1.0,
-            seed: 1,
-            realization: 0,
-        };
-        surface.draw(square(64, 1.0))
+        samples::random(k_lower, 32, 1).draw(square(64, 1.0))
     }
 
     /// The same nodes with other heights.

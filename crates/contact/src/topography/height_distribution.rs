@@ -213,9 +213,8 @@ pub fn levels(surface: &Surface, steps: usize, range: f64) -> Vec<Level> {
 mod tests {
     use super::{Histogram, *};
     use crate::grid::samples::square;
-    use crate::topography::random::{Amplitude, RandomSurface};
+    use crate::topography::random::samples;
     use crate::topography::shapes::Shape;
-    use crate::topography::spectrum::Spectrum;
     use crate::topography::surface::Surface;
 
     fn counts(histogram: &Histogram) -> Vec<usize> {
@@ -254,19 +253,7 @@ mod tests {
 
     #[test]
     fn many_modes_are_nearly_normally_distributed() {
-        let random = RandomSurface {
-            spectrum: Spectrum {
-                hurst: 0.8,
-                k_lower: 16,
-                k_rolloff: 16,
-                k_upper: 32,
-                anisotropy: None,
-            },
-            amplitude: Amplitude::Gaussian,
-            rms_slope: 1.0,
-            seed: 3,
-            realization: 0,
-        };
+        let random = samples::random(16, 32, 3);
         for bin in Histogram::of(&random.draw(square(256, 1.0)), 20, 5.0).bins {
             let normal = libm::erf((bin.center + 0.25) / 2_f64.sqrt())
                 - libm::erf((bin.center - 0.25) / 2_f64.sqrt());

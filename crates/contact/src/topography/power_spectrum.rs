@@ -155,9 +155,8 @@ mod tests {
     use super::*;
     use crate::grid::samples::{rectangle, square};
     use crate::topography::moments::Moments;
-    use crate::topography::random::{Amplitude, RandomSurface};
+    use crate::topography::random::samples;
     use crate::topography::shapes::Shape;
-    use crate::topography::spectrum::Spectrum;
 
     fn rough(nodes: [usize; 2], size: [f64; 2]) -> Surface {
         let height = |node: usize| 5.0 + libm::sin(7.0 + (node * node) as f64);
@@ -223,19 +222,8 @@ mod tests {
 
     #[test]
     fn the_window_keeps_the_power_of_a_random_surface() {
-        let random = RandomSurface {
-            spectrum: Spectrum {
-                hurst: 0.8,
-                k_lower: 16,
-                k_rolloff: 32,
-                k_upper: 60,
-                anisotropy: None,
-            },
-            amplitude: Amplitude::Gaussian,
-            rms_slope: 1.0,
-            seed: 3,
-            realization: 0,
-        };
+        let mut random = samples::random(16, 60, 3);
+        random.spectrum.k_rolloff = 32;
         let surface = random.draw(square(256, 1.0));
         let [whole, windowed] =
             [Boundary::Periodic, Boundary::Free].map(|boundary| rings(&surface, boundary));

@@ -176,6 +176,29 @@ impl RandomSurface {
     }
 }
 
+/// Surfaces that tests need.
+#[cfg(test)]
+pub(crate) mod samples {
+    use super::*;
+
+    /// Of Hurst exponent 0.8 and unit rms slope.
+    pub fn random(k_lower: u32, k_upper: u32, seed: u64) -> RandomSurface {
+        RandomSurface {
+            spectrum: Spectrum {
+                hurst: 0.8,
+                k_lower,
+                k_rolloff: k_lower,
+                k_upper,
+                anisotropy: None,
+            },
+            amplitude: Amplitude::Gaussian,
+            rms_slope: 1.0,
+            seed,
+            realization: 0,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use rustfft::num_complex::Complex;
@@ -187,19 +210,7 @@ mod tests {
     use crate::topography::spectrum::Anisotropy;
 
     fn random(amplitude: Amplitude, k_lower: u32, k_upper: u32) -> RandomSurface {
-        RandomSurface {
-            spectrum: Spectrum {
-                hurst: 0.8,
-                k_lower,
-                k_rolloff: k_lower,
-                k_upper,
-                anisotropy: None,
-            },
-            amplitude,
-            rms_slope: 0.02,
-            seed: 2015,
-            realization: 0,
-        }
+        RandomSurface { amplitude, rms_slope: 0.02, ..samples::random(k_lower, k_upper, 2015) }
     }
 
     fn assert_close(found: f64, exact: f64, tolerance: f64) {

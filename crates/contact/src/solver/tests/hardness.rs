@@ -5,8 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use proptest::prelude::*;
 
-use super::reference::HARDNESS as REFERENCE;
-use super::*;
+use super::{HARDNESS as REFERENCE, *};
 use crate::grid::Boundary;
 use crate::grid::samples::rectangle;
 use crate::morphology::area::ContactArea;
@@ -291,7 +290,8 @@ proptest! {
         assert_complementary(&solver, &heights, load, 1.1e-10);
     }
 
-    // Whether they touch more is no such fact: two nodes that yield may sink a third below contact elsewhere.
+    // Whether they touch more is no such fact: two nodes that yield may sink a third below contact
+    // elsewhere.
     #[test]
     fn yielded_depth_is_the_slope_of_the_energy_on_the_hardness_and_grows_as_materials_soften(
         nodes in 8_usize..=32, seed: u64, part in 0.01..0.9_f64,
