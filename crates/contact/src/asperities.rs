@@ -3,7 +3,7 @@
 //!
 //! Summit i stands at height zᵢ and bends by two principal curvatures. Under an overlap dᵢ it
 //! carries the force of Hertz' elliptic contact, Fᵢ = Cᵢ dᵢ^(3/2), and touches on an ellipse of
-//! area Bᵢ dᵢ ([`Ellipse`]). The overlap is what the reference plane and the displacement of the
+//! area Bᵢ dᵢ. The overlap is what the reference plane and the displacement of the
 //! body by all other forces leave of the height,
 //!
 //! ```text
@@ -18,8 +18,6 @@
 //!
 //! `summits` says where they are, how they bend and which contacts overlap, `equilibrium` which
 //! forces they bear under a load, and what a force does to the body at a distance.
-//!
-//! [`Ellipse`]: super::theory::models::hertz::Ellipse
 
 use super::grid::Grid;
 use super::solver::{Outcome, Settings};
@@ -62,7 +60,7 @@ impl Interaction {
 
 /// The mean displacement of a square of side one on a half-space with E* = 1 under unit pressure:
 /// (4/π) [ln(1 + √2) − (√2 − 1)/3].
-pub const MEAN_OF_A_SQUARE: f64 = 0.946_402_008_818_677;
+const MEAN_OF_A_SQUARE: f64 = 0.946_402_008_818_677;
 
 /// What is known of a load on asperities, beside what solvers tell of any.
 #[derive(Debug, Clone, Copy, PartialEq)]

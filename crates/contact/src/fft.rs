@@ -60,7 +60,7 @@ impl Real for f64 {
 }
 
 /// Rows that one thread has together: threads part at multiples of them.
-pub const ROWS_TOGETHER: usize = 8;
+pub(crate) const ROWS_TOGETHER: usize = 8;
 
 /// What a convolution in progress has of the rows of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -182,12 +182,12 @@ impl<T: Real> Transform<T> {
     }
 
     /// Wavenumbers kept along a row, N_y/2 + 1.
-    pub fn spectrum_columns(&self) -> usize {
+    pub(crate) fn spectrum_columns(&self) -> usize {
         self.half_spectrum.columns()
     }
 
     /// Entries of a half spectrum, N_x (N_y/2 + 1).
-    pub fn spectrum_len(&self) -> usize {
+    pub(crate) fn spectrum_len(&self) -> usize {
         self.half_spectrum.len()
     }
 
@@ -197,7 +197,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// Buffers for one caller at a time, whose work these threads share.
-    pub fn scratch_on(&self, threads: Threads) -> Scratch<T> {
+    pub(crate) fn scratch_on(&self, threads: Threads) -> Scratch<T> {
         Scratch {
             threads,
             half_spectrum: self.half_spectrum.scratch(),
@@ -242,7 +242,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// Begins the convolution of a map.
-    pub fn begin_with(&self, field: &[T], scratch: &mut Scratch<T>) {
+    pub(crate) fn begin_with(&self, field: &[T], scratch: &mut Scratch<T>) {
         self.begin(&mut Source(field), scratch);
     }
 
@@ -269,18 +269,18 @@ impl<T: Real> Transform<T> {
     }
 
     /// Ends a convolution, whose rows are read, and keeps the map by which they are replaced.
-    pub fn finish_and_keep(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    pub(crate) fn finish_and_keep(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Held::Spectra, Held::Rows, rows, scratch);
     }
 
     /// Reads the rows of a map that was kept, and begins the convolution of the map by which they
     /// are replaced.
-    pub fn turn_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    pub(crate) fn turn_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Held::Rows, Held::Spectra, rows, scratch);
     }
 
     /// Reads the rows of a map that was kept.
-    pub fn finish_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    pub(crate) fn finish_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Held::Rows, Held::Nothing, rows, scratch);
     }
 
@@ -291,7 +291,12 @@ impl<T: Real> Transform<T> {
     }
 
     /// The same of a map that was kept.
-    pub fn peek_kept(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+    pub(crate) fn peek_kept(
+        &self,
+        pairs: &[usize],
+        rows: &mut impl Rows<T>,
+        scratch: &mut Scratch<T>,
+    ) {
         self.peek_at(Held::Rows, pairs, rows, scratch);
     }
 
@@ -345,7 +350,7 @@ enum Way<'a, T> {
 impl<T: Real> Scratch<T> {
     /// Takes over memory of another one, whose convolution in progress is lost: for convolutions of
     /// both precisions in turn.
-    pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
+    pub(crate) fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         other.half_spectrum.release();
         if let (Some(own), Some(other)) = (&mut self.packed, &mut other.packed) {
             own.take_over(other);

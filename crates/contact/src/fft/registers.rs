@@ -21,6 +21,7 @@ mod x86;
 pub const MOST_LANES: usize = 16;
 
 /// Registers of one instruction set, filled with numbers of one precision.
+#[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Registers: Copy {
     type Number: Real;
     /// A register.
@@ -47,11 +48,13 @@ pub trait Registers: Copy {
 }
 
 /// What is to run on registers of numbers `T`.
+#[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Work<T> {
     fn run<R: Registers<Number = T>>(self, registers: R);
 }
 
 /// A precision that fits into registers.
+#[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Vectorize: Pod {
     /// Numbers in a register: a power of two, at most [`MOST_LANES`].
     const LANES: usize;

@@ -11,8 +11,6 @@
 //! Here a is the area fraction and y = p₀/(E*·rms slope) the load. All is computed in Y = κy and
 //! t = βY^μ, as a = Y(1 + t)^(−1/μ): the printed form overflows as y → 0.
 
-use std::ops::RangeInclusive;
-
 /// Proportionality of area and load at light load in the asperity model of Bush, Gibson & Thomas
 /// 1975: √(2π).
 pub const KAPPA_BGT: f64 = 2.506_628_274_631_000_5;
@@ -87,20 +85,6 @@ impl ContactEvolution {
     pub fn mean_pressure(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
         (bend.ln_1p() / self.mu).exp() / self.kappa
-    }
-
-    /// dp̄/dp₀ = β a^(μ−1): infinite at zero load where μ < 1.
-    pub fn mean_pressure_slope(&self, load: f64) -> f64 {
-        self.beta * self.area(load).powf(self.mu - 1.0)
-    }
-
-    /// Whether the slope da/dy is a convex function of the load all over `loads`.
-    ///
-    /// The sign of d³a/dy³ is that of (1 − μ) + (2 + μ)βY^μ, which grows with the load: μ ≤ 1 is
-    /// enough anywhere, else the lower end decides.
-    pub fn slope_is_convex_on(&self, loads: RangeInclusive<f64>) -> bool {
-        let (_, bend) = self.reduced(*loads.start());
-        (1.0 - self.mu) + (2.0 + self.mu) * bend >= 0.0
     }
 
     /// Derivatives of the area by (ln β, ln μ, ln κ), for least squares.
@@ -246,8 +230,6 @@ mod tests {
             law in law(), load in 0.01..2.0f64
         ) {
             close(law.mean_pressure(load), load / law.area(load), 1e-13)?;
-            let growth = derivative(|y| law.mean_pressure(y), load, 1e-3 * load);
-            close(law.mean_pressure_slope(load), growth, 1e-7)?;
         }
 
         #[test]
@@ -269,21 +251,6 @@ mod tests {
                 prop_assert!((law.slope_gradient(load)[which] - slope).abs() < 1e-8 * law.kappa);
             }
         }
-
-        #[test]
-        fn slope_is_convex_exactly_where_its_second_derivative_is_not_negative(
-            law in law(), from in 1e-4..1.0f64
-        ) {
-            let convex = (0..200).all(|i| law.slope_curvature(from * (1.0 + 0.05 * f64::from(i))) >= 0.0);
-            prop_assert_eq!(law.slope_is_convex_on(from..=from * 10.95), convex);
-        }
-    }
-
-    #[test]
-    fn slope_is_convex_from_zero_load_up_to_an_exponent_of_one() {
-        let law = |mu| ContactEvolution { kappa: 2.5, beta: 1.0, mu };
-        assert!(law(1.0).slope_is_convex_on(0.0..=1.0));
-        assert!(!law(1.0 + 1e-9).slope_is_convex_on(0.0..=1.0));
     }
 
     #[test]

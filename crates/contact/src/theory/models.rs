@@ -140,11 +140,6 @@ impl Contact {
     pub fn mean_pressure(&self) -> f64 {
         self.load / self.area
     }
-
-    /// dp̄/dp₀, which is β a^(μ−1) in the contact evolution law.
-    pub fn mean_pressure_slope(&self) -> f64 {
-        (1.0 - self.load * self.slope / self.area) / self.area
-    }
 }
 
 /// The surface is not one that an asperity model can describe.

@@ -109,7 +109,7 @@ const CONTINUED_FRACTION_TERMS: u32 = 40;
 const NEWTON_ITERATIONS: usize = 20;
 
 /// exp(x²) erfc(x) for x ≥ 0, which neither overflows nor vanishes.
-pub fn erfcx(x: f64) -> f64 {
+pub(crate) fn erfcx(x: f64) -> f64 {
     if x < CONTINUED_FRACTION_FROM {
         return (x * x).exp() * libm::erfc(x);
     }
@@ -129,7 +129,7 @@ pub fn ln_erfc_slope(x: f64) -> f64 {
 }
 
 /// The x ≥ 0 at which erf(x) is `value`; `None` outside [0, 1).
-pub fn erf_inverse(value: f64) -> Option<f64> {
+fn erf_inverse(value: f64) -> Option<f64> {
     if !(0.0..1.0).contains(&value) {
         return None;
     }
