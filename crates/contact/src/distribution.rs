@@ -31,11 +31,13 @@ pub struct Counts {
 
 impl EqualBins {
     /// Width of a bin.
+    #[inline]
     pub fn width(&self) -> f64 {
         self.to / f64::from(self.count)
     }
 
     /// The lower end of a bin, or the upper end of the one before.
+    #[inline]
     pub fn edge(&self, bin: u32) -> f64 {
         match bin == self.count {
             true => self.to,
@@ -64,6 +66,8 @@ impl EqualBins {
     }
 
     /// The bin of a value, of which rounding may first tell a neighbour.
+    // `counts` is compiled in the crate that calls it, and asks this of every node.
+    #[inline]
     fn bin(&self, value: f64, per_value: f64) -> u32 {
         let last = self.count - 1;
         let bin = ((value * per_value) as u32).min(last);

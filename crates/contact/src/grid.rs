@@ -204,6 +204,7 @@ impl Grid {
     }
 
     /// Where element `node` of a map is: i along x, j along y.
+    #[inline]
     pub fn place(&self, node: usize) -> [usize; 2] {
         [node / self.nodes[1], node % self.nodes[1]]
     }

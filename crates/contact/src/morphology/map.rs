@@ -110,6 +110,7 @@ impl ContactMap {
     }
 
     /// Whether node (i, j) is in contact.
+    #[inline]
     pub fn get(&self, i: usize, j: usize) -> bool {
         assert!(i < self.nodes[0] && j < self.nodes[1]);
         let bit = i * self.nodes[1] + j;
