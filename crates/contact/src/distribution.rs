@@ -39,10 +39,7 @@ impl EqualBins {
     /// The lower end of a bin, or the upper end of the one before.
     #[inline]
     pub fn edge(&self, bin: u32) -> f64 {
-        match bin == self.count {
-            true => self.to,
-            false => f64::from(bin) * self.width(),
-        }
+        if bin == self.count { self.to } else { f64::from(bin) * self.width() }
     }
 
     /// The middle of a bin.

@@ -142,10 +142,7 @@ struct Conductance {
 impl Conductance {
     /// The distance of the bounds, over the upper one.
     pub fn residual(&self) -> f64 {
-        match self.upper > 0.0 {
-            true => ((self.upper - self.lower) / self.upper).max(0.0),
-            false => 0.0,
-        }
+        if self.upper > 0.0 { ((self.upper - self.lower) / self.upper).max(0.0) } else { 0.0 }
     }
 }
 
@@ -256,9 +253,10 @@ impl Film<'_> {
         }
         [0, 1].map(|axis| Conductance {
             upper: upper[axis],
-            lower: match dissipation[axis] > 0.0 {
-                true => flow[axis] * flow[axis] / dissipation[axis],
-                false => 0.0,
+            lower: if dissipation[axis] > 0.0 {
+                flow[axis] * flow[axis] / dissipation[axis]
+            } else {
+                0.0
             },
         })
     }

@@ -60,10 +60,7 @@ impl Instructions {
             return Err(NotChosen::Unknown { name: name.to_owned(), names });
         };
         let in_use = CHOSEN.get_or_init(|| *chosen).name();
-        match in_use == name {
-            true => Ok(()),
-            false => Err(NotChosen::InUse { in_use }),
-        }
+        if in_use == name { Ok(()) } else { Err(NotChosen::InUse { in_use }) }
     }
 
     /// What it is called: `avx512`, `avx2` or `portable`.

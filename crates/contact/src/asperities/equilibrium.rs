@@ -281,9 +281,10 @@ impl Body {
         let per_area = grid.count() as f64 / super::nominal_area(grid);
         let kernel = Kernel::new(nodes, |k_x, k_y| {
             let q = 2.0 * PI * grid.cell().wavenumber([k_x as f64, k_y as f64]);
-            let far = match q > 0.0 {
-                true => 2.0 * libm::erfc(q / (2.0 * alpha)) / q,
-                false => -2.0 / (PI.sqrt() * alpha),
+            let far = if q > 0.0 {
+                2.0 * libm::erfc(q / (2.0 * alpha)) / q
+            } else {
+                -2.0 / (PI.sqrt() * alpha)
             };
             // The near part is even along both axes: its transform is real.
             spectrum[k_x * columns + k_y].re + per_area * far
@@ -322,9 +323,10 @@ fn near(grid: Grid, alpha: f64) -> Vec<f64> {
     for i in -reach[0]..=reach[0] {
         for j in -reach[1]..=reach[1] {
             let r = (i as f64 * steps[0]).hypot(j as f64 * steps[1]);
-            let value = match r > 0.0 {
-                true => libm::erfc(alpha * r) / (PI * r),
-                false => -2.0 * alpha / PI.powf(1.5),
+            let value = if r > 0.0 {
+                libm::erfc(alpha * r) / (PI * r)
+            } else {
+                -2.0 * alpha / PI.powf(1.5)
             };
             let [i, j] = [(i, nodes_x), (j, nodes_y)]
                 .map(|(by, nodes)| by.rem_euclid(nodes as isize) as usize);
@@ -348,10 +350,7 @@ mod tests {
             for n in -12..=12 {
                 let (m, n) = (f64::from(m), f64::from(n));
                 let r = (place[0] + m * size[0]).hypot(place[1] + n * size[1]);
-                sum += match r > 0.0 {
-                    true => libm::erfc(alpha * r) / r,
-                    false => -2.0 * alpha / PI.sqrt(),
-                };
+                sum += if r > 0.0 { libm::erfc(alpha * r) / r } else { -2.0 * alpha / PI.sqrt() };
                 let (q_x, q_y) = (2.0 * PI * m / size[0], 2.0 * PI * n / size[1]);
                 let q = q_x.hypot(q_y);
                 if q > 0.0 {

@@ -48,12 +48,13 @@ impl Channels {
         };
         let mut count = 0;
         let numbers: Vec<u32> = (0..links.count())
-            .map(|node| match goes_around(node) {
-                true => {
+            .map(|node| {
+                if goes_around(node) {
                     count += 1;
                     count - 1
+                } else {
+                    NONE
                 }
-                false => NONE,
             })
             .collect();
         let twigs = tree.order.iter().rev().filter_map(|&node| {
@@ -377,8 +378,5 @@ impl Links {
 
 /// Twice the conductance of two in series.
 fn harmonic_mean(one: f64, other: f64) -> f64 {
-    match one > 0.0 && other > 0.0 {
-        true => 2.0 / (1.0 / one + 1.0 / other),
-        false => 0.0,
-    }
+    if one > 0.0 && other > 0.0 { 2.0 / (1.0 / one + 1.0 / other) } else { 0.0 }
 }

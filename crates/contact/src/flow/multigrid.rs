@@ -104,10 +104,7 @@ impl Level {
     }
 
     fn most_steps(&self) -> usize {
-        match self.graph.count() > SMALL {
-            true => MOST_STEPS,
-            false => MOST_STEPS_WHERE_SMALL,
-        }
+        if self.graph.count() > SMALL { MOST_STEPS } else { MOST_STEPS_WHERE_SMALL }
     }
 }
 

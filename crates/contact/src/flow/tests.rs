@@ -126,10 +126,7 @@ fn a_deeper_gap_carries_its_cube_more() {
 fn closing_a_node_never_lets_more_through() {
     let grid = square(48, 1.0);
     let closed = |other: usize| {
-        conductivities(grid, |i, j| match 48 * i + j == other {
-            true => 0.0,
-            false => contact_like(i, j, 48),
-        })
+        conductivities(grid, |i, j| if 48 * i + j == other { 0.0 } else { contact_like(i, j, 48) })
     };
     let all = closed(usize::MAX);
     for node in (0..48 * 48).step_by(97) {

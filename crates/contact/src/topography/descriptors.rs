@@ -239,9 +239,12 @@ impl Statistics {
         ];
         let ratios = ratios.into_iter().filter_map(|(name, one, other)| {
             let is_alike = one <= ISOTROPIC * other && other <= ISOTROPIC * one;
-            (!is_alike).then(|| match one < 1e3 * other {
-                true => format!("{name} = {:.2}", one / other),
-                false => format!("{name} > 1000"),
+            (!is_alike).then(|| {
+                if one < 1e3 * other {
+                    format!("{name} = {:.2}", one / other)
+                } else {
+                    format!("{name} > 1000")
+                }
             })
         });
         let skewed = self.skewness.filter(|value| value.abs() > SYMMETRIC);

@@ -101,9 +101,10 @@ fn filled(scan: Scan, is_periodic: bool) -> Scan {
 
 /// The lines so far from one, the lower first.
 fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
-    let (below, above) = match is_periodic {
-        true => (Some((line + of - lines) % of), Some((line + lines) % of)),
-        false => (line.checked_sub(lines), Some(line + lines).filter(|line| *line < of)),
+    let (below, above) = if is_periodic {
+        (Some((line + of - lines) % of), Some((line + lines) % of))
+    } else {
+        (line.checked_sub(lines), Some(line + lines).filter(|line| *line < of))
     };
     let mut both = [below, above.filter(|_| below != above)];
     both.sort_by_key(|line| line.unwrap_or(usize::MAX));

@@ -37,9 +37,10 @@ pub fn transmission(cutoff: f64, wavelength: f64) -> f64 {
 ///
 /// A map that is `is_periodic` repeats itself beyond its edges.
 pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
-    let means = match is_periodic {
-        true => of_modes(surface, |wavenumber| transmission(cutoff, 1.0 / wavenumber)),
-        false => inside(surface, cutoff),
+    let means = if is_periodic {
+        of_modes(surface, |wavenumber| transmission(cutoff, 1.0 / wavenumber))
+    } else {
+        inside(surface, cutoff)
     };
     Surface::new(surface.grid(), means).expect("means of finite heights are finite")
 }

@@ -149,9 +149,10 @@ impl NormalEquations {
             }
             let sum: f64 = (0..k).map(|m| factor[k][m] * factor[k][m]).sum();
             let left = row[k] - sum;
-            match left > INDEPENDENT * row[k] {
-                true => factor[k][k] = left.sqrt(),
-                false => factor[k] = [0.0; MOST_TERMS],
+            if left > INDEPENDENT * row[k] {
+                factor[k][k] = left.sqrt()
+            } else {
+                factor[k] = [0.0; MOST_TERMS]
             }
         }
         NormalEquations { terms, factor }

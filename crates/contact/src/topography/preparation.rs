@@ -105,9 +105,10 @@ impl Preparation {
             surface = resampled(&surface, nodes.map(|nodes| nodes as usize));
         }
         let surface = edges.close(surface);
-        match spread(surface.heights()) <= FLAT * before {
-            true => Err(PreparationError::Flat),
-            false => Ok(Prepared { surface, filled }),
+        if spread(surface.heights()) <= FLAT * before {
+            Err(PreparationError::Flat)
+        } else {
+            Ok(Prepared { surface, filled })
         }
     }
 }

@@ -151,19 +151,13 @@ fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f
     let share = log_ratio(wavenumber, left) / log_ratio(right, left);
     let rise = share * log_ratio(high, low);
     let factor = libm::exp(rise);
-    match factor.is_finite() && factor > 0.0 {
-        true => low * factor,
-        false => libm::exp(libm::log(low) + rise),
-    }
+    if factor.is_finite() && factor > 0.0 { low * factor } else { libm::exp(libm::log(low) + rise) }
 }
 
 /// ln(a/b), also where the ratio is no number of double precision.
 fn log_ratio(a: f64, b: f64) -> f64 {
     let ratio = a / b;
-    match ratio.is_finite() && ratio > 0.0 {
-        true => libm::log(ratio),
-        false => libm::log(a) - libm::log(b),
-    }
+    if ratio.is_finite() && ratio > 0.0 { libm::log(ratio) } else { libm::log(a) - libm::log(b) }
 }
 
 fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralDensityError> {
@@ -174,10 +168,7 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
         }
         is_flat &= density == 0.0;
     }
-    match is_flat {
-        true => Err(SpectralDensityError::Flat),
-        false => Ok(()),
-    }
+    if is_flat { Err(SpectralDensityError::Flat) } else { Ok(()) }
 }
 
 /// A Gaussian random surface with a given spectral density.

@@ -245,10 +245,7 @@ impl Anisotropy {
     /// assert_eq!(Anisotropy::new(2.0, -60.0), Anisotropy::new(2.0, 120.0));
     /// ```
     pub fn new(ratio: f64, angle: f64) -> Option<Self> {
-        let (ratio, angle) = match ratio < 1.0 {
-            true => (1.0 / ratio, angle + 90.0),
-            false => (ratio, angle),
-        };
+        let (ratio, angle) = if ratio < 1.0 { (1.0 / ratio, angle + 90.0) } else { (ratio, angle) };
         let angle = angle.rem_euclid(180.0);
         (ratio > 1.0).then_some(Self { ratio, angle })
     }

@@ -231,10 +231,8 @@ impl Scan {
     /// The same map with other heights at the nodes that were measured.
     pub(super) fn changed(&self, change: impl Fn(usize, f64) -> f64) -> Scan {
         let heights = self.heights.iter().enumerate();
-        let heights = heights.map(|(node, height)| match height.is_nan() {
-            true => f64::NAN,
-            false => change(node, *height),
-        });
+        let heights = heights
+            .map(|(node, height)| if height.is_nan() { f64::NAN } else { change(node, *height) });
         Scan { grid: self.grid, heights: heights.collect() }
     }
 
@@ -303,10 +301,7 @@ pub(super) mod samples {
         let [step_x, step_y] = grid.spacing();
         let heights = (0..grid.count()).map(|node| {
             let [i, j] = grid.place(node);
-            match is_missing(i, j) {
-                true => f64::NAN,
-                false => height(i as f64 * step_x, j as f64 * step_y),
-            }
+            if is_missing(i, j) { f64::NAN } else { height(i as f64 * step_x, j as f64 * step_y) }
         });
         Scan::new(grid, heights.collect()).unwrap()
     }

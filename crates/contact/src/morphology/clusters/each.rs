@@ -111,10 +111,7 @@ fn for_overlaps(
         if start < end {
             hear([upper.start, lower.start], (end - start) as usize);
         }
-        match above.end < below.end {
-            true => upper.start += 1,
-            false => lower.start += 1,
-        }
+        if above.end < below.end { upper.start += 1 } else { lower.start += 1 }
     }
 }
 
