@@ -1,41 +1,23 @@
-//! The command line: one file per subcommand.
+//! The command line: one file for each group of subcommands. They talk to the [session](crate::session)
+//! and to nothing below it.
 //!
 //! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
 //! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
 
-mod advise;
 mod cancel;
-mod check;
 mod claims;
-mod columns;
-mod completions;
-mod explain;
-mod failure_report;
+mod console;
 mod finish;
-mod forecast;
-mod grid;
-mod init;
-mod json;
-mod man;
-mod picture_file;
+mod maintenance;
+mod pictures;
 mod plan;
-mod progress;
-mod prune;
 mod reference;
 mod report;
 mod run;
-mod schema;
-mod share;
-mod show;
-mod signals;
 mod status;
 mod submit;
-mod summary;
-mod surface;
-mod table;
+mod tables;
 pub mod terminal;
-mod verify;
-mod view;
 
 use std::env;
 use std::error::Error;
@@ -45,14 +27,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use serde::Serialize;
 
-use crate::session::{Event, Session, SessionError, UnknownName};
-use asperity_contact::instructions::Instructions;
-use asperity_manifest::diagnostics::{chain, counted};
-use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::study::Warning;
+use crate::session::words::chain;
+use crate::session::{
+    DataFolder, Event, Instructions, Session, SessionError, UnknownName, Warning,
+};
 
-pub use asperity_stages::aggregate::sql::silence_panics;
+pub use crate::session::silence_panics;
 
 /// Statistical studies of rough contact.
 ///
@@ -73,15 +55,15 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Write a manifest to start from.
-    Init(init::Arguments),
+    Init(plan::InitArguments),
     /// Say whether a manifest makes sense, and what it amounts to.
-    Check(check::Arguments),
+    Check(plan::CheckArguments),
     /// List what a study has and what it would compute.
-    Plan(plan::Arguments),
+    Plan(plan::PlanArguments),
     /// Say why tasks would run, what they are expected to cost, and what is reused.
-    Explain(explain::Arguments),
+    Explain(plan::ExplainArguments),
     /// Compute what is missing and write the tables.
-    Run(run::Arguments),
+    Run(run::RunArguments),
     /// Share a study out among the nodes of a Slurm cluster.
     Submit(submit::Arguments),
     /// Say how far a study is, wherever it is computed.
@@ -92,36 +74,36 @@ enum Command {
     /// the tables.
     Finish(finish::Arguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
-    Claims(claims::Arguments),
+    Claims(claims::ClaimsArguments),
     /// Say what one more octave towards each limit would cost, and how much it would narrow the limit.
-    Advise(advise::Arguments),
+    Advise(claims::AdviseArguments),
     /// Write a page of figures and tables, and each figure as SVG and PNG.
-    Report(report::Arguments),
+    Report(report::ReportArguments),
     /// Print a stage's table, or ask all tables of a study in SQL.
-    Table(table::Arguments),
+    Table(tables::TableArguments),
     /// Say what the columns of the tables mean, and in which units they are.
-    Columns(columns::Arguments),
+    Columns(tables::ColumnsArguments),
     /// Show how a table was made, and its first rows.
-    Show(show::Arguments),
+    Show(tables::ShowArguments),
     /// Put a study into one archive: manifest, input files, tables, plan, checksums.
-    Share(share::Arguments),
+    Share(report::ShareArguments),
     /// Draw the surface, the contact map or the pressures of one task.
-    View(view::Arguments),
+    View(pictures::ViewArguments),
     /// Say what a file of surface topography holds, and draw it.
-    Surface(surface::Arguments),
+    Surface(pictures::SurfaceArguments),
     /// Look whether every table, page and figure is as it was written; set damaged tables aside.
-    Verify(verify::Arguments),
+    Verify(maintenance::VerifyArguments),
     /// Delete what no named manifest needs.
-    Prune(prune::Arguments),
+    Prune(maintenance::PruneArguments),
     /// Print the JSON Schema of manifests, for editors.
-    Schema(schema::Arguments),
+    Schema(reference::SchemaArguments),
     /// Print completions for a shell.
-    Completions(completions::Arguments),
+    Completions(reference::CompletionsArguments),
     /// Write manual pages, one for each command.
-    Man(man::Arguments),
+    Man(reference::ManArguments),
     /// Write the pages of the guide that follow from the program.
     #[command(hide = true)]
-    Reference(reference::Arguments),
+    Reference(reference::ReferenceArguments),
 }
 
 /// Runs the command that the process was started with.
@@ -137,37 +119,37 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
     silence_panics();
     let arguments = Arguments::parse_from(line);
     let data = DataFolder::new(arguments.data);
-    if let Err(error) = signals::survive_large_files() {
+    if let Err(error) = console::survive_large_files() {
         return report(&error);
     }
     if let Err(error) = choose_instructions() {
         return report(error.as_ref());
     }
     let result = match arguments.command {
-        Command::Init(arguments) => init::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments, &data),
-        Command::Plan(arguments) => plan::run(&arguments, &data),
-        Command::Explain(arguments) => explain::run(&arguments, &data),
+        Command::Init(arguments) => plan::init(&arguments),
+        Command::Check(arguments) => plan::check(&arguments, &data),
+        Command::Plan(arguments) => plan::plan(&arguments, &data),
+        Command::Explain(arguments) => plan::explain(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
         Command::Submit(arguments) => submit::run(&arguments, &data, program),
         Command::Status(arguments) => status::run(&arguments, &data),
         Command::Cancel(arguments) => cancel::run(&arguments, &data),
         Command::Finish(arguments) => finish::run(&arguments, &data),
-        Command::Claims(arguments) => claims::run(&arguments, &data),
-        Command::Advise(arguments) => advise::run(&arguments, &data),
-        Command::Report(arguments) => report::run(&arguments, &data),
-        Command::Table(arguments) => table::run(&arguments, &data),
-        Command::Columns(arguments) => columns::run(&arguments, &data),
-        Command::Show(arguments) => show::run(&arguments, &data),
-        Command::Share(arguments) => share::run(&arguments, &data),
-        Command::View(arguments) => view::run(&arguments, &data),
-        Command::Surface(arguments) => surface::run(&arguments),
-        Command::Verify(arguments) => verify::run(&arguments, &data),
-        Command::Prune(arguments) => prune::run(&arguments, &data),
-        Command::Schema(arguments) => schema::run(&arguments),
-        Command::Completions(arguments) => completions::run::<Arguments>(&arguments),
-        Command::Man(arguments) => man::run::<Arguments>(&arguments),
-        Command::Reference(arguments) => reference::run::<Arguments>(&arguments),
+        Command::Claims(arguments) => claims::claims(&arguments, &data),
+        Command::Advise(arguments) => claims::advise(&arguments, &data),
+        Command::Report(arguments) => report::report(&arguments, &data),
+        Command::Table(arguments) => tables::table(&arguments, &data),
+        Command::Columns(arguments) => tables::columns(&arguments, &data),
+        Command::Show(arguments) => tables::show(&arguments, &data),
+        Command::Share(arguments) => report::share(&arguments, &data),
+        Command::View(arguments) => pictures::view(&arguments, &data),
+        Command::Surface(arguments) => pictures::surface(&arguments),
+        Command::Verify(arguments) => maintenance::verify(&arguments, &data),
+        Command::Prune(arguments) => maintenance::prune(&arguments, &data),
+        Command::Schema(arguments) => reference::schema(&arguments),
+        Command::Completions(arguments) => reference::completions::<Arguments>(&arguments),
+        Command::Man(arguments) => reference::man::<Arguments>(&arguments),
+        Command::Reference(arguments) => reference::reference::<Arguments>(&arguments),
     };
     result.unwrap_or_else(|failure| report(failure.as_ref()))
 }
@@ -225,6 +207,11 @@ fn tell_notice(event: Event<'_>) {
     if let Event::Notice(notice) = event {
         warn(&format!("{}: {notice}", notice.severity()));
     }
+}
+
+/// Prints what programs read: objects have their names in the order of the alphabet.
+fn print_json(out: &mut impl Write, told: &impl Serialize) -> Result<(), Failure> {
+    Ok(writeln!(out, "{:#}", serde_json::to_value(told)?)?)
 }
 
 /// A name that is not there, what was meant, and what there is.

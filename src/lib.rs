@@ -65,7 +65,6 @@ pub mod session;
 pub mod cli;
 
 mod share;
-mod verify;
 
 pub use asperity_contact as contact;
 pub use asperity_pipeline::{direct, plan, study};

@@ -51,21 +51,18 @@
 
 pub mod advice;
 pub mod claims;
-pub mod columns;
 pub mod error;
 pub mod events;
-mod failures;
-pub mod finish;
-pub mod options;
-pub mod progress;
-mod report;
+pub mod maintenance;
+pub mod names;
+pub mod new_manifest;
+pub mod results;
 pub mod run;
-pub mod run_progress;
-mod share;
 pub mod status;
 pub mod submission;
-pub mod tables;
-pub mod task_names;
+pub mod surface;
+pub mod view;
+pub mod words;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -78,27 +75,29 @@ use asperity_pipeline::results::reading;
 use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::writer::Moment;
-use asperity_tables::table::Table;
 
+pub use crate::share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
 pub use advice::StudyAdvice;
 pub use asperity_claims::decisions::names as claim_names;
+pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{NoShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
+pub use asperity_pipeline::plan::{Plan, PlannedStage};
 pub use asperity_pipeline::results::reading::{Reading, StageRows};
+pub use asperity_pipeline::study::Warning;
+pub use asperity_stages::aggregate::sql::silence_panics;
 pub use claims::StudyClaims;
-pub use columns::DescribedColumns;
-pub use error::{SessionError, UnknownName};
-pub use events::{Event, Notice, Observer};
-pub use finish::{FinishOptions, FinishOutcome, Finished};
-pub use options::{RunOptions, Selection};
-pub use progress::Progress;
-pub use report::{Bars, Report, ReportOptions};
-pub use run::{PreparedRun, RunReport, SampledStudy};
-pub use run_progress::RunProgress;
-pub use share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
-pub use status::Status;
-pub use submission::{PlannedSubmission, SubmitOptions};
-pub use tables::Tables;
+pub use error::SessionError;
+pub use events::{Event, Notice, Observer, RunProgress};
+pub use names::UnknownName;
+pub use results::{Bars, DescribedColumns, Report, ReportOptions, Table, Tables};
+pub use run::{PreparedRun, RunOptions, RunReport, SampledStudy, Selection};
+pub use status::{Progress, Status};
+pub use submission::{FinishOptions, FinishOutcome, Finished, PlannedSubmission, SubmitOptions};
+
+pub(crate) use asperity_tables::parallel;
+pub(crate) use asperity_tables::store::StoreError;
+pub(crate) use asperity_tables::store::files::make_folder;
 
 /// A manifest and a folder of data, as whoever works with both has them.
 ///
@@ -262,17 +261,7 @@ impl Session<'_> {
     /// When the tables cannot be read, a file cannot be written, or a page is there that shows
     /// more or is another manifest's.
     pub fn report(&self, options: &ReportOptions) -> Result<Report, SessionError> {
-        report::write(self, options)
-    }
-
-    /// Writes one archive of the study, which unpacks to a folder that it can be run in: see
-    /// [`ShareOptions`].
-    ///
-    /// # Errors
-    /// When the manifest or a file that it names cannot be read, a table is damaged or not that of
-    /// the study as it is now, or the archive cannot be written.
-    pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
-        share::write(self, options)
+        results::write_report(self, options)
     }
 
     /// The store, for work: what ended processes have left unfinished is swept away.
@@ -282,7 +271,7 @@ impl Session<'_> {
         Ok(Store::open(&self.data.store())?)
     }
 
-    fn tell(&self, event: Event<'_>) {
+    pub(crate) fn tell(&self, event: Event<'_>) {
         self.observer.hear(event);
     }
 }

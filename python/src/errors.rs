@@ -97,6 +97,14 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         | SessionError::Share(_)
         | SessionError::Slurm(_)
         | SessionError::Script(_)
+        | SessionError::Refused(_)
+        | SessionError::Topography { .. }
+        | SessionError::NotRedrawn(_)
+        | SessionError::NoMaps { .. }
+        | SessionError::Map(_)
+        | SessionError::Recipe(_)
+        | SessionError::InUse { .. }
+        | SessionError::AtWork { .. }
         | SessionError::InQueue { .. }
         | SessionError::NotSubmitted { .. } => "Error",
     };

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use asperity::cli::terminal::escaped;
 use asperity::session::{Event, Observer, RunProgress};
+use pyo3::prelude::*;
 
 /// How much a notice should worry, and its words.
 pub type Notices = Vec<(String, String)>;
@@ -26,7 +27,8 @@ struct Batch {
     cached: usize,
 }
 
-/// How far a run has come.
+/// How far a run has come, in Python a dictionary.
+#[derive(IntoPyObject)]
 pub struct Advance {
     pub study: String,
     pub doing: &'static str,

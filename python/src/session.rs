@@ -9,13 +9,13 @@ use asperity::session;
 use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Status};
 use bytesize::ByteSize;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyList;
 
 use crate::claims;
 use crate::conversion;
 use crate::errors::{session_error, value_error};
 use crate::interruption::{interruptible, watched};
-use crate::progress::{Advance, Listener, Notices};
+use crate::progress::{Listener, Notices};
 use crate::table::Table;
 
 /// A manifest and a folder of data.
@@ -66,7 +66,7 @@ impl Session {
     fn check(&self, py: Python<'_>) -> PyResult<Checked> {
         let answer = self.ask(py, |session| {
             let study = session.study()?;
-            let plan = asperity::plan::Plan::of(&study);
+            let plan = session::Plan::of(&study);
             let stages = plan.stages.iter().map(|stage| stage.name.clone()).collect();
             let warnings = study.warnings().iter().map(plain).collect();
             Ok((plan.study, stages, plan.tasks.len(), study.grows(), warnings))
@@ -75,20 +75,20 @@ impl Session {
     }
 
     /// What the study has and what it would compute, with reasons.
-    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn status(&self, py: Python<'_>) -> PyResult<StudyStatus> {
         let (status, _) = self.ask(py, |session| session.status())?;
-        status_dict(py, &status)
+        Ok(StudyStatus::of(&status))
     }
 
     /// Computes what is missing; `tell` is called with how far it has come, again and again.
-    fn run<'py>(
+    fn run(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         jobs: Option<usize>,
         memory: Option<&str>,
         replace: bool,
-        tell: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<(Bound<'py, PyDict>, Notices)> {
+        tell: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<(Run, Notices)> {
         let memory = memory.map(str::parse::<ByteSize>).transpose();
         let memory = memory.map_err(|reason| value_error(py, format!("`memory`: {reason}")))?;
         let options = RunOptions {
@@ -106,12 +106,12 @@ impl Session {
             let session = session::Session::new(manifest, data);
             session.observed_by(&listener).run(&options, &stopped)
         };
-        let report = watched(py, &stop, work, |py| match (&tell, heard.advance()) {
-            (Some(tell), Some(advance)) => tell.call1((advance_dict(py, &advance)?,)).map(drop),
+        let report = watched(py, &stop, work, |_| match (&tell, heard.advance()) {
+            (Some(tell), Some(advance)) => tell.call1((advance,)).map(drop),
             _ => Ok(()),
         })?;
         let report = report.map_err(|error| session_error(py, &error))?;
-        Ok((report_dict(py, &report)?, heard.notices()))
+        Ok((Run::of(&report), heard.notices()))
     }
 
     fn table(&self, py: Python<'_>, name: String) -> PyResult<TableRead> {
@@ -165,72 +165,97 @@ fn plain(words: impl ToString) -> String {
     escaped(&words.to_string()).into_owned()
 }
 
-fn status_dict<'py>(py: Python<'py>, status: &Status) -> PyResult<Bound<'py, PyDict>> {
-    let stages = PyList::empty(py);
-    for stage in status.stages() {
-        let name = &stage.count.stage.name;
-        let reasons = stage.groups.iter().map(|group| {
-            let causes = group.causes.iter().map(|cause| plain(status.told(cause, name)));
-            (group.tasks.len(), status.seconds(group), causes.collect::<Vec<_>>())
+/// What the study has and what it would compute, in Python a dictionary.
+#[derive(IntoPyObject)]
+struct StudyStatus {
+    study: String,
+    stages: Vec<StageStatus>,
+    core_hours: f64,
+    memory: u64,
+    warnings: Vec<String>,
+}
+
+#[derive(IntoPyObject)]
+struct StageStatus {
+    name: String,
+    kind: &'static str,
+    cached: usize,
+    to_run: usize,
+    core_hours: f64,
+    /// How many tasks, the seconds of one core that they take, and why they would run.
+    reasons: Vec<(usize, f64, Vec<String>)>,
+}
+
+impl StudyStatus {
+    fn of(status: &Status) -> StudyStatus {
+        let stages = status.stages().into_iter().map(|stage| {
+            let reasons = stage.reasons.iter().map(|reason| {
+                let causes = reason.phrases().into_iter().map(plain).collect();
+                (reason.tasks, reason.seconds, causes)
+            });
+            StageStatus {
+                name: stage.count.name.to_owned(),
+                kind: stage.count.kind.name(),
+                cached: stage.count.cached,
+                to_run: stage.count.to_run,
+                core_hours: stage.seconds / 3600.0,
+                reasons: reasons.collect(),
+            }
         });
-        let dict = PyDict::new(py);
-        dict.set_item("name", name)?;
-        dict.set_item("kind", stage.count.stage.kind.name())?;
-        dict.set_item("cached", stage.count.cached)?;
-        dict.set_item("to_run", stage.count.to_run)?;
-        dict.set_item("core_hours", stage.seconds / 3600.0)?;
-        dict.set_item("reasons", reasons.collect::<Vec<_>>())?;
-        stages.append(dict)?;
+        StudyStatus {
+            study: status.plan.study.clone(),
+            stages: stages.collect(),
+            core_hours: status.total_seconds() / 3600.0,
+            memory: status.least_memory().as_u64(),
+            warnings: status.warnings.iter().map(plain).collect(),
+        }
     }
-    let dict = PyDict::new(py);
-    dict.set_item("study", &status.plan.study)?;
-    dict.set_item("stages", stages)?;
-    dict.set_item("core_hours", status.total_seconds() / 3600.0)?;
-    dict.set_item("memory", status.least_memory().as_u64())?;
-    let warnings = status.warnings.iter().map(plain);
-    dict.set_item("warnings", warnings.collect::<Vec<_>>())?;
-    Ok(dict)
 }
 
-fn advance_dict<'py>(py: Python<'py>, advance: &Advance) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    dict.set_item("study", &advance.study)?;
-    dict.set_item("doing", advance.doing)?;
-    dict.set_item("tasks", advance.tasks)?;
-    dict.set_item("tasks_done", advance.tasks_done)?;
-    dict.set_item("cached", advance.cached)?;
-    dict.set_item("share", advance.share)?;
-    dict.set_item("seconds_left", advance.seconds_left)?;
-    Ok(dict)
+/// What came of a run, in Python a dictionary.
+#[derive(IntoPyObject)]
+struct Run {
+    study: String,
+    stages: Vec<StageRun>,
+    computed: usize,
+    failed: usize,
+    halted: bool,
+    sampling: Vec<String>,
+    failures: Option<PathBuf>,
 }
 
-fn report_dict<'py>(py: Python<'py>, report: &RunReport) -> PyResult<Bound<'py, PyDict>> {
-    let RunReport { sampled, outcome, .. } = report;
-    let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
-    let stages = PyList::empty(py);
-    for (place, stage) in sampled.plan.stages.iter().enumerate() {
-        let among = |tasks: &[usize]| {
-            let own = stage.tasks.iter();
-            own.filter(|task| tasks.contains(task)).count()
-        };
-        let published = report.tables.as_ref().and_then(|tables| tables.get(place));
-        let dict = PyDict::new(py);
-        dict.set_item("name", &stage.name)?;
-        dict.set_item("kind", stage.kind.name())?;
-        dict.set_item("tasks", stage.tasks.len())?;
-        dict.set_item("computed", among(&outcome.computed))?;
-        dict.set_item("failed", among(&failed))?;
-        dict.set_item("path", published.map(|table| table.path.clone()))?;
-        stages.append(dict)?;
+#[derive(IntoPyObject)]
+struct StageRun {
+    name: String,
+    kind: &'static str,
+    tasks: usize,
+    computed: usize,
+    failed: usize,
+    path: Option<PathBuf>,
+}
+
+impl Run {
+    fn of(report: &RunReport) -> Run {
+        let RunReport { sampled, outcome, .. } = report;
+        let stages = report.stages().into_iter().enumerate().map(|(place, stage)| {
+            let published = report.tables.as_ref().and_then(|tables| tables.get(place));
+            StageRun {
+                name: stage.before.name.to_owned(),
+                kind: stage.before.kind.name(),
+                tasks: stage.before.tasks.len(),
+                computed: stage.computed,
+                failed: stage.failed,
+                path: published.map(|table| table.path.clone()),
+            }
+        });
+        Run {
+            study: sampled.plan.study.clone(),
+            stages: stages.collect(),
+            computed: outcome.computed.len(),
+            failed: outcome.failed.len(),
+            halted: outcome.halted,
+            sampling: sampled.stages.iter().map(ToString::to_string).collect(),
+            failures: report.failures.clone(),
+        }
     }
-    let dict = PyDict::new(py);
-    dict.set_item("study", &sampled.plan.study)?;
-    dict.set_item("stages", stages)?;
-    dict.set_item("computed", outcome.computed.len())?;
-    dict.set_item("failed", outcome.failed.len())?;
-    dict.set_item("halted", outcome.halted)?;
-    let sampling = sampled.stages.iter().map(ToString::to_string);
-    dict.set_item("sampling", sampling.collect::<Vec<_>>())?;
-    dict.set_item("failures", report.failures.clone())?;
-    Ok(dict)
 }

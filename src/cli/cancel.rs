@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use super::Failure;
 use super::terminal::stdout;
-use asperity_manifest::diagnostics::listed;
-use asperity_pipeline::data_folder::DataFolder;
+use crate::session::DataFolder;
+use crate::session::words::listed;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -1,22 +1,23 @@
-//! `asperity claims`: what the paper says, what a study found, and whether it holds.
-
-mod list;
-mod one;
-mod programs;
+//! `asperity claims` and `advise`: what the paper says, what a study found and whether it holds, and
+//! where a study of limits should go on.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
-use super::Failure;
+use super::plan::core_hours;
 use super::terminal::stdout;
-use crate::session::StudyClaims;
-use asperity_claims::{Claim, ClaimOutcome};
-use asperity_pipeline::data_folder::DataFolder;
+use super::{Failure, print_json};
+use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
+use crate::session::claims::{
+    Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Verdict, verdict,
+};
+use crate::session::words::counted;
+use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct ClaimsArguments {
     /// The manifest of a study that has been run.
     manifest: PathBuf,
 
@@ -38,7 +39,7 @@ struct Told<'a> {
     study: &'a StudyClaims,
 }
 
-pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = super::session(&arguments.manifest, data).claims()?;
     let told = Told { manifest: &arguments.manifest, study: &study };
     let claims = match &arguments.name {
@@ -47,23 +48,15 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     };
     let mut out = stdout();
     match (arguments.json, &arguments.name) {
-        (true, _) => writeln!(out, "{:#}", programs::json(&told, claims))?,
+        (true, _) => print_json(&mut out, &study.summary(claims))?,
         (false, Some(_)) => {
             for claim in claims {
-                write!(out, "{}", one::text(&told, claim))?;
+                write!(out, "{}", one(&told, claim))?;
             }
         }
-        (false, None) => write!(out, "{}", list::text(&told, claims))?,
+        (false, None) => write!(out, "{}", list(&told, claims))?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn verdict(claim: &Claim) -> &'static str {
-    match &claim.outcome {
-        ClaimOutcome::Judged(judgement) => judgement.verdict.name(),
-        ClaimOutcome::NotComputed(_) => "not computed",
-        ClaimOutcome::Noted => "noted",
-    }
 }
 
 /// Lines of a width that is read easily, all of them indented.
@@ -91,4 +84,300 @@ fn short(value: f64) -> String {
     }
     let digits = 3 - value.abs().log10().floor() as i32;
     format!("{value:.*}", digits.clamp(0, 8) as usize)
+}
+
+/// Letters before what is said of a claim.
+const INDENT: usize = 14;
+
+fn list(told: &Told, claims: &[Claim]) -> String {
+    let headings = [
+        (Origin::Paper, "What the paper says"),
+        (Origin::Ours, "What is ours"),
+        (Origin::Misprint, "Misprints: notes without a verdict"),
+    ];
+    let mut text = String::new();
+    for (origin, heading) in headings {
+        text += &format!("{heading}\n\n");
+        let own = claims.iter().filter(|claim| claim.statement.origin == origin);
+        text.extend(own.map(|claim| few_lines(told, claim)));
+        text += "\n";
+    }
+    text + &closing(claims, told) + &left_out(told.study.setting())
+}
+
+fn few_lines(told: &Told, claim: &Claim) -> String {
+    let statement = &claim.statement;
+    let said = format!("{} ({})", statement.says, statement.place);
+    let found = match &claim.outcome {
+        ClaimOutcome::Judged(judgement) => found(told, claim, judgement),
+        ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
+        ClaimOutcome::Noted => statement.because.to_owned(),
+    };
+    format!(
+        "{:INDENT$}{} · {}\n{}{}",
+        verdict(claim),
+        statement.name,
+        claim.data,
+        wrapped(INDENT, &said),
+        wrapped(INDENT, &found),
+    )
+}
+
+fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
+    let all = judgement.bounds.len();
+    let deciding = &judgement.bounds[judgement.deciding];
+    let interval = match deciding.is_exact() {
+        true => "exact".to_owned(),
+        false => {
+            // The interval that the verdict rests on.
+            let [low, high] = match judgement.verdict {
+                Verdict::DoesNotHold => deciding.together(all),
+                Verdict::Holds | Verdict::CannotSay => deciding.single(),
+            };
+            format!("{} … {}", short(low), short(high))
+        }
+    };
+    let others = match (all, judgement.contradicting, judgement.undecided) {
+        (1, _, _) => String::new(),
+        (all, 0, 0) => format!("; all {all} agree"),
+        (all, against, undecided) => {
+            format!("; of {all}, {against} contradict and {undecided} are undecided")
+        }
+    };
+    let more = match (judgement.verdict, told.study.more_surfaces(claim, judgement)) {
+        (Verdict::CannotSay, Some((more, seconds))) => format!(
+            "; {} of each spectrum would decide it, {}",
+            counted(more, "more surface"),
+            core_hours(seconds)
+        ),
+        (Verdict::CannotSay, None) if judgement.undecided + judgement.contradicting > 0 => {
+            "; no number of surfaces would decide it".to_owned()
+        }
+        _ => String::new(),
+    };
+    let without = match judgement.without_value.as_slice() {
+        [] => String::new(),
+        [one] => format!("; no value for {one}"),
+        [one, more @ ..] => format!("; no value for {one}, nor {} more", more.len()),
+    };
+    format!(
+        "expected {}; decided by {} [{interval}] at {}{others}{without}{more}",
+        claim.statement.expected,
+        short(deciding.value),
+        deciding.label
+    )
+}
+
+fn closing(claims: &[Claim], told: &Told) -> String {
+    let words = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
+    let words: Vec<&str> = words.into_iter().chain(["not computed"]).collect();
+    let origins = [(Origin::Paper, "of the paper"), (Origin::Ours, "of ours")];
+    let mut text = String::new();
+    for (origin, whose) in origins {
+        let own: Vec<&Claim> =
+            claims.iter().filter(|claim| claim.statement.origin == origin).collect();
+        let count = |word: &str| own.iter().filter(|claim| verdict(claim) == word).count();
+        let parts = words.iter().map(|word| format!("{} {word}", count(word)));
+        let parts: Vec<String> = parts.collect();
+        text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(" · "));
+    }
+    if told.study.missing > 0 {
+        text += &format!("{} of the study not run yet\n", counted(told.study.missing, "task"));
+    }
+    let manifest = told.manifest.display();
+    text + &format!("`asperity claims {manifest} NAME` explains one at length\n")
+}
+
+/// What claims do not look at, and what they look at instead.
+fn left_out(setting: &Setting) -> String {
+    let lines = setting.left_out.iter().map(|left| {
+        let instead = setting.point.clone().beyond(&left.differs);
+        let names: Vec<&str> = left.differs.iter().map(|(name, _)| name).collect();
+        format!("left out: {left}; the claims rest on {}\n", instead.only(&names))
+    });
+    lines.collect()
+}
+
+fn one(told: &Told, claim: &Claim) -> String {
+    let statement = &claim.statement;
+    let whose = match statement.origin {
+        Origin::Paper => "the paper",
+        Origin::Ours => "ours",
+        Origin::Misprint => "a misprint",
+    };
+    let mut lines = vec![
+        (whose, format!("{} ({})", statement.says, statement.place)),
+        ("quantity", statement.quantity.to_owned()),
+        ("data", claim.data.to_owned()),
+        ("expected", statement.expected.to_string()),
+        ("because", statement.because.to_owned()),
+    ];
+    if statement.origin == Origin::Misprint {
+        lines.retain(|(name, _)| [whose, "because"].contains(name));
+    }
+    lines.extend(statement.figure.map(|figure| ("figure", place_of(told, figure))));
+    let mut table = String::new();
+    match &claim.outcome {
+        ClaimOutcome::Judged(judgement) => {
+            lines.push(("verdict", verdict_of(told, claim, judgement)));
+            if !judgement.without_value.is_empty() {
+                lines.push(("no value", judgement.without_value.join("; ")));
+            }
+            table = quantities(claim, judgement);
+        }
+        ClaimOutcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
+        ClaimOutcome::Noted => {}
+    }
+    let lines = lines.iter().map(|(name, text)| {
+        let text = wrapped(12, text);
+        format!("{name:<12}{}", text.trim_start())
+    });
+    format!("{}\n{}{table}\n", statement.name, lines.collect::<String>())
+}
+
+/// The figure's file, if it is drawn.
+fn place_of(told: &Told, figure: &str) -> String {
+    let path = told.study.figures.join(format!("{figure}.svg"));
+    match path.exists() {
+        true => path.display().to_string(),
+        false => {
+            format!("{}, which `asperity report {}` draws", path.display(), told.manifest.display())
+        }
+    }
+}
+
+fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
+    let more = match (judgement.verdict, told.study.more_surfaces(claim, judgement)) {
+        (Verdict::CannotSay, Some((more, seconds))) => format!(
+            "; at the present spread, {} of each spectrum would decide it, {}",
+            counted(more, "more surface"),
+            core_hours(seconds)
+        ),
+        (Verdict::CannotSay, None) if judgement.undecided > 0 => {
+            "; no number of surfaces would decide it".to_owned()
+        }
+        _ => String::new(),
+    };
+    format!("{}{more}", verdict(claim))
+}
+
+/// Every quantity, with the interval that holds by itself and the one that holds with all others.
+fn quantities(claim: &Claim, judgement: &Judgement) -> String {
+    let all = judgement.bounds.len();
+    let rows: Vec<[String; 5]> = judgement
+        .bounds
+        .iter()
+        .map(|bound| {
+            let range = |[low, high]: [f64; 2]| match bound.is_exact() {
+                true => "exact".to_owned(),
+                false => format!("{} … {}", short(low), short(high)),
+            };
+            [
+                bound.label.clone(),
+                short(bound.value),
+                range(bound.single()),
+                range(bound.together(all)),
+                claim.statement.expected.verdict(bound, all).name().to_owned(),
+            ]
+        })
+        .collect();
+    let percent = 100.0 * LEVEL;
+    let head = [
+        "quantity".to_owned(),
+        "value".to_owned(),
+        format!("each end at {percent} %"),
+        format!("all at {percent} %"),
+        "by itself".to_owned(),
+    ];
+    let all_rows: Vec<&[String; 5]> = [&head].into_iter().chain(&rows).collect();
+    let width = |column: usize| {
+        let lengths = all_rows.iter().map(|row| row[column].chars().count());
+        lengths.max().unwrap_or(0)
+    };
+    let widths: [usize; 5] = std::array::from_fn(width);
+    let line = |row: &&[String; 5]| {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
+        format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
+    };
+    format!("\n{}", all_rows.iter().map(line).collect::<String>())
+}
+
+#[derive(clap::Args)]
+pub struct AdviseArguments {
+    /// The manifest of a study with a `fit` stage whose `law` is "limits".
+    manifest: PathBuf,
+
+    /// Print JSON: `[{"stage", "what", "forms", "limit", "standard_error", "points", "steps": [{"term",
+    /// "doubled", "points", "core_hours", "factor"}, …]}, …]`, where `factor` is by what the standard
+    /// error is expected to be multiplied.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let advice = super::session(&arguments.manifest, data).advice()?;
+    let mut out = stdout();
+    if arguments.json {
+        print_json(&mut out, &advice.fits)?;
+    } else {
+        write!(out, "{}", advice_text(&advice))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn advice_text(advice: &StudyAdvice) -> String {
+    let fits: Vec<String> = advice.fits.iter().map(of_fit).collect();
+    let mut advice_text = fits.join("\n");
+    if advice.without > 0 {
+        let many = counted(advice.without, "fit");
+        advice_text +=
+            &format!("{many} of limits without an answer as yet: run the study, or see `status`\n");
+    } else if advice.fits.is_empty() {
+        advice_text += "the study fits no limits: a `fit` stage with `law = \"limits\"` does\n";
+    }
+    advice_text
+}
+
+fn of_fit(fit: &AdvisedFit) -> String {
+    let error = fit
+        .standard_error
+        .map_or_else(String::new, |error| format!(" ± {} (standard error)", digits(error)));
+    let mut advice_text = format!(
+        "{}: {}\n  limit {:.4}{error}, {}; {}\n",
+        fit.stage,
+        fit.what,
+        fit.limit,
+        counted(fit.points, "point"),
+        fit.forms.join(" · "),
+    );
+    advice_text += &format!(
+        "  {:28}  {:>6}  {:>18}  {:>14}  {}\n",
+        "one more octave of", "points", "cost", "standard error", "doubling"
+    );
+    let best = fit.steps.iter().filter_map(AdvisedStep::gain).fold(0.0, f64::max);
+    for step in &fit.steps {
+        let after = match (fit.standard_error, step.factor) {
+            (Some(error), Some(factor)) => digits(error * factor),
+            (None, Some(factor)) => format!("× {factor:.2}"),
+            (_, None) => "?".to_owned(),
+        };
+        let mark = match step.gain() {
+            Some(gain) if gain >= best => "  ← most for its time",
+            _ => "",
+        };
+        advice_text += &format!(
+            "  {:28}  {:>6}  {:>18}  {after:>14}  {}{mark}\n",
+            step.term.as_deref().unwrap_or("(as many surfaces again)"),
+            step.points,
+            core_hours(step.seconds),
+            step.doubled.join(", "),
+        );
+    }
+    advice_text
+}
+
+/// Two digits that mean something.
+fn digits(value: f64) -> String {
+    let decimals = (1.0 - value.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
 }

@@ -7,14 +7,13 @@ use std::process::ExitCode;
 
 use bytesize::ByteSize;
 
-use super::progress::Console;
+use super::console::{Console, Patience, StopSignal};
 use super::run::told;
-use super::signals::{Patience, StopSignal};
 use super::terminal::stdout;
 use super::{Failure, warn};
+use crate::session::DataFolder;
+use crate::session::submission::ranges;
 use crate::session::{FinishOptions, FinishOutcome, RunOptions, Session};
-use asperity_pipeline::cluster::sizing::ranges;
-use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -1,21 +1,69 @@
-//! `asperity plan`: what a study has, and what it would compute.
+//! `asperity init`, `check`, `plan` and `explain`: a manifest to start from, whether one makes sense,
+//! what its study would compute, why, and at what cost.
 
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::thread::available_parallelism;
+use std::time::Duration;
 
-use serde_json::json;
+use serde::Serialize;
 
-use super::table::write_json;
+use super::console::duration;
+use super::tables::write_json;
 use super::terminal::stdout;
-use super::{Failure, counted, forecast, json};
-use crate::session::Status;
-use crate::session::status::StageStatus;
-use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::plan::reasons::Group;
+use super::{Failure, print_json};
+use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
+use crate::session::words::counted;
+use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
+
+/// More reasons in one stage are not read by anybody; `--json` has them all.
+const MOST_REASONS: usize = 20;
 
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct InitArguments {
+    /// The name of the study. The manifest is `NAME.toml` in this folder, and beside it lies
+    /// `asperity.schema.json`, by which editors complete and check it; files that are there stay.
+    #[arg(default_value = "study")]
+    name: String,
+}
+
+pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
+    let new = new_manifest::write(&arguments.name)?;
+    let mut out = stdout();
+    let manifest = new.path.display();
+    let as_it_was = if new.schema_is_new { "" } else { ", as it was" };
+    writeln!(out, "manifest  {manifest}")?;
+    writeln!(out, "schema    {}{as_it_was}", new_manifest::SCHEMA)?;
+    writeln!(out, "next      asperity run {manifest}")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[derive(clap::Args)]
+pub struct CheckArguments {
+    /// The manifest.
+    manifest: PathBuf,
+}
+
+pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let study = super::session(&arguments.manifest, data).study()?;
+    let plan = Plan::of(&study);
+    super::tell(&study.warnings());
+    let mut out = stdout();
+    let at_least = if study.grows() { " at least" } else { "" };
+    writeln!(
+        out,
+        "`{}` is sound: study `{}`, {}, {}{at_least}",
+        arguments.manifest.display(),
+        plan.study,
+        counted(plan.stages.len(), "stage"),
+        counted(plan.tasks.len(), "task"),
+    )?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[derive(clap::Args)]
+pub struct PlanArguments {
     /// The manifest.
     manifest: PathBuf,
 
@@ -32,7 +80,7 @@ pub struct Arguments {
     tasks: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let status = super::session(&arguments.manifest, data).status()?;
     let stages = status.stages();
     super::tell(&status.warnings);
@@ -42,48 +90,174 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
             write_json(&mut out, table?.batch())?;
         }
     } else if arguments.json {
-        let stages = stages.iter().map(|stage| {
-            let mut json = json::count(&stage.count);
-            json["reasons"] = json!(reasons(&status, stage));
-            json
-        });
-        let mut json = json::status(&status, stages);
-        json["warnings"] = json!(status.warnings);
-        writeln!(out, "{json:#}")?;
+        let stages =
+            stages.iter().map(|stage| StageInShort { count: stage.count, reasons: reasons(stage) });
+        let warnings = Some(status.warnings.as_slice());
+        print_json(&mut out, &StudyForPrograms::of(&status, stages.collect(), warnings))?;
     } else {
-        writeln!(out, "{}\n{}", table(&status, &stages), forecast::text(&status))?;
+        writeln!(out, "{}\n{}", plan_table(&stages), forecast(&status))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// A stage's reasons, each in a phrase.
-fn reasons(status: &Status, stage: &StageStatus) -> Vec<String> {
-    let told = |group: &Group| {
-        let causes = group.causes.iter();
-        let told: Vec<_> =
-            causes.map(|cause| status.told(cause, &stage.count.stage.name)).collect();
-        told.join("; ")
-    };
-    stage.groups.iter().map(told).collect()
+/// What programs read of a study.
+#[derive(Serialize)]
+struct StudyForPrograms<'a, S> {
+    stages: Vec<S>,
+    core_hours: f64,
+    growing: Vec<GrowingStage<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warnings: Option<&'a [Warning]>,
 }
 
-fn table(status: &Status, stages: &[StageStatus]) -> String {
-    let names = stages.iter().map(|stage| stage.count.stage.name.chars().count());
+/// A stage with its reasons in words.
+#[derive(Serialize)]
+struct StageInShort<'a> {
+    #[serde(flatten)]
+    count: StageCount<'a>,
+    reasons: Vec<String>,
+}
+
+impl<'a, S> StudyForPrograms<'a, S> {
+    fn of(status: &'a Status, stages: Vec<S>, warnings: Option<&'a [Warning]>) -> Self {
+        let core_hours = status.total_seconds() / 3600.0;
+        let growing = GrowingStage::all(&status.adaptive);
+        StudyForPrograms { stages, core_hours, growing, warnings }
+    }
+}
+
+/// A stage's reasons, each in a phrase.
+fn reasons(stage: &StageStatus) -> Vec<String> {
+    stage.reasons.iter().map(|reason| reason.phrases().join("; ")).collect()
+}
+
+fn plan_table(stages: &[StageStatus]) -> String {
+    let names = stages.iter().map(|stage| stage.count.name.chars().count());
     let width = names.max().unwrap_or(0).max("stage".len());
     let mut lines =
         vec![format!("{:width$}  {:9}  {:>8}  {:>8}  why", "stage", "kind", "cached", "to run")];
     for stage in stages {
         let count = &stage.count;
-        let why = match reasons(status, stage).as_slice() {
+        let why = match reasons(stage).as_slice() {
             [] => String::new(),
             [one] => one.clone(),
             [first, more @ ..] => format!("{first}, and {}", counted(more.len(), "other reason")),
         };
         let line = format!(
             "{:width$}  {:9}  {:>8}  {:>8}  {why}",
-            count.stage.name, count.stage.kind, count.cached, count.to_run
+            count.name, count.kind, count.cached, count.to_run
         );
         lines.push(line.trim_end().to_owned());
     }
     lines.join("\n")
+}
+
+#[derive(clap::Args)]
+pub struct ExplainArguments {
+    /// The manifest.
+    manifest: PathBuf,
+
+    /// A stage; all of them when left out.
+    stage: Option<String>,
+
+    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons":
+    /// [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours",
+    /// "growing"}`, `growing` as `plan` has it.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let status = super::session(&arguments.manifest, data).status()?;
+    let mut stages = status.stages();
+    if let Some(wanted) = &arguments.stage {
+        let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();
+        let place = names.iter().position(|name| name == wanted);
+        let place = place.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
+        stages = vec![stages.swap_remove(place)];
+    }
+    let mut out = stdout();
+    if arguments.json {
+        print_json(&mut out, &StudyForPrograms::of(&status, stages, None))?;
+    } else {
+        for stage in &stages {
+            write!(out, "{}", explained(stage))?;
+        }
+        if arguments.stage.is_none() {
+            writeln!(out, "{}", forecast(&status))?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What a stage has, and a line per reason with all that belongs to it.
+fn explained(stage: &StageStatus) -> String {
+    let StageCount { name, kind, cached, to_run, .. } = stage.count;
+    let mut text = format!("{name} ({kind}): {cached} reused");
+    if to_run > 0 {
+        text += &format!(", {to_run} to run, {}", core_hours(stage.seconds));
+    }
+    text.push('\n');
+    for reason in stage.reasons.iter().take(MOST_REASONS) {
+        let tasks = counted(reason.tasks, "task");
+        let cost = match stage.reasons.as_slice() {
+            [_] => String::new(),
+            _ => format!(", {}", core_hours(reason.seconds)),
+        };
+        text += &format!("  {tasks}{cost}: {}\n", reason.phrases().join("; "));
+    }
+    let more = stage.reasons.len().saturating_sub(MOST_REASONS);
+    if more > 0 {
+        text += &format!("  and {}\n", counted(more, "other reason"));
+    }
+    text
+}
+
+/// What is to come, in time of this machine, and where more may come.
+fn forecast(status: &Status) -> String {
+    let adaptive = status.adaptive.iter().map(|stage| format!("{stage}\n"));
+    adaptive.collect::<String>() + &cost(status)
+}
+
+fn cost(status: &Status) -> String {
+    if status.missing.is_empty() {
+        return "nothing to do".to_owned();
+    }
+    let seconds = status.total_seconds();
+    let cores = available_parallelism().map_or(1, usize::from);
+    let Sharing { at_once, each } = status.sharing(cores);
+    let cores = cores.min(at_once * each);
+    let wall = duration(Duration::from_secs_f64((seconds / cores as f64).ceil()));
+    let cost = core_hours(seconds);
+    let shared = match each {
+        1 => String::new(),
+        _ if at_once < cores => format!(", up to {} to a surface", cores.div_ceil(at_once)),
+        _ => ", one to a surface, and several to the last ones".to_owned(),
+    };
+    format!("{cost} expected: {wall} on {}{shared}", counted(cores, "core"))
+}
+
+/// Time of one core, with two digits that mean something.
+pub fn core_hours(seconds: f64) -> String {
+    if seconds == 0.0 {
+        return "0 core-hours".to_owned();
+    }
+    let hours = seconds / 3600.0;
+    let decimals = (1.0 - hours.max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{hours:.decimals$} core-hours")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn core_hours_have_two_digits() {
+        let told = |hours: f64| core_hours(3600.0 * hours);
+        assert_eq!(told(0.0), "0 core-hours");
+        assert_eq!(told(0.000_123), "0.00012 core-hours");
+        assert_eq!(told(0.27), "0.27 core-hours");
+        assert_eq!(told(3.07), "3.1 core-hours");
+        assert_eq!(told(412.0), "412 core-hours");
+    }
 }

@@ -1,36 +1,77 @@
-//! `asperity reference`: the pages of the guide that follow from the program itself.
+//! What follows from the program itself: `asperity schema`, `completions`, `man` and `reference`.
 //!
-//! They are committed under `docs/reference/`, and CI compares them with what is written anew.
-
-mod columns;
-mod commands;
-mod keys;
+//! `reference` writes pages of the guide. They are committed under `docs/reference/`, and CI compares
+//! them with what is written anew.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::CommandFactory;
+use clap::{Arg, Command, CommandFactory};
+use clap_complete::Shell;
+use serde_json::{Map, Value};
 
 use super::Failure;
 use super::terminal::stdout;
-use asperity_tables::store::StoreError;
-use asperity_tables::store::files::make_folder;
+use crate::session::new_manifest;
+use crate::session::results::{DescribedColumns, Description};
+use crate::session::{StoreError, make_folder};
 
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct SchemaArguments {}
+
+pub fn schema(_: &SchemaArguments) -> Result<ExitCode, Failure> {
+    let schema = serde_json::to_string_pretty(&new_manifest::schema())?;
+    writeln!(stdout(), "{schema}")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[derive(clap::Args)]
+pub struct CompletionsArguments {
+    /// The shell.
+    shell: Shell,
+}
+
+pub fn completions<C: CommandFactory>(
+    arguments: &CompletionsArguments,
+) -> Result<ExitCode, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut C::command(), "asperity", &mut script);
+    io::stdout().lock().write_all(&script)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[derive(clap::Args)]
+pub struct ManArguments {
+    /// The folder to write `asperity.1`, `asperity-run.1` … into, such as
+    /// `~/.local/share/man/man1`; made if it is not there.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: PathBuf,
+}
+
+pub fn man<C: CommandFactory>(arguments: &ManArguments) -> Result<ExitCode, Failure> {
+    let folder = &arguments.output;
+    make_folder(folder)?;
+    clap_mangen::generate_to(C::command(), folder)
+        .map_err(|source| StoreError::Write { path: folder.clone(), source })?;
+    writeln!(stdout(), "{}", folder.join("asperity.1").display())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[derive(clap::Args)]
+pub struct ReferenceArguments {
     /// The folder to write `keys.md`, `columns.md` and `commands.md` into.
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
 }
 
-pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure> {
+pub fn reference<C: CommandFactory>(arguments: &ReferenceArguments) -> Result<ExitCode, Failure> {
     make_folder(&arguments.output)?;
     let pages = [
-        ("keys.md", keys::page()),
-        ("columns.md", columns::page()),
-        ("commands.md", commands::page(C::command())),
+        ("keys.md", keys_page()),
+        ("columns.md", columns_page()),
+        ("commands.md", commands_page(C::command())),
     ];
     for (name, page) in pages {
         let path = arguments.output.join(name);
@@ -39,4 +80,361 @@ pub fn run<C: CommandFactory>(arguments: &Arguments) -> Result<ExitCode, Failure
         writeln!(stdout(), "{}", path.display())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+const KEYS_HEAD: &str = "\
+# Manifest keys
+
+<!-- Written by `asperity reference`; the source is the code. -->
+
+A manifest has one table `[study]` and a table `[stage.NAME]` for each stage, of one of six kinds. What is
+not of the type or outside the bounds that are said here is an error, and so is a key that is not here, or
+one that is needed and missing: the message names the key, its value and its place, and says what would do
+([errors](errors.md)). Numbers count to twelve significant digits.
+
+- *swept* – a list of values gives a table row for each; several such lists make a grid.
+- *pair* – `[along x, along y]`, of rectangles.
+- `cases`, where any key is swept, names points of the grid outright: a list of tables that each set some of
+  the swept keys.
+- `from` names the stage that is read, or a list of several.
+
+Lengths are in the unit of `side`, and pressures in that of `effective_modulus` or of the bodies' moduli; both
+units are yours. Loads are mean pressures in units of E* × rms slope unless `load_unit` says otherwise.
+";
+
+/// The page of the guide that has the formulas of a kind of stage.
+const THEORY: [(&str, &str); 6] = [
+    ("generate", "surfaces.md"),
+    ("solve", "contact.md"),
+    ("measure", "surfaces.md"),
+    ("correct", "corrections.md"),
+    ("fit", "laws.md"),
+    ("aggregate", "models.md"),
+];
+
+/// Keys that the head of the page explains, and the word that tells a form.
+const EXPLAINED: [&str; 3] = ["kind", "from", "cases"];
+
+/// The text of the page.
+fn keys_page() -> String {
+    let schema = new_manifest::schema();
+    let study = &schema["properties"]["study"];
+    let mut page = format!("{KEYS_HEAD}\n## `[study]`\n\n");
+    for (name, key) in properties(study) {
+        page += &key_item(name, key, name == "name", &[], 0);
+    }
+    let forms = schema["properties"]["stage"]["additionalProperties"]["oneOf"].as_array();
+    let forms = forms.expect("a stage has one of several forms");
+    for kind in kinds(forms) {
+        page += &of_kind(&kind, forms);
+    }
+    page
+}
+
+/// The kinds of stages, in the order of a study.
+fn kinds(forms: &[Value]) -> Vec<String> {
+    let mut kinds: Vec<String> = forms.iter().map(|form| word(form, "kind")).collect();
+    kinds.dedup();
+    kinds
+}
+
+fn of_kind(kind: &str, forms: &[Value]) -> String {
+    let forms: Vec<&Value> = forms.iter().filter(|form| word(form, "kind") == kind).collect();
+    let mut text = format!("\n## `kind = \"{kind}\"`\n\n");
+    if let Some((_, page)) = THEORY.iter().find(|(of, _)| *of == kind) {
+        text += &format!("What is computed: [theory](../theory/{page}).\n\n");
+    }
+    let selector = ["method", "law"].into_iter().find(|key| !word(forms[0], key).is_empty());
+    if let Some(key) = selector {
+        text += &format!("| `{key}` | what it is |\n|---|---|\n");
+        for (place, form) in forms.iter().enumerate() {
+            let default = if place == 0 { ", when left out" } else { "" };
+            text += &format!(
+                "| `\"{}\"`{default} | {} |\n",
+                word(form, key),
+                about(&form["properties"][key])
+            );
+        }
+        text.push('\n');
+    } else {
+        text += &format!("{}\n\n", about(forms[0]));
+    }
+    for Entry { name, key, words, required } in entries(&forms, selector) {
+        let words = if words.len() == forms.len() { Vec::new() } else { words };
+        text += &key_item(name, key, required, &words, 0);
+    }
+    text
+}
+
+/// A key as some forms of a kind have it.
+struct Entry<'a> {
+    name: &'a str,
+    key: &'a Value,
+    /// Those forms.
+    words: Vec<String>,
+    required: bool,
+}
+
+/// The keys of all forms of a kind, in the order of the alphabet; those that are equal once.
+fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for form in forms {
+        let word = selector.map_or_else(String::new, |key| word(form, key));
+        let is_told = |name: &str| EXPLAINED.contains(&name) || selector == Some(name);
+        for (name, key) in properties(form).filter(|(name, _)| !is_told(name)) {
+            let required = is_required(form, name);
+            let equal = |entry: &&mut Entry| {
+                (entry.name, entry.key, entry.required) == (name, key, required)
+            };
+            match entries.iter_mut().find(equal) {
+                Some(entry) => entry.words.push(word.clone()),
+                None => entries.push(Entry { name, key, words: vec![word.clone()], required }),
+            }
+        }
+    }
+    entries.sort_by_key(|entry| entry.name);
+    entries
+}
+
+/// Whether a key must be there, or be set by each of the `cases`.
+fn is_required(form: &Value, name: &str) -> bool {
+    let has = |list: &Value| list.as_array().is_some_and(|list| list.iter().any(|key| key == name));
+    has(&form["required"]) || has(&form["anyOf"][0]["required"])
+}
+
+/// A key as an item of a list, those of its table indented below it.
+fn key_item(name: &str, key: &Value, required: bool, words: &[String], depth: usize) -> String {
+    let (value, is_swept) = unswept(key);
+    let mut facts = vec![described(value)];
+    facts.extend(is_swept.then(|| "*swept*".to_owned()));
+    facts.extend(required.then(|| "**required**".to_owned()));
+    facts.extend(
+        key.get("default")
+            .filter(|default| **default != "")
+            .map(|default| format!("default `{}`", as_toml(default))),
+    );
+    if !words.is_empty() {
+        let words: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();
+        facts.push(format!("of {}", words.join(", ")));
+    }
+    let indent = "  ".repeat(depth);
+    let mut text = format!("{indent}- `{name}` – {}. {}\n", facts.join("; "), about(key));
+    for part in parts(value) {
+        if let Some(word) = part.get("const") {
+            text += &format!("{indent}  - `{}` – {}\n", as_toml(word), about(part));
+        }
+        let required = |key: &str| is_required(part, key);
+        for (name, key) in properties(part) {
+            text += &key_item(name, key, required(name), &[], depth + 1);
+        }
+    }
+    text
+}
+
+/// A value without the list of such values that may stand for it.
+fn unswept(key: &Value) -> (&Value, bool) {
+    match key["anyOf"].as_array().map(Vec::as_slice) {
+        Some([one, many]) if about(many) == "swept over its values" => (one, true),
+        Some([one, many]) if many["items"] == *one => (many, false),
+        _ => (key, false),
+    }
+}
+
+/// The alternatives of a value, of its items too.
+fn parts(value: &Value) -> Vec<&Value> {
+    for several in ["oneOf", "anyOf"] {
+        if let Some(several) = value[several].as_array() {
+            return several.iter().flat_map(parts).collect();
+        }
+    }
+    match value.get("items").filter(|_| value["type"] == "array") {
+        Some(items) => parts(items),
+        None => value
+            .get("additionalProperties")
+            .filter(|more| more.is_object())
+            .map_or_else(|| vec![value], parts),
+    }
+}
+
+/// Which values will do.
+fn described(value: &Value) -> String {
+    for several in ["oneOf", "anyOf"] {
+        if let Some(several) = value[several].as_array() {
+            let is_word = several.iter().all(|one| one.get("const").is_some());
+            let kinds: Vec<String> = several.iter().map(described).collect();
+            return if is_word { "a word".to_owned() } else { kinds.join(", or ") };
+        }
+    }
+    let types: Vec<&str> = match &value["type"] {
+        Value::String(one) => vec![one],
+        Value::Array(several) => several.iter().filter_map(Value::as_str).collect(),
+        _ => Vec::new(),
+    };
+    if types.contains(&"array") && types.len() > 1 {
+        let mut one = value.clone();
+        one["type"] = types[0].into();
+        return format!("{}, or a pair", described(&one));
+    }
+    match types.first().copied() {
+        _ if value.get("const").is_some() => format!("`{}`", as_toml(&value["const"])),
+        Some("integer") => format!("a whole number{}", bounds(value)),
+        Some("number") => format!("a number{}", bounds(value)),
+        Some("boolean") => "`true` or `false`".to_owned(),
+        Some("string") => "a text".to_owned(),
+        Some("array") if value["maxItems"] == 2 && value["minItems"] == 2 => {
+            format!("a pair, each {}", described(&value["items"]))
+        }
+        Some("array") => format!("a list, each {}", described(&value["items"])),
+        Some("object") => "a table".to_owned(),
+        _ => "anything".to_owned(),
+    }
+}
+
+fn bounds(value: &Value) -> String {
+    let of =
+        |key: &str, word: &str| value.get(key).map(|bound| format!("{word} {}", as_toml(bound)));
+    let lower = of("minimum", "from").or(of("exclusiveMinimum", "above"));
+    let upper = of("maximum", "to").or(of("exclusiveMaximum", "below"));
+    let both: Vec<String> = lower.into_iter().chain(upper).collect();
+    if both.is_empty() { String::new() } else { format!(" {}", both.join(" ")) }
+}
+
+fn as_toml(value: &Value) -> String {
+    match value {
+        Value::Array(items) => {
+            format!("[{}]", items.iter().map(as_toml).collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+fn about(value: &Value) -> &str {
+    value["description"].as_str().unwrap_or_default()
+}
+
+fn word(form: &Value, key: &str) -> String {
+    let word = form["properties"][key]["const"].as_str();
+    word.unwrap_or_default().to_owned()
+}
+
+fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
+    let properties = table["properties"].as_object().into_iter().flat_map(Map::iter);
+    properties.map(|(name, key)| (name.as_str(), key))
+}
+
+const COLUMNS_HEAD: &str = "\
+# Columns
+
+<!-- Written by `asperity reference`; the source is the code. -->
+
+All columns that tables may have, by the kind of stage that first has them: a table also has the
+columns of the tables that its stage reads, as far as they tell its rows apart. `asperity columns
+MANIFEST [STAGE]` says which ones a study has, and every table says it of itself, in the metadata of
+its fields.
+
+Unit `1` is a pure number; where there is none, a unit makes no sense. *Length* and *pressure* are in
+the units that the manifest has chosen by `side` and by `effective_modulus` or `bodies`.
+";
+
+/// The text of the page.
+fn columns_page() -> String {
+    let mut page = COLUMNS_HEAD.to_owned();
+    let mut known: Vec<Description> = Vec::new();
+    for DescribedColumns { kind, columns, .. } in DescribedColumns::of_kinds() {
+        let new: Vec<_> = columns.into_iter().filter(|column| !known.contains(column)).collect();
+        page += &format!("\n## `{kind}`\n\n| column | unit | meaning |\n|---|---|---|\n");
+        for column in &new {
+            let Description { name, unit, meaning, .. } = column;
+            page += &format!("| `{name}` | {} | {} |\n", cell(unit), cell(meaning));
+        }
+        known.extend(new);
+    }
+    page
+}
+
+/// A text within a table of Markdown.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|").replace('<', "&lt;")
+}
+
+const COMMANDS_HEAD: &str = "\
+# The command line
+
+<!-- Written by `asperity reference`; the source is the code. -->
+
+Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong, 130 stopped
+by Ctrl-C, 143 by `kill`, 129 with its terminal.
+
+`ASPERITY_DATA` stands for `--data`. `ASPERITY_SIMD` chooses between `avx512`, `avx2` and `portable`, the
+widest that the processor has when left out. `NO_COLOR` turns colours off.
+";
+
+/// The text of the page.
+fn commands_page(mut command: Command) -> String {
+    command.build();
+    let mut page = COMMANDS_HEAD.to_owned();
+    let global: Vec<&Arg> = command.get_arguments().filter(|arg| arg.is_global_set()).collect();
+    page += "\nEvery command has\n\n";
+    global.iter().for_each(|arg| page += &option_item(arg));
+    let commands = command.get_subcommands().filter(|command| !command.is_hide_set());
+    for command in commands.filter(|command| command.get_name() != "help") {
+        page += &of_command(command);
+    }
+    page
+}
+
+fn of_command(command: &Command) -> String {
+    let about = command.get_long_about().or(command.get_about());
+    let usage = command.clone().render_usage().to_string();
+    let usage = usage.trim_start_matches("Usage: ").trim();
+    let mut text = format!(
+        "\n## `asperity {}`\n\n{}\n\n```text\n{usage}\n```\n",
+        command.get_name(),
+        about.map_or_else(String::new, |about| sentence(&about.to_string())),
+    );
+    let own = command.get_arguments().filter(|arg| !arg.is_global_set() && !arg.is_hide_set());
+    let own: Vec<&Arg> =
+        own.filter(|arg| !["help", "version"].contains(&arg.get_id().as_str())).collect();
+    if !own.is_empty() {
+        text.push('\n');
+    }
+    own.iter().for_each(|arg| text += &option_item(arg));
+    text
+}
+
+fn option_item(arg: &Arg) -> String {
+    let value = arg.get_value_names().unwrap_or_default().first();
+    let value = value.filter(|_| arg.get_action().takes_values()).map(|value| value.to_string());
+    let name = match (arg.get_short(), arg.get_long()) {
+        (Some(short), Some(long)) => format!("-{short}, --{long}"),
+        (None, Some(long)) => format!("--{long}"),
+        _ => value.clone().unwrap_or_default(),
+    };
+    let value = value.filter(|_| arg.get_long().is_some());
+    let value = value.map_or_else(String::new, |value| format!(" <{value}>"));
+    let about = arg.get_long_help().or(arg.get_help());
+    let about = about.map_or_else(String::new, |about| sentence(&about.to_string()));
+    let words: Vec<String> = arg
+        .get_possible_values()
+        .iter()
+        .filter(|word| !word.is_hide_set())
+        .map(|word| format!("`{}`", word.get_name()))
+        .collect();
+    let words = match arg.get_action().takes_values() && !words.is_empty() {
+        true => format!(" One of {}.", words.join(", ")),
+        false => String::new(),
+    };
+    let default = arg.get_default_values().first().filter(|_| arg.get_action().takes_values());
+    let default = default
+        .map_or_else(String::new, |value| format!(" Default: `{}`.", value.to_string_lossy()));
+    format!("- `{name}{value}` – {about}{words}{default}\n")
+}
+
+/// On one line, with a full stop.
+fn sentence(text: &str) -> String {
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    match text.ends_with(['.', '!', '?']) {
+        true => text,
+        false => text + ".",
+    }
 }

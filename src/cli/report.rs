@@ -1,16 +1,19 @@
-//! `asperity report`: what a study has found as a page and as figures.
+//! `asperity report` and `share`: what a study has found as a page and as figures, and one archive of
+//! the study.
 
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::SystemTime;
 
 use super::terminal::stdout;
-use super::{Failure, counted};
-use crate::session::{Bars, Report, ReportOptions};
-use asperity_pipeline::data_folder::DataFolder;
+use super::{Failure, print_json};
+use crate::session::results::NotDrawn;
+use crate::session::words::counted;
+use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy};
 
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct ReportArguments {
     /// The manifest of a study that has been run, or has begun to.
     manifest: PathBuf,
 
@@ -42,7 +45,7 @@ enum BarKind {
     Sd,
 }
 
-pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = super::session(&arguments.manifest, data);
     let report = session.report(&ReportOptions {
         output: arguments.output.clone(),
@@ -54,34 +57,91 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     })?;
     let mut out = stdout();
     match arguments.json {
-        true => writeln!(out, "{:#}", as_json(&report))?,
-        false => write!(out, "{}", text(&report))?,
+        true => print_json(&mut out, &report)?,
+        false => write!(out, "{}", report_text(&report))?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn text(report: &Report) -> String {
-    let mut text = format!(
+fn report_text(report: &Report) -> String {
+    let mut report_text = format!(
         "page     {} · {:.1} MB\nfigures  {} · {} as SVG and PNG\n",
         report.page.display(),
         report.size as f64 / 1e6,
         report.figures.display(),
         counted(report.drawn.len(), "figure"),
     );
-    for (title, needs) in &report.missing {
-        text += &format!("missing  {title}: needs {needs}\n");
+    for NotDrawn { figure, needs } in &report.missing {
+        report_text += &format!("missing  {figure}: needs {needs}\n");
     }
-    text
+    report_text
 }
 
-fn as_json(report: &Report) -> serde_json::Value {
-    let missing = report.missing.iter();
-    let missing =
-        missing.map(|(title, needs)| serde_json::json!({"figure": title, "needs": needs}));
-    serde_json::json!({
-        "page": report.page,
-        "figures": report.figures,
-        "drawn": report.drawn,
-        "missing": missing.collect::<Vec<_>>(),
-    })
+#[derive(clap::Args)]
+pub struct ShareArguments {
+    /// The manifest of a study that has been run.
+    manifest: PathBuf,
+
+    /// The archive; `STUDY.zip` in this folder when left out.
+    #[arg(long, short, value_name = "FILE.zip")]
+    output: Option<PathBuf>,
+
+    /// Take the tables of the store along, with all maps: a run of what is unpacked has nothing to
+    /// do. Without them it computes all of it anew, and reading the tables works all the same.
+    #[arg(long)]
+    store: bool,
+
+    /// Replace an existing archive. Files of another kind are never replaced.
+    #[arg(long)]
+    replace: bool,
+
+    /// The license that the archive's description gives: an identifier of SPDX, such as CC-BY-4.0,
+    /// or an address.
+    #[arg(long)]
+    license: Option<String>,
+
+    /// An author whom the archive's description gives; once for each.
+    #[arg(long = "author", value_name = "NAME")]
+    authors: Vec<String>,
+
+    /// The day that the archive's description gives; today, in universal time, when left out. The
+    /// same study and day make the same bytes.
+    #[arg(long, value_name = "YYYY-MM-DD")]
+    date: Option<Day>,
+
+    /// Print JSON: `{"archive", "bytes", "tables", "stored", "tasks"}`, the last two null without
+    /// the store.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let session = super::session(&arguments.manifest, data);
+    let shared = session.share(&ShareOptions {
+        output: arguments.output.clone(),
+        store: arguments.store,
+        replace: arguments.replace,
+        day: arguments.date.unwrap_or_else(|| Day::of(SystemTime::now())),
+        license: arguments.license.clone(),
+        authors: arguments.authors.clone(),
+    })?;
+    let mut out = stdout();
+    match arguments.json {
+        true => print_json(&mut out, &shared)?,
+        false => write!(out, "{}", share_text(&shared))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn share_text(shared: &SharedStudy) -> String {
+    let store = match shared.stored.zip(shared.tasks) {
+        Some((there, all)) => format!("tables of {there} of {}", counted(all, "task")),
+        None => "left out; `--store` takes it along".to_owned(),
+    };
+    format!(
+        "archive  {} · {:.1} MB\ntables   {}\nstore    {store}\n",
+        shared.archive.display(),
+        shared.bytes as f64 / 1e6,
+        counted(shared.tables, "stage"),
+    )
 }

@@ -7,19 +7,19 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use bytesize::ByteSize;
-use serde_json::json;
 
-use super::progress::Console;
-use super::signals::{Patience, StopSignal};
+use super::console::{Console, Patience, StopSignal};
 use super::terminal::stdout;
-use super::{Failure, chain, counted, json, summary};
-use crate::session::status::StageCount;
-use crate::session::{RunOptions, RunReport, Selection, Session, Shard};
-use asperity_pipeline::data_folder::DataFolder;
-use asperity_pipeline::runner::{RunOutcome, TaskError};
+use super::{Failure, print_json};
+use crate::session::results::{PublishedTable, TableSource};
+use crate::session::run::{RunOutcome, TaskError};
+use crate::session::words::counted;
+use crate::session::{
+    DataFolder, Plan, PlannedStage, RunOptions, RunReport, Selection, Session, Shard,
+};
 
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// The manifest.
     manifest: PathBuf,
 
@@ -67,7 +67,7 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
     let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
@@ -79,12 +79,7 @@ pub fn run(arguments: &Arguments, data: &DataFolder) -> Result<ExitCode, Failure
     let report = run.execute(stop.asked())?;
     let mut out = stdout();
     if arguments.json {
-        let mut json = as_json(&report);
-        json["failures"] = json!(report.failures);
-        if let Some(receipt) = &report.receipt {
-            json["receipt"] = json!(receipt);
-        }
-        writeln!(out, "{json:#}")?;
+        print_json(&mut out, &report.summary())?;
     } else {
         write!(out, "{}", told(&report, arguments.only.as_deref())?)?;
     }
@@ -96,7 +91,7 @@ pub fn told(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
     let mut text = String::new();
     if let Some(tables) = &report.tables {
         let only = only.map(|_| report.wanted.as_slice());
-        text += &summary::text(&report.sampled.plan, tables, only)?;
+        text += &stage_lines(&report.sampled.plan, tables, only)?;
     }
     for stage in &report.sampled.stages {
         text += &format!("{stage}\n");
@@ -110,7 +105,7 @@ pub fn told(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
     Ok(text + &closing(&report.wanted, &report.outcome) + "\n")
 }
 
-impl Arguments {
+impl RunArguments {
     fn options(&self) -> RunOptions {
         let only = self.only.clone().map(Selection::Task);
         let selection = only.or(self.shard.map(Selection::Shard));
@@ -123,33 +118,6 @@ impl Arguments {
             checkpoint_every: self.checkpoint_every.map(u64::from).map(Duration::from_secs),
         }
     }
-}
-
-fn as_json(report: &RunReport) -> serde_json::Value {
-    let RunReport { sampled, outcome, .. } = report;
-    let plan = &sampled.plan;
-    let failed: Vec<usize> = outcome.failed.iter().map(|(task, _)| *task).collect();
-    let counts = StageCount::all(plan, &report.missing);
-    let stages = counts.iter().map(|count| {
-        let among = |tasks: &[usize]| {
-            let own = |task: &&usize| tasks.binary_search(task).is_ok();
-            count.stage.tasks.iter().filter(own).count()
-        };
-        let mut json = json::count(count);
-        json["computed"] = json!(among(&outcome.computed));
-        json["failed"] = json!(among(&failed));
-        json
-    });
-    let damaged = outcome.damaged.iter().map(|damage| {
-        let cause = chain(&damage.cause);
-        json!({ "task": plan.tasks[damage.task].key, "cause": cause, "aside": damage.quarantined })
-    });
-    json!({
-        "stages": stages.collect::<Vec<_>>(),
-        "damaged": damaged.collect::<Vec<_>>(),
-        "growing": json::adaptive(&sampled.stages),
-        "warnings": report.warnings,
-    })
 }
 
 fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
@@ -189,12 +157,53 @@ pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     }
 }
 
+/// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
+/// named: all others have tasks that nobody asked for.
+fn stage_lines(
+    plan: &Plan,
+    tables: &[PublishedTable],
+    only: Option<&[usize]>,
+) -> Result<String, Failure> {
+    let width = plan.stages.iter().map(|stage| stage.name.chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    let left = match only {
+        Some(_) => "left for later",
+        None => "missing",
+    };
+    let is_asked_for = |stage: &PlannedStage| {
+        let is_wanted =
+            |only: &[usize]| stage.tasks.iter().any(|task| only.binary_search(task).is_ok());
+        only.is_none_or(is_wanted)
+    };
+    let stages = plan.stages.iter().zip(tables);
+    for (stage, table) in stages.filter(|(stage, _)| is_asked_for(stage)) {
+        let line = match table.finished {
+            0 => "nothing finished".to_owned(),
+            _ => line(stage, &table.open()?)?,
+        };
+        let missing = stage.tasks.len() - table.finished;
+        let missing = match missing {
+            0 => String::new(),
+            _ => format!(" · {} {left}", counted(missing, "task")),
+        };
+        text += &format!("{:width$}  {line}{missing}\n", stage.name);
+    }
+    if let Some(folder) = tables.first().and_then(|table| table.path.parent()) {
+        text += &format!("tables: {}\n", folder.join("*.parquet").display());
+    }
+    Ok(text)
+}
+
+fn line(stage: &PlannedStage, table: &TableSource) -> Result<String, Failure> {
+    Ok((stage.kind.definition().summary)(table)?.join(" · "))
+}
+
 #[cfg(test)]
 mod tests {
     use std::io;
 
     use super::*;
-    use asperity_tables::store::StoreError;
+    use crate::tables::store::StoreError;
 
     #[test]
     fn what_to_do_depends_on_why_nothing_can_be_stored() {

@@ -6,13 +6,14 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::forecast::core_hours;
+use super::Failure;
+use super::plan::core_hours;
 use super::submit::in_hours;
 use super::terminal::stdout;
-use super::{Failure, counted};
+use crate::session::DataFolder;
 use crate::session::Progress;
-use crate::session::progress::Queue;
-use asperity_pipeline::data_folder::DataFolder;
+use crate::session::status::Queue;
+use crate::session::words::counted;
 
 /// Time between looks.
 const EVERY: Duration = Duration::from_secs(10);

@@ -7,15 +7,16 @@ use std::process::ExitCode;
 
 use bytesize::ByteSize;
 
-use super::forecast::core_hours;
+use super::plan::core_hours;
 use super::terminal::stdout;
-use super::{Failure, Misused, counted};
+use super::{Failure, Misused};
+use crate::session::DataFolder;
+use crate::session::submission::Submission;
+use crate::session::submission::settings;
+use crate::session::submission::settings::{MOST_HOURS, Settings};
+use crate::session::words::counted;
+use crate::session::words::listed;
 use crate::session::{PlannedSubmission, SubmitOptions};
-use asperity_manifest::diagnostics::listed;
-use asperity_pipeline::cluster::settings;
-use asperity_pipeline::cluster::settings::{MOST_HOURS, Settings};
-use asperity_pipeline::cluster::submission::Submission;
-use asperity_pipeline::data_folder::DataFolder;
 
 #[derive(clap::Args)]
 pub struct Arguments {

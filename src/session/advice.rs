@@ -3,8 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use super::Session;
-use super::error::SessionError;
+use serde::Serialize;
+
+use super::status::in_hours;
+use super::{Session, SessionError};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::{Plan, PlannedStage};
 use asperity_pipeline::results::reading::Reading;
@@ -29,7 +31,7 @@ pub struct StudyAdvice {
 }
 
 /// One fit, and what would narrow its interval.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct AdvisedFit {
     /// The stage that fits.
     pub stage: String,
@@ -48,7 +50,7 @@ pub struct AdvisedFit {
 }
 
 /// One way to go on.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct AdvisedStep {
     /// The small number that is halved; none for as many surfaces again.
     pub term: Option<String>,
@@ -57,6 +59,7 @@ pub struct AdvisedStep {
     /// Points that are computed.
     pub points: usize,
     /// Seconds of one core that they are expected to take.
+    #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
     /// The factor by which the standard error of the limit is expected to change.
     pub factor: Option<f64>,

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::Session;
-use super::error::{SessionError, UnknownName};
-use asperity_claims::Evidence;
-use asperity_claims::study_evidence;
+use serde::Serialize;
+
+use super::{Session, SessionError, UnknownName};
+use asperity_claims::{Evidence, study_evidence};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
@@ -13,16 +13,16 @@ use asperity_stages::ensemble::Point;
 use asperity_stages::{Kind, Recipe, Stage as _};
 
 pub use asperity_claims::{
-    Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement, Verdict,
+    Claim, ClaimOutcome, Expectation, Judgement, Origin, Setting, Statement, Verdict,
 };
 pub use asperity_pipeline::adaptive_sampling::{Decisions, Undecided};
-pub use asperity_statistics::intervals::Bound;
+pub use asperity_statistics::intervals::{Bound, LEVEL};
 
 /// All claims, judged by what a study has found.
 #[derive(Debug)]
 pub struct StudyClaims {
     /// What they rest on.
-    pub(crate) evidence: Evidence,
+    evidence: Evidence,
     /// The claims.
     pub claims: Vec<Claim>,
     /// How many tasks of the study have not run.
@@ -31,6 +31,73 @@ pub struct StudyClaims {
     pub figures: PathBuf,
     /// Seconds of one core that one more surface of each spectrum is expected to take.
     seconds_of_one_surface: f64,
+}
+
+/// What programs read of claims.
+#[derive(Debug, Serialize)]
+pub struct ClaimsSummary<'a> {
+    /// The level of confidence of intervals.
+    pub level: f64,
+    /// Tasks of the study that have not run.
+    pub missing_tasks: usize,
+    /// The parameters that all claims rest on.
+    pub rests_on: &'a Point,
+    /// Rows of other parameters, which no claim looks at.
+    pub left_out: Vec<OtherRows<'a>>,
+    pub claims: Vec<ClaimSummary<'a>>,
+}
+
+/// Rows that no claim looks at.
+#[derive(Debug, Serialize)]
+pub struct OtherRows<'a> {
+    /// How many there are.
+    pub rows: usize,
+    /// Their parameters that differ from those of the claims.
+    pub with: &'a Point,
+}
+
+/// What programs read of one claim. What its outcome has not is null, or an empty list.
+#[derive(Debug, Default, Serialize)]
+pub struct ClaimSummary<'a> {
+    pub name: &'a str,
+    pub kind: &'a str,
+    pub says: &'a str,
+    #[serde(rename = "where")]
+    pub place: &'a str,
+    pub because: &'a str,
+    pub data: &'a str,
+    pub verdict: &'a str,
+    pub quantity: Option<&'a str>,
+    pub expected: Option<String>,
+    pub quantities: Vec<QuantitySummary<'a>>,
+    /// The label of the quantity that decides.
+    pub deciding: Option<&'a str>,
+    /// How many quantities contradict the claim.
+    pub contradicting: Option<usize>,
+    /// How many say neither.
+    pub undecided: Option<usize>,
+    pub without_value: &'a [String],
+    /// What the study lacks.
+    pub needs: Option<&'a str>,
+    /// Surfaces of each spectrum that would decide it, and what they take.
+    pub more_surfaces: Option<usize>,
+    pub core_hours: Option<f64>,
+    pub figure: Option<&'a str>,
+}
+
+/// A quantity of a claim and its intervals.
+#[derive(Debug, Serialize)]
+pub struct QuantitySummary<'a> {
+    pub label: &'a str,
+    pub value: f64,
+    /// The interval that holds together with those of all others.
+    pub lower: f64,
+    pub upper: f64,
+    /// The interval that holds by itself.
+    pub least: f64,
+    pub most: f64,
+    /// How many surfaces it is of.
+    pub n: Option<usize>,
 }
 
 impl StudyClaims {
@@ -67,11 +134,84 @@ impl StudyClaims {
         })
     }
 
+    /// The parameters that claims rest on, and what they do not look at.
+    pub fn setting(&self) -> &Setting {
+        &self.evidence.setting
+    }
+
+    /// What programs read of some of the claims.
+    pub fn summary<'a>(&'a self, claims: &'a [Claim]) -> ClaimsSummary<'a> {
+        let Setting { point, left_out, .. } = self.setting();
+        let left_out = left_out.iter();
+        ClaimsSummary {
+            level: LEVEL,
+            missing_tasks: self.missing,
+            rests_on: point,
+            left_out: left_out
+                .map(|left| OtherRows { rows: left.rows, with: &left.differs })
+                .collect(),
+            claims: claims.iter().map(|claim| self.summary_of(claim)).collect(),
+        }
+    }
+
+    fn summary_of<'a>(&self, claim: &'a Claim) -> ClaimSummary<'a> {
+        let statement = &claim.statement;
+        let mut summary = ClaimSummary {
+            name: statement.name,
+            kind: statement.origin.name(),
+            says: statement.says,
+            place: statement.place,
+            because: statement.because,
+            data: claim.data,
+            verdict: verdict(claim),
+            figure: statement.figure,
+            ..ClaimSummary::default()
+        };
+        if claim.outcome != ClaimOutcome::Noted {
+            summary.expected = Some(statement.expected.to_string());
+            summary.quantity = Some(statement.quantity);
+        }
+        match &claim.outcome {
+            ClaimOutcome::Judged(judgement) => {
+                let all = judgement.bounds.len();
+                let bounds = judgement.bounds.iter();
+                summary.quantities = bounds.map(|bound| QuantitySummary::of(bound, all)).collect();
+                summary.deciding = Some(&judgement.bounds[judgement.deciding].label);
+                summary.contradicting = Some(judgement.contradicting);
+                summary.undecided = Some(judgement.undecided);
+                summary.without_value = &judgement.without_value;
+                let more = self.more_surfaces(claim, judgement);
+                (summary.more_surfaces, summary.core_hours) =
+                    more.map(|(more, seconds)| (more, seconds / 3600.0)).unzip();
+            }
+            ClaimOutcome::NotComputed(needs) => summary.needs = Some(needs),
+            ClaimOutcome::Noted => {}
+        }
+        summary
+    }
+
     /// How many more surfaces of each spectrum would decide a claim, and the seconds of one core
     /// that they take; `None` if no number would.
     pub fn more_surfaces(&self, claim: &Claim, judgement: &Judgement) -> Option<(usize, f64)> {
         let more = judgement.more_surfaces(claim.statement.expected)?;
         Some((more, more as f64 * self.seconds_of_one_surface))
+    }
+}
+
+impl QuantitySummary<'_> {
+    fn of(bound: &Bound, all: usize) -> QuantitySummary<'_> {
+        let ([lower, upper], [least, most]) = (bound.together(all), bound.single());
+        let (label, value, n) = (&bound.label, bound.value, bound.surfaces);
+        QuantitySummary { label, value, lower, upper, least, most, n }
+    }
+}
+
+/// The verdict on a claim in a word or two, or why there is none.
+pub fn verdict(claim: &Claim) -> &'static str {
+    match &claim.outcome {
+        ClaimOutcome::Judged(judgement) => judgement.verdict.name(),
+        ClaimOutcome::NotComputed(_) => "not computed",
+        ClaimOutcome::Noted => "noted",
     }
 }
 

@@ -3,12 +3,16 @@
 use std::io;
 use std::path::PathBuf;
 
-use asperity_manifest::diagnostics::{ManifestErrors, did_you_mean, listed, wrapped};
+use super::Shard;
+use super::names::{TaskNameError, UnknownName};
+use asperity_contact::morphology::map::MapError;
+use asperity_manifest::diagnostics::{ManifestErrors, counted};
 use asperity_tables::store::StoreError;
-use asperity_tables::store::key::{NoKey, TaskKey};
+use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::TableError;
+use asperity_topography_files::TopographyFileError;
 
-pub use crate::share::error::ShareError;
+pub use crate::share::ShareError;
 pub use asperity_pipeline::adaptive_sampling::SamplingError;
 pub use asperity_pipeline::cluster::slurm::SlurmError;
 pub use asperity_pipeline::cluster::submission::ControlCharacter;
@@ -73,6 +77,63 @@ pub enum SessionError {
     /// A text cannot be written into a batch script.
     #[error(transparent)]
     Script(#[from] ControlCharacter),
+    /// What is asked for is not there, or not possible.
+    #[error("{0}")]
+    Refused(String),
+    /// A file of surface topography is there and cannot be read.
+    #[error("cannot read surface file `{}`", path.display())]
+    Topography {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TopographyFileError,
+    },
+    /// A measured surface can be drawn only with its study, which knows the file.
+    #[error("{0}; name the manifest and its stage instead of the key")]
+    NotRedrawn(SurfaceFileError),
+    /// A task's rows are in the table of its stage, and its own table is not in the store.
+    #[error(
+        "the maps of task {task} are not in `{}`, only its rows are there; `asperity run {}` computes \
+         them again",
+        store.display(),
+        manifest.display()
+    )]
+    NoMaps {
+        /// The task.
+        task: TaskKey,
+        /// The store's folder.
+        store: PathBuf,
+        /// The study's manifest.
+        manifest: PathBuf,
+    },
+    /// The map of contact in a table is none.
+    #[error(transparent)]
+    Map(MapError),
+    /// A recipe is not what its kind of stage writes.
+    #[error(transparent)]
+    Recipe(serde_json::Error),
+    /// Another process uses the store.
+    #[error("`{}` is in use by another process; prune it afterwards", store.display())]
+    InUse {
+        /// The store's folder.
+        store: PathBuf,
+    },
+    /// Elements may be at work on other machines.
+    #[error(
+        "{} may be at work on other machines, shard {shard} of `{study}` on {machine} among them, and \
+         no lock tells of those; prune afterwards, or with `--force` if you know that they have ended",
+        counted(*elements, "element")
+    )]
+    AtWork {
+        /// How many.
+        elements: usize,
+        /// The shard of one of them.
+        shard: Shard,
+        /// Its study's name.
+        study: String,
+        /// Its machine.
+        machine: String,
+    },
     /// Jobs of the study are in the queue, or at work.
     #[error(
         "`{study}` is in the queue already, as job {job}: `asperity status {}` says how far it is, \
@@ -125,6 +186,7 @@ impl SessionError {
             | SessionError::Unknown(_)
             | SessionError::Query(_)
             | SessionError::Script(_)
+            | SessionError::Refused(_)
             | SessionError::InQueue { .. }
             | SessionError::NotSubmitted { .. }
             | SessionError::Report(
@@ -144,81 +206,14 @@ impl SessionError {
             | SessionError::Stage(_)
             | SessionError::Slurm(_)
             | SessionError::Report(_)
+            | SessionError::Topography { .. }
+            | SessionError::NotRedrawn(_)
+            | SessionError::NoMaps { .. }
+            | SessionError::Map(_)
+            | SessionError::Recipe(_)
+            | SessionError::InUse { .. }
+            | SessionError::AtWork { .. }
             | SessionError::NotComputed { .. } => false,
         }
     }
-}
-
-/// A name that is not there, what may have been meant, and what there is.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{message}{}\nthere is {}", meant(name, known), there_is(known))]
-pub struct UnknownName {
-    /// What is not there.
-    pub message: String,
-    /// The name.
-    pub name: String,
-    /// Names that would do.
-    pub known: Vec<String>,
-}
-
-impl UnknownName {
-    /// `message` says what is not there.
-    pub fn new(message: String, name: &str, known: &[&str]) -> UnknownName {
-        UnknownName {
-            message,
-            name: name.to_owned(),
-            known: known.iter().map(|known| (*known).to_owned()).collect(),
-        }
-    }
-
-    /// A study has no stage of this name.
-    pub fn stage(name: &str, stages: &[&str]) -> UnknownName {
-        UnknownName::new(format!("the study has no stage `{name}`"), name, stages)
-    }
-}
-
-fn meant(name: &str, known: &[String]) -> String {
-    let meant = did_you_mean(name, known.iter().map(String::as_str));
-    meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
-}
-
-fn there_is(known: &[String]) -> String {
-    wrapped(&listed(known.iter().map(String::as_str), "and"))
-}
-
-fn all(keys: &[TaskKey]) -> String {
-    let keys: Vec<String> = keys.iter().map(TaskKey::to_string).collect();
-    listed(keys.iter().map(String::as_str), "and")
-}
-
-/// No task is known by a word, or several are.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum TaskNameError {
-    /// It is neither a key nor digits enough of one.
-    #[error(transparent)]
-    NoKey(#[from] NoKey),
-    /// It begins the keys of several tasks.
-    #[error("`{digits}` begins the keys of several tasks: {}", all(keys))]
-    Ambiguous {
-        /// The digits.
-        digits: String,
-        /// The keys.
-        keys: Vec<TaskKey>,
-    },
-    /// No finished task has it.
-    #[error("no task {word} is finished in `{}`", store.display())]
-    NotFinished {
-        /// The word.
-        word: String,
-        /// The store's folder.
-        store: PathBuf,
-    },
-    /// No task of the study has it.
-    #[error("`{study}` has no task {word}")]
-    NotPlanned {
-        /// The word.
-        word: String,
-        /// The study's name.
-        study: String,
-    },
 }

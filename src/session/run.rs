@@ -1,33 +1,112 @@
 //! Computing what a study lacks, and writing its tables.
+//!
+//! [`RunOptions`] say what to compute and with what, [`PreparedRun`] has checked them against the
+//! study and the store, and [`RunReport`] says what came of it. A shard computes tables of tasks
+//! alone: see `shard`.
 
 mod shard;
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use arrow::array::Array;
+use arrow::util::display::array_value_to_string;
+use bytesize::ByteSize;
+use serde::Serialize;
+
 use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
-use super::options::{CHECKPOINT_EVERY, RunOptions, Selection};
-use super::{Session, failures};
+use super::maintenance::in_words;
+use super::names::{TaskNameError, planned};
+use super::status::{GrowingStage, StageCount};
+use super::words::counted;
+use super::{Session, Shard};
 use asperity_claims::decisions::PaperClaims;
+use asperity_contact::threads::available_cores;
 use asperity_pipeline::forecast::memory;
 use asperity_pipeline::forecast::memory::Allowance;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
-use asperity_pipeline::results;
 use asperity_pipeline::results::archive::Archive;
-use asperity_pipeline::results::exceeded_hardness;
+use asperity_pipeline::results::failures::{
+    COMMAND, FAILED, Failures, NOT_STARTED, OUTCOME, REASON, STAGE, stacked,
+};
+use asperity_pipeline::results::{self, exceeded_hardness, failures};
 use asperity_pipeline::results::{ResultsError, owner};
 use asperity_pipeline::runner;
 use asperity_pipeline::runner::{Damage, Resources};
 use asperity_pipeline::study::Warning;
-use asperity_tables::store::Store;
+use asperity_stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::{Store, StoreError};
+use asperity_tables::table::{Table, TableError};
 
 pub use asperity_pipeline::adaptive_sampling::SampledStudy;
 pub use asperity_pipeline::results::PublishedTable;
 pub use asperity_pipeline::runner::{RunOutcome, TaskError};
+
+/// What a run shall do, and with what. The default computes all that is missing.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// Cores to work on, one surface on each, or several cores on one where there are fewer surfaces;
+    /// as many as there are when left out.
+    pub jobs: Option<NonZeroUsize>,
+    /// Memory to keep to, by working on fewer surfaces at once; seven eighths of what there is for
+    /// the process when left out.
+    pub memory: Option<ByteSize>,
+    /// Which tasks to compute.
+    pub selection: Selection,
+    /// Whether to take the place of another manifest whose study has the same name.
+    pub replace: bool,
+    /// The job of a scheduler that the run belongs to, as the receipt of a shard names it.
+    pub job: Option<String>,
+    /// How often a long block of loads keeps how far it has come, to go on from there when its
+    /// process has ended; every ten minutes when left out.
+    pub checkpoint_every: Option<Duration>,
+}
+
+/// Nobody minds to compute so long again.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(600);
+
+/// Which tasks of a study a run computes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Selection {
+    /// All that the store lacks, and as many surfaces as its tables ask for.
+    #[default]
+    Missing,
+    /// One task, even if its table is there, and what it lacks: its key, or the first digits of
+    /// it.
+    Task(String),
+    /// What the store lacks of one part of the surfaces, as far as it hangs on one surface alone. No
+    /// table of a stage is written, but a receipt.
+    Shard(Shard),
+}
+
+impl RunOptions {
+    /// Cores to work on.
+    fn cores(&self) -> NonZeroUsize {
+        self.jobs.unwrap_or_else(available_cores)
+    }
+}
+
+impl Selection {
+    /// The tasks that are meant, of those that the plan has by now and of which the store lacks
+    /// some.
+    fn tasks(
+        &self,
+        plan: &Plan,
+        missing: &[usize],
+        store: &Store,
+    ) -> Result<Vec<usize>, TaskNameError> {
+        Ok(match self {
+            Selection::Missing => missing.to_vec(),
+            Selection::Task(key) => runner::alone(plan, planned(key, plan)?, store),
+            Selection::Shard(shard) => shard.tasks(plan, missing),
+        })
+    }
+}
 
 /// A run that may begin: what it would compute fits into memory and takes nobody's tables away.
 #[derive(Debug)]
@@ -64,6 +143,75 @@ pub struct RunReport {
     pub failures: Option<PathBuf>,
     /// Where the receipt of a shard is.
     pub receipt: Option<PathBuf>,
+}
+
+/// What programs read of a run.
+#[derive(Debug, Serialize)]
+pub struct RunSummary<'a> {
+    pub stages: Vec<StageRun<'a>>,
+    /// Tables that were damaged, and were computed again.
+    pub damaged: Vec<DamagedTask<'a>>,
+    pub growing: Vec<GrowingStage<'a>>,
+    pub warnings: &'a [Warning],
+    /// Where the table of failures is, if there is one.
+    pub failures: Option<&'a Path>,
+    /// Where the receipt of a shard is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub receipt: Option<&'a Path>,
+}
+
+/// What a run did for one stage.
+#[derive(Debug, Serialize)]
+pub struct StageRun<'a> {
+    /// How much of it was there before.
+    #[serde(flatten)]
+    pub before: StageCount<'a>,
+    /// Its tasks that were computed.
+    pub computed: usize,
+    /// Its tasks that could not be.
+    pub failed: usize,
+}
+
+/// A task whose table was damaged.
+#[derive(Debug, Serialize)]
+pub struct DamagedTask<'a> {
+    pub task: TaskKey,
+    #[serde(serialize_with = "in_words")]
+    pub cause: &'a StoreError,
+    /// Where the damaged file is now.
+    #[serde(rename = "aside")]
+    pub quarantined: &'a Path,
+}
+
+impl RunReport {
+    /// What the run did, stage by stage.
+    pub fn stages(&self) -> Vec<StageRun<'_>> {
+        let failed: Vec<usize> = self.outcome.failed.iter().map(|(task, _)| *task).collect();
+        let stages = StageCount::all(&self.sampled.plan, &self.missing).into_iter();
+        let stages = stages.map(|before| StageRun {
+            computed: before.among(&self.outcome.computed),
+            failed: before.among(&failed),
+            before,
+        });
+        stages.collect()
+    }
+
+    /// What programs read of it.
+    pub fn summary(&self) -> RunSummary<'_> {
+        let damaged = self.outcome.damaged.iter().map(|damage| DamagedTask {
+            task: self.sampled.plan.tasks[damage.task].key,
+            cause: &damage.cause,
+            quarantined: &damage.quarantined,
+        });
+        RunSummary {
+            stages: self.stages(),
+            damaged: damaged.collect(),
+            growing: GrowingStage::all(&self.sampled.stages),
+            warnings: &self.warnings,
+            failures: self.failures.as_deref(),
+            receipt: self.receipt.as_deref(),
+        }
+    }
 }
 
 impl<'a> PreparedRun<'a> {
@@ -134,7 +282,7 @@ impl<'a> PreparedRun<'a> {
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }
-        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
+        let failed = failed_tasks(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
             self.session.tell(Event::Failed(&failed));
         }
@@ -144,7 +292,7 @@ impl<'a> PreparedRun<'a> {
         let failures = match &tables {
             Some(tables) => {
                 let (session, plan) = (self.session, self.plan());
-                failures::write(session, plan, failed, &wanted, tables, &self.store)?
+                write_failures(session, plan, failed, &wanted, tables, &self.store)?
             }
             None => None,
         };
@@ -342,4 +490,89 @@ fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
     tasks.sort_unstable();
     tasks.dedup();
     tasks
+}
+
+/// The tasks that a run could not compute, a row each.
+fn failed_tasks(session: &Session, plan: &Plan, outcome: &RunOutcome) -> Result<Table, TableError> {
+    let command = |key| command(session, key);
+    let failures = Failures { plan, command: &command };
+    failures.of_run(outcome)
+}
+
+/// Writes the table of failures: the rows of this run, of earlier ones as far as their tasks are
+/// missing still, and of loads that were given up. Where it is, if it has a row.
+fn write_failures(
+    session: &Session,
+    plan: &Plan,
+    failed: Table,
+    tried: &[usize],
+    tables: &[PublishedTable],
+    store: &Store,
+) -> Result<Option<PathBuf>, SessionError> {
+    let (folder, study) = (session.data().results(), &plan.study);
+    let before = failures::read(&folder, study);
+    if tried.is_empty() && before.as_ref().is_ok_and(|table| table.rows() == 0) {
+        return Ok(None);
+    }
+    let command = |key| command(session, key);
+    let failures = Failures { plan, command: &command };
+    let now = stacked(&[failed, failures.of_loads(tables)?])?;
+    // What cannot be read of earlier failures is lost, and no failure of this run.
+    let kept = before.ok().map(|before| failures.kept(&before, &now, tried, store));
+    let kept = kept.and_then(Result::ok);
+    let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
+    Ok(failures::write(&all.unwrap_or(now), &folder, study)?)
+}
+
+/// What computes a task alone.
+fn command(session: &Session, key: TaskKey) -> String {
+    let word = |path: &Path| {
+        let path = path.to_string_lossy();
+        let quoted = shlex::try_quote(&path).map(|word| word.into_owned());
+        quoted.unwrap_or_else(|_| path.into_owned())
+    };
+    let [data, manifest] = [session.data().path(), session.manifest()].map(word);
+    format!("asperity --data {data} run {manifest} --only {key}")
+}
+
+/// Says in lines which tasks failed and why, as many of them as `most`, and how many others did or
+/// were not started.
+///
+/// # Errors
+/// When the table is none of failures.
+pub fn failures_in_words(failures: &Table, most: usize) -> Result<Vec<String>, TableError> {
+    let outcomes = failures.texts(OUTCOME.name)?;
+    let with = |outcome: &'static str| {
+        (0..failures.rows()).filter(move |&row| outcomes.value(row) == outcome)
+    };
+    let told = with(FAILED).take(most).map(|row| failure_in_words(failures, row));
+    let mut lines: Vec<String> = told.collect::<Result<_, _>>()?;
+    if let more @ 1.. = with(FAILED).count().saturating_sub(most) {
+        lines.push(format!("… {} failed", counted(more, "more task")));
+    }
+    if let dropped @ 1.. = with(NOT_STARTED).count() {
+        lines.push(format!("{} not started for want of what failed", counted(dropped, "task")));
+    }
+    Ok(lines)
+}
+
+/// A failed task: where it stands in the study, what went wrong, what would do.
+fn failure_in_words(failures: &Table, row: usize) -> Result<String, TableError> {
+    let text = |name: &str| Ok::<_, TableError>(failures.texts(name)?.value(row).to_owned());
+    // Coordinates as `view` takes them.
+    let hidden = [SURFACE, METHOD, SIDE, SIDE_X, SIDE_Y].map(|column| column.name);
+    let columns = failures.coordinates().without(&hidden);
+    let columns = columns.names().into_iter().zip(columns.batch().columns());
+    let known = columns.filter(|(_, values)| values.is_valid(row));
+    let words = known.map(|(name, values)| {
+        let value = array_value_to_string(values, row).unwrap_or_default();
+        format!("{name}={value}")
+    });
+    Ok(format!(
+        "error: stage `{}`, {}: {}\n  again, alone: {}",
+        text(STAGE.name)?,
+        words.collect::<Vec<_>>().join(" "),
+        text(REASON.name)?,
+        text(COMMAND.name)?,
+    ))
 }

@@ -1,47 +1,30 @@
-//! What goes into an archive of a study.
+//! What goes into an archive of a study, and what the archive says of itself to people.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::io;
 use std::path::Path;
+use std::{fs, io};
 
 use serde_json::json;
 
-use super::archive::{Archive, CHECKSUMS, Source, is_archive};
-use super::day::Day;
-use super::error::ShareError;
-use super::places::Places;
+use super::archive::{Archive, CHECKSUMS, Places, Source, is_archive};
 use super::research_object::{self, Described, Role, Whole};
-use super::words::{self, Facts, VERSIONS};
+use super::{ShareError, ShareOptions};
+use asperity_manifest::diagnostics::counted;
 use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
 use asperity_pipeline::plan::reasons::record::Record;
-use asperity_pipeline::results;
-use asperity_pipeline::results::owner;
-use asperity_pipeline::results::owner::Owner;
-use asperity_pipeline::results::reading::Reading;
+use asperity_pipeline::results::owner::{self, Owner};
+use asperity_pipeline::results::{self, reading::Reading};
 use asperity_stages::Kind;
-use asperity_tables::store;
-use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, verify_whole, write_with};
+use asperity_tables::store::{self, StoreError};
 
 /// What people are to read first.
 const README: &str = "README.txt";
+/// What computed the tables.
+const VERSIONS: &str = "versions.json";
 /// The folder of finished work.
 const DATA: &str = "data";
-
-/// What is to be shared of a study.
-#[derive(Debug)]
-pub struct Selection<'a> {
-    /// Whether the tables of the store go along, with all maps.
-    pub store: bool,
-    /// When the archive is put together, for its description.
-    pub day: Day,
-    /// Under which license, for its description.
-    pub license: Option<&'a str>,
-    /// Whose it is, for its description.
-    pub authors: &'a [String],
-}
 
 /// A file that goes into an archive.
 #[derive(Debug)]
@@ -76,13 +59,13 @@ impl Contents {
         reading: &Reading,
         manifest: &Path,
         data: &DataFolder,
-        selection: &Selection,
+        options: &ShareOptions,
     ) -> Result<Contents, ShareError> {
         let sources = &reading.study.sources;
         let places = Places::of(manifest, sources.read_files())?;
         let mut contents = Contents {
             study: reading.plan.study.clone(),
-            about: words::about(reading),
+            about: about(reading),
             places,
             files: BTreeMap::new(),
             tables: 0,
@@ -91,7 +74,7 @@ impl Contents {
         };
         contents.add_manifest(manifest)?;
         let finished = contents.add_results(reading, manifest, data)?;
-        if selection.store {
+        if options.store {
             contents.add_store(reading)?;
         }
         contents.add_records(reading, &finished)?;
@@ -125,7 +108,7 @@ impl Contents {
     ///
     /// # Errors
     /// When it cannot be written, or a file not be read.
-    pub fn write(self, path: &Path, selection: &Selection) -> Result<(), StoreError> {
+    pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let workshop = folder.unwrap_or(Path::new("."));
         write_with(path, Existing::Replace, workshop, |file| {
@@ -133,13 +116,13 @@ impl Contents {
             for (place, file) in &self.files {
                 archive.add(place, &file.source)?;
             }
-            let metadata = self.metadata(selection)?;
+            let metadata = self.metadata(options)?;
             archive.add(research_object::FILE, &Source::Bytes(metadata.into_bytes()))?;
             archive.finish().map(drop)
         })
     }
 
-    fn metadata(&self, selection: &Selection) -> io::Result<String> {
+    fn metadata(&self, options: &ShareOptions) -> io::Result<String> {
         let files = self.files.iter().map(|(path, file)| {
             Ok(Described {
                 path: path.clone(),
@@ -151,9 +134,9 @@ impl Contents {
         let whole = Whole {
             study: &self.study,
             about: self.about.clone(),
-            day: selection.day,
-            license: selection.license,
-            authors: selection.authors,
+            day: options.day,
+            license: options.license.as_deref(),
+            authors: &options.authors,
         };
         let files = files.collect::<io::Result<Vec<_>>>()?;
         Ok(research_object::metadata(&whole, &files))
@@ -193,7 +176,7 @@ impl Contents {
                     manifest: manifest.to_owned(),
                 });
             }
-            let what = format!("table of the stage `{}`: {}", stage.name, words::does(stage.kind));
+            let what = format!("table of the stage `{}`: {}", stage.name, does(stage.kind));
             self.add_table(&rows.path, &stage.name, &what)?;
             finished.extend(rows.tasks);
             self.tables += 1;
@@ -264,7 +247,7 @@ impl Contents {
         let what = "versions of the program and of the numbers of its stages";
         self.add(VERSIONS.to_owned(), versions, Role::Other, what)?;
 
-        let readme = words::readme(&Facts {
+        let readme = readme(&Facts {
             study: &self.study,
             about: &self.about,
             manifest: &self.places.manifest,
@@ -289,5 +272,78 @@ impl Contents {
             true => Err(ShareError::Clash { place }),
             false => Ok(()),
         }
+    }
+}
+
+/// What its page for people is about.
+struct Facts<'a> {
+    /// The study's name.
+    study: &'a str,
+    /// What the study is, in a sentence or two.
+    about: &'a str,
+    /// Where the manifest is in the archive.
+    manifest: &'a str,
+    /// How many tasks' tables go along, and how many tasks the study has; none without the store.
+    stored: Option<(usize, usize)>,
+    /// Stages of which not all tasks are finished: how many are, and how many there are.
+    incomplete: &'a [(String, usize, usize)],
+}
+
+/// The page for people.
+fn readme(facts: &Facts) -> String {
+    let Facts { study, manifest, .. } = facts;
+    let runs = match facts.stored {
+        Some((there, all)) if there == all => {
+            "has nothing to do: all tables of its tasks are in data/store/"
+        }
+        Some(_) => "computes what data/store/ lacks, to the same bytes",
+        None => "computes all of it anew, to the same bytes",
+    };
+    let incomplete = facts.incomplete.iter().map(|(stage, some, all)| {
+        let all = counted(*all, "task");
+        format!("\nNot complete: of {stage}, {some} of {all} are computed.\n")
+    });
+    format!(
+        "{study}: {about}\n\
+         \n\
+         data/results/{study}/*.parquet   a table for each stage; fields say unit and meaning\n\
+         {manifest}   what was asked for\n\
+         data/plans/{study}.json   the same, with all defaults, as JSON\n\
+         {VERSIONS}   what computed it\n\
+         {metadata}   what each file is (RO-Crate 1.1)\n\
+         \n\
+         Whether all is as it was: sha256sum --check {CHECKSUMS}\n\
+         In this folder, with asperity {version}:\n\
+         \n    asperity columns {manifest}          what the columns mean\
+         \n    asperity table {manifest} STAGE      a table\
+         \n    asperity run {manifest}              {runs}\n\
+         {incomplete}",
+        about = facts.about,
+        metadata = research_object::FILE,
+        version = env!("CARGO_PKG_VERSION"),
+        incomplete = incomplete.collect::<String>(),
+    )
+}
+
+/// `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
+fn about(reading: &Reading) -> String {
+    format!(
+        "A statistical study of rough contact: {}, {}, {}. Surfaces are generated or measured, \
+         pressed by an FFT boundary-element solver, measured, corrected, fitted and aggregated.",
+        counted(reading.study.surfaces() as usize, "surface"),
+        counted(reading.plan.stages.len(), "stage"),
+        counted(reading.plan.tasks.len(), "task"),
+    )
+}
+
+/// What the rows of a kind of stage are, in a phrase.
+fn does(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Generate => "surfaces and their spectral moments",
+        Kind::Solve => "loads, gaps and energies",
+        Kind::Measure => "what was measured of contacts or surfaces",
+        Kind::Correct => "corrected contact areas",
+        Kind::Fit => "parameters of fitted laws",
+        Kind::Aggregate => "statistics over surfaces, or the answer to a query",
     }
 }

@@ -5,8 +5,8 @@
 
 use serde_json::{Value, json};
 
+use super::Day;
 use super::archive::CHECKSUMS;
-use super::day::Day;
 
 /// Its name, which the specification gives.
 pub const FILE: &str = "ro-crate-metadata.json";

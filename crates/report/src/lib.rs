@@ -33,6 +33,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use self::bars::Bars;
 use self::basis::Basis;
 use self::figure::{Definition, Drawn, DrawnFigure, MissingFigure};
@@ -60,7 +62,7 @@ const PAGE: &str = "report.html";
 const SCALE: f32 = 2.0;
 
 /// A report that has been written.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Report {
     /// The page.
     pub page: PathBuf,
@@ -68,10 +70,20 @@ pub struct Report {
     pub figures: PathBuf,
     /// The titles of the figures that are there.
     pub drawn: Vec<&'static str>,
-    /// The titles of those that are not, and what they need.
-    pub missing: Vec<(&'static str, &'static str)>,
+    /// Those that are not.
+    pub missing: Vec<NotDrawn>,
     /// Bytes of the page.
+    #[serde(skip)]
     pub size: usize,
+}
+
+/// A figure that is not drawn.
+#[derive(Debug, Serialize)]
+pub struct NotDrawn {
+    /// Its title.
+    pub figure: &'static str,
+    /// What it needs.
+    pub needs: &'static str,
 }
 
 /// A report cannot be written.
@@ -206,7 +218,10 @@ pub fn write(
         page,
         figures: pictures,
         drawn: there.iter().map(|figure| figure.title).collect(),
-        missing: missing.iter().map(|figure| (figure.title, figure.needs)).collect(),
+        missing: missing
+            .iter()
+            .map(|figure| NotDrawn { figure: figure.title, needs: figure.needs })
+            .collect(),
         size: text.len(),
     })
 }

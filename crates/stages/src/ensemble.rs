@@ -13,6 +13,7 @@ use std::fmt;
 
 use arrow::array::{Array, Float64Array, Int64Array};
 use arrow::row::{RowConverter, SortField};
+use serde::Serialize;
 
 use crate::columns::{LOAD, PRESSURE, REALIZATION, SEED, SURFACE};
 use asperity_manifest::decimal;
@@ -20,7 +21,7 @@ use asperity_tables::column::{Column, Role, Value, reals};
 use asperity_tables::table::{Table, TableError};
 
 /// The parameters that all surfaces of an ensemble share, by name; those that are null have none.
-#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Point(BTreeMap<Cow<'static, str>, Value>);
 
 /// Which of the surfaces of an ensemble, whatever the mesh.

@@ -187,7 +187,8 @@ impl Role {
 }
 
 /// One value that places rows.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
 pub enum Value {
     /// Of a real column.
     Real(f64),

@@ -1,12 +1,72 @@
-//! Tasks as people name them: by their key, or by as many of its digits as tell it from others.
+//! Names that people give: of stages and claims, and of tasks, by their key or by as many of its
+//! digits as tell it from others.
 
-use super::error::{SessionError, TaskNameError};
-use asperity_pipeline::data_folder::DataFolder;
+use std::path::PathBuf;
+
+use super::{DataFolder, SessionError};
+use asperity_manifest::diagnostics::{did_you_mean, listed, wrapped};
 use asperity_pipeline::plan::Plan;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::key::{NoKey, TaskKey};
 
-/// Fewer digits are no name, even where they happen to tell one task from all others.
-const FEWEST_DIGITS: usize = 4;
+/// A name that is not there, what may have been meant, and what there is.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}{}\nthere is {}", meant(name, known), there_is(known))]
+pub struct UnknownName {
+    /// What is not there.
+    pub message: String,
+    /// The name.
+    pub name: String,
+    /// Names that would do.
+    pub known: Vec<String>,
+}
+
+impl UnknownName {
+    /// `message` says what is not there.
+    pub fn new(message: String, name: &str, known: &[&str]) -> UnknownName {
+        UnknownName {
+            message,
+            name: name.to_owned(),
+            known: known.iter().map(|known| (*known).to_owned()).collect(),
+        }
+    }
+
+    /// A study has no stage of this name.
+    pub fn stage(name: &str, stages: &[&str]) -> UnknownName {
+        UnknownName::new(format!("the study has no stage `{name}`"), name, stages)
+    }
+}
+
+/// No task is known by a word, or several are.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TaskNameError {
+    /// It is neither a key nor digits enough of one.
+    #[error(transparent)]
+    NoKey(#[from] NoKey),
+    /// It begins the keys of several tasks.
+    #[error("`{digits}` begins the keys of several tasks: {}", all(keys))]
+    Ambiguous {
+        /// The digits.
+        digits: String,
+        /// The keys.
+        keys: Vec<TaskKey>,
+    },
+    /// No finished task has it.
+    #[error("no task {word} is finished in `{}`", store.display())]
+    NotFinished {
+        /// The word.
+        word: String,
+        /// The store's folder.
+        store: PathBuf,
+    },
+    /// No task of the study has it.
+    #[error("`{study}` has no task {word}")]
+    NotPlanned {
+        /// The word.
+        word: String,
+        /// The study's name.
+        study: String,
+    },
+}
 
 /// The finished task that is meant.
 ///
@@ -31,6 +91,23 @@ pub fn planned(word: &str, plan: &Plan) -> Result<usize, TaskNameError> {
         study: plan.study.clone(),
     })
 }
+
+fn meant(name: &str, known: &[String]) -> String {
+    let meant = did_you_mean(name, known.iter().map(String::as_str));
+    meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
+}
+
+fn there_is(known: &[String]) -> String {
+    wrapped(&listed(known.iter().map(String::as_str), "and"))
+}
+
+fn all(keys: &[TaskKey]) -> String {
+    let keys: Vec<String> = keys.iter().map(TaskKey::to_string).collect();
+    listed(keys.iter().map(String::as_str), "and")
+}
+
+/// Fewer digits are no name, even where they happen to tell one task from all others.
+const FEWEST_DIGITS: usize = 4;
 
 /// A word as digits of a key.
 fn digits(word: &str) -> Result<String, TaskNameError> {

@@ -1,0 +1,109 @@
+//! `asperity verify` and `prune`: whether every table, page and figure is as it was written, and
+//! deleting what no named manifest needs.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use indicatif::{DecimalBytes, ProgressBar};
+
+use super::terminal::stdout;
+use super::{Failure, print_json};
+use crate::session::DataFolder;
+use crate::session::maintenance::{self, Finding, PruneOptions, Pruned, Verification};
+use crate::session::words::{chain, counted};
+
+#[derive(clap::Args)]
+pub struct VerifyArguments {
+    /// Check the tables of this manifest only.
+    manifest: Option<PathBuf>,
+
+    /// Print JSON: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let session = arguments.manifest.as_deref().map(|manifest| super::session(manifest, data));
+    // It draws on a terminal only.
+    let bar = ProgressBar::new(0);
+    let verification = maintenance::verify(data, session.as_ref(), &|tables| {
+        bar.set_length(tables as u64);
+        bar.inc(1);
+    })?;
+    bar.finish_and_clear();
+
+    let mut out = stdout();
+    if arguments.json {
+        print_json(&mut out, &verification)?;
+    } else {
+        for Finding { cause, quarantined } in &verification.damaged {
+            let fate = match quarantined {
+                Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
+                None => "left where it is".to_owned(),
+            };
+            writeln!(out, "{}; {fate}", chain(cause))?;
+        }
+        writeln!(out, "{}", closing(&verification))?;
+    }
+    Ok(ExitCode::from(u8::from(!verification.damaged.is_empty())))
+}
+
+fn closing(verification: &Verification) -> String {
+    let checked = counted(verification.checked, "table");
+    match verification.damaged.len() {
+        0 => format!("{checked} checked: all as they were written"),
+        damaged => {
+            format!("{checked} checked: {damaged} damaged; `asperity run` computes what is missing")
+        }
+    }
+}
+
+#[derive(clap::Args)]
+pub struct PruneArguments {
+    /// Manifests whose tables are kept. Without any, all tables are, and only damaged and
+    /// unfinished files go.
+    manifests: Vec<PathBuf>,
+
+    /// Delete what would otherwise only be shown.
+    #[arg(long)]
+    yes: bool,
+
+    /// Delete even while elements may be at work on other machines, as their receipts say: no lock
+    /// tells of them.
+    #[arg(long, requires = "yes")]
+    force: bool,
+
+    /// Print JSON: `{"deleted", "files", "bytes", "kinds": [{"name", "files", "bytes"}, …]}`.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let sessions = arguments.manifests.iter().map(|manifest| super::session(manifest, data));
+    let options = PruneOptions { delete: arguments.yes, force: arguments.force };
+    let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), options)?;
+    let mut out = stdout();
+    match arguments.json {
+        true => print_json(&mut out, &pruned)?,
+        false => write!(out, "{}", text(&pruned, arguments.manifests.is_empty()))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn text(pruned: &Pruned, is_of_no_study: bool) -> String {
+    if pruned.files == 0 {
+        return "nothing to delete\n".to_owned();
+    }
+    let lines = pruned
+        .kinds
+        .iter()
+        .map(|kind| format!("{:12}{:>8}  {}\n", kind.name, kind.files, DecimalBytes(kind.bytes)));
+    let total = format!("{}, {}", counted(pruned.files, "file"), DecimalBytes(pruned.bytes));
+    let closing = match (pruned.deleted, is_of_no_study) {
+        (true, _) => format!("{total} deleted\n"),
+        (false, true) => format!("{total} that are of no use; `--yes` deletes them\n"),
+        (false, false) => format!("{total} that no named manifest needs; `--yes` deletes them\n"),
+    };
+    lines.collect::<String>() + &closing
+}

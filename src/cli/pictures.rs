@@ -1,0 +1,218 @@
+//! `asperity view` and `surface`: heights, contact or pressures of one task as a picture, and what a
+//! file of surface topography holds.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use comfy_table::{CellAlignment, Table as Grid, presets};
+use serde::Serialize;
+
+use super::terminal::stdout;
+use super::{Failure, Misused, print_json};
+use crate::session::DataFolder;
+use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
+use crate::session::view::{self, Coordinate, Map, Picture, ViewOptions, write_png};
+use crate::session::words::{listed, short, wrapped};
+
+#[derive(clap::Args)]
+pub struct ViewArguments {
+    /// A finished task, by its key or the first digits of it, as in the `task` column of tables;
+    /// or the manifest of a study that has been run.
+    #[arg(value_name = "KEY|MANIFEST")]
+    what: PathBuf,
+
+    /// In a study: the stage that has the task.
+    stage: Option<String>,
+
+    /// In a stage: what tells the task from others, as in `k_upper=32 realization=1`.
+    #[arg(value_name = "COLUMN=VALUE")]
+    coordinates: Vec<Coordinate>,
+
+    /// What to draw; when left out, the heights of surfaces and the contact under loads.
+    #[arg(long, value_enum)]
+    map: Option<Map>,
+
+    /// The load to draw, in the unit of the study: reduced, or in pascals where its loads are
+    /// absolute. Without it, contacts at all loads are laid over each other, from dark at the
+    /// lightest to light at the heaviest, and pressures are those at the heaviest load.
+    #[arg(long, value_parser = finite)]
+    load: Option<f64>,
+
+    /// The file to write; named after the task and what is drawn when left out.
+    #[arg(long, short, value_name = "FILE.png")]
+    output: Option<PathBuf>,
+
+    /// Overwrite another picture. Files other than PNG are never overwritten.
+    #[arg(long)]
+    replace: bool,
+
+    /// Print JSON: `{"file", "task", "map", "nodes", "load", "load_column", "lowest", "highest",
+    /// "unit"}`; `load` is in the unit of the column `load_column`; of a rectangle, `nodes` are
+    /// those along x and along y.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A picture, and where it is.
+#[derive(Serialize)]
+struct PictureFile<'a> {
+    file: &'a Path,
+    #[serde(flatten)]
+    picture: &'a Picture,
+}
+
+pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let picture = picture(arguments, data)?;
+    let file = arguments.output.clone().unwrap_or_else(|| picture.file_name().into());
+    picture.write(&file, arguments.replace)?;
+    let mut out = stdout();
+    match arguments.json {
+        true => print_json(&mut out, &PictureFile { file: &file, picture: &picture })?,
+        false => writeln!(out, "{}: {}", file.display(), picture.caption())?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
+    let ViewArguments { what, coordinates, map, load, .. } = arguments;
+    let options = ViewOptions { map: *map, load: *load };
+    let session = super::session(what, data);
+    match &arguments.stage {
+        Some(stage) => Ok(session.view(stage, coordinates, options)?),
+        None if what.is_file() => {
+            let study = session.study()?;
+            let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
+            let message = format!(
+                "say which stage of `{}` has the task: {}",
+                what.display(),
+                listed(stages, "or")
+            );
+            Err(Misused(message).into())
+        }
+        None => Ok(view::finished_task(&what.to_string_lossy(), data, options)?),
+    }
+}
+
+fn finite(word: &str) -> Result<f64, String> {
+    let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| "a load is a number".to_owned())
+}
+
+#[derive(clap::Args)]
+pub struct SurfaceArguments {
+    /// A file of surface topography; its content says which format it has.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+
+    /// Only this channel, by its name, or by its number from 1 on; when left out, all are listed.
+    #[arg(long)]
+    channel: Option<String>,
+
+    /// Draw the channel, or the first that holds heights; missing points are red.
+    #[arg(long, short, value_name = "FILE.png")]
+    output: Option<PathBuf>,
+
+    /// Overwrite another picture. Files other than PNG are never overwritten.
+    #[arg(long, requires = "output")]
+    replace: bool,
+
+    /// Print JSON: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing",
+    /// "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`, sizes as `[x, y]`, and lengths
+    /// in metres where the file has a unit.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
+    let (path, output) = (&arguments.file, arguments.output.as_deref());
+    let file = surface::describe(path, arguments.channel.as_deref(), output.is_some())?;
+    if let Some((output, picture)) = output.zip(file.picture.as_ref()) {
+        write_png(output, picture, arguments.replace)?;
+    }
+    let mut out = stdout();
+    if arguments.json {
+        print_json(&mut out, &file)?;
+    } else {
+        write_summary(&mut out, &file, path)?;
+        if let Some(output) = output {
+            writeln!(out, "picture  {}", output.display())?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Columns of words; those of numbers are in line on the right.
+const WORDS: usize = 4;
+
+/// Prints the format, a line for each channel, and what should be known.
+fn write_summary(out: &mut impl Write, file: &DescribedFile, path: &Path) -> io::Result<()> {
+    writeln!(out, "file     {}", path.display())?;
+    writeln!(out, "format   {}: {}", file.format, file.title)?;
+    writeln!(out, "{}", grid(&file.channels))?;
+    for channel in file.channels.iter().filter(|channel| channel.missing > 0) {
+        let DescribedChannel { number, nodes: [x, y], missing, .. } = channel;
+        let share = 100.0 * *missing as f64 / (x * y) as f64;
+        writeln!(out, "missing  {missing} points of channel {number}, {share:.3} %")?;
+    }
+    writeln!(out, "{}", wrapped(&heights(file)))
+}
+
+/// Which channel counts, and why.
+fn heights(file: &DescribedFile) -> String {
+    let Some(chosen) = &file.chosen else {
+        return String::new();
+    };
+    let (name, number) = (&chosen.name, chosen.number);
+    let why = match (&chosen.quantity, file.count, file.channels.len()) {
+        (Quantity::Height, 1, _) => "",
+        (Quantity::Height, _, 1) => ", as asked",
+        (Quantity::Height, ..) => ", the first that holds heights",
+        (Quantity::Unitless, ..) => ", in no unit",
+        (Quantity::Other(_), ..) => return format!("heights  none; channel {number} is `{name}`"),
+    };
+    format!("heights  channel {number}, `{name}`{why}")
+}
+
+fn grid(channels: &[DescribedChannel]) -> Grid {
+    let mut grid = Grid::new();
+    grid.load_preset(presets::NOTHING);
+    grid.set_header([
+        "channel",
+        "nodes",
+        "size",
+        "unit",
+        "missing",
+        "rms height",
+        "rms slope",
+        "lowest",
+        "highest",
+    ]);
+    for channel in channels {
+        grid.add_row(row(channel));
+    }
+    let numbers = grid.column_iter_mut().skip(WORDS);
+    numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    grid
+}
+
+fn row(channel: &DescribedChannel) -> [String; 9] {
+    let number = |number: Option<f64>| number.map_or_else(|| "–".to_owned(), short);
+    let [x, y] = channel.nodes;
+    let size = channel.size.map(|[x, y]| format!("{} × {}", short(x), short(y)));
+    let size = match (size, channel.size_unit) {
+        (Some(size), Some(unit)) => format!("{size} {unit}"),
+        (size, _) => size.unwrap_or_else(|| "–".to_owned()),
+    };
+    [
+        format!("{} {}", channel.number, channel.name),
+        format!("{x} × {y}"),
+        size,
+        channel.unit.as_deref().unwrap_or("–").to_owned(),
+        channel.missing.to_string(),
+        number(channel.rms_height),
+        number(channel.rms_slope),
+        number(channel.lowest),
+        number(channel.highest),
+    ]
+}
