@@ -22,12 +22,12 @@
 //! A surface under a few loads, in units of E* × its rms slope, which is one here:
 //!
 //! ```
-//! use asperity_contact::elasticity::PeriodicHalfSpace;
-//! use asperity_contact::grid::Grid;
-//! use asperity_contact::morphology::{area::ContactArea, map::ContactMap};
-//! use asperity_contact::solver::{Settings, Solver, Stop};
-//! use asperity_contact::topography::random::{Amplitude, RandomSurface};
-//! use asperity_contact::topography::spectrum::Spectrum;
+//! use asperity::contact::elasticity::PeriodicHalfSpace;
+//! use asperity::contact::grid::Grid;
+//! use asperity::contact::morphology::{area::ContactArea, map::ContactMap};
+//! use asperity::contact::solver::{Settings, Solver, Stop};
+//! use asperity::contact::topography::random::{Amplitude, RandomSurface};
+//! use asperity::contact::topography::spectrum::Spectrum;
 //!
 //! let grid = Grid::square(64, 1.0)?;
 //! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
@@ -44,11 +44,11 @@
 //!     assert!(contact.fraction() > lighter);
 //!     lighter = contact.fraction();
 //! }
-//! # Ok::<(), asperity_contact::grid::GridError>(())
+//! # Ok::<(), asperity::contact::grid::GridError>(())
 //! ```
 //!
-//! Modules that are not here are the crate's own: `docs/architecture.md` has all of them, and which
-//! uses which.
+//! The crates that are not re-exported here are parts of the program; `docs/architecture.md` describes
+//! all of them.
 //!
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
