@@ -60,7 +60,7 @@ impl Real for f64 {
 }
 
 /// Rows that one thread has together: threads part at multiples of them.
-pub(crate) const ROWS_TOGETHER: usize = 8;
+pub const ROWS_TOGETHER: usize = 8;
 
 /// What a convolution in progress has of the rows of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -378,9 +378,7 @@ impl Search {
         }
         pass.0.sums.total()
     }
-}
 
-impl Search {
     /// Makes the rows of the correction, all but what is to be given to them: in one pair, after
     /// which they are kept, or by blocks.
     pub(super) fn correct(&mut self, by_blocks: bool) {

@@ -9,7 +9,7 @@
 //! on most of a lightly loaded mesh no node is free, no pressure is to be moved, and nothing was
 //! moved before. What passes over the mesh would read there is known, and on large meshes reading
 //! it is most of what they cost. A group is as many neighbours of a row as
-//! [`Lanes`](super::lanes::Lanes) have; the rest of a row is always looked at.
+//! [`Lanes`] have; the rest of a row is always looked at.
 
 use pulp::Simd;
 

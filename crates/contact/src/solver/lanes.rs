@@ -263,9 +263,7 @@ impl<S: Simd, const R: usize> Choice<S, R> {
     pub fn or_zero(self, yes: Lanes<S, R>) -> Lanes<S, R> {
         self.choose(yes, Lanes::all(self.0, 0.0))
     }
-}
 
-impl<S: Simd, const R: usize> Choice<S, R> {
     /// Whether any is chosen.
     #[inline(always)]
     pub fn any(self) -> bool {

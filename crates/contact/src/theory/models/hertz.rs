@@ -4,7 +4,7 @@
 //! area π w/H · f_A and carries (4/3) E* w^(3/2) H^(−1/2) · f_P, where H = (κ₁ + κ₂)/2 and both
 //! factors depend on κ₂/κ₁ alone (Johnson 1985, section 4.2). They are one for a sphere.
 //!
-//! [`EllipticityMeans`] are means over the ellipticity of summits of one mean curvature, tabulated
+//! `EllipticityMeans` are means over the ellipticity of summits of one mean curvature, tabulated
 //! once for all roughness. Among the stationary points of mean curvature H the difference d = tH
 //! has the density (3d/m4) exp(−3d²/(2m4)), and of these H² − d² = H²(1 − t²) counts (Nayak 1971).
 //! With u = t² and x = 3H²/(2m4) the mean of a function f of the ellipticity is H² x W(x),

@@ -6,7 +6,7 @@
 //! Nayak 1971). A surface of Nayak's parameter α = m0 m4/m2² is that of m0 = m2 = 1, m4 = α with
 //! heights in units of √m0, curvatures in units of m2/√m0 and areas in units of m0/m2.
 //!
-//! [`GaussianHeights`] has summits of equal curvature: how much of them stands above a plane.
+//! `GaussianHeights` has summits of equal curvature: how much of them stands above a plane.
 
 use std::f64::consts::{PI, SQRT_2};
 
