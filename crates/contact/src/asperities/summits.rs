@@ -18,11 +18,9 @@ const LEAST_RATIO: f64 = 0.01;
 /// A summit, in the units of [`Asperities`](super::Asperities).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summit {
-    /// Its node.
     pub node: usize,
     /// Where it is, in longer sides along x and y.
     pub place: [f64; 2],
-    /// Its height.
     pub height: f64,
     /// C in F = C d^(3/2).
     pub stiffness: f64,
@@ -151,7 +149,6 @@ pub struct Contact {
     pub axes: [f64; 2],
     /// Direction of the major axis, as cosine and sine.
     pub direction: [f64; 2],
-    /// Area.
     pub area: f64,
     /// Pressure in the middle: 3/2 of the mean.
     pub peak_pressure: f64,

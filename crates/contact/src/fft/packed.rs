@@ -226,7 +226,6 @@ impl<T: Real> Packed<T> {
         }
     }
 
-    /// The numbers in all tiles.
     fn numbers_mut<'a>(&self, tiles: &'a mut [f64]) -> &'a mut [T] {
         &mut bytemuck::cast_slice_mut(tiles)[..self.tiles_len()]
     }

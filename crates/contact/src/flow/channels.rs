@@ -240,7 +240,6 @@ fn root(parents: &mut [u32], mut node: u32) -> u32 {
     node
 }
 
-/// The link in a direction from a node.
 fn link(links: &Links, node: usize, direction: usize) -> Link {
     match direction {
         0 | 1 => links.leaving(node, direction),

@@ -53,7 +53,6 @@ struct Level {
 }
 
 impl Multigrid {
-    /// That of a graph.
     pub fn of(graph: Graph) -> Multigrid {
         let mut levels = Vec::new();
         let mut graph = graph;

@@ -16,7 +16,6 @@ pub struct CentredHeights {
 }
 
 impl CentredHeights {
-    /// Of heights in rows of so many.
     pub fn of(threads: &Threads, heights: &[f64], row_nodes: usize) -> Self {
         let cells = heights.len();
         let (mut own, mut single_heights) = (vec![0.0; cells], vec![0.0; cells]);
