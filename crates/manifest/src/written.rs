@@ -96,7 +96,7 @@ schema_of_the_value!(OnAxes);
 /// those of serde's `Visitor`. Serde's untagged enums would read it too, but lose the places.
 #[macro_export]
 macro_rules! deserialize_either {
-    ($de:lifetime, $value:ident, $expected:literal, $($methods:tt)*) => {
+    ($de:lifetime, $value:ty, $expected:literal, $($methods:tt)*) => {
         impl<$de> Deserialize<$de> for $value {
             fn deserialize<D: Deserializer<$de>>(deserializer: D) -> Result<Self, D::Error> {
                 struct Either;

@@ -99,7 +99,7 @@ fn every_coordinate_makes_ensembles_surfaces_or_loads_as_its_role_says() {
 #[test]
 fn fits_take_every_row_once() {
     for column in coordinates() {
-        let points = fit::points::Point::all(&swept(&column)).unwrap();
+        let points = fit::Point::all(&swept(&column)).unwrap();
         let taken = points.iter().map(|point| {
             let curves = point.curves.as_ref().unwrap();
             curves.surfaces() * curves.loads().len()

@@ -8,7 +8,7 @@ use bytesize::ByteSize;
 use serde::Serialize;
 
 use super::columns::STOP;
-use super::fit::common_columns::STATUS;
+use super::fit::rows::STATUS;
 use super::{
     Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, stacked,
@@ -17,20 +17,15 @@ use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
-pub mod checks;
-mod confidence;
 mod frame;
-mod group_names;
 mod groups;
 pub mod keys;
-mod meanings;
-mod names;
-mod regression;
 pub mod sql;
+mod statistics;
 mod theory;
 
-pub use confidence::level as level_of_confidence;
 pub use groups::reduce as grouped;
+pub use statistics::Statistic;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
 /// Raise it when the numbers change, or what columns say of themselves.
@@ -161,38 +156,6 @@ impl Stage for Params {
     }
 }
 
-/// A statistic over the rows of a group.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Statistic {
-    /// Arithmetic mean.
-    Mean,
-    /// Sample standard deviation.
-    Sd,
-    /// Standard error of the mean, over surfaces.
-    Sem,
-    /// Smallest value.
-    Min,
-    /// Largest value.
-    Max,
-    /// Quantile, by linear interpolation.
-    Quantile(f64),
-    /// Confidence interval of the mean, of this level, by Student's t over surfaces.
-    Confidence(f64),
-    /// Slope of the least-squares line through the rows against `load`.
-    #[serde(rename = "regr_slope")]
-    RegressionSlope,
-    /// Where that line meets zero load.
-    #[serde(rename = "regr_intercept")]
-    RegressionIntercept,
-    /// Slope of the mean against `load`, by differences.
-    Slope,
-    /// Mean over `load`.
-    Secant,
-    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y, near full contact.
-    Approach,
-}
-
 /// A query.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sql {
@@ -226,37 +189,5 @@ pub struct Meaning {
 /// called after them, as in `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    names::OWN.into_iter().chain(models).collect()
-}
-
-impl Statistic {
-    /// What its columns' names end in.
-    pub fn suffixes(self) -> Vec<String> {
-        match self {
-            Statistic::Confidence(level) => {
-                ["lower", "upper"].map(|end| format!("{}_{end}", confidence::word(level))).into()
-            }
-            _ => vec![self.suffix()],
-        }
-    }
-
-    /// What the name of its column ends in, or what those of two have in common.
-    pub fn suffix(self) -> String {
-        match self {
-            Statistic::Mean => "mean".to_owned(),
-            Statistic::Sd => "sd".to_owned(),
-            Statistic::Sem => "sem".to_owned(),
-            Statistic::Min => "min".to_owned(),
-            Statistic::Max => "max".to_owned(),
-            Statistic::Quantile(0.5) => "median".to_owned(),
-            // 0.05 is q05 and 0.975 is q975: the digits after the point.
-            Statistic::Quantile(share) => format!("q{share}").replace("q0.", "q"),
-            Statistic::Confidence(level) => confidence::word(level),
-            Statistic::RegressionSlope => "regr_slope".to_owned(),
-            Statistic::RegressionIntercept => "regr_intercept".to_owned(),
-            Statistic::Slope => "slope".to_owned(),
-            Statistic::Secant => "secant".to_owned(),
-            Statistic::Approach => "approach".to_owned(),
-        }
-    }
+    groups::OWN.into_iter().chain(models).collect()
 }

@@ -3,23 +3,11 @@
 use asperity_tables::column::ColumnKind::{Flag, Integer, Real, Text};
 use asperity_tables::column::{Column, Role};
 
-mod asperities;
 mod contacts;
-mod corrections;
-mod descriptors;
-mod distributions;
-mod flow;
-mod measured;
-mod surface_statistics;
+mod surfaces;
 
-pub use asperities::*;
 pub use contacts::*;
-pub use corrections::*;
-pub use descriptors::*;
-pub use distributions::*;
-pub use flow::*;
-pub use measured::*;
-pub use surface_statistics::*;
+pub use surfaces::*;
 
 const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {
     Column::parameter(name, Text, "", meaning)

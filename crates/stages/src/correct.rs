@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::grids::Meshes;
-use super::summary::distinct;
+use super::stage::distinct;
 use super::{
     Context, Definition, Effort, Extent, Input, Kind, Reads, Rows, Stage, StageError,
     beside_coordinates,

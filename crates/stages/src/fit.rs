@@ -1,43 +1,40 @@
 //! Fits laws to the pooled surfaces of one parameter point.
 
+pub mod contact_evolution;
+pub mod keys;
+pub mod laws;
+pub mod limits;
+pub mod meshes;
+pub mod percolation;
+pub mod rows;
+mod spectra;
+
+pub use rows::FITTED;
+
 use std::borrow::Cow;
 
+use arrow::array::Float64Array;
 use serde::Serialize;
 
-use super::columns::MEAN_GAP;
-use super::summary::range;
-use super::{
+use contact_evolution::{EvolutionChoices, Kappa};
+use laws::{FitOfCurves, Fits, Law};
+use rows::{Row, STATUS};
+
+use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
+use crate::ensemble::{Ensemble, Member, ensembles};
+use crate::solve::GIVEN_UP;
+use crate::stage::range;
+use crate::{
     Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Rows, Stage, StageError,
     stacked,
 };
 use asperity_manifest::diagnostics::counted;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::Bootstrap;
-use asperity_statistics::curves::Window;
-use asperity_tables::column::Column;
+use asperity_statistics::curves::{Curves, Window};
+use asperity_tables::column::{Column, Role};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
-
-pub mod checks;
-pub mod common_columns;
-pub mod contact_evolution;
-pub mod keys;
-pub mod laws;
-pub mod limits;
-pub mod meshes;
-mod parameter;
-pub mod percolation;
-pub mod points;
-pub mod row;
-pub mod rows;
-mod spectra;
-
-use common_columns::STATUS;
-use contact_evolution::{EvolutionChoices, Kappa};
-use laws::{FitOfCurves, Fits, Law};
-use points::Point;
-pub use row::FITTED;
-use row::Row;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 7;
@@ -198,7 +195,77 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
         .zip(&points)
         .map(|(row, point)| Row { unconverged: point.unconverged, ..row.unless_unbounded() });
     let rows: Vec<Row> = rows.collect();
-    Ok(rows::table(table, &points, params, &rows))
+    let standing: Vec<(usize, usize)> =
+        points.iter().map(|point| (point.row, point.members.len())).collect();
+    Ok(rows::table(&table.in_role(Role::Parameter), &standing, params, &rows))
+}
+
+/// The curves of all surfaces of one parameter point, under one correction.
+pub struct Point {
+    /// A row of the table that stands for the point's coordinates.
+    pub row: usize,
+    /// The estimator of the area, if any was applied.
+    pub correction: Option<String>,
+    /// Surfaces in the order of the curves.
+    pub members: Vec<Member>,
+    /// Rows whose load did not converge.
+    pub unconverged: usize,
+    /// Areas, or what is fitted in their place, at the loads that all surfaces reached; an error if
+    /// there are none.
+    pub curves: Result<Curves, FitError>,
+}
+
+impl Point {
+    /// Every point of a table, in the order of its first row: areas, corrected where they are.
+    ///
+    /// # Errors
+    /// When a column is missing.
+    pub fn all(table: &Table) -> Result<Vec<Point>, TableError> {
+        let area = match table.has(CORRECTION.name) {
+            true => AREA_CORRECTED,
+            false => AREA_FRACTION,
+        };
+        Point::all_of(table, area.name)
+    }
+
+    /// The same with the curves of any column of numbers.
+    ///
+    /// # Errors
+    /// When a column is missing.
+    pub fn all_of(table: &Table, column: &str) -> Result<Vec<Point>, TableError> {
+        let corrections = table.has(CORRECTION.name).then(|| table.texts(CORRECTION.name));
+        let corrections = corrections.transpose()?;
+        let areas = table.reals(column)?;
+        let stops = table.texts(STOP.name)?;
+        let points = ensembles(table)?.into_iter().map(|ensemble| Point {
+            row: ensemble.first,
+            correction: corrections.map(|names| names.value(ensemble.first).to_owned()),
+            members: ensemble.members.clone(),
+            unconverged: ensemble
+                .states()
+                .filter(|&(_, _, row)| stops.value(row) == GIVEN_UP)
+                .count(),
+            curves: curves(&ensemble, areas),
+        });
+        Ok(points.collect())
+    }
+
+    /// What a law makes of its curves, or why there is nothing to fit.
+    pub fn fit(&self, law: impl FnOnce(&Curves) -> Result<Row, FitError>) -> Row {
+        let curves = self.curves.as_ref().map_err(Clone::clone);
+        let fitted = curves.and_then(law);
+        fitted.unwrap_or_else(|error| Row::failed(&error))
+    }
+}
+
+/// Surfaces in full contact have no rows beyond it, so a mean exists only where all still have.
+fn curves(ensemble: &Ensemble, areas: &Float64Array) -> Result<Curves, FitError> {
+    let complete = ensemble.loads.iter().enumerate();
+    let complete =
+        complete.filter_map(|(place, load)| Some((load.reduced, ensemble.complete(place)?)));
+    let (loads, rows): (Vec<f64>, Vec<Vec<usize>>) = complete.unzip();
+    let curve = |member: usize| rows.iter().map(|rows| areas.value(rows[member])).collect();
+    Curves::new(loads, (0..ensemble.members.len()).map(curve).collect())
 }
 
 #[cfg(test)]

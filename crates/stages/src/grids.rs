@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_table_without_surfaces_has_no_grids() {
-        let load = Table::row(&[(super::super::columns::LOAD, Value::Real(0.1))]);
+        let load = Table::row(&[(crate::columns::LOAD, Value::Real(0.1))]);
         assert!(Grids::of(&load).is_err());
     }
 }

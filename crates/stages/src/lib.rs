@@ -1,10 +1,27 @@
-//! The closed set of stages: the matches that a new kind must be added to are in this file and in
-//! [`form`].
+//! The kinds of stage of a study: which keys each has, how they are checked, and how a task of each
+//! computes its table.
 //!
-//! All about a kind of stage is in its own file and folder: what it is ([`Definition`]), which keys it
-//! has and how they are checked, what it computes ([`Stage`]). A table is a function of the stage's
-//! `VERSION`, its parameters and its input tables, and of nothing else: no clock, no environment, no
-//! thread number.
+//! A table is a function of the stage's `VERSION`, its parameters and its input tables, and of
+//! nothing else: no clock, no environment, no thread number.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`generate`] | draws random surfaces, makes shapes, reads measured surfaces |
+//! | [`solve`] | presses surfaces, load after load |
+//! | [`measure`] | measures contact maps and surfaces |
+//! | [`correct`] | corrects contact areas for the mesh |
+//! | [`fit`] | fits laws to the surfaces of a parameter point, and limits to all points |
+//! | [`aggregate`] | reduces tables to statistics within groups, and answers queries in SQL |
+//! | `stage` | what the rest of the program asks any stage: [`Definition`], [`Stage`], [`Work`] |
+//! | [`form`] | which keys a stage has, by its kind and its method or law; what they are checked against |
+//! | [`columns`], [`grids`] | name, unit and meaning of every column; how tables hold nodes and sides |
+//! | [`ensemble`] | which rows are about one parameter point, one surface, one load |
+//! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
+//! | [`caveats`] | surfaces that are not what theories of rough contact assume |
+//! | [`error`] | why a task has no table |
+//!
+//! Everything about a kind of stage is in its own file and folder. A new kind is added to the
+//! matches in this file and in [`form`].
 
 pub mod aggregate;
 pub mod caveats;
@@ -15,15 +32,12 @@ pub mod error;
 pub mod fit;
 pub mod form;
 pub mod generate;
-pub mod given;
 pub mod grids;
 pub mod measure;
 pub mod solve;
 pub mod spectrum_files;
 mod stage;
-pub mod summary;
 pub mod surface_files;
-mod work;
 
 use std::borrow::Cow;
 use std::fmt;
@@ -35,12 +49,11 @@ use serde::{Deserialize, Serialize};
 use asperity_tables::column::Column;
 
 pub use error::StageError;
-pub use given::Given;
+pub use form::Given;
 pub use stage::{
-    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, beside_coordinates,
-    stacked,
+    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, Work,
+    beside_coordinates, stacked,
 };
-pub use work::Work;
 
 /// What kind of work a stage does; the word after `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -16,7 +16,7 @@ mod stiffness;
 use serde::Serialize;
 
 use super::columns::*;
-use super::summary::range;
+use super::stage::range;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates, generate, grids, stacked,

@@ -20,7 +20,7 @@ use serde::Serialize;
 use super::columns::*;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
-    StageError, beside_coordinates, summary::range,
+    StageError, beside_coordinates, stage::range,
 };
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;

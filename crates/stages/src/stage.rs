@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use bytesize::ByteSize;
 
-use super::{Kind, Recipe, Rows, StageError};
+use crate::generate::growth::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
+use crate::{Kind, Recipe, Rows, StageError, generate};
 use asperity_contact::threads::Threads;
 use asperity_tables::checkpoints::Checkpoints;
 use asperity_tables::column::{Column, Value};
@@ -227,4 +228,136 @@ impl Effort {
     pub fn and_reading(self, tables: usize) -> Effort {
         Effort { seconds: self.seconds + READING * tables as f64, ..self }
     }
+}
+
+/// What a stage does, the points of its grid in order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Work {
+    /// Makes surfaces.
+    Generate(Vec<PlannedSurfaces>),
+    /// Reads what other stages made, by each of these recipes; there is at least one, and all are of
+    /// one kind.
+    Evaluate(Vec<Recipe>),
+}
+
+impl Work {
+    /// The kind of stage that does it.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Work::Generate(_) => Kind::Generate,
+            Work::Evaluate(recipes) => recipes.first().expect("a grid has a point").kind(),
+        }
+    }
+
+    /// The recipes by which it reads other stages.
+    pub fn recipes(&self) -> &[Recipe] {
+        match self {
+            Work::Generate(_) => &[],
+            Work::Evaluate(recipes) => recipes,
+        }
+    }
+
+    /// An upper bound on the number of its tasks, given that of its inputs.
+    pub fn tasks(&self, inputs: usize) -> usize {
+        match self {
+            Work::Generate(surfaces) => {
+                let tasks = surfaces.iter().map(|surfaces| {
+                    let spectra = match surfaces.params.origin.reads_stage() {
+                        true => inputs,
+                        false => 1,
+                    };
+                    spectra.saturating_mul(surfaces.at_most() as usize)
+                });
+                tasks.fold(0, usize::saturating_add)
+            }
+            Work::Evaluate(recipes) => {
+                let tasks = recipes.iter().map(|recipe| match recipe.reach() {
+                    Reach::Single | Reach::Point => inputs,
+                    Reach::All => 1,
+                });
+                tasks.fold(0, usize::saturating_add)
+            }
+        }
+    }
+
+    /// Its stage's table without rows, given those of the stages that it reads and their names.
+    ///
+    /// # Errors
+    /// When a query cannot be answered, or a column is missing that the work needs.
+    pub fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        let recipes = match self {
+            Work::Generate(surfaces) => {
+                let params = surfaces.iter().map(|surfaces| &surfaces.params);
+                return Ok(generate::empty_table(params));
+            }
+            Work::Evaluate(recipes) => recipes,
+        };
+        let mut tables = Vec::new();
+        for recipe in recipes {
+            tables.push(recipe.empty_table(inputs)?);
+            if !recipe.has_columns_of_its_own() {
+                break;
+            }
+        }
+        Ok(Table::stack(&tables)?)
+    }
+}
+
+/// Passes one column to `with` part by part, for tables that do not fit into memory. Returns
+/// whether there is such a column.
+fn each_part(
+    source: &TableSource,
+    name: &str,
+    mut with: impl FnMut(&Table) -> Result<(), StageError>,
+) -> Result<bool, StageError> {
+    let Some(column) = source.names().iter().position(|known| known == name) else {
+        return Ok(false);
+    };
+    for part in source.parts(&[column]) {
+        with(&part.map_err(StageError::Store)?)?;
+    }
+    Ok(true)
+}
+
+/// Smallest and largest value of a column, if there is one.
+///
+/// # Errors
+/// When it holds no numbers, or is damaged.
+pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<String>, StageError> {
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    each_part(source, name, |part| {
+        let values = || Ok::<_, StageError>(part.reals(name)?.iter().flatten());
+        least = values()?.fold(least, f64::min);
+        most = values()?.fold(most, f64::max);
+        Ok(())
+    })?;
+    Ok((least <= most).then(|| match least == most {
+        true => format!("{label} {}", number(least)),
+        false => format!("{label} {} … {}", number(least), number(most)),
+    }))
+}
+
+/// Four decimals, and four digits behind the first where these would be none.
+fn number(value: f64) -> String {
+    match value != 0.0 && value.abs() < 1e-3 {
+        true => format!("{value:.4e}"),
+        false => format!("{value:.4}"),
+    }
+}
+
+/// A column's texts, each once, in order of appearance.
+///
+/// # Errors
+/// When it holds no texts, or is damaged.
+pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageError> {
+    let mut found: Vec<String> = Vec::new();
+    each_part(source, name, |part| {
+        for text in part.texts(name)?.iter().flatten() {
+            if !found.iter().any(|known| known == text) {
+                found.push(text.to_owned());
+            }
+        }
+        Ok(())
+    })?;
+    Ok(found)
 }

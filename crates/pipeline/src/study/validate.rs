@@ -10,11 +10,10 @@ use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, list
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Section, Written};
 use asperity_stages::columns::SURFACE;
-use asperity_stages::form::Points;
+use asperity_stages::form::{Points, Surfaces};
 use asperity_stages::generate::growth;
 use asperity_stages::generate::growth::{AT_LEAST, KnownMean, Until};
 use asperity_stages::generate::keys::Growing;
-use asperity_stages::given::Surfaces;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Given, Kind, Rows, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;

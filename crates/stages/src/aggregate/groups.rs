@@ -1,25 +1,27 @@
 //! Statistics of columns within groups of rows.
 
+use std::collections::HashMap;
+
+use arrow::array::ArrayRef;
+use arrow::datatypes::{Field, Metadata, Schema};
 use polars::prelude::{
     DataFrame, Expr, IntoLazy, NamedFrom, QuantileMethod, Series, SortMultipleOptions, col, len,
-    lit,
+    lit, when,
 };
 
-use super::super::StageError;
-use super::super::columns::{AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, STOP};
-use super::super::fit::common_columns::STATUS;
-use super::super::fit::row::FITTED;
-use super::confidence::SAMPLING_UNIT;
 use super::frame::{self, polars_error};
-use super::group_names::GroupNames;
-use super::names::{
-    COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, SURFACES, UNCONVERGED, UNFITTED, mean_of, named,
-};
 use super::sql::engine;
-use super::{Groups, Statistic, confidence, meanings, regression, theory};
-use crate::ensemble;
+use super::statistics::{self, SAMPLING_UNIT};
+use super::{Groups, Statistic, theory};
+use crate::columns::{
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, HARDNESS, HARDNESS_REDUCED, LOAD,
+    PRESSURE, STOP,
+};
+use crate::fit::rows::{FITTED, STATUS};
 use crate::solve::GIVEN_UP;
-use asperity_tables::column::{Column, Role};
+use crate::{StageError, ensemble};
+use asperity_manifest::decimal;
+use asperity_tables::column::{Column, ColumnKind, Role};
 use asperity_tables::table::Table;
 
 /// Quantities that vanish at zero load, so that their first slope starts there.
@@ -43,7 +45,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let keys: Vec<Expr> = names.keys.iter().map(|name| col(name.as_str())).collect();
     let mut rows = frame.lazy();
     if groups.asks_for_errors() {
-        rows = confidence::with_sums(rows, &keys, &groups.over)?;
+        rows = statistics::with_sums(rows, &keys, &groups.over)?;
     }
     let mut reduced = rows
         .group_by_stable(keys.clone())
@@ -57,7 +59,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     }
     for level in groups.levels() {
         let ends = groups.over.iter();
-        let ends = ends.flat_map(|name| confidence::ends(name, level));
+        let ends = ends.flat_map(|name| statistics::ends(name, level));
         reduced = reduced.with_columns(ends.collect::<Vec<_>>());
     }
     let reduced = engine::apart(|| reduced.collect().map_err(polars_error))?;
@@ -65,7 +67,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let chosen = output(table, &names, groups);
     let reduced = reduced.select(chosen).map_err(polars_error)?;
     let columns = frame::columns(&reduced)?;
-    let reduced = meanings::with_meanings(table, columns, reduced.height(), groups);
+    let reduced = with_meanings(table, columns, reduced.height(), groups);
     theory::complete(&reduced, &names.curve(), groups)
 }
 
@@ -113,8 +115,8 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
             }
         }
         if groups.asks_for_errors() {
-            expressions.extend(confidence::of_group(name));
-            let error = confidence::standard_error(name);
+            expressions.extend(statistics::of_group(name));
+            let error = statistics::standard_error(name);
             expressions.push(error.alias(named(name, Statistic::Sem)));
         }
     }
@@ -138,8 +140,8 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
         Statistic::Min => values.min(),
         Statistic::Max => values.max(),
         Statistic::Quantile(share) => values.quantile(lit(share), QuantileMethod::Linear),
-        Statistic::RegressionSlope => regression::slope(&values),
-        Statistic::RegressionIntercept => regression::intercept(&values),
+        Statistic::RegressionSlope => statistics::slope(&values),
+        Statistic::RegressionIntercept => statistics::intercept(&values),
         Statistic::Sem | Statistic::Confidence(_) => return None,
         Statistic::Slope | Statistic::Secant | Statistic::Approach => return None,
     })
@@ -204,3 +206,209 @@ fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
 
 #[cfg(test)]
 mod tests;
+
+/// Coordinates that exist in two units, of which a manifest gives one.
+const IN_TWO_UNITS: [[&str; 2]; 2] =
+    [[LOAD.name, PRESSURE.name], [HARDNESS.name, HARDNESS_REDUCED.name]];
+
+/// The columns that name the groups of a reduction.
+pub struct GroupNames {
+    /// Columns of the reduced table that name a group, in order.
+    pub shown: Vec<String>,
+    /// Columns whose values tell groups apart.
+    pub keys: Vec<String>,
+    /// Shown columns that are derived from a shown key. Their values within a group may differ.
+    derived: Vec<String>,
+    /// Shown columns that are derived from a key that is not shown, with that key. Their values
+    /// within a group must not differ.
+    stand_ins: Vec<(String, String)>,
+    /// The key that is a load, if there is one.
+    pub load: Option<String>,
+}
+
+impl GroupNames {
+    /// Resolves `group_by`, which defaults to every coordinate that does not tell surfaces apart.
+    pub fn of(table: &Table, groups: &Groups) -> GroupNames {
+        let given = || table.coordinates().not_in_role(Role::Surface);
+        let default = || given().names().into_iter().map(str::to_owned).collect();
+        let shown: Vec<String> = groups.group_by.clone().unwrap_or_else(default);
+        let load = ensemble::load_column(table);
+        let derived = table.in_role(Role::Derived);
+        // Stacked tables of both kinds have both columns in the role of a load.
+        let is_derived = |name: &str| derived.has(name) || (is_of_a_load(name) && name != load);
+        let (mut keys, mut stand_ins) = (Vec::new(), Vec::new());
+        for name in &shown {
+            let coordinate = coordinate_of(table, name).filter(|_| is_derived(name));
+            match coordinate {
+                None => keys.push(name.clone()),
+                Some(coordinate) if shown.iter().any(|other| other == coordinate) => {}
+                Some(coordinate) => {
+                    keys.push(coordinate.to_owned());
+                    stand_ins.push((name.clone(), coordinate.to_owned()));
+                }
+            }
+        }
+        let derived = shown.iter().filter(|&name| !keys.contains(name)).cloned();
+        let is_load = |name: &&String| IN_TWO_UNITS[0].contains(&name.as_str());
+        GroupNames {
+            derived: derived.collect(),
+            load: keys.iter().find(is_load).cloned().filter(|_| table.has(LOAD.name)),
+            shown,
+            keys,
+            stand_ins,
+        }
+    }
+
+    /// Returns the keys that tell curves apart: all but the load.
+    pub fn keys_of_a_curve(&self) -> Vec<Expr> {
+        let keys = self.keys.iter().filter(|name| !is_of_a_load(name));
+        keys.map(|name| col(name.as_str())).collect()
+    }
+
+    /// Returns the shown columns that tell curves apart.
+    pub fn curve(&self) -> Vec<String> {
+        let stands_in = |name: &String| self.stand_ins.iter().any(|(own, _)| own == name);
+        let shown = self.shown.iter().filter(|name| !is_of_a_load(name));
+        shown.filter(|name| self.keys.contains(name) || stands_in(name)).cloned().collect()
+    }
+
+    /// Returns the values of derived columns in each group: the common value, or else the mean.
+    pub fn within_groups(&self) -> Vec<Expr> {
+        let mut expressions: Vec<Expr> = self.derived.iter().map(|name| common(name)).collect();
+        let differs = self.stand_ins.iter();
+        expressions.extend(differs.map(|(name, _)| is_mixed(name).alias(mixed(name))));
+        if self.load.is_some() {
+            expressions.push(common(LOAD.name).alias(LOAD_OF_GROUP));
+        }
+        expressions
+    }
+
+    /// Refuses a derived column that names groups and differs within one of them.
+    pub fn check_stand_ins(&self, reduced: &DataFrame) -> Result<(), StageError> {
+        for (name, coordinate) in &self.stand_ins {
+            let flags = reduced.column(&mixed(name)).map_err(polars_error)?;
+            if flags.bool().map_err(polars_error)?.any() {
+                let reason = format!(
+                    "cannot group by `{name}`, which follows from `{coordinate}` and differs between \
+                     surfaces: group by `{coordinate}`"
+                );
+                return Err(StageError::Aggregate { reason });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the column from which a derived column is computed.
+fn coordinate_of(table: &Table, derived: &str) -> Option<&'static str> {
+    let pair = IN_TWO_UNITS.iter().find(|pair| pair.contains(&derived))?;
+    pair.iter().copied().find(|&name| name != derived && table.has(name))
+}
+
+fn is_of_a_load(name: &str) -> bool {
+    IN_TWO_UNITS[0].contains(&name)
+}
+
+/// The value that all rows of a group share, or else their mean. Rounding counts for nothing.
+fn common(name: &str) -> Expr {
+    when(is_mixed(name))
+        .then(col(name).mean())
+        .otherwise(col(name).drop_nulls().first())
+        .alias(name)
+}
+
+fn is_mixed(name: &str) -> Expr {
+    let (least, most) = (col(name).min(), col(name).max());
+    let spread = most.clone() - least;
+    spread.gt(most * lit(decimal::RESOLUTION))
+}
+
+/// Name of the flag for a column that differs within a group; no user's column has a space in its
+/// name.
+fn mixed(name: &str) -> String {
+    format!("{name} differs")
+}
+
+pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
+pub const SURFACES: Column = Column::result(
+    "surfaces",
+    ColumnKind::Integer,
+    "1",
+    "surfaces in the group, told apart by seed and realization or by their region of a file: one \
+     surface may have several rows, at several parameter points",
+);
+pub const UNCONVERGED: Column = Column::result(
+    "unconverged",
+    ColumnKind::Integer,
+    "1",
+    "rows in the group whose load did not converge; they count all the same",
+);
+pub const UNFITTED: Column = Column::result(
+    "unfitted",
+    ColumnKind::Integer,
+    "1",
+    "fits in the group that failed; they are in `count`, and in no statistic",
+);
+pub const LOAD_MIDPOINT: Column = Column::result(
+    "load_midpoint",
+    ColumnKind::Real,
+    "E* × rms slope",
+    "load half way from the one before, where slopes belong",
+);
+
+/// Column with the reduced load of a group, from which slopes, secants and theories are computed.
+pub const LOAD_OF_GROUP: &str = "load of group";
+
+/// The name under which the mean waits for slopes and secants; no user's column has it.
+pub fn mean_of(name: &str) -> String {
+    format!("{name} mean")
+}
+
+pub fn named(name: &str, statistic: Statistic) -> String {
+    format!("{name}_{}", statistic.suffix())
+}
+
+/// What is said of every group, whatever is reduced.
+pub const OWN: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
+
+/// Gives each column the unit and meaning that it inherits.
+pub fn with_meanings(
+    table: &Table,
+    columns: Vec<(String, ArrayRef)>,
+    rows: usize,
+    groups: &Groups,
+) -> Table {
+    let schema = table.batch().schema();
+    let own: HashMap<&str, Column> = OWN.map(|column| (column.name, column)).into();
+    let field = |name: &str, array: &ArrayRef| {
+        if let Some(column) = own.get(name) {
+            return column.field();
+        }
+        if let Ok(field) = schema.field_with_name(name) {
+            return field.clone();
+        }
+        let source = schema.fields().iter().filter(|f| name.starts_with(&format!("{}_", f.name())));
+        let source = source.max_by_key(|field| field.name().len());
+        let metadata = source.map(|field| inherited(field, name, groups)).unwrap_or_default();
+        Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
+    };
+    let fields: Vec<Field> = columns.iter().map(|(name, array)| field(name, array)).collect();
+    let arrays = columns.into_iter().map(|(_, array)| array).collect();
+    Table::of(rows, Schema::new(fields), arrays)
+}
+
+fn inherited(source: &Field, name: &str, groups: &Groups) -> Metadata {
+    let of = |entry: &str| source.metadata().get(entry).cloned().unwrap_or_default();
+    let statistic = &name[source.name().len() + 1..];
+    let of_an_end = |&level: &f64| statistics::meaning(level, statistic);
+    let said = groups.levels().iter().find_map(of_an_end);
+    let said = said.unwrap_or_else(|| statistic.to_owned());
+    let unit = match statistic {
+        "slope" | "secant" | "regr_slope" => format!("{} per load", of("unit")),
+        _ => of("unit"),
+    };
+    Metadata::new()
+        .with("role", "result")
+        .with("unit", unit)
+        .with("meaning", format!("{said} of: {}", of("meaning")))
+}

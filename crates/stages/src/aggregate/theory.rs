@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use arrow::array::{Array, ArrayRef};
 use arrow::util::display::array_value_to_string;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use super::super::StageError;
-use super::super::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y};
-use super::names::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
+use super::groups::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
 use super::{Groups, Statistic};
+use crate::StageError;
+use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y};
 use asperity_contact::grid::Cell;
 use asperity_contact::theory::law::KAPPA_BGT;
 use asperity_contact::theory::models::{Asperities, AsperityModel, full_contact};
@@ -19,9 +20,9 @@ use asperity_tables::column::{Column, ColumnKind, optional_reals};
 use asperity_tables::table::{Table, TableError};
 
 /// A theory of the contact area.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Model {
-    /// Persson 2001, for any spectrum.
+    /// Persson 2001.
     #[serde(rename = "persson")]
     Persson,
     /// Bush, Gibson & Thomas 1975.
@@ -30,16 +31,16 @@ pub enum Model {
     /// The simplified elliptic model of Greenwood 2006.
     #[serde(rename = "greenwood-2006")]
     Greenwood2006,
-    /// Spheres of the arithmetic mean curvature, after Nayak and Thomas.
+    /// Spheres of the mean curvature of each summit, after Nayak and Thomas.
     #[serde(rename = "mean-curvature")]
     MeanCurvature,
     /// Greenwood & Williamson 1966 with the parameters of McCool 1986.
     #[serde(rename = "greenwood-mccool")]
     GreenwoodMccool,
-    /// a = √(2π) y, what asperity models tend to at light load.
+    /// √(2π) times the load, what asperity models tend to at light load.
     #[serde(rename = "bgt-asymptote")]
     BgtAsymptote,
-    /// Isolated penny-shaped cracks near full contact, 1 − a = (3/4) erfc(√2 y).
+    /// Isolated cracks near full contact: 1 − (3/4) erfc(√2 y).
     #[serde(rename = "penny-crack")]
     PennyCrack,
 }

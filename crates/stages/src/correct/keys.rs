@@ -14,8 +14,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::super::Given;
 use super::super::Recipe;
-use super::super::given::Surfaces;
 use super::{AS_COUNTED, Correction, OF_2015, OF_2017, Params};
+use crate::form::Surfaces;
 use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;

@@ -1,12 +1,14 @@
 //! The contact evolution law of Yastrebov, Anciaux & Molinari (2015), as fitted to tables.
 
-use serde::Serialize;
+use std::collections::BTreeSet;
 
-use super::Params;
-use super::parameter::Parameter;
-use super::points::{self, Point};
-use super::row::Row;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::rows::{Parameter, Row};
+use super::{Params, Point};
 use crate::Reach;
+use crate::ensemble::Member;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::convexity::CommonKappa;
@@ -50,7 +52,7 @@ pub struct EvolutionChoices {
 }
 
 /// What a fit compares.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Datum {
     /// The slope of the mean curve, by differences.
@@ -138,7 +140,7 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
 /// corrections are rival readings of the same data.
 fn with_common_kappa(points: &[Point], to: Datum, params: &Params) -> Vec<Row> {
     let mut rows: Vec<Option<Row>> = points.iter().map(|_| None).collect();
-    for correction in points::corrections(points) {
+    for correction in corrections(points) {
         let members: Vec<usize> =
             (0..points.len()).filter(|&i| points[i].correction == correction).collect();
         let fitted = common_kappa(points, &members, to, params);
@@ -163,7 +165,7 @@ fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params)
         Ok(common) => common,
         Err(error) => return all_failed(error),
     };
-    let units = points::units(members.iter().map(|&member| &points[member].members[..]));
+    let units = units(members.iter().map(|&member| &points[member].members[..]));
     let of_kappa = common.bootstrap(&problems, &units, &params.bootstrap());
     let rows = problems.iter().zip(&common.fits).zip(&common.own).map(|((problem, fit), own)| {
         let fit = match fit {
@@ -193,4 +195,23 @@ fn replace_first(intervals: &mut Intervals, of_kappa: &Intervals) {
         (Some(own), Some(kappa)) if !own.is_empty() => own[0] = kappa,
         (own, _) => *own = None,
     }
+}
+
+/// The corrections among the points, each once.
+fn corrections(points: &[Point]) -> Vec<Option<String>> {
+    let mut found = Vec::new();
+    for point in points {
+        if !found.contains(&point.correction) {
+            found.push(point.correction.clone());
+        }
+    }
+    found
+}
+
+/// Numbers the surfaces of several points from 0. A surface has the same number at all points.
+fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<usize>> {
+    let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
+    let all: Vec<Member> = all.into_iter().collect();
+    let number = |member| all.partition_point(|other| other < member);
+    points.map(|members| members.iter().map(number).collect()).collect()
 }

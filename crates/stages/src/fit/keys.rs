@@ -1,15 +1,29 @@
-//! Keys of the stages that fit.
+//! Keys of the stages that fit, and how they are checked.
 //!
 //! The comments of the keys are what editors show and what messages quote.
 
 use std::fmt;
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::de::value::StrDeserializer;
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer};
+use toml::de::DeTable;
 
-use asperity_manifest::written::{Key, Written, deserialize_either, table};
+use super::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
+use super::laws::{Fits, Law, PlainLaw};
+use super::limits::keys::LimitTable;
+use super::{Params, limits};
+use crate::{Given, Reads, Recipe, Rows};
+use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::written::advice::Wanted;
+use asperity_manifest::written::checks::{
+    Checks, NOT_NEGATIVE, POSITIVE, SHARE, report_equal_points,
+};
+use asperity_manifest::written::{
+    Key, Layout, Section, Table, Written, deserialize_either, reader, table,
+};
 
 /// The largest `bootstrap`.
 pub const MOST_RESAMPLINGS: u32 = 1_000_000;
@@ -24,7 +38,7 @@ pub const DEFAULT_LEVEL: f64 = 0.95;
 pub struct EvolutionTable {
     /// What the law is fitted to: the slope of the mean curve, or the curve.
     #[schemars(extend("default" = "slope"))]
-    pub to: Key<WrittenDatum>,
+    pub to: Key<Datum>,
     /// What is known of κ: its value, `"free"`, or `"minimal-convex"`.
     #[schemars(extend("default" = "free"))]
     pub kappa: Key<WrittenKappa>,
@@ -67,16 +81,6 @@ pub struct LawTable {
 
 table!(LawTable, swept: [], lists: []);
 
-/// What a fit compares.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum WrittenDatum {
-    /// The slope of the mean curve, by differences.
-    Slope,
-    /// The mean curve.
-    Area,
-}
-
 /// What is known of κ.
 #[derive(Debug, Clone, Copy, JsonSchema)]
 #[schemars(untagged)]
@@ -111,4 +115,254 @@ deserialize_either! {
     fn visit_str<E: Error>(self, word: &str) -> Result<WrittenKappa, E> {
         KappaWord::deserialize(StrDeserializer::new(word)).map(WrittenKappa::Word)
     }
+}
+
+/// The word after `law =`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LawWord {
+    /// The contact evolution law, which is meant when nothing is said.
+    ContactEvolution,
+    /// Limits where small numbers vanish.
+    Limits,
+    /// Another.
+    Plain(PlainLaw),
+}
+
+/// The points of a stage's grid, by what they say.
+#[derive(Debug)]
+pub enum FitPoints {
+    /// Fits of the contact evolution law.
+    Evolution(Section<EvolutionTable>),
+    /// Fits of limits.
+    Limits(Section<LimitTable>),
+    /// Fits of another.
+    Plain(PlainLaw, Section<LawTable>),
+}
+
+impl LawWord {
+    /// Every word, the one that is meant when nothing is said first.
+    pub fn all() -> impl Iterator<Item = LawWord> {
+        let plain = PlainLaw::ALL.into_iter().map(LawWord::Plain);
+        let first = [LawWord::ContactEvolution].into_iter();
+        first.chain(plain).chain([LawWord::Limits])
+    }
+
+    /// The word itself.
+    pub fn word(self) -> &'static str {
+        match self {
+            LawWord::ContactEvolution => contact_evolution::WORD,
+            LawWord::Limits => limits::WORD,
+            LawWord::Plain(law) => law.definition().word,
+        }
+    }
+
+    /// What it is, in a sentence for editors and the guide.
+    pub fn about(self) -> &'static str {
+        match self {
+            LawWord::ContactEvolution => {
+                "The contact evolution law, a = κy (1 + β(κy)^μ)^(−1/μ), of Yastrebov, Anciaux & \
+                 Molinari (2015)."
+            }
+            LawWord::Limits => {
+                "Q = Q₀ + Σ c_j f_j(x_j), powers or logarithms of expressions in parameters: an observable \
+                 where small numbers vanish."
+            }
+            LawWord::Plain(law) => law.definition().about,
+        }
+    }
+
+    /// The keys beside it.
+    pub fn layout(self) -> &'static Layout {
+        match self {
+            LawWord::ContactEvolution => EvolutionTable::layout(),
+            LawWord::Limits => LimitTable::layout(),
+            LawWord::Plain(_) => LawTable::layout(),
+        }
+    }
+
+    /// Reads them.
+    pub fn read(
+        self,
+        table: DeTable,
+        place: Span,
+        wanted: &Wanted,
+        problems: &mut Problems,
+    ) -> FitPoints {
+        match self {
+            LawWord::ContactEvolution => {
+                FitPoints::Evolution(reader::read(table, place, wanted, problems))
+            }
+            LawWord::Limits => FitPoints::Limits(reader::read(table, place, wanted, problems)),
+            LawWord::Plain(law) => {
+                FitPoints::Plain(law, reader::read(table, place, wanted, problems))
+            }
+        }
+    }
+}
+
+impl FitPoints {
+    /// The fits, point by point of the grid.
+    pub fn recipes(&self, given: &mut Given) -> Option<Vec<Recipe>> {
+        match self {
+            FitPoints::Evolution(section) => evolutions(section, given),
+            FitPoints::Limits(section) => limits::keys::recipes(section, given),
+            FitPoints::Plain(law, section) => plain(*law, section, given),
+        }
+    }
+
+    /// What the law can read, if not what the others can.
+    pub fn reads(&self) -> Option<Reads> {
+        let law = match self {
+            FitPoints::Evolution(_) => return None,
+            FitPoints::Limits(_) => return Some(read_by_limits()),
+            FitPoints::Plain(law, _) => law,
+        };
+        let law = law.definition();
+        match law.fits {
+            Fits::Areas(_) | Fits::Meshes => None,
+            Fits::Spectra => Some(Reads {
+                rows: &[Rows::PowerSpectra],
+                from: format!(
+                    "`measure` stages with `what = \"spectrum\"`, where its law is `{}`",
+                    law.word
+                )
+                .into(),
+            }),
+            // A correction is one of the area: it knows no gap.
+            Fits::Gaps(_) | Fits::Percolation => Some(Reads {
+                rows: &[Rows::Contacts],
+                from: format!(
+                    "`measure` stages that read contacts, where its law is `{}`",
+                    law.word
+                )
+                .into(),
+            }),
+        }
+    }
+}
+
+/// Whatever is known of every surface, and what was fitted to them.
+fn read_by_limits() -> Reads {
+    Reads {
+        rows: &[
+            Rows::Surfaces,
+            Rows::Spectra,
+            Rows::Loads,
+            Rows::Contacts,
+            Rows::Roughness,
+            Rows::Corrections,
+            Rows::Fits,
+            Rows::Statistics,
+        ],
+        from: format!(
+            "`generate`, `solve`, `measure`, `correct`, other `fit` stages and `aggregate` stages with `sql`, \
+             where its law is `{}`",
+            limits::WORD
+        )
+        .into(),
+    }
+}
+
+/// The fits of the contact evolution law, point by point of the grid.
+fn evolutions(section: &Section<EvolutionTable>, given: &mut Given) -> Option<Vec<Recipe>> {
+    let mut fits = Vec::with_capacity(section.points.len());
+    for point in &section.points {
+        let checks = &mut Checks::of(section, point, given.problems);
+        let table = &point.table;
+        let to = table.to.written().map_or(Datum::Slope, |to| to.value);
+        let keys = CommonKeys {
+            window: &table.window,
+            bootstrap: &table.bootstrap,
+            level: &table.level,
+            seed: &table.seed,
+        };
+        let kappa = kappa(table, checks);
+        let law = kappa.map(|kappa| Law::ContactEvolution(EvolutionChoices { to, kappa }));
+        fits.push(fit(law, &keys, contact_evolution::WINDOW, given.seed, checks));
+    }
+    let fits = fits.into_iter().collect::<Option<Vec<_>>>()?;
+    report_equal_points(section, &fits, given.problems);
+    let recipes = fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit)));
+    Some(recipes.collect())
+}
+
+fn kappa(table: &EvolutionTable, checks: &mut Checks) -> Option<Kappa> {
+    let Some(written) = table.kappa.written() else {
+        return Some(Kappa::Free);
+    };
+    match written.value {
+        WrittenKappa::Word(KappaWord::Free) => Some(Kappa::Free),
+        WrittenKappa::Word(KappaWord::MinimalConvex) => Some(Kappa::MinimalConvex),
+        WrittenKappa::Given(value) => {
+            let span = written.span.clone();
+            let value = checks.is_in("kappa", &Written { value, span }, POSITIVE)?;
+            Some(Kappa::Given(value))
+        }
+    }
+}
+
+/// The fits of a law that has nothing to sweep.
+fn plain(law: PlainLaw, section: &Section<LawTable>, given: &mut Given) -> Option<Vec<Recipe>> {
+    let point = section.points.first()?;
+    let table = &point.table;
+    let keys = CommonKeys {
+        window: &table.window,
+        bootstrap: &table.bootstrap,
+        level: &table.level,
+        seed: &table.seed,
+    };
+    let window = law.definition().window;
+    let checks = &mut Checks::of(section, point, given.problems);
+    let fit = fit(Some(Law::Plain(law)), &keys, window, given.seed, checks)?;
+    Some(vec![Recipe::Fit(Arc::new(fit))])
+}
+
+/// Keys that every law has.
+pub struct CommonKeys<'a> {
+    pub window: &'a Key<Vec<Written<f64>>>,
+    pub bootstrap: &'a Key<i64>,
+    pub level: &'a Key<f64>,
+    pub seed: &'a Key<i64>,
+}
+
+/// A fit of a law, `None` where that could not be read.
+pub fn fit(
+    law: Option<Law>,
+    keys: &CommonKeys,
+    default_window: [f64; 2],
+    study_seed: u64,
+    checks: &mut Checks,
+) -> Option<Params> {
+    let window = window(keys.window, default_window, checks);
+    let bootstrap =
+        checks.whole_or("bootstrap", keys.bootstrap, 0..=MOST_RESAMPLINGS, DEFAULT_RESAMPLINGS);
+    let level = checks.number_or("level", keys.level, SHARE, DEFAULT_LEVEL);
+    let seed = checks.whole_or("seed", keys.seed, 0..=i64::MAX as u64, study_seed);
+    Some(Params { law: law?, window: window?, bootstrap: bootstrap?, level: level?, seed: seed? })
+}
+
+fn window(
+    key: &Key<Vec<Written<f64>>>,
+    default: [f64; 2],
+    checks: &mut Checks,
+) -> Option<[f64; 2]> {
+    let Some(written) = key.written() else {
+        return Some(default);
+    };
+    let [low, high] = written.value.as_slice() else {
+        let message = format!("`window` has {} entries", written.value.len());
+        let label = "must be two loads, `[lowest, highest]`";
+        checks.report("window", Problem::new(message, written.span.clone(), label));
+        return None;
+    };
+    let low_load = checks.holds("window", low, NOT_NEGATIVE);
+    let high_load = checks.holds("window", high, POSITIVE);
+    let (low_load, high_load) = (low_load?, high_load?);
+    if low_load >= high_load {
+        let message = format!("`window` is empty: {low_load:?} is not below {high_load:?}");
+        let problem = Problem::new(message, high.span.clone(), "must be above the lowest load");
+        checks.report("window", problem);
+        return None;
+    }
+    Some([low_load, high_load])
 }

@@ -10,8 +10,7 @@ use serde::Serialize;
 use super::Params;
 use super::contact_evolution::{self, EvolutionChoices};
 use super::limits::{self, LimitChoices};
-use super::parameter::Parameter;
-use super::row::Row;
+use super::rows::{Parameter, Row};
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;
 use asperity_statistics::load_separation::LoadSeparationProblem;
@@ -307,8 +306,8 @@ fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contact_evolution::{Datum, Kappa};
     use super::*;
+    use crate::fit::contact_evolution::{Datum, Kappa};
 
     /// Keys are made of these texts: other texts would compute every fit again.
     #[test]

@@ -15,12 +15,10 @@ use asperity_statistics::bootstrap::Intervals;
 use asperity_statistics::limits::{Comparison, Judged, LimitFit, LimitProblem, TermForm};
 use asperity_tables::table::{Table, TableError};
 
-pub mod checks;
 pub mod columns;
 pub mod keys;
 mod observations;
 pub mod octaves;
-mod points;
 
 pub use observations::{Group, groups};
 

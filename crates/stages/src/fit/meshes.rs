@@ -9,8 +9,7 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Int64Array};
 
 use super::Params;
-use super::row::Row;
-use super::rows;
+use super::rows::{self, Row};
 use crate::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
     SWITCHES,

@@ -3,8 +3,7 @@
 use arrow::array::{BooleanArray, Float64Array, Int64Array, StringArray};
 
 use super::Params;
-use super::row::Row;
-use super::rows;
+use super::rows::{self, Row};
 use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::grids::Meshes;
@@ -27,13 +26,9 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         ..measured.fit(ensemble, params)
     };
     let fits: Vec<Row> = points.iter().map(fit).collect();
-    let fits: Vec<&Row> = fits.iter().collect();
-    let surfaces: Vec<usize> = points.iter().map(|point| point.members.len()).collect();
-    let standing: Vec<usize> = points.iter().map(|point| point.first).collect();
-    let mut columns = rows::placed(params, fits.len());
-    columns.extend(rows::estimates(params, &fits));
-    columns.extend(rows::quality(&surfaces, params, &fits));
-    let table = table.in_role(Role::Parameter).pick(&standing).with(columns);
+    let standing: Vec<(usize, usize)> =
+        points.iter().map(|point| (point.first, point.members.len())).collect();
+    let table = rows::table(&table.in_role(Role::Parameter), &standing, params, &fits);
     // A threshold leaves no residuals.
     Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
 }

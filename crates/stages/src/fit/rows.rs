@@ -1,20 +1,14 @@
-//! Fits as rows of a table.
+//! Fits as rows of a table: what came of each, the columns of parameters, and those of all laws.
 
 use arrow::array::ArrayRef;
 
 use super::Params;
-use super::common_columns::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, STATUS, SURFACES, UNCONVERGED,
-};
 use super::contact_evolution::{Datum, EvolutionChoices, Kappa};
 use super::laws::{Law, PlainLaw};
-use super::parameter::Parameter;
-use super::points::Point;
-use super::row::Row;
+use asperity_statistics::bootstrap::{Interval, Intervals};
+use asperity_statistics::{FitError, GoodnessOfFit};
 use asperity_tables::column::ColumnKind::{Flag, Integer, Real, Text};
-use asperity_tables::column::{
-    Column, Role, integers, optional_flags, optional_reals, reals, texts,
-};
+use asperity_tables::column::{Column, integers, optional_flags, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
 const DATUM: Column = Column::parameter("fitted_to", Text, "", "what the residuals are taken of");
@@ -72,17 +66,15 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
     placed.into_iter().chain(estimates).chain(quality).collect()
 }
 
-/// One row per point: where it belongs, what was fitted, how well.
-pub fn table(input: &Table, points: &[Point], params: &Params, rows: &[Row]) -> Table {
-    let standing: Vec<usize> = points.iter().map(|point| point.row).collect();
-    let count = rows.len();
-    let mut columns = placed(params, count);
+/// One row a fit: where it belongs, what was fitted, how well. `standing` has a row of the input that
+/// stands for each, and the number of surfaces.
+pub fn table(place: &Table, standing: &[(usize, usize)], params: &Params, rows: &[Row]) -> Table {
+    let (standing, surfaces): (Vec<usize>, Vec<usize>) = standing.iter().copied().unzip();
     let rows: Vec<&Row> = rows.iter().collect();
+    let mut columns = placed(params, rows.len());
     columns.extend(estimates(params, &rows));
-    let surfaces: Vec<usize> = points.iter().map(|point| point.members.len()).collect();
     columns.extend(quality(&surfaces, params, &rows));
-    let parameters = input.in_role(Role::Parameter);
-    parameters.pick(&standing).with(columns)
+    place.pick(&standing).with(columns)
 }
 
 /// What places a fit among others of its points.
@@ -102,7 +94,13 @@ pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
 /// The law's parameters and their intervals.
 pub fn estimates(params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
     let parameters = params.law.parameters().iter().enumerate();
-    let columns = parameters.flat_map(|(index, parameter)| parameter.estimates(index, rows));
+    let columns = parameters.flat_map(|(index, parameter)| {
+        parameter.filled(rows.iter().map(|row| {
+            let interval = row.intervals.as_ref().and_then(|all| all.get(index));
+            let value = row.values.get(index).copied().unwrap_or(f64::NAN);
+            Some(Estimate { value, interval: interval.copied() })
+        }))
+    });
     columns.collect()
 }
 
@@ -154,3 +152,211 @@ pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Colum
     ]);
     columns
 }
+
+/// The word in the `status` column for a fit that has values; those that have none say why.
+pub const FITTED: &str = "fitted";
+
+/// Share of the data that may be left out.
+const MOST_MASKED: f64 = 0.2;
+
+/// The outcome for one point.
+#[derive(Default)]
+pub struct Row {
+    /// The law's parameters, in its order; empty if the fit failed.
+    pub values: Vec<f64>,
+    /// Their intervals.
+    pub intervals: Option<Vec<Interval>>,
+    /// Replicates that could not be fitted.
+    pub failed_replicates: usize,
+    /// The smallest convex κ of this point alone.
+    pub own_kappa: Option<f64>,
+    /// Root mean square of what the fit leaves.
+    pub rms_residual: Option<f64>,
+    /// Coefficient of determination.
+    pub r_squared: Option<f64>,
+    /// χ² per degree of freedom.
+    pub reduced_chi_square: Option<f64>,
+    /// Number of data.
+    pub data: usize,
+    /// Rows whose load did not converge.
+    pub unconverged: usize,
+    /// Data left out, because their logarithm does not exist.
+    pub masked: Option<usize>,
+    /// Whether the fitted slope is convex.
+    pub convex: Option<bool>,
+    /// Why there is no fit.
+    pub failure: Option<String>,
+}
+
+impl Row {
+    /// A row with intervals, to be filled in.
+    pub fn with(intervals: Intervals) -> Row {
+        Row {
+            failed_replicates: intervals.failed,
+            intervals: intervals.intervals,
+            ..Row::default()
+        }
+    }
+
+    /// A row of a law that has nothing free but its parameters.
+    pub fn fitted(values: Vec<f64>, goodness: &GoodnessOfFit, intervals: Intervals) -> Row {
+        Row {
+            values,
+            rms_residual: Some(goodness.rms_residual),
+            r_squared: goodness.r_squared,
+            data: goodness.data,
+            masked: Some(goodness.masked),
+            ..Row::with(intervals)
+        }
+    }
+
+    /// A row that says why there is no fit.
+    pub fn failed(error: &FitError) -> Row {
+        Row { failure: Some(error.to_string()), ..Row::default() }
+    }
+
+    /// Turns a row with an infinite parameter into a failure: the data do not bound the parameter.
+    pub fn unless_masked(self) -> Row {
+        let masked = self.masked.unwrap_or(0);
+        let all = self.data + masked;
+        if masked as f64 <= MOST_MASKED * all as f64 {
+            return self;
+        }
+        Row {
+            failure: Some(format!(
+                "{masked} of {all} data have no logarithm, {:.0} % is the most: the mean contact \
+                 pressure does not grow, or contact is full; try another window or correction",
+                100.0 * MOST_MASKED
+            )),
+            masked: self.masked,
+            data: self.data,
+            ..Row::default()
+        }
+    }
+
+    /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound
+    /// it.
+    pub fn unless_unbounded(self) -> Row {
+        if self.values.iter().all(|value| value.is_finite()) {
+            return self;
+        }
+        Row {
+            failure: Some(
+                "a fitted parameter is beyond 1e308: the data do not bound it, try another window"
+                    .to_owned(),
+            ),
+            masked: self.masked,
+            data: self.data,
+            ..Row::default()
+        }
+    }
+
+    /// The word for it.
+    pub fn status(&self) -> &str {
+        self.failure.as_deref().unwrap_or(FITTED)
+    }
+}
+
+/// The estimate of a parameter, and its interval if there is one.
+#[derive(Clone, Copy)]
+pub struct Estimate {
+    pub value: f64,
+    pub interval: Option<Interval>,
+}
+
+/// A parameter as columns: its estimate, the ends of its interval and its standard error.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// What one line calls it, if it has room for it.
+    pub symbol: Option<&'static str>,
+    /// Its estimate.
+    pub value: Column,
+    lower: Column,
+    upper: Column,
+    error: Column,
+}
+
+impl Parameter {
+    /// A pure number; the names are those of its estimate, of the ends of its interval and of its
+    /// standard error.
+    pub const fn number(names: [&'static str; 4], meaning: &'static str) -> Parameter {
+        Parameter::of_unit("1", names, meaning)
+    }
+
+    /// The same in a unit.
+    pub const fn of_unit(
+        unit: &'static str,
+        names: [&'static str; 4],
+        meaning: &'static str,
+    ) -> Parameter {
+        let [value, lower, upper, error] = names;
+        Parameter {
+            symbol: None,
+            value: Column::result(value, Real, unit, meaning),
+            lower: Column::result(lower, Real, unit, "lower end of the interval"),
+            upper: Column::result(upper, Real, unit, "upper end of the interval"),
+            error: Column::result(error, Real, unit, "standard error by bootstrap"),
+        }
+    }
+
+    /// The same, with what one line calls it.
+    pub const fn called(self, symbol: &'static str) -> Parameter {
+        Parameter { symbol: Some(symbol), ..self }
+    }
+
+    /// Its columns.
+    pub const fn columns(self) -> [Column; 4] {
+        [self.value, self.lower, self.upper, self.error]
+    }
+
+    /// Its columns, filled with estimates; values and ends of intervals that are no finite number
+    /// are null.
+    pub fn filled(
+        self,
+        estimates: impl Iterator<Item = Option<Estimate>>,
+    ) -> [(Column, ArrayRef); 4] {
+        let estimates: Vec<Option<Estimate>> = estimates.collect();
+        let column = |value: fn(&Estimate) -> Option<f64>| {
+            let values = estimates.iter().map(|estimate| value(estimate.as_ref()?));
+            optional_reals(values.map(|value| value.filter(|value| value.is_finite())))
+        };
+        [
+            (self.value, column(|one| Some(one.value))),
+            (self.lower, column(|one| Some(one.interval?.lower))),
+            (self.upper, column(|one| Some(one.interval?.upper))),
+            (self.error, column(|one| Some(one.interval?.standard_error))),
+        ]
+    }
+}
+
+/// Which law.
+pub const LAW: Column = Column::parameter("law", Text, "", "the law that is fitted");
+/// How many surfaces.
+pub const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
+/// Rows of loads that were given up.
+pub const UNCONVERGED: Column = Column::result(
+    "unconverged",
+    Integer,
+    "1",
+    "rows whose load did not converge; they are fitted all the same",
+);
+/// How many data.
+pub const DATA: Column = Column::result("data", Integer, "1", "data fitted");
+/// What a fit leaves.
+pub const RMS_RESIDUAL: Column =
+    Column::result("rms_residual", Real, "1", "root mean square residual");
+/// What it leaves, over the scatter.
+pub const CHI_SQUARE: Column = Column::result(
+    "reduced_chi_square",
+    Real,
+    "1",
+    "χ² over degrees of freedom, from the scatter between surfaces",
+);
+/// Resamplings.
+pub const BOOTSTRAP: Column =
+    Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
+/// Those that failed.
+pub const BOOTSTRAP_FAILED: Column =
+    Column::result("bootstrap_failed", Integer, "1", "resamplings that could not be fitted");
+/// Whether there is a fit.
+pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why values are missing");

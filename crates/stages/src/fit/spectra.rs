@@ -4,8 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::Params;
-use super::row::Row;
-use super::rows;
+use super::rows::{self, Row};
 use crate::columns::{DEGREES_OF_FREEDOM, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::ensemble::{Member, Members, grouped};
 use asperity_statistics::FitError;
@@ -19,20 +18,13 @@ use asperity_tables::table::{Table, TableError};
 /// When the input holds no measured spectra.
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let parameters = table.in_role(Role::Parameter).without(&[WAVENUMBER.name]);
-    let mut standing = Vec::new();
-    let (mut fits, mut surfaces) = (Vec::new(), Vec::new());
+    let (mut standing, mut fits) = (Vec::new(), Vec::new());
     for rows in grouped(&parameters) {
-        let (rings, members) = rings(table, &rows)?;
-        standing.push(rows[0]);
-        surfaces.push(members);
-        let fit = fit(rings, params);
-        fits.push(fit.unwrap_or_else(|error| Row::failed(&error)));
+        let (rings, surfaces) = rings(table, &rows)?;
+        standing.push((rows[0], surfaces));
+        fits.push(fit(rings, params).unwrap_or_else(|error| Row::failed(&error)));
     }
-    let fits: Vec<&Row> = fits.iter().collect();
-    let mut columns = rows::placed(params, fits.len());
-    columns.extend(rows::estimates(params, &fits));
-    columns.extend(rows::quality(&surfaces, params, &fits));
-    let table = parameters.pick(&standing).with(columns);
+    let table = rows::table(&parameters, &standing, params, &fits);
     // Nothing is solved, and no variance of densities is to be explained.
     Ok(table.without(&["unconverged", "r_squared"]))
 }

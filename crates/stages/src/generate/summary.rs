@@ -3,7 +3,7 @@
 use crate::StageError;
 use crate::caveats;
 use crate::columns::{CHANNEL_READ, CHANNELS, FILLED_NODES, FORMAT, UNIT};
-use crate::summary::{distinct, range};
+use crate::stage::{distinct, range};
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;

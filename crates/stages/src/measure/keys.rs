@@ -12,7 +12,7 @@ use super::super::{Recipe, Rows};
 use super::Params;
 use super::distributions::Distribution;
 use super::statistics::Statistic;
-use crate::given::Surfaces;
+use crate::form::Surfaces;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, table};

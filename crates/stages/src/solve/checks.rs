@@ -11,7 +11,7 @@ use super::keys::{self, Body, InteractionWord, MOST_PAIRS, Method, SolveTable};
 use super::{Params, PressureUnit};
 use crate::Given;
 use crate::Recipe;
-use crate::given::Surfaces;
+use crate::form::Surfaces;
 use asperity_contact::asperities::Interaction;
 use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};

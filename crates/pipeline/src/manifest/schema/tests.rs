@@ -8,7 +8,7 @@ use super::*;
 use crate::study::Study;
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::Rows;
-use asperity_stages::fit::checks::LawWord;
+use asperity_stages::fit::keys::LawWord;
 use asperity_stages::generate::method::Method;
 
 fn root() -> PathBuf {

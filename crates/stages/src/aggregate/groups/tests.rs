@@ -2,8 +2,8 @@
 
 use arrow::array::Array;
 
-use super::super::super::columns::{LOAD, PRESSURE, REALIZATION, SEED, SURFACE};
 use super::*;
+use crate::columns::{LOAD, PRESSURE, REALIZATION, SEED, SURFACE};
 use asperity_statistics::random::normal;
 use asperity_tables::column::ColumnKind;
 use asperity_tables::column::{integers, optional_reals, reals, texts};

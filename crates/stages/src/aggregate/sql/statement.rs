@@ -5,15 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
 use sqlparser::ast::{
-    Expr, ObjectName, Query, Select, Statement as Parsed, TableFactor, Value, ValueWithSpan, Visit,
-    Visitor,
+    Expr, Function, GroupByExpr, ObjectName, Query, Select, SelectItem, Statement as Parsed,
+    TableFactor, Value, ValueWithSpan, Visit, Visitor,
 };
 use sqlparser::dialect::GenericDialect;
 use sqlparser::parser::{Parser, ParserError, ParserOptions};
 use sqlparser::tokenizer::Location;
 
 use super::QueryError;
-use super::grouping::ungrouped;
 
 /// Bytes of a query: the parser's tree of it must fit on the stack, however it is built.
 const LONGEST: usize = 64 << 10;
@@ -206,6 +205,122 @@ fn offset(text: &str, place: Location) -> usize {
     line + letters.map(char::len_utf8).sum::<usize>()
 }
 
+/// Functions of polars that make one value of all rows.
+const AGGREGATES: [&str; 26] = [
+    "array_agg",
+    "avg",
+    "corr",
+    "count",
+    "covar",
+    "covar_pop",
+    "covar_samp",
+    "first",
+    "group_concat",
+    "last",
+    "listagg",
+    "max",
+    "median",
+    "min",
+    "quantile_cont",
+    "quantile_disc",
+    "stddev",
+    "stddev_samp",
+    "stdev",
+    "stdev_samp",
+    "string_agg",
+    "sum",
+    "total",
+    "var",
+    "var_samp",
+    "variance",
+];
+
+/// What is wrong with a `select` that has both and does not group.
+pub fn ungrouped(select: &Select) -> Option<String> {
+    let is_grouped = match &select.group_by {
+        GroupByExpr::All(_) => true,
+        GroupByExpr::Expressions(columns, _) => !columns.is_empty(),
+    };
+    if is_grouped {
+        return None;
+    }
+    let mut parts = Parts::default();
+    for item in &select.projection {
+        match item {
+            SelectItem::UnnamedExpr(expression)
+            | SelectItem::ExprWithAlias { expr: expression, .. } => {
+                let _ = expression.visit(&mut parts);
+            }
+            _ => parts.bare = parts.bare.or_else(|| Some("*".to_owned())),
+        }
+    }
+    let (bare, aggregate) = (parts.bare?, parts.aggregate?);
+    Some(match bare == "*" {
+        true => format!(
+            "`*` stands beside `{aggregate}`: columns of single rows have to be in a `group by`"
+        ),
+        false => format!(
+            "`{bare}` stands beside `{aggregate}` and is neither aggregated nor in `group by`: \
+             `group by {bare}` gives a row for each, `first({bare})` one of all"
+        ),
+    })
+}
+
+/// The first column outside aggregates and the first aggregate.
+#[derive(Default)]
+struct Parts {
+    bare: Option<String>,
+    aggregate: Option<String>,
+    /// Aggregates and queries around.
+    inside: usize,
+}
+
+impl Visitor for Parts {
+    type Break = ();
+
+    fn pre_visit_query(&mut self, _: &Query) -> ControlFlow<()> {
+        self.inside += 1;
+        ControlFlow::Continue(())
+    }
+
+    fn post_visit_query(&mut self, _: &Query) -> ControlFlow<()> {
+        self.inside -= 1;
+        ControlFlow::Continue(())
+    }
+
+    fn pre_visit_expr(&mut self, expression: &Expr) -> ControlFlow<()> {
+        let outside = self.inside == 0;
+        match expression {
+            Expr::Function(function) if is_aggregate(function) => {
+                if outside && self.aggregate.is_none() {
+                    self.aggregate = Some(function.to_string());
+                }
+                self.inside += 1;
+            }
+            Expr::Identifier(_) | Expr::CompoundIdentifier(_) if outside && self.bare.is_none() => {
+                self.bare = Some(expression.to_string());
+            }
+            _ => {}
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn post_visit_expr(&mut self, expression: &Expr) -> ControlFlow<()> {
+        if let Expr::Function(function) = expression
+            && is_aggregate(function)
+        {
+            self.inside -= 1;
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// With `over` it is one value of each row.
+fn is_aggregate(function: &Function) -> bool {
+    let name = function.name.to_string().to_lowercase();
+    function.over.is_none() && AGGREGATES.contains(&name.as_str())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -286,7 +401,7 @@ mod tests {
             format!("select 1 from {}a", longest("(select 1 from ")),
             "+".repeat(LONGEST + 1),
         ] {
-            let read = super::super::engine::apart(|| Statement::read(&query));
+            let read = crate::aggregate::sql::engine::apart(|| Statement::read(&query));
             assert!(read.is_err() || query.starts_with("values"), "{}", &query[..40]);
         }
     }

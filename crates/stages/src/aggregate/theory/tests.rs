@@ -1,7 +1,7 @@
 //! Models and approaches to full contact as columns.
 
-use super::super::groups::reduce;
 use super::*;
+use crate::aggregate::grouped as reduce;
 use crate::columns::{AREA_FRACTION, LOAD};
 use asperity_tables::column::{integers, reals, texts};
 

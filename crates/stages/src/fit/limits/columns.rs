@@ -2,15 +2,13 @@
 
 use arrow::array::ArrayRef;
 
-use super::super::Params;
-use super::super::common_columns::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, STATUS, SURFACES, UNCONVERGED,
-};
-use super::super::parameter::Parameter;
-use super::super::row::FITTED;
 use super::{Form, LimitChoices, Line, MOST_TERMS, Outcome, WORD};
 use crate::columns::{K_ROLLOFF, LOAD};
-use asperity_statistics::bootstrap::Interval;
+use crate::fit::Params;
+use crate::fit::rows::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FITTED, LAW, Parameter, RMS_RESIDUAL,
+    STATUS, SURFACES, UNCONVERGED,
+};
 use asperity_tables::column::ColumnKind::{Real, Text};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
@@ -155,55 +153,32 @@ fn placed(input: &Table, choices: &LimitChoices, lines: &[Line]) -> Vec<(Column,
 }
 
 fn estimates(choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
-    let parameter = |parameter: Parameter, at: &dyn Fn(&Line) -> Option<Estimated>| {
-        let found: Vec<Option<Estimated>> = lines.iter().map(at).collect();
-        let end = |value: fn(&Interval) -> f64| {
-            let of = |one: &Option<Estimated>| Some(value(one.as_ref()?.interval.as_ref()?));
-            optional_reals(found.iter().map(of).collect::<Vec<_>>())
-        };
-        let values = found.iter().map(|one| one.map(|one| one.value));
-        let [value, lower, upper, error] = parameter.columns();
-        [
-            (value, optional_reals(values.collect::<Vec<_>>())),
-            (lower, end(|interval| interval.lower)),
-            (upper, end(|interval| interval.upper)),
-            (error, end(|interval| interval.standard_error)),
-        ]
+    let filled = |parameter: Parameter, of: &dyn Fn(&Line, &Outcome) -> Option<Estimate>| {
+        parameter.filled(lines.iter().map(|line| of(line, line.outcome.as_ref().ok()?)))
     };
-    let mut columns = parameter(LIMIT, &|line| {
-        let outcome = line.outcome.as_ref().ok()?;
-        Some(outcome.estimated(outcome.fit.limit, Some(0)))
-    })
-    .to_vec();
+    let mut columns =
+        filled(LIMIT, &|_, outcome| Some(outcome.estimate(outcome.fit.limit, Some(0)))).to_vec();
     for (term, own) in TERMS.iter().enumerate().take(choices.terms.len()) {
-        columns.extend(parameter(own.coefficient, &|line| {
-            let outcome = line.outcome.as_ref().ok()?;
-            Some(outcome.estimated(outcome.fit.coefficients[term], Some(1 + term)))
+        columns.extend(filled(own.coefficient, &|_, outcome| {
+            Some(outcome.estimate(outcome.fit.coefficients[term], Some(1 + term)))
         }));
-        columns.extend(parameter(own.exponent, &|line| {
-            let outcome = line.outcome.as_ref().ok()?;
+        columns.extend(filled(own.exponent, &|line, outcome| {
             let is_free = |form: &&Form| **form == Form::FreePower;
             let before = line.forms[..term].iter().filter(is_free).count();
             let place = 1 + line.forms.len() + before;
             let place = (line.forms[term] == Form::FreePower).then_some(place);
-            Some(outcome.estimated(outcome.fit.exponents[term]?, place))
+            Some(outcome.estimate(outcome.fit.exponents[term]?, place))
         }));
     }
     columns
 }
 
-/// A value and its interval, if it has one.
-#[derive(Clone, Copy)]
-struct Estimated {
-    value: f64,
-    interval: Option<Interval>,
-}
-
 impl Outcome {
-    fn estimated(&self, value: f64, place: Option<usize>) -> Estimated {
+    /// An estimate with the interval at a place, if it has one.
+    fn estimate(&self, value: f64, place: Option<usize>) -> Estimate {
         let intervals = self.intervals.intervals.as_ref();
         let interval = intervals.zip(place).and_then(|(all, place)| all.get(place));
-        Estimated { value, interval: interval.copied() }
+        Estimate { value, interval: interval.copied() }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::keys::{Loads, SolveTable};
 use super::super::{GivenHardness, Params, PressureUnit};
 use super::unit;
-use crate::given::Surfaces;
+use crate::form::Surfaces;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::written::Section;

@@ -28,35 +28,122 @@
 use std::collections::HashMap;
 
 use polars::prelude::{
-    Column, DataType, Expr, Field, LazyFrame, NamedFrom, PolarsResult, Schema, Series, col, lit,
-    when,
+    Column, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col,
+    lit, when,
 };
+use serde::Serialize;
 
-use super::super::StageError;
 use super::frame::polars_error;
-use super::names::mean_of;
+use super::groups::mean_of;
+use crate::StageError;
+use crate::columns::LOAD;
 use asperity_statistics::student;
 
-/// `ci95` for a level of 0.95: the digits after the point, two or more.
-pub fn word(level: f64) -> String {
-    let digits = level.to_string().replace("0.", "");
-    format!("ci{digits:0<2}")
+/// A statistic over the rows of a group.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Statistic {
+    /// Arithmetic mean.
+    Mean,
+    /// Sample standard deviation.
+    Sd,
+    /// Standard error of the mean, over surfaces.
+    Sem,
+    /// Smallest value.
+    Min,
+    /// Largest value.
+    Max,
+    /// Quantile, by linear interpolation.
+    Quantile(f64),
+    /// Confidence interval of the mean, of this level, by Student's t over surfaces.
+    Confidence(f64),
+    /// Slope of the least-squares line through the rows against `load`.
+    #[serde(rename = "regr_slope")]
+    RegressionSlope,
+    /// Where that line meets zero load.
+    #[serde(rename = "regr_intercept")]
+    RegressionIntercept,
+    /// Slope of the mean against `load`, by differences.
+    Slope,
+    /// Mean over `load`.
+    Secant,
+    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y, near full contact.
+    Approach,
 }
 
-/// The level of a word such as `ci95`.
-pub fn level(word: &str) -> Option<f64> {
-    let digits = word.strip_prefix("ci")?;
+/// Statistics that have one word each. `q05` is the quantile of 5 %, `q975` that of 97.5 %, `ci95`
+/// the confidence interval of 95 %: the digits are those after the point.
+const WORDS: [(&str, Statistic); 11] = [
+    ("mean", Statistic::Mean),
+    ("sd", Statistic::Sd),
+    ("sem", Statistic::Sem),
+    ("min", Statistic::Min),
+    ("max", Statistic::Max),
+    ("median", Statistic::Quantile(0.5)),
+    ("regr_slope", Statistic::RegressionSlope),
+    ("regr_intercept", Statistic::RegressionIntercept),
+    ("slope", Statistic::Slope),
+    ("secant", Statistic::Secant),
+    ("approach", Statistic::Approach),
+];
+
+impl Statistic {
+    /// The words of all statistics but quantiles and confidence intervals.
+    pub fn words() -> impl Iterator<Item = &'static str> {
+        WORDS.iter().map(|(word, _)| *word)
+    }
+
+    /// Returns the statistic that a manifest calls by a word.
+    pub fn named(word: &str) -> Option<Statistic> {
+        let known = WORDS.iter().find(|(known, _)| *known == word);
+        known
+            .map(|(_, statistic)| *statistic)
+            .or_else(|| share_after("ci", word).map(Statistic::Confidence))
+            .or_else(|| share_after("q", word).map(Statistic::Quantile))
+    }
+
+    /// What the name of its column ends in, or what those of two have in common.
+    pub fn suffix(self) -> String {
+        let known = WORDS.iter().find(|(_, statistic)| *statistic == self);
+        match (known, self) {
+            (Some((word, _)), _) => (*word).to_owned(),
+            (None, Statistic::Confidence(level)) => interval_word(level),
+            (None, Statistic::Quantile(share)) => format!("q{share}").replace("q0.", "q"),
+            (None, _) => unreachable!("every other statistic has a word"),
+        }
+    }
+
+    /// What its columns' names end in.
+    pub fn suffixes(self) -> Vec<String> {
+        match self {
+            Statistic::Confidence(level) => {
+                ["lower", "upper"].map(|end| format!("{}_{end}", interval_word(level))).into()
+            }
+            _ => vec![self.suffix()],
+        }
+    }
+}
+
+/// Returns the share between 0 and 1 whose digits after the point follow a prefix.
+fn share_after(prefix: &str, word: &str) -> Option<f64> {
+    let digits = word.strip_prefix(prefix)?;
     let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
-    // `ci100` would be 10 %, which nobody means.
+    // `q100` and `ci100` would be 10 %, which nobody means.
     let is_shortest = digits.len() == 2 || !digits.ends_with('0');
-    let level: f64 = format!("0.{digits}").parse().ok()?;
-    (is_plain && is_shortest && level > 0.0).then_some(level)
+    let share: f64 = format!("0.{digits}").parse().ok()?;
+    (is_plain && is_shortest && share > 0.0).then_some(share)
+}
+
+/// `ci95` for a level of 0.95: the digits after the point, two or more.
+fn interval_word(level: f64) -> String {
+    let digits = level.to_string().replace("0.", "");
+    format!("ci{digits:0<2}")
 }
 
 /// What a column is whose name ends in one of these words, if it is an end of an interval of this
 /// level.
 pub fn meaning(level: f64, suffix: &str) -> Option<String> {
-    let end = suffix.strip_prefix(&word(level))?.strip_prefix('_')?;
+    let end = suffix.strip_prefix(&interval_word(level))?.strip_prefix('_')?;
     // 0.29 × 100 is no whole number in floating point.
     let percent = (level * 1e6).round() / 1e4;
     Some(format!(
@@ -115,7 +202,7 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
     let mean = || col(mean_of(name));
     let several = || col(surfaces_of(name)).gt(lit(1.0));
     let end = |value: Expr| when(several()).then(value).otherwise(lit(polars::prelude::NULL));
-    let word = word(level);
+    let word = interval_word(level);
     [
         end(mean() - half_width.clone()).alias(format!("{name}_{word}_lower")),
         end(mean() + half_width).alias(format!("{name}_{word}_upper")),
@@ -156,4 +243,64 @@ fn error_of(name: &str) -> String {
 
 fn surfaces_of(name: &str) -> String {
     format!("{name} surfaces")
+}
+
+/// The slope.
+pub fn slope(values: &Expr) -> Expr {
+    let Line { loads, values } = Line::of(values);
+    let from_mean = loads.clone() - loads.clone().mean();
+    let joint = (from_mean.clone() * (values.clone() - values.mean())).sum();
+    // Of equal loads, rounding of the mean would leave some scatter.
+    let differ = loads.clone().min().lt(loads.max());
+    let slope = joint / (from_mean.clone() * from_mean).sum();
+    when(differ).then(slope).otherwise(lit(NULL))
+}
+
+/// The value at zero load.
+pub fn intercept(values: &Expr) -> Expr {
+    let Line { loads, values: known } = Line::of(values);
+    known.mean() - slope(values) * loads.mean()
+}
+
+/// What a line goes through.
+struct Line {
+    loads: Expr,
+    values: Expr,
+}
+
+impl Line {
+    fn of(values: &Expr) -> Line {
+        let is_known = values.clone().is_not_null();
+        Line {
+            loads: col(LOAD.name).filter(is_known),
+            values: values.clone().drop_nulls().cast(DataType::Float64),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_of_a_quantile_are_those_after_the_point() {
+        assert_eq!(Statistic::named("q05"), Some(Statistic::Quantile(0.05)));
+        assert_eq!(Statistic::named("q975"), Some(Statistic::Quantile(0.975)));
+        assert_eq!(Statistic::named("q50"), Statistic::named("median"));
+        for name in ["q", "q5", "q00", "q100", "q-5", "q0x", "q1234567", "p05", "quantile"] {
+            assert_eq!(Statistic::named(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn digits_of_a_confidence_interval_are_its_level() {
+        for (word, level) in [("ci90", 0.9), ("ci95", 0.95), ("ci99", 0.99), ("ci999", 0.999)] {
+            let found = Statistic::named(word).unwrap();
+            assert_eq!(found, Statistic::Confidence(level));
+            assert_eq!(found.suffix(), word);
+        }
+        for name in ["ci", "ci9", "ci00", "ci100", "ci950", "ci-5", "ci1234567"] {
+            assert_eq!(Statistic::named(name), None, "{name}");
+        }
+    }
 }
