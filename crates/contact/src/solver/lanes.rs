@@ -290,64 +290,29 @@ impl<S: Simd, const R: usize> Choice<S, R> {
     }
 }
 
-impl<S: Simd, const R: usize> BitAnd for Choice<S, R> {
-    type Output = Self;
+/// Operators that work on each register by itself.
+macro_rules! operators {
+    ($($operator:ident::$method:ident for $numbers:ident: $on_registers:ident;)+) => {$(
+        impl<S: Simd, const R: usize> $operator for $numbers<S, R> {
+            type Output = Self;
 
-    #[inline(always)]
-    fn bitand(mut self, other: Self) -> Self {
-        for i in 0..R {
-            self.1[i] = self.0.and_m32s(self.1[i], other.1[i]);
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for i in 0..R {
+                    self.1[i] = self.0.$on_registers(self.1[i], other.1[i]);
+                }
+                self
+            }
         }
-        self
-    }
+    )+};
 }
 
-impl<S: Simd, const R: usize> BitOr for Choice<S, R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn bitor(mut self, other: Self) -> Self {
-        for i in 0..R {
-            self.1[i] = self.0.or_m32s(self.1[i], other.1[i]);
-        }
-        self
-    }
-}
-
-impl<S: Simd, const R: usize> Add for Lanes<S, R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(mut self, other: Self) -> Self {
-        for i in 0..R {
-            self.1[i] = self.0.add_f32s(self.1[i], other.1[i]);
-        }
-        self
-    }
-}
-
-impl<S: Simd, const R: usize> Sub for Lanes<S, R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(mut self, other: Self) -> Self {
-        for i in 0..R {
-            self.1[i] = self.0.sub_f32s(self.1[i], other.1[i]);
-        }
-        self
-    }
-}
-
-impl<S: Simd, const R: usize> Mul for Lanes<S, R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(mut self, other: Self) -> Self {
-        for i in 0..R {
-            self.1[i] = self.0.mul_f32s(self.1[i], other.1[i]);
-        }
-        self
-    }
+operators! {
+    BitAnd::bitand for Choice: and_m32s;
+    BitOr::bitor for Choice: or_m32s;
+    Add::add for Lanes: add_f32s;
+    Sub::sub for Lanes: sub_f32s;
+    Mul::mul for Lanes: mul_f32s;
 }
 
 impl<S: Simd, const R: usize> Neg for Lanes<S, R> {
