@@ -3,9 +3,9 @@
 //!
 //! Where the material yields, most iterations of a load go by until the strips of elastic nodes are
 //! where they belong, and until then corrections need not be good to a third, as those of
-//! `conjugate_gradients` are. With r the gap of free nodes, P r its means over the blocks of `extension`,
-//! whose other nodes are continued, and Π r its means over the free nodes of each block, the
-//! correction is
+//! `conjugate_gradients` are. With r the gap of free nodes, P r its means over the blocks of
+//! `extension`, whose other nodes are continued, and Π r its means over the free nodes of each
+//! block, the correction is
 //!
 //! s (r − Π r) + Pᵀ K P r,
 //!
