@@ -1,5 +1,6 @@
-//! Formats of a binary header and binary numbers, most of them of optical profilometers: FRT, MetroPro,
-//! OPD, PLU and Digital Surf. The constant of each says how its lines lie and what its size is.
+//! Formats of a binary header and binary numbers, most of them of optical profilometers: FRT,
+//! MetroPro, OPD, PLU and Digital Surf. The constant of each says how its lines lie and what its
+//! size is.
 
 use std::borrow::Cow;
 
@@ -25,7 +26,8 @@ const FRT_SCALE: u16 = 0x6c;
 const FRT_MAP: u16 = 0x0b;
 const FRT_MAPS: u16 = 0x7d;
 
-/// Kinds of maps that are heights: topography, thickness, thickness of the sample, force microscopy.
+/// Kinds of maps that are heights: topography, thickness, thickness of the sample, force
+/// microscopy.
 const FRT_HEIGHTS: u32 = 0x0004 | 0x0080 | 0x0800 | 0x1000;
 
 fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -108,8 +110,8 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 /// Zygo's MetroPro: a header of 834 or 4096 bytes, big end first, intensities, and phases as whole
 /// numbers of four bytes.
 ///
-/// Size is nodes × lateral resolution, in metres, and unknown where that is zero. A height is
-/// phase × S W O / R of the MetroPro Reference Guide: scale factor of the interferometer, wavelength,
+/// Size is nodes × lateral resolution, in metres, and unknown where that is zero. A height is phase
+/// × S W O / R of the MetroPro Reference Guide: scale factor of the interferometer, wavelength,
 /// obliquity, and steps of the phase in a wavelength. Lines run along x and the first has y = 0.
 /// Phases from 2147483640 on are missing.
 pub const METROPRO: Format = Format {
@@ -163,8 +165,8 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// Wyko's OPD: a directory of blocks, of which one or more hold a raster and the others numbers.
 ///
 /// Size is nodes × `Pixel_size`, along y times `Aspect`. The numbers are in units of `Wavelength` /
-/// `Mult`, which is in nanometres. Lines run along y, and the first number of a line has the largest
-/// y. Missing are floats from 1e10 on, and whole numbers of two bytes from 32766 on.
+/// `Mult`, which is in nanometres. Lines run along y, and the first number of a line has the
+/// largest y. Missing are floats from 1e10 on, and whole numbers of two bytes from 32766 on.
 pub const OPD: Format =
     Format { name: "opd", title: "Wyko", version: 1, has_signature: true, read: read_opd };
 
@@ -311,7 +313,8 @@ fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     layers.collect()
 }
 
-/// A layer: lines, columns, heights, the lowest and the highest, and pictures of three bytes a node.
+/// A layer: lines, columns, heights, the lowest and the highest, and pictures of three bytes a
+/// node.
 fn plu_layer<'a>(
     cursor: &mut Cursor<'a>,
     number: u8,

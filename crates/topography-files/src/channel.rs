@@ -64,9 +64,9 @@ pub struct Statistics {
 pub struct HeightStatistics {
     /// Standard deviation of the heights.
     pub rms_height: f64,
-    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩, from each node that has a next one along both axes to either.
-    /// Slopes from or to missing points do not count. None when the size is unknown or in another unit
-    /// than the heights, or no two points are neighbours along an axis.
+    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩, from each node that has a next one along both axes to
+    /// either. Slopes from or to missing points do not count. None when the size is unknown or in
+    /// another unit than the heights, or no two points are neighbours along an axis.
     pub rms_slope: Option<f64>,
     /// The lowest height.
     pub lowest: f64,

@@ -1,9 +1,9 @@
-//! Igor's binary waves, version 5, which Asylum Research's microscopes write: a stack of maps, all x
-//! of one y behind each other, and a note of lines `name: value`.
+//! Igor's binary waves, version 5, which Asylum Research's microscopes write: a stack of maps, all
+//! x of one y behind each other, and a note of lines `name: value`.
 //!
-//! Size is nodes × step. The first number has the largest y. The wave has one unit for all channels;
-//! where there is a note, the unit of a channel follows from its name, since Asylum Research gives
-//! metres for phases, too.
+//! Size is nodes × step. The first number has the largest y. The wave has one unit for all
+//! channels; where there is a note, the unit of a channel follows from its name, since Asylum
+//! Research gives metres for phases, too.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, latin1};

@@ -1,14 +1,14 @@
 //! Surface topography as instruments and programs write it.
 //!
 //! [`read`] finds out from the content of a file, not from its name, which format it has, and lists
-//! its channels. A [`Channel`] decodes its [`HeightMap`] when it is asked to, and [`Statistics`] say
-//! what that is like.
+//! its channels. A [`Channel`] decodes its [`HeightMap`] when it is asked to, and [`Statistics`]
+//! say what that is like.
 //!
-//! Whatever the file does: heights are `[x, y]` with x along the first axis, lengths are metres where
-//! the file has a unit, points that were not measured are missing and never a number, and nothing
-//! is allocated before its size has been held against that of the file. The source of each format
-//! says how its lines lie and what its size is: nodes × step for all of them, or what the file gives
-//! as the size of the whole map.
+//! Whatever the file does: heights are `[x, y]` with x along the first axis, lengths are metres
+//! where the file has a unit, points that were not measured are missing and never a number, and
+//! nothing is allocated before its size has been held against that of the file. The source of each
+//! format says how its lines lie and what its size is: nodes × step for all of them, or what the
+//! file gives as the size of the whole map.
 //!
 //! | module | holds |
 //! |---|---|
@@ -117,7 +117,8 @@ pub enum TopographyFileError {
 pub struct Format {
     name: &'static str,
     title: &'static str,
-    /// Raised whenever the reader finds other numbers in a file: what rests on it is computed again.
+    /// Raised whenever the reader finds other numbers in a file: what rests on it is computed
+    /// again.
     version: u32,
     /// Whether files of no other format start like those of this one.
     has_signature: bool,

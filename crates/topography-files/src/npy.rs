@@ -1,9 +1,9 @@
 //! NumPy's arrays of two dimensions, `[x, y]` as everywhere here: floats of single or double
 //! precision. There is no size and no unit; what is not finite is missing.
 //!
-//! Only the plain kind is read: one array of little-endian floats. Its header is a Python dictionary
-//! with three entries in a fixed notation. A header may claim sizes that overflow or exhaust memory,
-//! so every claim is held against the bytes of the file.
+//! Only the plain kind is read: one array of little-endian floats. Its header is a Python
+//! dictionary with three entries in a fixed notation. A header may claim sizes that overflow or
+//! exhaust memory, so every claim is held against the bytes of the file.
 
 use thiserror::Error;
 

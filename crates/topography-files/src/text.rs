@@ -1,17 +1,17 @@
 //! Text: a matrix with or without header, as Gwyddion, SPIP, Nova and others export it, or triplets
 //! of x, y and height on a grid.
 //!
-//! A line of a matrix runs along x and the first has y = 0. Sides are those of the header, or nodes ×
-//! size of a pixel; of triplets nodes × step. Numbers have decimal points or commas, and stand apart
-//! by spaces, tabs, semicolons or commas. `nan`, `bad`, empty cells between semicolons, and points of
-//! the grid without triplet are missing. Three columns are triplets, unless the header gives sides
-//! or numbers of nodes.
+//! A line of a matrix runs along x and the first has y = 0. Sides are those of the header, or nodes
+//! × size of a pixel; of triplets nodes × step. Numbers have decimal points or commas, and stand
+//! apart by spaces, tabs, semicolons or commas. `nan`, `bad`, empty cells between semicolons, and
+//! points of the grid without triplet are missing. Three columns are triplets, unless the header
+//! gives sides or numbers of nodes.
 
 mod header;
 
 use self::header::Header;
 use super::channel::{Channel, Size};
-use super::input::latin1;
+use super::input::utf8_or_latin1;
 use super::raster::{Raster, checked_nodes};
 use super::{Format, FormatError};
 
@@ -42,19 +42,15 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     let wide = |order: fn([u8; 2]) -> u16| {
         let (letters, _) = bytes[2..].as_chunks::<2>();
-        let letters = letters.iter().map(|bytes| order(*bytes));
-        char::decode_utf16(letters)
-            .collect::<Result<String, _>>()
+        let letters: Vec<u16> = letters.iter().map(|bytes| order(*bytes)).collect();
+        String::from_utf16(&letters)
             .map_err(|_| FormatError::damaged("the UTF-16 text", "it has half a letter"))
     };
     let text = match bytes {
         [0xff, 0xfe, ..] => wide(u16::from_le_bytes)?,
         [0xfe, 0xff, ..] => wide(u16::from_be_bytes)?,
         [0xef, 0xbb, 0xbf, rest @ ..] => String::from_utf8_lossy(rest).into_owned(),
-        _ => match str::from_utf8(bytes) {
-            Ok(text) => text.to_owned(),
-            Err(_) => latin1(bytes),
-        },
+        _ => utf8_or_latin1(bytes),
     };
     let is_text = |letter: char| !letter.is_control() || "\t\r\n\u{c}\u{1a}".contains(letter);
     match text.chars().find(|letter| !is_text(*letter)) {

@@ -1,5 +1,6 @@
 //! Formats of a text header of named values and numbers behind it: AL3D, BCR-STM, Gwyddion's simple
-//! field, Molecular Imaging and SDF. The constant of each says how its lines lie and what its size is.
+//! field, Molecular Imaging and SDF. The constant of each says how its lines lie and what its size
+//! is.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, factor, latin1, utf8_or_latin1};
@@ -7,8 +8,8 @@ use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-/// Alicona's AL3D: lines of 52 bytes, each a name of 20, a value of 30 and a line end, and floats of
-/// single precision at `DepthImageOffset`.
+/// Alicona's AL3D: lines of 52 bytes, each a name of 20, a value of 30 and a line end, and floats
+/// of single precision at `DepthImageOffset`.
 ///
 /// Lengths are metres, size is nodes × size of a pixel. Lines run along x, the first has y = 0, and
 /// each starts at a multiple of 8 bytes from the first. `InvalidPixelValue` marks missing points.
@@ -152,10 +153,8 @@ impl Encoding {
             Encoding::Narrow => latin1(bytes),
             Encoding::Wide(number) => {
                 let (letters, _) = bytes.as_chunks::<2>();
-                let letters = letters.iter().map(|bytes| number(*bytes));
-                char::decode_utf16(letters)
-                    .map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER))
-                    .collect()
+                let letters: Vec<u16> = letters.iter().map(|bytes| number(*bytes)).collect();
+                String::from_utf16_lossy(&letters)
             }
         }
     }
@@ -164,8 +163,8 @@ impl Encoding {
 /// Gwyddion's simple field: text lines `Name = value`, zeros up to a multiple of four bytes, floats
 /// of single precision.
 ///
-/// Sides are those of the whole map, and unknown where they are not given. Lines run along x and the
-/// first has y = 0. NaN marks missing points.
+/// Sides are those of the whole map, and unknown where they are not given. Lines run along x and
+/// the first has y = 0. NaN marks missing points.
 pub const GSF: Format = Format {
     name: "gsf",
     title: "Gwyddion simple field",
@@ -275,8 +274,8 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
 /// and a matrix, as text or as numbers of one of eight types.
 ///
 /// Lengths are metres, size is points × scale. A profile runs along x and the first has y = 0.
-/// Missing points are `BAD` in text, and the largest of unsigned, the lowest of signed whole numbers
-/// of two and four bytes.
+/// Missing points are `BAD` in text, and the largest of unsigned, the lowest of signed whole
+/// numbers of two and four bytes.
 pub const SDF: Format = Format {
     name: "sdf",
     title: "surface data file, ISO 25178-71",
