@@ -7,8 +7,9 @@
 //! error, which is √(n/(n − 1)) standard deviations of the replicates: drawing from n surfaces
 //! knows neither Student's tail nor the last degree of freedom. Parameters that are positive have
 //! it of their logarithms, for replicates of few skewed surfaces may be far out. Of nominal 95 %,
-//! 600 experiments (300 at fifty) cover the exponent μ of the evolution law with κ given, and the least convex κ
-//! (areas that scatter by 5 %, normal and lognormal; in the tests, 20 loads up to 0.06):
+//! 600 experiments (300 at fifty) cover the exponent μ of the evolution law with κ given, and the
+//! least convex κ (areas that scatter by 5 %, normal and lognormal; in the tests, 20 loads up to
+//! 0.06):
 //!
 //! | surfaces | percentile | basic | studentised | Student's t |
 //! |---|---|---|---|---|
@@ -30,7 +31,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::FitError;
-use super::student::two_sided_quantile;
+use super::intervals::two_sided_quantile;
 
 /// Share of the replicates that must give a fit: intervals of the fortunate rest would mislead.
 const LEAST_SUCCESS: f64 = 0.9;
@@ -90,6 +91,28 @@ pub struct Interval {
     pub standard_error: f64,
 }
 
+impl Estimate {
+    /// The interval that reaches `quantile` times as far as a standard error: that of the
+    /// logarithm of a positive parameter.
+    pub fn interval(self, error: f64, quantile: f64) -> Interval {
+        match self {
+            Estimate::Positive(value) => {
+                let factor = (quantile * error).exp();
+                Interval {
+                    lower: value / factor,
+                    upper: value * factor,
+                    standard_error: value * error,
+                }
+            }
+            Estimate::Real(value) => Interval {
+                lower: value - quantile * error,
+                upper: value + quantile * error,
+                standard_error: error,
+            },
+        }
+    }
+}
+
 impl Interval {
     /// Interval of a parameter without an estimate.
     pub const UNKNOWN: Interval =
@@ -109,8 +132,8 @@ pub struct Intervals {
 }
 
 impl Bootstrap {
-    /// Refits every replicate; `refit` maps the multiplicities of the surfaces to parameters, in the
-    /// order of their estimates.
+    /// Refits every replicate; `refit` maps the multiplicities of the surfaces to parameters, in
+    /// the order of their estimates.
     ///
     /// Two calls with as many surfaces draw the same replicates, so the differences of paired
     /// curves (the same realizations under other cutoffs) may be taken inside one `refit`.
@@ -177,29 +200,12 @@ impl Bootstrap {
         let lost = (surfaces as f64 / freedom as f64).sqrt();
         let quantile = two_sided_quantile(self.level, freedom as u32);
         let interval = |(parameter, estimate): (usize, &Estimate)| {
-            let error = |of: fn(f64) -> f64| {
-                let values: Vec<f64> = replicates.iter().map(|fit| of(fit[parameter])).collect();
-                lost * standard_deviation(&values)
+            let of: fn(f64) -> f64 = match estimate {
+                Estimate::Positive(_) => f64::ln,
+                Estimate::Real(_) => |value| value,
             };
-            match *estimate {
-                Estimate::Positive(value) => {
-                    let relative = error(f64::ln);
-                    let factor = (quantile * relative).exp();
-                    Interval {
-                        lower: value / factor,
-                        upper: value * factor,
-                        standard_error: value * relative,
-                    }
-                }
-                Estimate::Real(value) => {
-                    let standard_error = error(|value| value);
-                    Interval {
-                        lower: value - quantile * standard_error,
-                        upper: value + quantile * standard_error,
-                        standard_error,
-                    }
-                }
-            }
+            let values: Vec<f64> = replicates.iter().map(|fit| of(fit[parameter])).collect();
+            estimate.interval(lost * standard_deviation(&values), quantile)
         };
         estimates.iter().enumerate().map(interval).collect()
     }
@@ -214,10 +220,11 @@ fn standard_deviation(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::evolution::{EvolutionProblem, Kappa, Quantity};
-    use super::super::examples::{normal, scattered, uniform};
-    use super::super::{Curves, Window};
     use super::*;
+    use crate::evolution::{EvolutionProblem, Kappa, Quantity};
+    use crate::random::curves::{scattered, uniform};
+    use crate::random::normal;
+    use crate::{Curves, Window};
     use asperity_contact::theory::law::ContactEvolution;
 
     const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 400, seed: 7, level: 0.9 };

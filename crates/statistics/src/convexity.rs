@@ -1,9 +1,9 @@
 //! The least proportionality for which fitted slopes are convex.
 //!
 //! The slope of a contact evolution law is convex at all loads if and only if μ ≤ 1, and the μ
-//! fitted at a given κ falls as κ grows. So the least convex κ of a curve is the root of
-//! μ_fit(κ) = 1, and that of several curves the largest of theirs. It depends on the window and
-//! lies below the true proportionality: a lower bound, as Yastrebov, Anciaux & Molinari 2015 use it.
+//! fitted at a given κ falls as κ grows. So the least convex κ of a curve is the root of μ_fit(κ) =
+//! 1, and that of several curves the largest of theirs. It depends on the window and lies below the
+//! true proportionality: a lower bound, as Yastrebov, Anciaux & Molinari 2015 use it.
 //!
 //! The root is found without fitting μ: with β the best for μ = 1, the sign of the derivative of
 //! the sum of squares by ln μ tells on which side of one the best exponent lies. Far from the root
@@ -11,9 +11,8 @@
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
-use super::evolution::residuals::{Hyperbola, Model};
 use super::evolution::{EvolutionFit, EvolutionProblem, Kappa};
-use super::least_squares::minimize;
+use super::least_squares::{Residuals, minimize};
 
 /// Ratio of neighbouring κ in the search for a sign change.
 const SCAN_RATIO: f64 = 0.9;
@@ -95,7 +94,7 @@ impl EvolutionProblem {
         mean: &[f64],
         near: Option<f64>,
     ) -> Result<f64, FitError> {
-        let mut tilt = Tilt { model: Model { problem: self, mean }, ln_beta: 0.0 };
+        let mut tilt = Tilt { problem: self, mean, ln_beta: 0.0 };
         let found = near
             .and_then(|kappa| bracket_near(&mut tilt, kappa))
             .map_or_else(|| self.bracket(mean, &mut tilt), Ok)?;
@@ -197,24 +196,127 @@ fn root(tilt: &mut Tilt, bracket: Bracket) -> f64 {
 /// Half the derivative of the sum of squares by ln μ at μ = 1, where β is the best: positive
 /// where a smaller exponent would fit better.
 struct Tilt<'a> {
-    model: Model<'a>,
+    problem: &'a EvolutionProblem,
+    mean: &'a [f64],
     /// Where the last search for β ended, and the next starts.
     ln_beta: f64,
 }
 
 impl Tilt<'_> {
     fn at(&mut self, kappa: f64) -> f64 {
-        let hyperbola = Hyperbola(self.model, kappa);
+        // The law with μ = 1, a = Y/(1 + βY): β is its one free parameter.
+        let hyperbola = self.problem.model::<1>(self.mean, kappa);
         let found = minimize(&hyperbola, [self.ln_beta]);
         let [ln_beta] = found.parameters;
         let law = hyperbola.law([ln_beta]);
         // A straight line cannot start the next search.
         self.ln_beta = if ln_beta > -10.0 { ln_beta } else { 0.0 };
-        let mut residuals = vec![0.0; self.model.mean.len()];
-        self.model.residuals(&law, &mut residuals);
-        residuals.iter().enumerate().map(|(i, r)| r * self.model.gradient(&law, i)[1]).sum()
+        let mut residuals = vec![0.0; self.mean.len()];
+        hyperbola.residuals([ln_beta], &mut residuals);
+        residuals.iter().enumerate().map(|(i, r)| r * hyperbola.gradient(&law, i)[1]).sum()
     }
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::evolution::Quantity;
+    use crate::random::curves::{
+        BGT_ALPHA_2, BGT_ALPHA_10, persson_curve, scattered, single, uniform,
+    };
+    use crate::{Curves, Window};
+    use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
+
+    const LIGHT: Window = Window { from: 0.0, to: 0.06 };
+    const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 100, seed: 3, level: 0.95 };
+
+    fn problem(curves: &Curves, quantity: Quantity) -> EvolutionProblem {
+        EvolutionProblem::new(curves, quantity, LIGHT).expect("enough loads")
+    }
+
+    fn least(curves: &Curves) -> f64 {
+        let fit = problem(curves, Quantity::Slope).fit(Kappa::LeastConvex).expect("a bound");
+        assert!(fit.convex && (fit.law.mu - 1.0).abs() < 1e-6, "{fit:?}");
+        fit.law.kappa / KAPPA_BGT
+    }
+
+    #[test]
+    fn least_convex_kappas_of_the_models_are_the_known_ones() {
+        // An independent implementation gave these, fitting μ at every κ.
+        assert!((least(&single(&BGT_ALPHA_2)) - 0.921).abs() < 1e-3);
+        assert!((least(&single(&BGT_ALPHA_10)) - 0.693).abs() < 1e-3);
+        assert!((least(&persson_curve(uniform(0.06, 50))) - 0.638).abs() < 1e-3);
+    }
+
+    #[test]
+    fn fits_are_convex_from_the_least_kappa_up_and_not_below() {
+        let problem = problem(&single(&BGT_ALPHA_2), Quantity::Slope);
+        let least = problem.fit(Kappa::LeastConvex).expect("a bound").law.kappa;
+        let convex = |factor| problem.fit(Kappa::Given(factor * least)).expect("bends").convex;
+        assert!(!convex(0.999) && convex(1.001) && convex(1.5));
+    }
+
+    #[test]
+    fn hyperbolic_law_is_its_own_bound() {
+        let law = ContactEvolution { kappa: 2.4, beta: 0.8, mu: 1.0 };
+        let curves = scattered(law, uniform(0.06, 50), 1, (0.0, 0.0), 0);
+        let fit = problem(&curves, Quantity::Area).fit(Kappa::LeastConvex).expect("a bound");
+        assert!((fit.law.kappa / law.kappa - 1.0).abs() < 1e-7);
+        assert!((fit.law.beta / law.beta - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn proportional_area_bounds_no_kappa() {
+        let areas: Vec<f64> = uniform(0.06, 50).iter().map(|y| 2.0 * y).collect();
+        let error = problem(&single(&areas), Quantity::Slope).fit(Kappa::LeastConvex).unwrap_err();
+        assert!(matches!(error, FitError::NoConvexKappa { .. }), "{error}");
+    }
+
+    #[test]
+    fn common_kappa_is_the_largest_and_makes_every_slope_convex() {
+        let problems =
+            [BGT_ALPHA_10, BGT_ALPHA_2].map(|areas| problem(&single(&areas), Quantity::Slope));
+        let common = CommonKappa::fit(&problems).expect("bounds");
+        let own: Vec<f64> = common.own.iter().map(|own| *own.as_ref().expect("a bound")).collect();
+        assert_eq!(common.kappa, own[1]);
+        assert!(common.fits.iter().all(|fit| fit.as_ref().expect("bends").convex));
+    }
+
+    #[test]
+    fn curves_without_a_bound_do_not_spoil_the_others() {
+        let areas: Vec<f64> = uniform(0.06, 50).iter().map(|y| 2.0 * y).collect();
+        let problems = [
+            problem(&single(&areas), Quantity::Slope),
+            problem(&single(&BGT_ALPHA_2), Quantity::Slope),
+        ];
+        let common = CommonKappa::fit(&problems).expect("one bound");
+        assert!(common.own[0].is_err() && common.own[1] == Ok(common.kappa));
+        let error = CommonKappa::fit(&problems[..1]).unwrap_err();
+        assert_eq!(error, FitError::NoCommonKappa { curves: 1 });
+    }
+
+    #[test]
+    fn interval_of_the_common_kappa_contains_it() {
+        let law = ContactEvolution { kappa: 2.6, beta: 1.0, mu: 0.7 };
+        let problems = [0.7, 0.5].map(|mu| {
+            let law = ContactEvolution { mu, ..law };
+            problem(&scattered(law, uniform(0.06, 30), 20, (0.02, 0.001), 8), Quantity::Area)
+        });
+        let common = CommonKappa::fit(&problems).expect("bounds");
+        let units = vec![(0..20).collect(); 2];
+        let resampled = common.bootstrap(&problems, &units, &BOOTSTRAP);
+        assert_eq!(resampled.failed, 0);
+        let interval = resampled.intervals.expect("no failures")[0];
+        assert!(interval.lower < common.kappa && common.kappa < interval.upper);
+    }
+
+    #[test]
+    fn search_near_the_answer_finds_the_same_root() {
+        let problem = problem(&single(&BGT_ALPHA_2), Quantity::Slope);
+        let far = problem.least_convex_kappa(&problem.mean, None).expect("a bound");
+        for guess in [0.8 * far, 0.999 * far, far, 1.2 * far, 10.0 * far] {
+            let near = problem.least_convex_kappa(&problem.mean, Some(guess)).expect("a bound");
+            assert!((near / far - 1.0).abs() < 1e-8, "{guess}");
+        }
+    }
+}

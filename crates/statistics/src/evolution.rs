@@ -9,13 +9,9 @@
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
-use super::least_squares::{Quality, minimize};
+use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, Window};
 use asperity_contact::theory::law::ContactEvolution;
-
-pub(super) mod residuals;
-
-use residuals::{FreeKappa, GivenKappa, Model};
 
 /// Starts (β, μ) of the search, tried until one converges.
 const STARTS: [(f64, f64); 4] = [(1.0, 0.7), (0.2, 0.25), (3.0, 1.4), (1.0, 2.5)];
@@ -85,12 +81,12 @@ pub struct EvolutionFit {
 /// ```
 #[derive(Debug, Clone)]
 pub struct EvolutionProblem {
-    pub(super) quantity: Quantity,
+    quantity: Quantity,
     pub(super) data: Data,
     pub(super) mean: Vec<f64>,
     weights: Option<Vec<f64>>,
     /// Roots of the weights over their largest.
-    pub(super) scales: Vec<f64>,
+    scales: Vec<f64>,
 }
 
 impl EvolutionProblem {
@@ -152,7 +148,7 @@ impl EvolutionProblem {
     }
 
     /// Fits any values of the data, from a start near the answer where one is known.
-    pub(super) fn fit_mean(
+    fn fit_mean(
         &self,
         mean: &[f64],
         kappa: Kappa,
@@ -177,7 +173,7 @@ impl EvolutionProblem {
         if !(kappa > 0.0 && kappa.is_finite()) {
             return Err(FitError::Kappa { kappa });
         }
-        let model = GivenKappa(Model { problem: self, mean }, kappa);
+        let model = self.model(mean, kappa);
         self.first_minimum(kappa, near, |start| {
             let found = minimize(&model, [start.beta.ln(), start.mu.ln()]);
             (model.law(found.parameters), found.converged)
@@ -189,12 +185,12 @@ impl EvolutionProblem {
         mean: &[f64],
         near: Option<ContactEvolution>,
     ) -> Result<ContactEvolution, FitError> {
-        let model = FreeKappa(Model { problem: self, mean });
         // The law only bends down from κ, so its proportionality is above that of the data.
         let kappa = 1.2 * self.proportionality(mean).abs().max(f64::MIN_POSITIVE);
+        let model = self.model(mean, kappa);
         self.first_minimum(kappa, near, |start| {
             let found = minimize(&model, [start.beta.ln(), start.mu.ln(), start.kappa.ln()]);
-            (FreeKappa::law(found.parameters), found.converged)
+            (model.law(found.parameters), found.converged)
         })
     }
 
@@ -253,6 +249,11 @@ impl EvolutionProblem {
         }
     }
 
+    /// The residuals against a mean curve; parameters that are not free are κ as given and one.
+    pub(super) fn model<'a, const P: usize>(&'a self, mean: &'a [f64], kappa: f64) -> Model<'a, P> {
+        Model { problem: self, mean, fixed: ContactEvolution { kappa, beta: 1.0, mu: 1.0 } }
+    }
+
     fn predict(&self, law: &ContactEvolution, load: f64) -> f64 {
         match self.quantity {
             Quantity::Area => law.area(load),
@@ -261,5 +262,229 @@ impl EvolutionProblem {
     }
 }
 
+/// Residuals of a law against a mean curve, and their derivatives by the logarithms of the
+/// parameters that are free: the first `P` of β, μ and κ.
+pub(super) struct Model<'a, const P: usize> {
+    problem: &'a EvolutionProblem,
+    mean: &'a [f64],
+    /// Has the parameters that are not free.
+    fixed: ContactEvolution,
+}
+
+impl<const P: usize> Model<'_, P> {
+    /// The law with these logarithms of its free parameters.
+    pub(super) fn law(&self, logarithms: [f64; P]) -> ContactEvolution {
+        let parameter =
+            |index: usize, fixed: f64| logarithms.get(index).map_or(fixed, |ln| ln.exp());
+        ContactEvolution {
+            kappa: parameter(2, self.fixed.kappa),
+            beta: parameter(0, self.fixed.beta),
+            mu: parameter(1, self.fixed.mu),
+        }
+    }
+
+    /// The derivatives of one residual by the logarithms of β, μ and κ.
+    pub(super) fn gradient(&self, law: &ContactEvolution, datum: usize) -> [f64; 3] {
+        let load = self.problem.data.loads[datum];
+        let gradient = match self.problem.quantity {
+            Quantity::Area => law.area_gradient(load),
+            Quantity::Slope => law.slope_gradient(load),
+        };
+        gradient.map(|derivative| self.problem.scales[datum] * derivative)
+    }
+}
+
+impl<const P: usize> Residuals<P> for Model<'_, P> {
+    fn count(&self) -> usize {
+        self.mean.len()
+    }
+
+    fn residuals(&self, parameters: [f64; P], into: &mut [f64]) {
+        let law = self.law(parameters);
+        let EvolutionProblem { data, scales, .. } = self.problem;
+        for (i, residual) in into.iter_mut().enumerate() {
+            *residual = scales[i] * (self.problem.predict(&law, data.loads[i]) - self.mean[i]);
+        }
+    }
+
+    fn gradients(&self, parameters: [f64; P], into: &mut [[f64; P]]) {
+        let law = self.law(parameters);
+        for (datum, gradient) in into.iter_mut().enumerate() {
+            let all = self.gradient(&law, datum);
+            *gradient = std::array::from_fn(|parameter| all[parameter]);
+        }
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::random::curves::{
+        BGT_ALPHA_2, BGT_ALPHA_10, persson_curve, scattered, single, uniform,
+    };
+    use asperity_contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
+
+    const LAW: ContactEvolution = ContactEvolution { kappa: 1.1 * KAPPA_BGT, beta: 1.2, mu: 0.6 };
+    const LIGHT: Window = Window { from: 0.0, to: 0.06 };
+    const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 200, seed: 11, level: 0.95 };
+
+    fn exact(law: ContactEvolution, loads: Vec<f64>) -> Curves {
+        scattered(law, loads, 1, (0.0, 0.0), 0)
+    }
+
+    fn problem(curves: &Curves, quantity: Quantity) -> EvolutionProblem {
+        EvolutionProblem::new(curves, quantity, LIGHT).expect("enough loads")
+    }
+
+    fn fit(curves: &Curves, quantity: Quantity, kappa: Kappa) -> EvolutionFit {
+        problem(curves, quantity).fit(kappa).expect("a law that bends")
+    }
+
+    #[test]
+    fn areas_of_a_law_return_its_parameters() {
+        let curves = exact(LAW, uniform(0.06, 50));
+        let fit = fit(&curves, Quantity::Area, Kappa::Given(LAW.kappa));
+        assert!(fit.convex && fit.data == 50);
+        assert!((fit.law.beta / LAW.beta - 1.0).abs() < 1e-8);
+        assert!((fit.law.mu / LAW.mu - 1.0).abs() < 1e-8);
+        assert!(fit.rms_residual < 1e-11 && fit.r_squared > Some(1.0 - 1e-15));
+    }
+
+    #[test]
+    fn free_kappa_is_recovered_with_the_other_parameters() {
+        let fit = fit(&exact(LAW, uniform(0.06, 50)), Quantity::Area, Kappa::Free);
+        // κ, β and μ are correlated to 0.999: the rounding of the areas is much amplified.
+        assert!((fit.law.kappa / LAW.kappa - 1.0).abs() < 1e-6);
+        assert!((fit.law.beta / LAW.beta - 1.0).abs() < 1e-6);
+        assert!((fit.law.mu / LAW.mu - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn slopes_of_a_law_return_its_parameters_to_the_order_of_the_differences() {
+        let error = |steps| {
+            let fit =
+                fit(&exact(LAW, uniform(0.06, steps)), Quantity::Slope, Kappa::Given(LAW.kappa));
+            (fit.law.beta / LAW.beta - 1.0).abs() + (fit.law.mu / LAW.mu - 1.0).abs()
+        };
+        // The first interval is the worst, as the curvature diverges there: its share of the data
+        // and its error fall with the step.
+        assert!(error(50) < 0.02, "{}", error(50));
+        assert!(error(400) < 0.3 * error(50), "{} {}", error(50), error(400));
+    }
+
+    #[test]
+    fn asperity_model_has_its_known_parameters() {
+        let fit = fit(&single(&BGT_ALPHA_2), Quantity::Slope, Kappa::Given(KAPPA_BGT));
+        // An independent implementation gave .535 and .617.
+        assert!(
+            (fit.law.beta - 0.535).abs() < 1e-3 && (fit.law.mu - 0.617).abs() < 1e-3,
+            "{fit:?}"
+        );
+        let fit = self::fit(&single(&BGT_ALPHA_10), Quantity::Slope, Kappa::Given(KAPPA_BGT));
+        assert!(
+            (fit.law.beta - 0.150).abs() < 1e-3 && (fit.law.mu - 0.203).abs() < 1e-3,
+            "{fit:?}"
+        );
+    }
+
+    #[test]
+    fn scattered_surfaces_return_the_law_within_a_few_standard_errors() {
+        let curves = scattered(LAW, uniform(0.06, 50), 40, (0.02, 0.002), 3);
+        let problem = problem(&curves, Quantity::Area);
+        let fit = problem.fit(Kappa::Given(LAW.kappa)).expect("a law that bends");
+        let resampled = problem.bootstrap(Kappa::Given(LAW.kappa), &fit, &BOOTSTRAP);
+        let intervals = resampled.intervals.expect("no failures");
+        assert_eq!(resampled.failed, 0);
+        assert!((fit.law.beta - LAW.beta).abs() < 3.0 * intervals[1].standard_error);
+        assert!((fit.law.mu - LAW.mu).abs() < 3.0 * intervals[2].standard_error);
+        assert!(intervals[2].lower < fit.law.mu && fit.law.mu < intervals[2].upper);
+    }
+
+    #[test]
+    fn independent_noise_gives_a_reduced_chi_square_of_one() {
+        let curves = scattered(LAW, uniform(0.06, 50), 200, (0.0, 0.01), 9);
+        let fit = fit(&curves, Quantity::Area, Kappa::Given(LAW.kappa));
+        // 48 degrees of freedom: ±√(2/48), and 10 % for the variances.
+        assert!((fit.reduced_chi_square.expect("a variance") - 1.0).abs() < 0.6);
+    }
+
+    #[test]
+    fn single_surface_has_neither_chi_square_nor_interval() {
+        let problem = problem(&exact(LAW, uniform(0.06, 50)), Quantity::Slope);
+        let fit = problem.fit(Kappa::Given(LAW.kappa)).expect("a law that bends");
+        assert_eq!(fit.reduced_chi_square, None);
+        assert_eq!(problem.bootstrap(Kappa::Free, &fit, &BOOTSTRAP).intervals, None);
+    }
+
+    #[test]
+    fn order_of_the_surfaces_changes_the_fit_by_rounding_only() {
+        let curves = |reverse: bool| {
+            let curves = scattered(LAW, uniform(0.06, 30), 8, (0.05, 0.01), 21);
+            let mut rows: Vec<Vec<f64>> = (0..8)
+                .map(|s| {
+                    let mut only = [0; 8];
+                    only[s] = 1;
+                    curves.area_data(Window::ALL).resampled_mean(&only)
+                })
+                .collect();
+            if reverse {
+                rows.reverse();
+            }
+            Curves::new(uniform(0.06, 30), rows).expect("well formed")
+        };
+        let fits =
+            [true, false].map(|reverse| fit(&curves(reverse), Quantity::Slope, Kappa::Given(3.0)));
+        assert!((fits[0].law.beta / fits[1].law.beta - 1.0).abs() < 1e-8);
+        assert!((fits[0].law.mu / fits[1].law.mu - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn window_with_too_few_loads_is_refused_by_name() {
+        let curves = exact(LAW, uniform(0.06, 5));
+        let window = Window { from: 0.03, to: 0.06 };
+        let error = EvolutionProblem::new(&curves, Quantity::Area, window).unwrap_err();
+        assert_eq!(error, FitError::TooFew { window, found: 3, needed: 4 });
+        assert_eq!(
+            error.to_string(),
+            "3 usable data with loads in [0.03, 0.06], the fit needs 4: widen the window or compute \
+             more loads inside it"
+        );
+    }
+
+    #[test]
+    fn kappa_below_the_slope_of_the_data_runs_away() {
+        let problem = problem(&persson_curve(uniform(0.06, 50)), Quantity::Slope);
+        let error = problem.fit(Kappa::Given(0.9 * KAPPA_PERSSON)).unwrap_err();
+        assert!(matches!(error, FitError::Runaway { .. }), "{error}");
+        let error = problem.fit(Kappa::Given(-1.0)).unwrap_err();
+        assert_eq!(error, FitError::Kappa { kappa: -1.0 });
+    }
+
+    #[test]
+    fn a_power_law_has_an_infinite_slope_at_first_touch_and_so_no_kappa() {
+        let loads = uniform(0.06, 20);
+        let areas = loads.iter().map(|y| 2.0 * y.powf(0.9)).collect();
+        let curves = Curves::new(loads, vec![areas]).expect("well formed");
+        for quantity in [Quantity::Area, Quantity::Slope] {
+            let error = problem(&curves, quantity).fit(Kappa::Free).unwrap_err();
+            assert_eq!(error, FitError::NotConverged);
+        }
+    }
+
+    #[test]
+    fn slope_is_convex_only_up_to_an_exponent_of_one() {
+        for (mu, convex) in [(0.9, true), (1.3, false)] {
+            let law = ContactEvolution { mu, ..LAW };
+            let fit = fit(&exact(law, uniform(0.06, 50)), Quantity::Area, Kappa::Given(law.kappa));
+            assert_eq!(fit.convex, convex);
+        }
+    }
+
+    #[test]
+    fn surfaces_that_never_touch_have_no_law() {
+        let problem = problem(&single(&[0.0; 50]), Quantity::Slope);
+        for kappa in [Kappa::Free, Kappa::LeastConvex] {
+            assert!(problem.fit(kappa).is_err(), "{:?}", problem.fit(kappa));
+        }
+    }
+}

@@ -1,16 +1,17 @@
-//! Intervals of many quantities at once, from surfaces left out one by one.
+//! Intervals of many quantities at once, from surfaces left out one by one, and Student's t.
 //!
-//! A quantity is a function of means over surfaces. Its standard error is the delete-one jackknife's:
-//! the same realization is left out of every spectrum, so that differences between spectra are
-//! paired. With n surfaces, (θ̂ − θ)/error follows Student's t of n − 1 degrees of freedom: exactly for
-//! means of normal numbers, nearly for smooth functions of them. Bonferroni's inequality makes
-//! intervals of many quantities cover together. Nothing is drawn, so no verdict hangs on a seed.
+//! A quantity is a function of means over surfaces. Its standard error is the delete-one
+//! jackknife's: the same realization is left out of every spectrum, so that differences between
+//! spectra are paired. With n surfaces, (θ̂ − θ)/error follows Student's t of n − 1 degrees of
+//! freedom: exactly for means of normal numbers, nearly for smooth functions of them. Bonferroni's
+//! inequality makes intervals of many quantities cover together. Nothing is drawn, so no verdict
+//! hangs on a seed.
 //!
 //! Resampling whole surfaces, with the largest deviation among the quantities (a max-t band),
 //! covers far less with few surfaces: it knows neither Student's tail nor √(n/(n − 1)). The tests
 //! simulate both.
 
-use crate::student::two_sided_quantile;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Probability with which intervals cover: all of a claim together, or one end of a single one.
 pub const LEVEL: f64 = 0.95;
@@ -18,6 +19,10 @@ pub const LEVEL: f64 = 0.95;
 /// Surfaces below which nothing is judged: the t quantile of four quantities at four surfaces is
 /// eight standard errors, and a scatter of three numbers is hardly known at all.
 pub const FEWEST_SURFACES: usize = 5;
+
+/// Halvings of the interval that holds a quantile of Student's t: as many as a double has digits,
+/// and some.
+const HALVINGS: u32 = 64;
 
 /// A quantity and how well it is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,5 +164,218 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     if deviation > 1e-13 * mean.abs() { deviation } else { 0.0 }
 }
 
+/// Student's t: the t with |T| ≤ t at the given probability (between 0 and 1), for one or more
+/// degrees of freedom.
+pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
+    let (mut below, mut above) = (0.0, FRAC_PI_2);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (below + above);
+        match within(middle, freedom) < probability {
+            true => below = middle,
+            false => above = middle,
+        }
+    }
+    f64::from(freedom).sqrt() * (0.5 * (below + above)).tan()
+}
+
+/// P(|T| ≤ √ν tan θ) for ν degrees of freedom: the finite sums 26.7.3 and 26.7.4 of Abramowitz &
+/// Stegun, *Handbook of Mathematical Functions* (1964).
+fn within(angle: f64, freedom: u32) -> f64 {
+    let (sine, cosine) = angle.sin_cos();
+    // The terms rise by two powers of the cosine; the first one is 1 or, where ν is odd, cos θ.
+    let is_odd = freedom % 2 == 1;
+    let mut term = if is_odd { cosine } else { 1.0 };
+    let mut sum = 0.0;
+    for power in (u32::from(is_odd)..freedom.saturating_sub(1)).step_by(2) {
+        sum += term;
+        term *= cosine * cosine * f64::from(power + 1) / f64::from(power + 2);
+    }
+    match is_odd {
+        true => (angle + sine * sum) * 2.0 / PI,
+        false => sine * sum,
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::random::normal;
+
+    /// Values of surfaces, `[quantity][surface]`.
+    type Samples = Vec<Vec<f64>>;
+
+    /// Independent quantities.
+    fn independent(seed: u64, quantities: usize, surfaces: usize) -> Samples {
+        let sample = |index: usize| normal(1000 * seed + index as u64, surfaces);
+        (0..quantities).map(sample).collect()
+    }
+
+    /// Nine spectra under several loads each: the loads of a surface share most of its scatter.
+    fn structured(seed: u64, quantities: usize, surfaces: usize) -> Samples {
+        let spectra = independent(2 * seed, 9, surfaces);
+        let own = independent(2 * seed + 1, quantities, surfaces);
+        let mixed = own.iter().enumerate().map(|(index, own)| {
+            let shared = &spectra[index % 9];
+            let values = own.iter().zip(shared);
+            values.map(|(own, shared)| 0.6 * own + 0.8 * shared).collect()
+        });
+        mixed.collect()
+    }
+
+    /// How values of quantities scatter.
+    type Scatter = fn(u64, usize, usize) -> Samples;
+
+    /// The share of studies in which the intervals of ln of the mean contain ln of the truth, of
+    /// all quantities together.
+    fn coverage(
+        samples: Scatter,
+        quantities: usize,
+        surfaces: usize,
+        value: fn(f64) -> f64,
+        truth: f64,
+    ) -> f64 {
+        const STUDIES: u64 = 300;
+        let covers = |study: &u64| {
+            let samples = samples(*study, quantities, surfaces);
+            samples.iter().all(|sample| {
+                let values: Vec<f64> = sample.iter().map(|&normal| value(normal)).collect();
+                let bound = jackknife(String::new(), &[surfaces], |weights| {
+                    Some(weights.mean(&values).ln())
+                });
+                let [lower, upper] = bound.unwrap().together(quantities);
+                lower <= truth.ln() && truth.ln() <= upper
+            })
+        };
+        (0..STUDIES).filter(covers).count() as f64 / STUDIES as f64
+    }
+
+    /// Numbers of quantities and of surfaces that claims have.
+    const CASES: [(usize, Scatter); 4] =
+        [(1, independent), (9, independent), (36, structured), (72, independent)];
+    const SURFACES: [usize; 4] = [5, 10, 20, 50];
+
+    #[test]
+    fn intervals_cover_all_quantities_of_a_claim_together_however_few_the_surfaces() {
+        for (quantities, samples) in CASES {
+            for surfaces in SURFACES {
+                let scattered = |normal: f64| 1.0 + 0.05 * normal;
+                let found = coverage(samples, quantities, surfaces, scattered, 1.0);
+                // Binomial: 0.013 over 300 studies; Bonferroni's bound is generous where loads
+                // share.
+                assert!((0.91..=0.99).contains(&found), "{quantities} × {surfaces}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn logarithms_of_skewed_areas_are_covered_as_well() {
+        for (quantities, samples) in CASES {
+            for surfaces in SURFACES {
+                // Areas of single surfaces scatter by 0.01 to 0.1; this is lognormal with 0.25.
+                let lognormal = |normal: f64| (0.25 * normal).exp();
+                let truth = (0.25_f64 * 0.25 / 2.0).exp();
+                let found = coverage(samples, quantities, surfaces, lognormal, truth);
+                assert!((0.89..=0.99).contains(&found), "{quantities} × {surfaces}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_jackknife_of_a_mean_is_its_standard_error() {
+        let values = normal(1, 12);
+        let bound = jackknife(String::new(), &[12], |weights| Some(weights.mean(&values))).unwrap();
+        let expected = Weights::ALL.deviation(&values) / 12_f64.sqrt();
+        assert!((bound.error / expected - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_spectra_share_is_no_error_of_their_difference() {
+        let shared = normal(2, 10);
+        let [one, other] = [1.0, 1.3]
+            .map(|factor| shared.iter().map(|x| factor * (0.1 * x).exp()).collect::<Vec<_>>());
+        let bound = jackknife(String::new(), &[10, 10], |weights| {
+            Some((weights.mean(&other) / weights.mean(&one)).ln())
+        });
+        assert!(bound.unwrap().error < 1e-12);
+    }
+
+    #[test]
+    fn ensembles_of_other_sizes_add_their_variances() {
+        let (few, many) = (normal(3, 6), normal(4, 24));
+        let error = |surfaces: &[usize], of: &dyn Fn(&Weights) -> f64| {
+            jackknife(String::new(), surfaces, |weights| Some(of(weights))).unwrap().error
+        };
+        let alone = [
+            error(&[6], &|weights| weights.mean(&few)),
+            error(&[24], &|weights| weights.mean(&many)),
+        ];
+        let both = error(&[6, 24], &|weights| weights.mean(&few) - weights.mean(&many));
+        assert!((both.powi(2) - alone[0].powi(2) - alone[1].powi(2)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn fewer_surfaces_than_five_have_no_interval() {
+        let values = normal(1, 4);
+        assert_eq!(jackknife(String::new(), &[4], |weights| Some(weights.mean(&values))), None);
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        // Two-sided 90, 95 and 99 %, as printed to four digits.
+        let printed = [
+            (1, [6.314, 12.706, 63.657]),
+            (2, [2.920, 4.303, 9.925]),
+            (4, [2.132, 2.776, 4.604]),
+            (9, [1.833, 2.262, 3.250]),
+            (49, [1.677, 2.010, 2.680]),
+        ];
+        for (freedom, quantiles) in printed {
+            for (probability, quantile) in [0.9, 0.95, 0.99].into_iter().zip(quantiles) {
+                let found = two_sided_quantile(probability, freedom);
+                assert!((found - quantile).abs() < 5.1e-4, "{freedom}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_and_two_degrees_of_freedom_have_closed_forms() {
+        for probability in [0.1, 0.5, 0.95, 0.999] {
+            let cauchy = (FRAC_PI_2 * probability).tan();
+            let found = two_sided_quantile(probability, 1);
+            assert!((found / cauchy - 1.0).abs() < 1e-12, "{found}");
+            let two: f64 = probability * (2.0 / (1.0 - probability * probability)).sqrt();
+            let found = two_sided_quantile(probability, 2);
+            assert!((found / two - 1.0).abs() < 1e-12, "{found}");
+        }
+    }
+
+    #[test]
+    fn many_degrees_of_freedom_are_normal() {
+        // Cornish & Fisher: t = z + (z³ + z)/(4ν) + O(ν⁻²).
+        let normal = 1.959_963_984_540_054_f64;
+        let correction = (normal.powi(3) + normal) / 4.0;
+        for freedom in [10_000, 10_001] {
+            let found = two_sided_quantile(0.95, freedom);
+            let expected = normal + correction / f64::from(freedom);
+            assert!((found - expected).abs() < 1e-7, "{found}");
+        }
+    }
+
+    #[test]
+    fn intervals_of_the_mean_cover_it_at_the_nominal_rate_however_few_the_values() {
+        for count in [3, 5, 10] {
+            let experiments = 2000;
+            let covered = (0..experiments).filter(|&experiment| {
+                let values = normal(experiment, count);
+                let mean = values.iter().sum::<f64>() / count as f64;
+                let square = values.iter().map(|value| (value - mean).powi(2));
+                let freedom = count as f64 - 1.0;
+                let error = (square.sum::<f64>() / freedom / count as f64).sqrt();
+                mean.abs() <= two_sided_quantile(0.95, count as u32 - 1) * error
+            });
+            // Binomial: 0.005 over 2000 experiments. Percentiles of resamples cover 0.84 at five.
+            let rate = covered.count() as f64 / experiments as f64;
+            assert!((rate - 0.95).abs() < 0.02, "{count}: {rate}");
+        }
+    }
+}

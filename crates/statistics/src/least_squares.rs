@@ -1,8 +1,9 @@
-//! Least squares: Levenberg–Marquardt over plain slices, a straight line, and how good a fit is.
+//! Least squares: Levenberg–Marquardt over plain slices, a few columns by orthogonalization, a
+//! straight line, and how good a fit is.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
-use nalgebra::{Const, DVector, Dyn, OMatrix, SVector};
+use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SVector};
 
 /// Relative tolerance on the sum of squares, the parameters and the gradient: far below any
 /// scatter, far above rounding.
@@ -108,6 +109,90 @@ impl Quality {
     }
 }
 
+/// What a fit leaves, and what it left out. Of which quantity residuals are, each law says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GoodnessOfFit {
+    /// Root mean square residual.
+    pub rms_residual: f64,
+    /// Coefficient of determination; `None` where the data do not differ.
+    pub r_squared: Option<f64>,
+    /// Number of data.
+    pub data: usize,
+    /// Data in the window that could not be used.
+    pub masked: usize,
+}
+
+impl GoodnessOfFit {
+    /// Of so many of `all` data that could be used.
+    pub fn of(quality: &Quality, data: usize, all: usize) -> Self {
+        Self {
+            rms_residual: quality.rms_residual,
+            r_squared: quality.r_squared,
+            data,
+            masked: all - data,
+        }
+    }
+}
+
+/// Of the largest diagonal element of R: a smaller one is the rounding of a column that depends on
+/// those before.
+const RANK: f64 = 1e-9;
+
+/// The design of a linear fit by weighted least squares, whose columns can be told apart:
+/// Householder's orthogonalization.
+pub struct Design {
+    orthogonal: DMatrix<f64>,
+    triangle: DMatrix<f64>,
+    /// The lengths of the columns, divided out before.
+    lengths: Vec<f64>,
+}
+
+impl Design {
+    /// Of rows that are already divided by their standard errors; `None` where a column depends on
+    /// the others.
+    pub fn new(mut columns: DMatrix<f64>) -> Option<Design> {
+        let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
+        if lengths.iter().any(|length| !(*length > 0.0 && length.is_finite())) {
+            return None;
+        }
+        for (mut column, length) in columns.column_iter_mut().zip(&lengths) {
+            column /= *length;
+        }
+        let factors = columns.qr();
+        let triangle = factors.r();
+        let diagonal = triangle.diagonal();
+        let is_full = diagonal.iter().all(|one| one.abs() > RANK);
+        is_full.then(|| Design { orthogonal: factors.q(), triangle, lengths })
+    }
+
+    /// The coefficients of the columns that come closest to the data.
+    pub fn solve(&self, data: &DVector<f64>) -> DVector<f64> {
+        let projected = self.orthogonal.tr_mul(data);
+        let solved = self.triangle.solve_upper_triangular(&projected);
+        let mut solution = solved.expect("the diagonal was looked at");
+        for (one, length) in solution.iter_mut().zip(&self.lengths) {
+            *one /= length;
+        }
+        solution
+    }
+
+    /// What is left of a vector by the space of the columns.
+    pub fn residual(&self, vector: &DVector<f64>) -> DVector<f64> {
+        vector - &self.orthogonal * self.orthogonal.tr_mul(vector)
+    }
+
+    /// Variance of the first coefficient where the data have variance one and are independent.
+    pub fn variance_of_first(&self) -> f64 {
+        let count = self.triangle.ncols();
+        let mut first = DVector::zeros(count);
+        first[0] = 1.0;
+        // First row of R⁻¹, as Rᵀ z = e₁.
+        let solved = self.triangle.tr_solve_upper_triangular(&first);
+        let row = solved.expect("the diagonal was looked at");
+        row.norm_squared() / self.lengths[0].powi(2)
+    }
+}
+
 /// Slope and intercept of the straight line through points, by least squares of the ordinates;
 /// `None` where all abscissae are equal.
 pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
@@ -185,5 +270,23 @@ mod tests {
         for observed in [[0.1; 3], nearly, [0.0; 3]] {
             assert_eq!(Quality::of(&observed, &[0.3; 3], None).r_squared, None);
         }
+    }
+
+    #[test]
+    fn a_line_through_three_points_has_the_textbook_intercept_and_variance() {
+        let columns = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 1.0, 1.0, 1.0, 2.0]);
+        let design = Design::new(columns).unwrap();
+        let solution = design.solve(&DVector::from_row_slice(&[1.0, 0.0, 2.0]));
+        assert!((solution[0] - 0.5).abs() < 1e-14 && (solution[1] - 0.5).abs() < 1e-14);
+        // Σx²/(n Σ(x − x̄)²) = 5/6.
+        assert!((design.variance_of_first() - 5.0 / 6.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn columns_that_depend_on_each_other_are_no_design() {
+        assert!(
+            Design::new(DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 1.0, 2.0, 1.0, 2.0])).is_none()
+        );
+        assert!(Design::new(DMatrix::from_row_slice(2, 1, &[0.0, 0.0])).is_none());
     }
 }

@@ -1,31 +1,28 @@
 //! What an observable tends to where several small numbers vanish: Q = Q₀ + Σ cⱼ fⱼ(xⱼ).
 //!
 //! An observable of rough contact computed on a mesh depends on three small numbers: the longest
-//! wavelength over the cell, the shortest over the longest, and the mesh step over the shortest. After
-//! Prodanov, Dapp & Müser, Tribol. Lett. 53, 433 (2014), all three are taken to zero at once, by
-//! weighted least squares over many spectra and meshes. Where a term is a logarithm the observable has
-//! no limit in that direction, and Q₀ is its value at xⱼ = 1; which of the two describes the data
-//! better is told in numbers: χ², Akaike's criterion, and the error of predicting a point that was left
-//! out.
+//! wavelength over the cell, the shortest over the longest, and the mesh step over the shortest.
+//! After Prodanov, Dapp & Müser, Tribol. Lett. 53, 433 (2014), all three are taken to zero at once,
+//! by weighted least squares over many spectra and meshes. Where a term is a logarithm the
+//! observable has no limit in that direction, and Q₀ is its value at xⱼ = 1; which of the two
+//! describes the data better is told in numbers: χ², Akaike's criterion, and the error of
+//! predicting a point that was left out.
 //!
-//! Weights are one over the variance of the mean over surfaces, as a power law of the small numbers has
-//! it that is fitted to the variances of all points (`scatter`). Those of each point by itself would be
-//! its own: points whose few surfaces happen to agree would decide, and intervals of 95 % that take such
-//! weights as given cover 87 % with four surfaces and 91 % with ten. Points that share realizations, as
-//! all spectra of a study do, deviate together, which lowers χ². Intervals come from the surfaces,
-//! resampled whole and the same in all points, and are right whatever the weights.
+//! Weights are one over the variance of the mean over surfaces, as a power law of the small numbers
+//! has it that is fitted to the variances of all points (`scatter`). Those of each point by itself
+//! would be its own: points whose few surfaces happen to agree would decide, and intervals of 95 %
+//! that take such weights as given cover 87 % with four surfaces and 91 % with ten. Points that
+//! share realizations, as all spectra of a study do, deviate together, which lowers χ². Intervals
+//! come from the surfaces, resampled whole and the same in all points, and are right whatever the
+//! weights.
 
 use super::FitError;
-use super::bootstrap::Bootstrap;
+use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
+use super::random::Normals;
 use scatter::Scatter;
 
-mod design;
-mod draws;
-mod exponents;
-mod linear;
 mod scatter;
-
-pub use draws::{Comparison, Resampled};
+mod search;
 
 /// Exponents that are searched for stay within these: x^0.02 cannot be told from a logarithm, and
 /// x^20 from nothing.
@@ -145,6 +142,26 @@ pub struct Judged {
     pub leave_one_out: Option<f64>,
 }
 
+/// What resampling says of several choices of forms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Resampled {
+    /// Intervals of each choice: of the limit, the coefficients, and the free exponents in the
+    /// order of their terms.
+    pub intervals: Vec<Intervals>,
+    /// How the choices compare.
+    pub comparison: Vec<Comparison>,
+}
+
+/// How one choice of forms compares with its rivals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// exp(−Δ/2) over the sum of all, with Δ the excess of Akaike's criterion over the least.
+    pub akaike_weight: f64,
+    /// Share of the resamplings in which this choice has the least of Akaike's criterion; none
+    /// without resamplings.
+    pub best_share: Option<f64>,
+}
+
 impl LimitProblem {
     /// Points of as many small numbers as there are terms.
     ///
@@ -185,8 +202,8 @@ impl LimitProblem {
     /// The law by weighted least squares.
     ///
     /// # Errors
-    /// With no more points than parameters, where the points do not tell the terms apart, or where a
-    /// free exponent leaves [`EXPONENTS`].
+    /// With no more points than parameters, where the points do not tell the terms apart, or where
+    /// a free exponent leaves [`EXPONENTS`].
     pub fn fit(&self, forms: &[TermForm]) -> Result<LimitFit, FitError> {
         self.fit_to(forms, &self.means(), &vec![true; self.points.len()], None)
     }
@@ -205,13 +222,33 @@ impl LimitProblem {
         }
     }
 
-    /// All parameters' intervals under several choices of forms, each resampled the same way.
+    /// All parameters' intervals under several choices of forms, and how often each choice wins, by
+    /// resampling whole surfaces. A surface is drawn equally often at all its points, and all
+    /// choices are resampled alike.
     pub fn resample(
         &self,
         rivals: &[(&[TermForm], &LimitFit)],
         bootstrap: &Bootstrap,
     ) -> Resampled {
-        draws::resample(self, rivals, bootstrap)
+        let units = self.points.iter().filter_map(|point| match &point.observed {
+            Observed::Surfaces { units, .. } => Some(&units[..]),
+            Observed::Estimate { .. } => None,
+        });
+        let resample = Resample { fewest: self.surfaces(), ..Resample::of(units) };
+        // Akaike's criterion of each choice in each resampling.
+        let mut criteria: Vec<Vec<f64>> = Vec::new();
+        let intervals = rivals.iter().map(|(forms, fit)| {
+            let mut own = Vec::with_capacity(bootstrap.replicates);
+            let fits = bootstrap.of_units(resample, &estimates(forms, fit), |replicate, times| {
+                let (means, used) = drawn(self, times, replicate, bootstrap.seed);
+                let refit = self.fit_to(forms, &means, &used, Some(fit));
+                own.push(refit.as_ref().map_or(f64::INFINITY, LimitFit::akaike));
+                refit.map(|refit| parameters(forms, &refit))
+            });
+            criteria.push(own);
+            fits
+        });
+        Resampled { intervals: intervals.collect(), comparison: compared(rivals, &criteria) }
     }
 
     fn means(&self) -> Vec<f64> {
@@ -219,8 +256,8 @@ impl LimitProblem {
         means.collect()
     }
 
-    /// The fit to other means, of the points that are used; the search for exponents starts at those
-    /// of another fit where there is one.
+    /// The fit to other means, of the points that are used; the search for exponents starts at
+    /// those of another fit where there is one.
     fn fit_to(
         &self,
         forms: &[TermForm],
@@ -234,7 +271,7 @@ impl LimitProblem {
         if found <= free {
             return Err(FitError::TooFewPoints { found, free });
         }
-        exponents::fit(self, forms, means, used, start, free)
+        search::fit(self, forms, means, used, start, free)
     }
 
     fn leave_one_out(&self, forms: &[TermForm], fit: &LimitFit, means: &[f64]) -> Option<f64> {
@@ -271,6 +308,76 @@ impl LimitFit {
     pub fn akaike(&self) -> f64 {
         self.chi_square + 2.0 * self.free as f64
     }
+}
+
+fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<Comparison> {
+    let akaike: Vec<f64> = rivals.iter().map(|(_, fit)| fit.akaike()).collect();
+    let least = akaike.iter().copied().fold(f64::INFINITY, f64::min);
+    let likelihoods: Vec<f64> = akaike.iter().map(|one| libm::exp(0.5 * (least - one))).collect();
+    let total: f64 = likelihoods.iter().sum();
+    let replicates = criteria.first().map_or(0, Vec::len);
+    let best = |replicate: usize| {
+        let value = |rival: &usize| criteria[*rival][replicate];
+        let best = (0..rivals.len()).min_by(|one, other| value(one).total_cmp(&value(other)));
+        best.filter(|best| value(best).is_finite())
+    };
+    let mut wins = vec![0_usize; rivals.len()];
+    for best in (0..replicates).filter_map(best) {
+        wins[best] += 1;
+    }
+    let compare = |rival: usize| Comparison {
+        akaike_weight: likelihoods[rival] / total,
+        best_share: (replicates > 0).then(|| wins[rival] as f64 / replicates as f64),
+    };
+    (0..rivals.len()).map(compare).collect()
+}
+
+fn estimates(forms: &[TermForm], fit: &LimitFit) -> Vec<Estimate> {
+    let linear = 1 + forms.len();
+    let values = parameters(forms, fit).into_iter().enumerate();
+    let estimate = |(place, value)| match place < linear {
+        true => Estimate::Real(value),
+        false => Estimate::Positive(value),
+    };
+    values.map(estimate).collect()
+}
+
+/// The limit, the coefficients, and the exponents that are free.
+fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
+    let free = forms.iter().zip(&fit.exponents);
+    let free = free.filter(|(form, _)| **form == TermForm::FreePower);
+    let free = free.filter_map(|(_, exponent)| *exponent);
+    let linear = [fit.limit].into_iter().chain(fit.coefficients.iter().copied());
+    linear.chain(free).collect()
+}
+
+/// Returns the mean of each point in a resampling, and whether any of its surfaces was drawn.
+/// Points without a drawn surface are not fitted.
+fn drawn(
+    problem: &LimitProblem,
+    times: &[u32],
+    replicate: usize,
+    seed: u64,
+) -> (Vec<f64>, Vec<bool>) {
+    // Estimates without surfaces are drawn as a function of seed and replicate.
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8..16].copy_from_slice(b"estimate");
+    let mut normals = Normals::new(key, replicate as u64);
+    let points = problem.points.iter().map(|point| match &point.observed {
+        Observed::Surfaces { units, values } => {
+            let times = units.iter().map(|&unit| f64::from(times[unit]));
+            let drawn: f64 = times.clone().sum();
+            let sum: f64 = values.iter().zip(times).map(|(value, times)| value * times).sum();
+            if drawn > 0.0 { (sum / drawn, true) } else { (0.0, false) }
+        }
+        Observed::Estimate { value, standard_error, surfaces } => {
+            // A resampling of n surfaces scatters by √((n − 1)/n) standard errors; so do these.
+            let lost = ((surfaces - 1) as f64 / *surfaces as f64).sqrt();
+            (value + lost * standard_error * normals.next(), true)
+        }
+    });
+    points.unzip()
 }
 
 #[cfg(test)]

@@ -28,8 +28,8 @@ pub struct LoadSeparation {
     pub decay_length: f64,
     /// p_c: the load at which the line has no gap left, in units of E* × rms slope.
     pub closing_load: f64,
-    /// Residuals of ū/u₀, that is of ln p₀, determination of the mean gap; masked are loads under which
-    /// no gap is left.
+    /// Residuals of ū/u₀, that is of ln p₀, determination of the mean gap; masked are loads under
+    /// which no gap is left.
     pub goodness: GoodnessOfFit,
 }
 
@@ -89,8 +89,8 @@ impl LoadSeparationProblem {
 
 #[cfg(test)]
 mod tests {
-    use super::super::examples::normal;
     use super::*;
+    use crate::random::normal;
 
     const WINDOW: Window = Window { from: 0.01, to: 0.2 };
 

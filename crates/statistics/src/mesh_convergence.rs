@@ -9,7 +9,7 @@ use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::least_squares::line;
 
 /// A line through two meshes leaves nothing to judge it by.
-pub const LEAST_MESHES: usize = 3;
+const LEAST_MESHES: usize = 3;
 
 /// One surface under one load, on meshes one finer than the other.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,8 +160,8 @@ fn mean(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::examples::normal;
     use super::*;
+    use crate::random::normal;
     use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 
     const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];

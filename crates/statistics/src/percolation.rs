@@ -1,5 +1,5 @@
-//! Where the gap stops percolating: the load, and the area of contact, from which on no channel leads
-//! through the interface.
+//! Where the gap stops percolating: the load, and the area of contact, from which on no channel
+//! leads through the interface.
 //!
 //! Along one direction a surface passes from open to sealed once, between two of its loads, for
 //! contact only grows; its threshold is the middle of both. A surface has one threshold along each
@@ -10,21 +10,22 @@
 //! are short beside the cell; smaller cells scatter about it.
 //!
 //! What lies between two loads is not seen, and resampling surfaces does not know it: where all
-//! surfaces are sealed between the same two loads, their middles do not scatter at all. Thresholds that
-//! scatter by σ and are rounded to the middles of steps of w have a mean that is wrong by a function of where
-//! the steps begin, of period w, whose Fourier series is known (rounding is a saw-tooth, and a normal
-//! distribution takes exp(−2π²k²σ²/w²) off its kth wave). Its root mean square,
+//! surfaces are sealed between the same two loads, their middles do not scatter at all. Thresholds
+//! that scatter by σ and are rounded to the middles of steps of w have a mean that is wrong by a
+//! function of where the steps begin, of period w, whose Fourier series is known (rounding is a
+//! saw-tooth, and a normal distribution takes exp(−2π²k²σ²/w²) off its kth wave). Its root mean
+//! square,
 //!
 //!   w/(π√2) · √(Σ_k exp(−4π²k²σ²/w²)/k²),
 //!
-//! goes from w/√12 without scatter to next to nothing at σ = w/2, and is added to the standard error. σ is
-//! that of the middles less w²/12 (Sheppard's correction).
+//! goes from w/√12 without scatter to next to nothing at σ = w/2, and is added to the standard
+//! error. σ is that of the middles less w²/12 (Sheppard's correction).
 
 use std::f64::consts::{PI, SQRT_2};
 use std::fmt;
 
 use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
-use super::student::two_sided_quantile;
+use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
 /// Directions of the channels that must be closed.
@@ -129,8 +130,8 @@ impl PercolationProblem {
         self.scatter() > 0.0
     }
 
-    /// The standard deviation of the load at the threshold, between surfaces and directions; zero where all
-    /// scatter may be that of rounding.
+    /// The standard deviation of the load at the threshold, between surfaces and directions; zero
+    /// where all scatter may be that of rounding.
     fn scatter(&self) -> f64 {
         let all = || self.passages.iter().flatten();
         let count = all().count() as f64;
@@ -153,12 +154,7 @@ impl PercolationProblem {
         let widened = |intervals: Vec<Interval>| {
             let all = means.into_iter().zip(rounding).zip(intervals);
             let widen = |((mean, rounding), interval): ((f64, f64), Interval)| {
-                let standard_error = interval.standard_error.hypot(rounding);
-                Interval {
-                    lower: mean - quantile * standard_error,
-                    upper: mean + quantile * standard_error,
-                    standard_error,
-                }
+                Estimate::Real(mean).interval(interval.standard_error.hypot(rounding), quantile)
             };
             all.map(widen).collect()
         };
@@ -228,8 +224,8 @@ impl Passage {
     }
 }
 
-/// The root mean square, over where the steps begin, of what rounding to the middles of steps of one takes
-/// a mean of numbers off that scatter so much.
+/// The root mean square, over where the steps begin, of what rounding to the middles of steps of
+/// one takes a mean of numbers off that scatter so much.
 fn rounding_of_the_mean(scatter: f64) -> f64 {
     if scatter == 0.0 {
         return 1.0 / 12.0_f64.sqrt();

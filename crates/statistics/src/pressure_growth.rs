@@ -20,8 +20,8 @@ pub struct PressureGrowth {
     pub exponent: f64,
     /// dp̄/dp₀ extrapolated to full contact: β of a contact evolution law.
     pub prefactor: f64,
-    /// Of ln dp̄/dp₀ in the intervals between loads; masked are those that have no logarithm: the mean
-    /// pressure fell, or nothing was in contact.
+    /// Of ln dp̄/dp₀ in the intervals between loads; masked are those that have no logarithm: the
+    /// mean pressure fell, or nothing was in contact.
     pub goodness: GoodnessOfFit,
 }
 
@@ -100,8 +100,8 @@ fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::examples::{BGT_ALPHA_2, BGT_ALPHA_10, scattered, single, uniform};
     use super::*;
+    use crate::random::curves::{BGT_ALPHA_2, BGT_ALPHA_10, scattered, single, uniform};
     use asperity_contact::theory::law::ContactEvolution;
 
     const LAW: ContactEvolution = ContactEvolution { kappa: 2.7, beta: 1.2, mu: 0.4 };

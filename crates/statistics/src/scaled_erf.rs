@@ -134,8 +134,9 @@ impl Residuals<1> for Approach {
 
 #[cfg(test)]
 mod tests {
-    use super::super::examples::{normal, persson_curve, uniform};
     use super::*;
+    use crate::random::curves::{persson_curve, uniform};
+    use crate::random::normal;
 
     const HEAVY: Window = Window { from: 0.6, to: 3.0 };
 

@@ -37,7 +37,7 @@ use super::frame::polars_error;
 use super::groups::mean_of;
 use crate::StageError;
 use crate::columns::LOAD;
-use asperity_statistics::student;
+use asperity_statistics::intervals::two_sided_quantile;
 
 /// A statistic over the rows of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -214,7 +214,7 @@ fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
     let mut known: HashMap<u32, f64> = HashMap::new();
     let mut factor = |surfaces: f64| {
         let freedom = surfaces as u32 - 1;
-        let quantile = || student::two_sided_quantile(level, freedom);
+        let quantile = || two_sided_quantile(level, freedom);
         *known.entry(freedom).or_insert_with(quantile)
     };
     let factors = surfaces.f64()?.iter();

@@ -1,7 +1,7 @@
 //! Limits that are known: exact data, and synthetic studies of scattering surfaces.
 
-use super::super::examples::normal;
 use super::*;
+use crate::random::normal;
 
 /// Small numbers of three limits, on a grid of 27 points.
 fn grid() -> Vec<Vec<f64>> {
@@ -103,7 +103,8 @@ fn limits_of_given_exponents_are_unbiased_and_covered() {
     }
 }
 
-/// Intervals of nonlinear parameters are right to first order: ten surfaces cover one per cent less.
+/// Intervals of nonlinear parameters are right to first order: ten surfaces cover one per cent
+/// less.
 #[test]
 fn free_exponents_and_their_limits_are_unbiased_and_covered() {
     for (place, known) in [(0, 2.1), (4, 0.7)] {

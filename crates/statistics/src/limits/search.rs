@@ -1,15 +1,14 @@
 //! The search for free exponents: variable projection of Golub & Pereyra (1973), the derivatives
-//! after Kaufman (1975). At given exponents limit and coefficients follow by linear least squares, so
-//! that only the logarithms of the exponents are searched.
+//! after Kaufman (1975). At given exponents limit and coefficients follow by linear least squares,
+//! so that only the logarithms of the exponents are searched.
 
 use std::cell::RefCell;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::linear::Design;
 use super::{EXPONENTS, LimitFit, LimitProblem, TermForm};
 use crate::FitError;
-use crate::least_squares::{Residuals, minimize};
+use crate::least_squares::{Design, Residuals, minimize};
 
 /// Where searches start: one alone ends in a minor minimum now and then.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
