@@ -68,7 +68,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use asperity_claims::decisions::PaperClaims;
+use asperity_claims::PaperClaims;
 use asperity_pipeline::data_folder;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::reading;
@@ -78,7 +78,7 @@ use asperity_tables::store::writer::Moment;
 
 pub use crate::share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
 pub use advice::StudyAdvice;
-pub use asperity_claims::decisions::names as claim_names;
+pub use asperity_claims::names as claim_names;
 pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{NoShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;

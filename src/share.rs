@@ -19,7 +19,7 @@ use chrono::{DateTime, NaiveDate};
 use serde::Serialize;
 
 use crate::session::{Event, Notice, Session, SessionError};
-use asperity_claims::decisions::PaperClaims;
+use asperity_claims::PaperClaims;
 use asperity_pipeline::results::ResultsError;
 use asperity_pipeline::results::reading::Reading;
 use asperity_tables::store::StoreError;

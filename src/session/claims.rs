@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::{Session, SessionError, UnknownName};
-use asperity_claims::{Evidence, study_evidence};
+use asperity_claims::Evidence;
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
@@ -110,7 +110,7 @@ impl StudyClaims {
             missing += stage.tasks.len() - rows.tasks.len();
             tables.push(rows.table);
         }
-        let evidence = study_evidence::of(&reading.study, plan, &tables)?;
+        let evidence = Evidence::of_study(&reading.study, plan, &tables)?;
         Ok(StudyClaims {
             claims: asperity_claims::all(&evidence),
             evidence,

@@ -23,7 +23,7 @@ use super::names::{TaskNameError, planned};
 use super::status::{GrowingStage, StageCount};
 use super::words::counted;
 use super::{Session, Shard};
-use asperity_claims::decisions::PaperClaims;
+use asperity_claims::PaperClaims;
 use asperity_contact::threads::available_cores;
 use asperity_pipeline::forecast::memory;
 use asperity_pipeline::forecast::memory::Allowance;

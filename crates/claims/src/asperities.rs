@@ -3,9 +3,9 @@
 //! Areas are the ellipses of Hertz' contacts over the solved area, corrected as in 2017, of the very same
 //! surfaces.
 
-use super::evidence::{AreaCurves, Evidence, PerLoad};
-use super::quantities::{Quantities, needs};
-use super::{Claim, Expectation, Origin, Statement};
+use crate::evidence::{AreaCurves, Evidence, PerLoad};
+use crate::quantities::{Quantities, needs};
+use crate::{Claim, Expectation, Origin, Statement};
 use asperity_stages::columns::{ASPERITY_AREA_FRACTION, MEAN_GAP, OVERLAPPING_SHARE};
 use asperity_stages::correct::OF_2017;
 use asperity_statistics::intervals::Weights;
@@ -106,7 +106,6 @@ const MODELS: &str = "asperity models";
 const NONE: &str = "none";
 const EXPLICIT: &str = "explicit";
 
-/// The claims.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let [none, explicit] = [NONE, EXPLICIT].map(|interaction| {
         evidence.asperities_along_loads(interaction, ASPERITY_AREA_FRACTION.name)

@@ -4,9 +4,9 @@
 //! Quantities are shares of the nominal area whose pressure lies between two bounds, means over surfaces,
 //! so that the theory is integrated over the same bounds and no bin is compared at its middle.
 
-use super::evidence::{Evidence, Pressures, Spectrum};
-use super::quantities::{Quantities, under};
-use super::{Claim, Expectation, Origin, Statement};
+use crate::evidence::{Evidence, Pressures, Spectrum};
+use crate::quantities::Quantities;
+use crate::{Claim, Expectation, Origin, Statement};
 use asperity_contact::theory::persson;
 use asperity_statistics::intervals::Weights;
 
@@ -82,7 +82,6 @@ const DATA: &str = "pressures of the nodes in contact";
 const MODERATE: [f64; 3] = [0.02, 0.1, 0.4];
 const TO_HEAVY: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
 
-/// The claims.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let all = evidence.pressures();
     let lacks = |loads: &'static [f64]| {
@@ -143,7 +142,7 @@ fn under_loads<'a>(all: &'a [Pressures], loads: &[f64]) -> Vec<&'a Pressures> {
 }
 
 fn label(evidence: &Evidence, one: &Pressures) -> String {
-    format!("{}, {}", evidence.name(&one.spectrum), under(one.load))
+    evidence.name_under(&one.spectrum, one.load)
 }
 
 /// A function of the mean share between two bounds over that in Persson's theory.

@@ -1,29 +1,28 @@
 //! The tables of a study as the claims need them: curves of surfaces, by spectrum and correction.
 
+mod per_load;
+
 use std::collections::BTreeMap;
 
 use arrow::array::{Array, Float64Array};
 
-use super::setting::{Setting, of_asperities};
-use asperity_stages::Kind;
+pub use crate::evidence::per_load::{KappaPoints, LimitsFit, PerLoad, Pressures};
+use crate::evidence::per_load::{kappa_points, nearest};
+use crate::quantities::under;
+pub use crate::setting::Spectrum;
+use crate::setting::{Setting, Varied, key, of_asperities, spectrum};
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::study::Study;
 use asperity_stages::columns::*;
 use asperity_stages::correct::AS_COUNTED;
-use asperity_stages::ensemble;
-use asperity_stages::ensemble::{Load, Member, Members, ensembles, load_column};
+use asperity_stages::ensemble::{self, Load, Member, Members, ensembles, load_column};
+use asperity_stages::fit::laws::Law;
 use asperity_stages::fit::meshes::refinements;
+use asperity_stages::{Kind, Recipe};
 use asperity_statistics::intervals::Weights;
 use asperity_statistics::{Curves, Window};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
-
-mod kappa_limits;
-mod per_load;
-mod spectra;
-
-pub use kappa_limits::{KappaPoints, LimitsFit};
-pub use per_load::{PerLoad, Pressures, SealingAreas};
-pub use spectra::Spectrum;
-use spectra::{Varied, key, spectrum};
 
 /// Nodes to the shortest wavelength of the paper's coarsest meshes.
 const COARSEST: i64 = 8;
@@ -31,7 +30,6 @@ const COARSEST: i64 = 8;
 /// The area curves of the surfaces of one spectrum, under one correction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AreaCurves {
-    /// The spectrum.
     pub spectrum: Spectrum,
     /// The estimator of the area.
     pub correction: String,
@@ -46,7 +44,6 @@ pub struct AreaCurves {
 /// One number per surface of a spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PerSurface {
-    /// The spectrum.
     pub spectrum: Spectrum,
     /// The numbers, by seed and realization.
     pub values: Vec<f64>,
@@ -55,9 +52,7 @@ pub struct PerSurface {
 /// One number per surface of a spectrum, under a load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtLoad {
-    /// The spectrum.
     pub spectrum: Spectrum,
-    /// The load.
     pub load: f64,
     /// The numbers, by seed and realization.
     pub values: Vec<f64>,
@@ -76,18 +71,14 @@ pub struct OverMeshes {
 /// What a stage has finished.
 #[derive(Debug, Clone)]
 pub struct KindTable {
-    /// What the stage does.
     pub kind: Kind,
-    /// Its table.
     pub table: Table,
 }
 
 /// Everything that a study has computed, as far as claims ask for it.
 #[derive(Debug, Clone)]
 pub struct Evidence {
-    /// Area curves.
     pub ensembles: Vec<AreaCurves>,
-    /// All surfaces.
     surfaces: Table,
     /// All measured contacts.
     contacts: Table,
@@ -104,7 +95,25 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Sorts the tables of a study's stages.
+    /// Sorts the tables of a study's stages, in the order of the plan and as far as they are there. The
+    /// fits that take κ to its limits are read from their inputs, surface by surface.
+    ///
+    /// # Errors
+    /// When a table lacks a column that its kind of stage writes.
+    pub fn of_study(
+        study: &Study,
+        plan: &Plan,
+        tables: &[Option<Table>],
+    ) -> Result<Evidence, TableError> {
+        let stages = plan.stages.iter().zip(tables);
+        let finished = stages.filter_map(|(stage, table)| {
+            Some(KindTable { kind: stage.kind, table: table.clone()? })
+        });
+        let finished: Vec<KindTable> = finished.collect();
+        Evidence::of(&finished)?.with_limits(&limits(study, plan, tables)?)
+    }
+
+    /// Sorts tables by what their stages do.
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
@@ -157,7 +166,7 @@ impl Evidence {
     /// # Errors
     /// When a table lacks a column that a fit reads.
     pub fn with_limits(mut self, fits: &[LimitsFit]) -> Result<Evidence, TableError> {
-        self.kappa = kappa_limits::all(fits, &self.setting)?;
+        self.kappa = kappa_points(fits, &self.setting)?;
         Ok(self)
     }
 
@@ -174,6 +183,11 @@ impl Evidence {
     /// A spectrum among others: `k_lower 4, k_upper 32`, and what else varies.
     pub fn name(&self, spectrum: &Spectrum) -> String {
         self.varied.name(spectrum)
+    }
+
+    /// A spectrum under a load: `k_lower 4, k_upper 32, load 0.060`.
+    pub fn name_under(&self, spectrum: &Spectrum, load: f64) -> String {
+        format!("{}, {}", self.name(spectrum), under(load))
     }
 
     /// The ensembles under one correction, by spectrum.
@@ -250,14 +264,13 @@ impl AreaCurves {
         (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
     }
 
-    /// Number of surfaces.
     pub fn surfaces(&self) -> usize {
         self.areas.first().map_or(0, Vec::len)
     }
 
     /// The place of the load nearest to one, if it is within a tenth of it.
     pub fn at(&self, load: f64) -> Option<usize> {
-        per_load::nearest(&self.loads, load)
+        nearest(&self.loads, load)
     }
 
     /// The curves of the surfaces that count, up to the first load at which all of them are in full
@@ -361,4 +374,33 @@ fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     }
     let integers = table.integers(name).ok()?;
     integers.is_valid(row).then(|| integers.value(row) as f64)
+}
+
+/// The fits of limits, each with the rows that it reads.
+fn limits(
+    study: &Study,
+    plan: &Plan,
+    tables: &[Option<Table>],
+) -> Result<Vec<LimitsFit>, TableError> {
+    let mut fits = Vec::new();
+    for (stage, planned) in study.stages.iter().zip(&plan.stages) {
+        for &task in &planned.tasks {
+            let Recipe::Fit(params) = &plan.tasks[task].recipe else {
+                continue;
+            };
+            let Law::Limits(choices) = &params.law else {
+                continue;
+            };
+            let inputs = stage.inputs.iter();
+            let inputs: Vec<Table> = inputs.filter_map(|&input| tables[input].clone()).collect();
+            if !inputs.is_empty() {
+                fits.push(LimitsFit {
+                    choices: choices.as_ref().clone(),
+                    window: params.window(),
+                    table: Table::stack(&inputs)?,
+                });
+            }
+        }
+    }
+    Ok(fits)
 }

@@ -1,10 +1,9 @@
 //! Claims on the approach to full contact (section 7).
 
-use super::evidence::{AreaCurves, Evidence};
-use super::groups::spread;
-use super::quantities::{Plane, Quantities, data, families, needs, surfaces, under};
-use super::steps::{Cutoff, Step};
-use super::{Claim, Expectation, Origin, Statement};
+use crate::evidence::{AreaCurves, Evidence};
+use crate::groups::spread;
+use crate::quantities::{Cutoff, Plane, Quantities, Step, data, families, needs, surfaces, under};
+use crate::{Claim, Expectation, Origin, Statement};
 use asperity_contact::theory::models::full_contact;
 use asperity_contact::theory::persson;
 use asperity_stages::correct::{AS_COUNTED, OF_2017};
@@ -117,7 +116,6 @@ const KNOWN: f64 = 0.1;
 const WELL_KNOWN: f64 = 0.05;
 const HEAVY_LOADS: &str = "loads of areas from 0.9 to 0.998";
 
-/// The claims, in the order of the paper.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     vec![
         at_the_end(evidence),
@@ -216,35 +214,35 @@ fn least(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
 }
 
 fn faster_than_persson(evidence: &Evidence) -> Claim {
-    let mut quantities = Quantities::default();
-    for ensemble in evidence.of_the_paper(AS_COUNTED) {
-        for place in known(ensemble, NEAR_FULL.start, KNOWN) {
-            let load = ensemble.loads[place];
-            let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(load));
-            quantities.add(label, &[ensemble.surfaces()], |weights| {
-                let open = open(ensemble, place, weights);
-                Some(-(open / persson::noncontact(load)).ln())
-            });
-        }
-    }
-    quantities.judge(FASTER_THAN_PERSSON, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[], HEAVY_LOADS)
-    })
+    under_known_loads(evidence, |open, load| Some(-(open / persson::noncontact(load)).ln())).judge(
+        FASTER_THAN_PERSSON,
+        data(AS_COUNTED),
+        || needs(evidence, AS_COUNTED, &[], HEAVY_LOADS),
+    )
 }
 
 fn scaled_erf(evidence: &Evidence) -> Claim {
+    under_known_loads(evidence, |open, load| Some(persson::load_leaving(open)? / load)).judge(
+        SCALED_ERF,
+        data(AS_COUNTED),
+        || needs(evidence, AS_COUNTED, &[], HEAVY_LOADS),
+    )
+}
+
+/// A function of the mean open area and the load, of each spectrum under each heavy load at which that
+/// area is known.
+fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {
         for place in known(ensemble, NEAR_FULL.start, KNOWN) {
             let load = ensemble.loads[place];
-            let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(load));
+            let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                let equal = persson::load_leaving(open(ensemble, place, weights))?;
-                Some(equal / load)
+                quantity(open(ensemble, place, weights), load)
             });
         }
     }
-    quantities.judge(SCALED_ERF, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &[], HEAVY_LOADS))
+    quantities
 }
 
 fn cracks(evidence: &Evidence) -> Claim {
@@ -252,7 +250,7 @@ fn cracks(evidence: &Evidence) -> Claim {
     for ensemble in evidence.of_the_paper(OF_2017) {
         if let Some(&place) = known(ensemble, NEAR_FULL.start, WELL_KNOWN).last() {
             let load = ensemble.loads[place];
-            let label = format!("{}, {}", evidence.name(&ensemble.spectrum), under(load));
+            let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
                 Some(open(ensemble, place, weights) / full_contact::tension(load))
             });
@@ -274,13 +272,8 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
                 continue;
             };
             quantities.add(under(load), &surfaces(&family), |weights| {
-                let point = |(one, &place): (&&AreaCurves, &usize)| {
-                    let [lower, upper] = [one.spectrum.k_lower, one.spectrum.k_upper];
-                    let open = open(one, place, weights);
-                    [(lower as f64).ln(), (upper as f64).ln(), open.ln()]
-                };
-                let points: Vec<[f64; 3]> = family.iter().zip(&places).map(point).collect();
-                let [lower, upper] = Plane::through(&points)?.slopes;
+                let open = |one: &AreaCurves, place: usize| open(one, place, weights);
+                let [lower, upper] = Plane::over_cutoffs(&family, &places, open)?.slopes;
                 Some(steps[1] * upper.abs() - spans[0] * lower.abs())
             });
         }

@@ -7,34 +7,39 @@
 //! surfaces would tell.
 //!
 //! What the paper claims, what it misprints, and what is ours are kept apart.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `evidence`, `setting` | the tables of a study, sorted: curves by spectrum, in one setting |
+//! | `quantities` | the quantities of a claim, how cutoffs are compared, what a study lacks |
+//! | `decisions` | whether a growing study has decided a claim, and how many surfaces would |
+//! | `surfaces` | heights, Nayak's parameter and summits (section 3, appendices A and B) |
+//! | `light`, `groups` | area under light loads, which cutoff decides (5.2, 8, 9.2); the collapse |
+//! | `slope` | slope of the area and the contact evolution law (5.2, 6, 9.5, appendix C) |
+//! | `full_contact` | the approach to full contact (section 7) |
+//! | `mesh` | the error of the mesh (section 8); limits of cell, bandwidth and mesh |
+//! | `asperities`, `distributions`, `gap` | beyond the paper: models, pressures, stiffness, sealing |
+//! | `closed_forms` | what no study decides: closed forms, and slips in print |
 
 use std::fmt;
 
-mod alpha;
 mod asperities;
-pub mod closed_forms;
-mod collapse;
-pub mod decisions;
+mod closed_forms;
+mod decisions;
 mod distributions;
-pub mod evidence;
+mod evidence;
 mod full_contact;
+mod gap;
 mod groups;
-mod kappa;
 mod light;
-mod limits;
 mod mesh;
-mod misprints;
-mod percolation;
-pub mod power;
 mod quantities;
 mod setting;
 mod slope;
-mod steps;
-mod stiffness;
-pub mod study_evidence;
 mod surfaces;
 
-pub use evidence::Evidence;
+pub use decisions::{PaperClaims, names};
+pub use evidence::{Evidence, KindTable};
 pub use setting::Setting;
 
 use asperity_statistics::intervals::Bound;
@@ -60,7 +65,6 @@ pub struct Statement {
     pub figure: Option<&'static str>,
 }
 
-/// Whose a claim is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
     /// The paper's.
@@ -74,7 +78,6 @@ pub enum Origin {
 /// One claim, and what became of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// What is claimed.
     pub statement: Statement,
     /// What it was put to: `counted area`, `area corrected by 2017`, `closed form` …
     pub data: &'static str,
@@ -82,7 +85,6 @@ pub struct Claim {
     pub outcome: ClaimOutcome,
 }
 
-/// What became of a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ClaimOutcome {
     /// Its quantities are known.
@@ -96,9 +98,7 @@ pub enum ClaimOutcome {
 /// A verdict, and the quantities that it rests on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
-    /// Whether the claim holds.
     pub verdict: Verdict,
-    /// The quantities.
     pub bounds: Vec<Bound>,
     /// The place of the one that speaks most against the claim, or least for it.
     pub deciding: usize,
@@ -110,7 +110,6 @@ pub struct Judgement {
     pub without_value: Vec<String>,
 }
 
-/// Whether a claim holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Every quantity is as expected.
@@ -243,27 +242,27 @@ impl Judgement {
 pub fn all(evidence: &Evidence) -> Vec<Claim> {
     let of_the_study = OF_A_STUDY.iter().flat_map(|claims| claims(evidence));
     let mut claims: Vec<Claim> = of_the_study.collect();
-    claims.extend(closed_forms::claims());
-    claims.extend(misprints::claims());
+    claims.extend(closed_forms::of_closed_forms());
+    claims.extend(closed_forms::misprints());
     claims
 }
 
-/// The claims that a study decides, file by file.
+/// The claims that a study decides, subject by subject.
 const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 14] = [
     surfaces::claims,
-    light::claims,
-    groups::claims,
-    alpha::claims,
-    slope::claims,
-    kappa::claims,
+    light::of_light_loads,
+    groups::of_groups,
+    light::of_alpha,
+    slope::of_the_slope,
+    slope::of_kappa,
     full_contact::claims,
-    mesh::claims,
-    collapse::claims,
-    limits::claims,
-    stiffness::claims,
+    mesh::of_the_mesh,
+    groups::of_the_collapse,
+    mesh::of_limits,
+    gap::of_stiffness,
     asperities::claims,
     distributions::claims,
-    percolation::claims,
+    gap::of_sealing,
 ];
 
 #[cfg(test)]

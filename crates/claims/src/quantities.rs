@@ -1,7 +1,8 @@
-//! The quantities of a claim, gathered one by one.
+//! The quantities of a claim, gathered one by one; steps from an ensemble to the next in one
+//! cutoff.
 
-use super::evidence::{AreaCurves, Evidence, Spectrum};
-use super::{Claim, ClaimOutcome, Judgement, Statement};
+use crate::evidence::{AreaCurves, Evidence, Spectrum};
+use crate::{Claim, ClaimOutcome, Judgement, Statement};
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::intervals::{Bound, FEWEST_SURFACES, Weights, jackknife};
 
@@ -119,28 +120,6 @@ pub fn under(load: f64) -> String {
     format!("load {:.3}", load)
 }
 
-/// Pairs of ensembles that differ in one cutoff alone, neighbours in it: the lesser one first.
-pub fn neighbours<'a>(
-    ensembles: &[&'a AreaCurves],
-    varied: fn(&Spectrum) -> i64,
-    fixed: fn(&Spectrum) -> i64,
-) -> Vec<[&'a AreaCurves; 2]> {
-    let alike = |one: &Spectrum, other: &Spectrum| {
-        fixed(one) == fixed(other)
-            && one.is_plain()
-            && other.is_plain()
-            && (one.hurst, one.nodes) == (other.hurst, other.nodes)
-    };
-    let next = |one: &&'a AreaCurves| {
-        let beyond = ensembles.iter().filter(|other| {
-            alike(&one.spectrum, &other.spectrum) && varied(&other.spectrum) > varied(&one.spectrum)
-        });
-        let nearest = beyond.min_by_key(|other| varied(&other.spectrum));
-        nearest.map(|other| [*one, *other])
-    };
-    ensembles.iter().filter_map(next).collect()
-}
-
 /// Ensembles on one mesh and of one Hurst exponent, together.
 pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut families: Vec<Vec<&AreaCurves>> = Vec::new();
@@ -152,6 +131,14 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
         }
     }
     families
+}
+
+/// The places of a load in all of some ensembles, if less than four fifths touch there in each.
+pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>> {
+    let places: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
+    let mut members = family.iter().zip(places.as_ref()?);
+    let are_below = members.all(|(one, &place)| one.mean(place) <= 0.8);
+    places.filter(|_| are_below)
 }
 
 /// The surfaces of some ensembles.
@@ -168,6 +155,20 @@ pub struct Plane {
 }
 
 impl Plane {
+    /// Fits a quantity of each ensemble at a place, over ln k_lower and ln k_upper.
+    pub fn over_cutoffs(
+        family: &[&AreaCurves],
+        places: &[usize],
+        quantity: impl Fn(&AreaCurves, usize) -> f64,
+    ) -> Option<Plane> {
+        let point = |(one, &place): (&&AreaCurves, &usize)| {
+            let Spectrum { k_lower, k_upper, .. } = one.spectrum;
+            [k_lower as f64, k_upper as f64, quantity(one, place)].map(f64::ln)
+        };
+        let points: Vec<[f64; 3]> = family.iter().zip(places).map(point).collect();
+        Plane::through(&points)
+    }
+
     /// Fits points (x₁, x₂, ln q).
     pub fn through(points: &[[f64; 3]]) -> Option<Plane> {
         /// Variables that are this nearly proportional are one variable.
@@ -188,6 +189,96 @@ impl Plane {
         }
         let slopes = [(xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant];
         Some(Plane { slopes })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cutoff {
+    Lower,
+    Upper,
+}
+
+impl Cutoff {
+    fn of(self, spectrum: &Spectrum) -> i64 {
+        match self {
+            Cutoff::Lower => spectrum.k_lower,
+            Cutoff::Upper => spectrum.k_upper,
+        }
+    }
+
+    /// Of what differs from a spectrum in this cutoff alone, the next one that is greater in it.
+    pub fn next<'a, T>(
+        self,
+        from: &Spectrum,
+        all: &'a [T],
+        spectrum: fn(&T) -> &Spectrum,
+    ) -> Option<&'a T> {
+        let fixed = |spectrum: &Spectrum| match self {
+            Cutoff::Lower => spectrum.k_upper,
+            Cutoff::Upper => spectrum.k_lower,
+        };
+        let is_beyond = |other: &&T| {
+            let other = spectrum(other);
+            fixed(from) == fixed(other)
+                && self.of(other) > self.of(from)
+                && from.is_plain()
+                && other.is_plain()
+                && (from.hurst, from.nodes) == (other.hurst, other.nodes)
+        };
+        all.iter().filter(is_beyond).min_by_key(|other| self.of(spectrum(other)))
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Cutoff::Lower => "k_lower",
+            Cutoff::Upper => "k_upper",
+        }
+    }
+}
+
+/// Two ensembles that differ in one cutoff alone, neighbours in it.
+pub struct Step<'a> {
+    pub lesser: &'a AreaCurves,
+    pub greater: &'a AreaCurves,
+    cutoff: Cutoff,
+}
+
+impl<'a> Step<'a> {
+    pub fn all(ensembles: &[&'a AreaCurves], cutoff: Cutoff) -> Vec<Step<'a>> {
+        let step = |&lesser: &&'a AreaCurves| {
+            let greater = *cutoff.next(&lesser.spectrum, ensembles, |one| &one.spectrum)?;
+            Some(Step { lesser, greater, cutoff })
+        };
+        ensembles.iter().filter_map(step).collect()
+    }
+
+    /// The places of a load in both, if less than four fifths touch there.
+    pub fn at(&self, load: f64) -> Option<[usize; 2]> {
+        let places = [self.lesser.at(load)?, self.greater.at(load)?];
+        let most = self.lesser.mean(places[0]).max(self.greater.mean(places[1]));
+        (most <= 0.8).then_some(places)
+    }
+
+    /// ln of the greater one's mean area over the lesser one's.
+    pub fn ln_ratio(&self, [one, other]: [usize; 2], weights: &Weights) -> f64 {
+        let greater = weights.mean(&self.greater.areas[other]);
+        (greater / weights.mean(&self.lesser.areas[one])).ln()
+    }
+
+    pub fn surfaces(&self) -> [usize; 2] {
+        [self.lesser.surfaces(), self.greater.surfaces()]
+    }
+
+    /// `k_lower 4, k_upper 32, k_lower 16 over it`.
+    pub fn name(&self, evidence: &Evidence) -> String {
+        let name = evidence.name(&self.lesser.spectrum);
+        let greater = self.cutoff.of(&self.greater.spectrum);
+        format!("{name}, {} {greater} over it", self.cutoff.name())
+    }
+
+    /// `k_lower 4, k_upper 32, k_lower 16 over it, load 0.060`.
+    pub fn label(&self, evidence: &Evidence, place: usize) -> String {
+        format!("{}, {}", self.name(evidence), under(self.lesser.loads[place]))
     }
 }
 

@@ -1,9 +1,9 @@
 //! Claims on the surfaces themselves: how normal their heights are, and the tables of Nayak's
 //! parameter and the density of summits (section 3, appendices A and B).
 
-use super::evidence::{Evidence, PerSurface};
-use super::quantities::Quantities;
-use super::{Claim, Expectation, Origin, Statement};
+use crate::evidence::{Evidence, PerSurface};
+use crate::quantities::Quantities;
+use crate::{Claim, Expectation, Origin, Statement};
 
 const GAUSSIAN: Statement = Statement {
     name: "heights-are-gaussian-from-k-lower-4",
@@ -69,7 +69,6 @@ const TABLE_OF_DENSITY: Statement = Statement {
     ..TABLE_OF_ALPHA
 };
 
-/// The claims, in the order of the paper.
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let alpha = include_str!("../data/yastrebov-2015-nayak.csv");
     let density = include_str!("../data/yastrebov-2015-summit-density.csv");

@@ -477,7 +477,7 @@ fn corrections_are_judged_by_what_meshes_add() {
 
 #[test]
 fn closed_forms_decide_what_needs_no_study() {
-    let claims = closed_forms::claims();
+    let claims = closed_forms::of_closed_forms();
     for (name, expected) in [
         ("asymptote-of-alpha", Verdict::Holds),
         ("greenwood-2006-far-from-its-asymptote", Verdict::Holds),
@@ -491,7 +491,7 @@ fn closed_forms_decide_what_needs_no_study() {
 
 #[test]
 fn counted_summits_are_two_pi_squared_times_the_tabulated_density() {
-    let claims = closed_forms::claims();
+    let claims = closed_forms::of_closed_forms();
     let found = &judgement(&claims, "tabulated-density-of-summits").bounds[0];
     let exact = (2.0 * std::f64::consts::PI).powi(2);
     // Sixteen nodes to the shortest wave miss few summits; the interval of twenty surfaces.
