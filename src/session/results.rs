@@ -16,15 +16,14 @@ use asperity_pipeline::results::owner;
 use asperity_pipeline::results::reading::Reading;
 use asperity_pipeline::results::{self, exceeded_hardness, failures};
 use asperity_pipeline::study::Study;
-use asperity_report::{Subject, place};
+use asperity_report::{Subject, check_folder};
 use asperity_stages::aggregate::sql::{self, QueryError};
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::files::{Existing, read_whole};
 
 pub use asperity_pipeline::results::PublishedTable;
-pub use asperity_report::bars::Bars;
-pub use asperity_report::{NotDrawn, Report};
+pub use asperity_report::{Bars, NotDrawn, Report};
 pub use asperity_tables::column::Description;
 pub use asperity_tables::source::TableSource;
 pub use asperity_tables::table::Table;
@@ -197,7 +196,7 @@ pub(super) fn write_report(
         false => Existing::Keep,
     };
     if let Some(folder) = &options.output {
-        place::check(folder, &reading.plan.study, existing)?;
+        check_folder(folder, &reading.plan.study, existing)?;
     }
     let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
     let rows = reading.all()?;

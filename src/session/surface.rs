@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
-use asperity_report::charts::raster::Raster;
+use asperity_report::Raster;
 use asperity_stages::StageError;
 use asperity_stages::surface_files::{LARGEST, SurfaceFileError, read_regular};
 use asperity_topography_files::{

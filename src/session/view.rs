@@ -17,7 +17,7 @@ use super::{DataFolder, Session, SessionError, UnknownName, names};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
-use asperity_report::charts::raster::{Raster, Scale};
+use asperity_report::{Raster, Scale};
 use asperity_stages::columns::{CONTACT, LOAD, PRESSURE, PRESSURES, UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::generate::{self, PerAxis};

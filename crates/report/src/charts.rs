@@ -1,17 +1,357 @@
 //! Pictures: curves as vectors, maps of a surface as pixels. They know no study and no file.
 //!
-//! A [`chart::Chart`] is what to draw, a [`figure::Figure`] puts charts and maps side by side above
-//! one legend and turns them into SVG, [`pixels`] turns that into PNG. Equal data give equal bytes.
+//! A [`chart::Chart`] and a [`map_panel::MapPanel`] are what to draw. A [`Figure`] puts them side by
+//! side above one legend and turns them into SVG, which [`svg`] turns into PNG. Equal data give equal
+//! bytes.
 
 pub mod axis;
 pub mod chart;
-pub mod colour;
-pub mod figure;
-pub mod height_map;
-pub mod legend;
 pub mod map_panel;
-pub mod pixels;
 pub mod raster;
 pub mod style;
 pub mod svg;
-pub mod words;
+
+use kuva::plot::scatter::ScatterPlot;
+use kuva::render::layout::{ComputedLayout, Layout};
+use kuva::render::plots::Plot;
+use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
+
+use crate::charts::chart::{Chart, Series};
+use crate::charts::map_panel::{Frame, MapPanel, WORDS};
+use crate::charts::style::{Colour, Style};
+use crate::charts::svg::{finished, shift, width_of};
+
+/// The family of all words: the font that travels with the program comes first.
+pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+
+/// Space around everything, in pixels.
+const MARGIN: f64 = 8.0;
+/// Space between panels, in pixels.
+const GAP: f64 = 10.0;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    pub rows: Vec<Vec<Panel>>,
+    /// Width and height of one panel, in pixels.
+    pub panel: [f64; 2],
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Panel {
+    Chart(Box<Chart>),
+    Map(MapPanel),
+}
+
+impl Panel {
+    fn map(&self) -> Option<&MapPanel> {
+        match self {
+            Panel::Map(map) => Some(map),
+            Panel::Chart(_) => None,
+        }
+    }
+}
+
+impl Figure {
+    pub fn of(chart: Chart) -> Figure {
+        Figure::of_charts(vec![vec![chart]], [600.0, 410.0])
+    }
+
+    /// Two charts side by side: nothing of one lies over the other.
+    pub fn of_two(left: Chart, right: Chart) -> Figure {
+        Figure::of_charts(vec![vec![left, right]], [430.0, 340.0])
+    }
+
+    pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
+        let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
+        Figure { rows: rows.into_iter().map(|row| panels(row).collect()).collect(), panel }
+    }
+
+    /// The figure as SVG in the variables of [`style`]; `name` keeps its parts apart from
+    /// those of other figures on a page.
+    pub fn to_svg(&self, name: &str) -> String {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
+        let [panel_width, panel_height] = self.panel;
+        let width = (columns * (panel_width + GAP) - GAP + 2.0 * MARGIN).ceil();
+        let legend = Legend::new(entries(self.series()), width - 2.0 * MARGIN, WORDS - 1);
+        let top = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
+        let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
+        scene.background_color = None;
+        scene.text_color = Some(Colour::Text.css());
+        scene.font_family = Some(FONT_FAMILY.to_owned());
+        let mut pictures = String::new();
+        let maps = self.rows.iter().flatten().filter_map(Panel::map);
+        let frame = Frame::of(maps, panel_width);
+        for (row, panels) in self.rows.iter().enumerate() {
+            for (column, panel) in panels.iter().enumerate() {
+                let x = MARGIN + column as f64 * (panel_width + GAP);
+                let y = MARGIN + row as f64 * (panel_height + GAP);
+                match panel {
+                    Panel::Chart(chart) => place(&mut scene, chart.draw(self.panel, WORDS), [x, y]),
+                    Panel::Map(map) => {
+                        map.draw(self.panel, &frame, [x, y], &mut scene, &mut pictures);
+                    }
+                }
+            }
+        }
+        legend.draw(&mut scene, top, width);
+        finished(&scene, &pictures, name)
+    }
+
+    fn series(&self) -> impl Iterator<Item = &Series> {
+        let panels = self.rows.iter().flatten();
+        panels
+            .filter_map(|panel| match panel {
+                Panel::Chart(chart) => Some(chart),
+                Panel::Map(_) => None,
+            })
+            .flat_map(|chart| &chart.series)
+    }
+}
+
+/// Rows of two charts: on a page, words of more would be small.
+pub fn in_pairs(charts: Vec<Chart>) -> Vec<Vec<Chart>> {
+    in_rows(2, charts)
+}
+
+/// Rows of so many, the last of what is left.
+pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
+    let mut rows = Vec::new();
+    while !all.is_empty() {
+        let rest = all.split_off(all.len().min(columns.max(1)));
+        rows.push(std::mem::replace(&mut all, rest));
+    }
+    rows
+}
+
+/// Width and height of panels that hold each of these maps, in pixels.
+pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> [f64; 2] {
+    let frame = Frame::of(panels.filter_map(Panel::map), width);
+    [width, frame.height(width)]
+}
+
+fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
+    scene.add(shift(x, y));
+    scene.elements.extend(drawn.elements);
+    scene.add(Primitive::GroupEnd);
+    scene.defs.extend(drawn.defs);
+}
+
+/// Between the left ends of a sample and of its words.
+const SAMPLE: f64 = 32.0;
+/// Between two columns.
+const GUTTER: f64 = 16.0;
+
+/// An entry: how a series looks and what it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    style: Style,
+    label: String,
+}
+
+/// The named series, each name once, in order of appearance.
+pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for series in series {
+        let Some(label) = &series.label else { continue };
+        if entries.iter().all(|entry| entry.label != *label) {
+            entries.push(Entry { style: series.style, label: label.clone() });
+        }
+    }
+    entries
+}
+
+/// What has markers, and below it what has none, each laid out in columns that fit a width.
+pub struct Legend {
+    blocks: Vec<Block>,
+    words: u32,
+}
+
+/// Entries in columns of one width.
+struct Block {
+    entries: Vec<Entry>,
+    columns: usize,
+    column: f64,
+}
+
+impl Block {
+    /// As many columns as the longest entry allows, of rows as even as can be.
+    fn new(entries: Vec<Entry>, width: f64, words: u32) -> Block {
+        let longest = entries.iter().map(|entry| width_of(&entry.label, words));
+        let column = SAMPLE + longest.fold(0.0, f64::max) + GUTTER;
+        let most = (((width + GUTTER) / column) as usize).max(1);
+        let rows = entries.len().div_ceil(most).max(1);
+        Block { columns: entries.len().div_ceil(rows).max(1), entries, column }
+    }
+
+    fn rows(&self) -> usize {
+        self.entries.len().div_ceil(self.columns)
+    }
+
+    fn width(&self) -> f64 {
+        self.column * self.columns as f64 - GUTTER
+    }
+}
+
+impl Legend {
+    pub fn new(entries: Vec<Entry>, width: f64, words: u32) -> Legend {
+        let has_marker = |entry: &Entry| entry.style.marker.is_some();
+        let (data, curves) = entries.into_iter().partition(has_marker);
+        let blocks = [data, curves].map(|entries| Block::new(entries, width, words));
+        Legend { blocks: blocks.into(), words }
+    }
+
+    fn row(&self) -> f64 {
+        f64::from(self.words) * 1.6
+    }
+
+    pub fn height(&self) -> f64 {
+        let rows: usize = self.blocks.iter().map(Block::rows).sum();
+        self.row() * rows as f64
+    }
+
+    /// Draws it centred below `top`, down the columns.
+    pub fn draw(&self, scene: &mut Scene, top: f64, width: f64) {
+        let widest = self.blocks.iter().map(Block::width).fold(0.0, f64::max);
+        let left = (width - widest).max(0.0) / 2.0;
+        let mut top = top;
+        for block in &self.blocks {
+            let rows = block.rows();
+            for (place, entry) in block.entries.iter().enumerate() {
+                let x = left + block.column * (place / rows) as f64;
+                let y = top + self.row() * (0.5 + (place % rows) as f64);
+                self.draw_entry(scene, entry, x, y);
+            }
+            top += self.row() * rows as f64;
+        }
+    }
+
+    fn draw_entry(&self, scene: &mut Scene, entry: &Entry, x: f64, y: f64) {
+        let Style { colour, line, marker } = entry.style;
+        if let Some(line) = line {
+            scene.add(Primitive::Line {
+                x1: x,
+                y1: y,
+                x2: x + SAMPLE - 8.0,
+                y2: y,
+                stroke: colour.css().into(),
+                stroke_width: line.width,
+                stroke_dasharray: line.dash.array(),
+            });
+        }
+        if let Some(marker) = marker {
+            let centre = (x + (SAMPLE - 8.0) / 2.0, y);
+            let sample = ScatterPlot::new()
+                .with_data([(0.5, 0.5)])
+                .with_color(colour.css())
+                .with_marker(marker)
+                .with_size(f64::from(self.words) * 0.27);
+            scene.elements.extend(marker_at(sample, centre));
+        }
+        scene.add(Primitive::Text {
+            x: x + SAMPLE,
+            y: y + f64::from(self.words) * 0.36,
+            content: entry.label.clone(),
+            size: self.words,
+            anchor: TextAnchor::Start,
+            rotate: None,
+            bold: false,
+            color: Some(Colour::Text.css().into()),
+        });
+    }
+}
+
+/// A single marker at a place of the figure: the middle of a chart whose axes are left out.
+fn marker_at(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
+    let layout = Layout::new((0.0, 1.0), (0.0, 1.0)).with_width(100.0).with_height(100.0);
+    let computed = ComputedLayout::from_layout(&layout);
+    let (from_x, from_y) = (computed.map_x(0.5), computed.map_y(0.5));
+    let scene = render_multiple(vec![Plot::Scatter(sample)], layout);
+    let mut inside = false;
+    let mut kept = vec![shift(x - from_x, y - from_y)];
+    for element in scene.elements {
+        match element {
+            Primitive::ClipStart { .. } => inside = true,
+            Primitive::ClipEnd => inside = false,
+            drawn if inside => kept.push(drawn),
+            _ => {}
+        }
+    }
+    kept.push(Primitive::GroupEnd);
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::charts::axis::Axis;
+    use crate::charts::chart::DataPoint;
+    use crate::charts::raster::Raster;
+    use crate::charts::style::{self, Dash};
+    use crate::charts::svg::{self, alone};
+
+    fn heights() -> Raster {
+        Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0])
+    }
+
+    fn figure() -> Figure {
+        let mut chart = Chart::new(Axis::linear("load y"), Axis::logarithmic("area"));
+        let point = |x: f64| DataPoint { x, y: x * x, bar: Some([0.5 * x * x, 2.0 * x * x]) };
+        chart.series.push(Series {
+            points: [0.0, 0.5, 1.0, f64::NAN].map(point).to_vec(),
+            style: Style::marker(Colour::Series(0), style::marker(1)),
+            label: Some("k_lower 4".to_owned()),
+        });
+        let line = Style::line(Colour::Text, Dash::Dashed, 1.5);
+        chart.series.push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
+        let map = Panel::Map(MapPanel::new("heights", heights(), [1.0, 1.0]));
+        Figure { rows: vec![vec![Panel::Chart(Box::new(chart)), map]], panel: [300.0, 200.0] }
+    }
+
+    #[test]
+    fn equal_sheets_are_equal_bytes_however_many_were_drawn_before() {
+        let first = figure().to_svg("area");
+        Figure::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
+        assert_eq!(first, figure().to_svg("area"));
+    }
+
+    #[test]
+    fn a_map_of_a_rectangle_has_its_sides() {
+        let drawn = |size: [f64; 2]| {
+            let rows = vec![vec![Panel::Map(MapPanel::new("", heights(), size))]];
+            let panel = panel_of_map(rows[0].iter(), 200.0);
+            Figure { rows, panel }.to_svg("map")
+        };
+        assert!(drawn([3.0, 3.0]).contains("width=\"200.0\" height=\"200.0\" preserve"));
+        assert!(drawn([2.0, 1.0]).contains("width=\"200.0\" height=\"100.0\" preserve"));
+        assert!(drawn([1.0, 4.0]).contains("width=\"50.0\" height=\"200.0\" preserve"));
+    }
+
+    #[test]
+    fn charts_of_a_sheet_stand_beside_each_other() {
+        let chart = || Chart::new(Axis::linear("x"), Axis::linear("y"));
+        let svg = Figure::of_two(chart(), chart()).to_svg("two");
+        // Each in its own group, the second one the width of a panel and a gap to the right.
+        let groups: Vec<&str> = svg.split("translate(").skip(1).collect();
+        assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);
+        assert!(groups[1].starts_with("448.0,8.0)"), "{}", &groups[1][..20]);
+        assert_eq!(groups.len(), 2);
+    }
+
+    #[test]
+    fn words_stay_words_and_each_name_has_one_entry() {
+        let svg = figure().to_svg("area");
+        assert_eq!(svg.matches(">k_lower 4</text>").count(), 1);
+        assert_eq!(svg.matches(">a &amp; b &lt; c</text>").count(), 1);
+        assert!(svg.contains(">load y</text>") && !svg.contains("NaN"));
+    }
+
+    #[test]
+    fn a_sheet_alone_is_a_drawing_of_its_size_without_variables() {
+        let alone = alone(&figure().to_svg("area"));
+        assert!(!alone.contains("var(") && alone.contains("viewBox"));
+        let png = svg::to_png(&alone, 2.0).unwrap();
+        let decoder = png::Decoder::new(std::io::Cursor::new(&png));
+        let reader = decoder.read_info().unwrap();
+        assert_eq!(reader.info().width, 1252, "two panels, the gap between them and the margins");
+    }
+}

@@ -1,16 +1,15 @@
-//! Curves of statistically equal surfaces: means over them and how they scatter.
+//! Curves of statistically equal surfaces under ascending loads: means over them and error bars.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use arrow::array::Array;
 
-use super::bars::{Bars, deviation, ends, mean_and_half_bar};
 use asperity_contact::grid::Grid;
 use asperity_stages::columns::{
     COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y,
 };
-use asperity_stages::ensemble;
-use asperity_stages::ensemble::Load;
+use asperity_stages::ensemble::{self, Load};
 use asperity_stages::grids;
 use asperity_tables::column::Column;
 use asperity_tables::table::{Table, TableError};
@@ -32,11 +31,9 @@ pub fn grid(point: &Point) -> Option<Grid> {
 /// Surfaces of one parameter point under ascending loads.
 #[derive(Debug)]
 pub struct EnsembleCurves<'a> {
-    /// All that they share.
     pub point: Point,
     /// Which estimate of the area the rows hold; none as it was counted.
     pub correction: Option<String>,
-    /// Number of surfaces.
     pub surfaces: usize,
     table: &'a Table,
     rows: ensemble::Ensemble,
@@ -46,9 +43,7 @@ pub struct EnsembleCurves<'a> {
 /// A quantity under one load, over the surfaces of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
-    /// The reduced load.
     pub load: f64,
-    /// Arithmetic mean.
     pub mean: f64,
     /// Half the length of its error bar; none of a single surface.
     pub half_bar: Option<f64>,
@@ -102,9 +97,6 @@ pub struct PressureGrowth {
 }
 
 /// The ensembles of a table of loads, in order of appearance.
-///
-/// # Errors
-/// When the table has no loads.
 pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
     let ensembles = ensemble::ensembles(table)?.into_iter();
     Ok(ensembles
@@ -119,7 +111,6 @@ pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableErr
         .collect())
 }
 
-/// The parameters of a row.
 pub fn point(table: &Table, row: usize) -> Point {
     told(ensemble::Point::of_row(table, row))
 }
@@ -144,9 +135,6 @@ impl EnsembleCurves<'_> {
 
     /// A quantity under each load that all surfaces have: a mean curve ends where the first of its
     /// surfaces reaches full contact, for it has no rows beyond.
-    ///
-    /// # Errors
-    /// When the table has no such column of numbers.
     pub fn mean(&self, column: &str) -> Result<Vec<Mean>, TableError> {
         let values = self.table.reals(column)?;
         let means = self.complete().filter_map(|(load, rows)| {
@@ -159,9 +147,6 @@ impl EnsembleCurves<'_> {
     }
 
     /// The slope of the mean of a quantity that vanishes at no load, the first one from there.
-    ///
-    /// # Errors
-    /// When the table has no such column of numbers.
     pub fn slope(&self, column: &str) -> Result<Vec<Slope>, TableError> {
         let values = self.table.reals(column)?;
         let mut before = (0.0, vec![0.0; self.surfaces]);
@@ -180,9 +165,6 @@ impl EnsembleCurves<'_> {
     /// The growth of the mean contact pressure y/a with the load y, area a by the given column;
     /// from the second load on. Its error is the delete-one jackknife's: the pressure is not a mean
     /// over surfaces.
-    ///
-    /// # Errors
-    /// When the table has no such column of numbers.
     pub fn pressure_growth(&self, column: &str) -> Result<Vec<PressureGrowth>, TableError> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
@@ -218,9 +200,6 @@ impl EnsembleCurves<'_> {
 
     /// A quantity over one of another ensemble of the same surfaces, surface by surface, under each load
     /// that all of them have in both.
-    ///
-    /// # Errors
-    /// When a table has no such column of numbers.
     pub fn ratio(
         &self,
         column: &str,
@@ -253,11 +232,61 @@ impl EnsembleCurves<'_> {
     }
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bars {
+    /// Standard errors of the mean: how well it is known.
+    #[default]
+    Sem,
+    /// Standard deviations over the surfaces, as in the paper: how they scatter.
+    Sd,
+}
+
+impl Bars {
+    /// Half the length of a bar, from the standard deviation of so many values.
+    pub fn half(self, deviation: f64, count: usize) -> f64 {
+        match self {
+            Bars::Sem => deviation / (count as f64).sqrt(),
+            Bars::Sd => deviation,
+        }
+    }
+}
+
+impl fmt::Display for Bars {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Bars::Sem => "standard errors of the means",
+            Bars::Sd => "standard deviations over the surfaces",
+        })
+    }
+}
+
+/// Arithmetic mean and, of more than one value, half the length of its error bar.
+pub fn mean_and_half_bar(values: &[f64], bars: Bars) -> (f64, Option<f64>) {
+    let half = deviation(values).map(|deviation| bars.half(deviation, values.len()));
+    (mean(values), half)
+}
+
+/// The ends of a bar about a value.
+pub fn ends(value: f64, half: Option<f64>) -> Option<[f64; 2]> {
+    half.map(|half| [value - half, value + half])
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard deviation over n − 1, of more than one value.
+pub fn deviation(values: &[f64]) -> Option<f64> {
+    let mean = mean(values);
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use asperity_stages::columns::{LOAD, REALIZATION, SURFACE};
-    use asperity_tables::column::{Column, ColumnKind, integers, reals, texts};
+    use asperity_tables::column::{ColumnKind, integers, reals, texts};
 
     const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");

@@ -1,14 +1,14 @@
 //! Every coordinate there is, swept, before everybody who sorts rows into ensembles.
 
-use crate::bars::Bars;
 use crate::ensembles as report;
-use asperity_claims::{Evidence, evidence::KindTable};
+use crate::ensembles::Bars;
+use asperity_claims::Evidence;
+use asperity_claims::KindTable;
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::*;
-use asperity_stages::fit;
 use asperity_stages::fit::laws::{Law, PlainLaw};
-use asperity_stages::{Kind, columns_of};
+use asperity_stages::{Kind, columns_of, fit};
 use asperity_tables::column::{Column, ColumnKind, Role, Value, integers, reals, texts};
 use asperity_tables::table::Table;
 

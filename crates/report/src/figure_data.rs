@@ -1,51 +1,101 @@
-//! A study's tables as figures need them: curves of ensembles, and how their points look.
+//! The tables of a study as figures need them: finished stages, curves of ensembles, how their
+//! points look, what captions say besides, and which lines of a manifest would add a figure.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use arrow::array::Array;
+use arrow::array::{Array, Float64Array, StringArray};
 
-use super::ReportError;
-use super::bars::Bars;
-use super::caveat::caveat;
-use super::ensembles::{self, EnsembleCurves, Mean, Point};
-use super::measured::MeasuredMaps;
-use super::styles::{Files, Styles};
-use super::tables::{FinishedStage, FinishedStages};
-use super::units::Units;
-use crate::charts::chart::{DataPoint, Series};
+use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::Style;
+use crate::ensembles::{self, Bars, EnsembleCurves, Mean, Point};
+use crate::figures::Drawn;
+use crate::samples::{FILE_IS_GONE, MeasuredMaps};
+use crate::styles::{Files, Styles};
+use crate::units::{LengthUnit, Units};
+use crate::{ReportError, Subject};
+use asperity_contact::grid::Grid;
+use asperity_contact::morphology::area::YASTREBOV_2017;
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::archive::Archive;
 use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTENT, K_ROLLOFF, LOAD, REALIZATION, SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LOAD, PERIMETER_MANHATTAN,
+    REALIZATION, SURFACE,
 };
 use asperity_stages::correct::AS_COUNTED;
-use asperity_stages::generate;
-use asperity_stages::generate::Origin;
-use asperity_stages::{Kind, Recipe};
+use asperity_stages::generate::{self, Origin};
+use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::{Kind, Recipe, caveats};
 use asperity_tables::table::{Table, TableError};
+
+/// A stage with at least one finished task.
+#[derive(Debug)]
+pub struct FinishedStage {
+    pub name: String,
+    pub kind: Kind,
+    pub table: Table,
+    /// Its file, if that holds just these rows.
+    pub path: Option<PathBuf>,
+}
+
+pub struct FinishedStages<'a> {
+    /// The stages, in the order of the plan.
+    pub stages: Vec<FinishedStage>,
+    pub plan: &'a Plan,
+    /// Their tables, and where the maps are.
+    pub archive: &'a Archive,
+    pub sources: &'a SurfaceFiles,
+}
+
+impl<'a> FinishedStages<'a> {
+    /// What has been read of a study.
+    pub fn of(subject: &Subject<'a>) -> FinishedStages<'a> {
+        let stages = subject.plan.stages.iter().zip(subject.rows);
+        let stages = stages.filter_map(|(stage, rows)| {
+            Some(FinishedStage {
+                name: stage.name.clone(),
+                kind: stage.kind,
+                table: rows.table.clone()?,
+                path: rows.is_published.then(|| rows.path.clone()),
+            })
+        });
+        FinishedStages {
+            stages: stages.collect(),
+            plan: subject.plan,
+            archive: subject.archive,
+            sources: subject.sources,
+        }
+    }
+
+    /// The stages whose tables have all of these columns.
+    pub fn with<'b>(&'b self, columns: &'b [&str]) -> impl Iterator<Item = &'b FinishedStage> {
+        let has_all = |stage: &&FinishedStage| columns.iter().all(|column| stage.table.has(column));
+        self.stages.iter().filter(has_all)
+    }
+
+    /// The name of a stage of a kind, finished or not, for advice on what to add.
+    pub fn name_of(&self, kind: Kind) -> Option<&str> {
+        let mut stages = self.plan.stages.iter();
+        let found = stages.find(|stage| stage.kind == kind)?;
+        Some(&found.name)
+    }
+}
 
 /// The heaviest load that the paper calls light.
 pub const LIGHT: f64 = 0.06;
 /// Says what the load is measured in.
 pub const LOAD_LABEL: &str = "load p₀/(E* h′)";
-/// The share of the nominal area that touches.
 pub const AREA_LABEL: &str = "contact area A/A₀";
 /// What `measure` counts.
 pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
 /// What figures are drawn from.
 pub struct FigureData<'a> {
-    /// The tables.
     pub finished: &'a FinishedStages<'a>,
-    /// Units of length.
     pub units: Units,
-    /// Maps of measured surfaces.
     pub maps: MeasuredMaps,
-    /// Measured contacts.
     pub measured: Vec<EnsembleCurves<'a>>,
-    /// Corrected areas.
     pub corrected: Vec<EnsembleCurves<'a>>,
     /// Colours, markers and labels of the study's points.
     pub styles: Styles,
@@ -53,15 +103,11 @@ pub struct FigureData<'a> {
     pub files: Files,
     /// Of which surfaces the theories do not speak: a sentence, or nothing.
     pub caveat: String,
-    /// What error bars are.
     pub bars: Bars,
 }
 
 impl<'a> FigureData<'a> {
     /// Sorts the rows of a study by ensembles.
-    ///
-    /// # Errors
-    /// When a table lacks a column that its kind of stage writes.
     pub fn of(finished: &'a FinishedStages<'a>, bars: Bars) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
         let units = Units::of(finished)?;
@@ -113,11 +159,21 @@ impl<'a> FigureData<'a> {
 
     /// What an ensemble is called in legends.
     pub fn label(&self, ensemble: &EnsembleCurves) -> String {
-        let label = self.styles.label(&ensemble.point);
-        label.unwrap_or_else(|| match ensemble.surfaces {
-            1 => "the surface".to_owned(),
-            _ => "mean of the surfaces".to_owned(),
-        })
+        let alone = if ensemble.surfaces == 1 { "the surface" } else { "mean of the surfaces" };
+        self.styles.name(&ensemble.point, alone)
+    }
+
+    /// Adds an ensemble to a chart: a line through all of its means, and markers at some of them.
+    pub fn add_curve(
+        &self,
+        chart: &mut Chart,
+        ensemble: &EnsembleCurves,
+        means: &[Mean],
+        some: &[Mean],
+    ) {
+        let line = series(means, self.styles.joins(&ensemble.point));
+        chart.series.push(line.without_bars());
+        chart.series.push(self.points(ensemble, some));
     }
 
     /// How many surfaces each of the measured ensembles has.
@@ -126,10 +182,23 @@ impl<'a> FigureData<'a> {
     }
 }
 
-/// A mean curve with its error bars.
 pub fn series(means: &[Mean], style: Style) -> Series {
     let points = means.iter().map(|mean| DataPoint { x: mean.load, y: mean.mean, bar: mean.bar() });
     Series { points: points.collect(), style, label: None }
+}
+
+/// The ends of an interval in a row, if it has both.
+pub fn interval(lower: &Float64Array, upper: &Float64Array, row: usize) -> Option<[f64; 2]> {
+    let is_known = lower.is_valid(row) && upper.is_valid(row);
+    is_known.then(|| [lower.value(row), upper.value(row)])
+}
+
+/// A column of words, if a table has it.
+pub fn texts_if_any<'a>(
+    table: &'a Table,
+    name: &str,
+) -> Result<Option<&'a StringArray>, TableError> {
+    table.has(name).then(|| table.texts(name)).transpose()
 }
 
 /// Fewer of the means: where a line joins all of them, markers at least `step` apart do.
@@ -208,8 +277,8 @@ fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableErro
     let stages = finished.stages.iter();
     for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
         let has_realizations = table.has(REALIZATION.name);
-        let realizations = has_realizations.then(|| table.integers(REALIZATION.name));
-        let realizations = realizations.transpose()?;
+        let realizations =
+            has_realizations.then(|| table.integers(REALIZATION.name)).transpose()?;
         let is_another =
             |row| realizations.is_some_and(|all| all.is_valid(row) && all.value(row) > 0);
         for row in (0..table.rows()).filter(|&row| row == 0 || !is_another(row)) {
@@ -242,4 +311,153 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
         }
     }
     points
+}
+
+impl FigureData<'_> {
+    /// The unit of length that the measured contacts share.
+    pub fn unit_of_length(&self) -> LengthUnit {
+        let points = self.measured.iter().map(|one| &one.point);
+        LengthUnit::common(points.map(|point| self.units.at(point)))
+    }
+
+    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
+    /// edges: a sentence, empty where nothing is counted.
+    pub fn share_of_mesh(&self) -> Result<String, TableError> {
+        let mut shares = Vec::new();
+        for ensemble in &self.measured {
+            let (areas, perimeters) =
+                (ensemble.mean(COUNTED_AREA)?, ensemble.mean(PERIMETER_MANHATTAN.name)?);
+            let pairs = areas.iter().zip(&perimeters);
+            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
+            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
+            let grid = ensembles::grid(&ensemble.point).filter(Grid::has_square_cells);
+            if let (Some((area, perimeter)), Some(grid)) = (nearest, grid) {
+                // S_d Δx/(L_x L_y).
+                let edge = perimeter.mean / (grid.cell().size()[0] * grid.nodes()[1] as f64);
+                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
+            }
+        }
+        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
+        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
+            return Ok(String::new());
+        };
+        let range = match least == most {
+            true => least,
+            false => format!("{least} to {most}"),
+        };
+        Ok(format!(
+            "By the correction of 2017, the mesh adds {range} % to the counted area under the \
+             load nearest to {LIGHT}."
+        ))
+    }
+}
+
+/// A caption names as many parameter points beside which theories do not belong.
+const MOST_CAVEATS: usize = 4;
+
+/// Of which surfaces and materials the theories do not speak, and why: sentences, each after a space,
+/// or nothing.
+pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
+    let mut told = Vec::new();
+    let stages = finished.stages.iter();
+    for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
+        for point in caveats::points(table).map_err(ReportError::Caveats)? {
+            if point.departures.is_empty() {
+                continue;
+            }
+            let label = styles.name(&ensembles::point(&point.place, 0), "these surfaces");
+            let line = format!("{label} ({})", point.departures.join(", "));
+            if !told.contains(&line) {
+                told.push(line);
+            }
+        }
+    }
+    let yields = |stage: &FinishedStage| stage.table.has(HARDNESS.name);
+    let of_materials = match finished.stages.iter().any(yields) {
+        true => " Theories are of elastic contact, and not of materials with a hardness.",
+        false => "",
+    };
+    if told.is_empty() {
+        return Ok(of_materials.to_owned());
+    }
+    let hidden = told.len().saturating_sub(MOST_CAVEATS);
+    told.truncate(MOST_CAVEATS);
+    if hidden > 0 {
+        told.push(format!("{hidden} more"));
+    }
+    Ok(format!(
+        " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.{of_materials}",
+        told.join("; ")
+    ))
+}
+
+impl FigureData<'_> {
+    /// What a figure of surfaces needs: the file of a measured one that is gone, or else other stages.
+    pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
+        match self.maps {
+            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
+            MeasuredMaps::There(_) => Drawn::missing(needs, lines),
+        }
+    }
+
+    /// A stage under a name that the study does not use yet; `lines` follow its header.
+    fn stage(&self, name: &str, lines: &str) -> String {
+        let stages = &self.finished.plan.stages;
+        let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
+        let mut free = name.to_owned();
+        while is_taken(&free) {
+            free += "-2";
+        }
+        format!("[stage.{free}]\n{lines}")
+    }
+
+    /// The name of the study's first stage of a kind, or what it would best be called.
+    fn source(&self, kind: Kind, otherwise: &str) -> String {
+        self.finished.name_of(kind).unwrap_or(otherwise).to_owned()
+    }
+
+    pub fn lines_of_loads(&self, loads: &str) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let solve = format!("kind = \"solve\"\nfrom = \"{surfaces}\"\nloads = {loads}\n\n");
+        let measure = "kind = \"measure\"\nfrom = \"loads\"";
+        self.stage("loads", &solve) + &self.stage("contacts", measure)
+    }
+
+    pub fn lines_of_corrections(&self) -> String {
+        let measured = self.source(Kind::Measure, "area");
+        let lines = format!(
+            "kind = \"correct\"\nfrom = \"{measured}\"\ncorrection = [\"none\", \"pi/8\", \"2017\"]"
+        );
+        self.stage("corrected", &lines)
+    }
+
+    pub fn lines_of_heights(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let lines = format!(
+            "kind = \"measure\"\nfrom = \"{surfaces}\"\nbins = 1000\nrange = 5.0\npool = true"
+        );
+        self.stage("density", &lines)
+    }
+
+    pub fn lines_of_scales(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let lines = format!("kind = \"measure\"\nfrom = \"{surfaces}\"\nwhat = \"scales\"");
+        self.stage("slopes", &lines)
+    }
+
+    pub fn lines_of_surfaces(&self) -> String {
+        let lines = "kind = \"generate\"\nnodes = 256\nhurst = 0.8\nk_lower = [1, 2, 4]\n\
+                     k_upper = [8, 16, 32]\nrealizations = 50";
+        self.stage("random-surfaces", lines)
+    }
+
+    /// The same surfaces on several meshes, and what their meshes add.
+    pub fn lines_of_meshes(&self) -> String {
+        let measured = self.source(Kind::Measure, "area");
+        let lines = format!(
+            "kind = \"fit\"            # with `nodes = [128, 256, 512]` in the stage of surfaces\n\
+             from = \"{measured}\"\nlaw = \"mesh-convergence\""
+        );
+        self.stage("regression", &lines)
+    }
 }

@@ -1,63 +1,159 @@
-//! All figures of a page: surfaces, then contact in the order of the paper. Each file is one figure: what it needs, from
-//! which tables, over which axes, with which words.
+//! All figures of a page: surfaces, then contact in the order of the paper.
+//!
+//! A figure is a [`Definition`]: what it needs, from which tables, over which axes, with which words.
 
 mod area;
-mod asperities;
-mod clusters;
-mod collapse;
 mod contact_maps;
-mod contact_pressures;
 mod corrections;
+mod distributions;
 mod flow;
 mod full_contact;
-mod gap;
-mod gap_distribution;
 mod heights;
 mod limits;
-mod measured_heights;
-mod measured_spectrum;
-mod mesh;
-mod near_full_contact;
 mod pressure;
-mod pressure_growth;
-mod scales;
-mod sealing;
-mod slope;
-mod spectrum;
+mod spectra;
 mod summits;
-mod surfaces;
-mod theories;
 
-use super::figure::Definition;
+use serde::Serialize;
+
+use crate::ReportError;
+use crate::charts::Figure;
+use crate::figure_data::FigureData;
+use crate::figures::contact_maps::LoadSlider;
 
 /// Every figure that a study can have.
 pub const ALL: [&Definition; 25] = [
-    &surfaces::FIGURE,
-    &heights::FIGURE,
-    &spectrum::FIGURE,
-    &scales::FIGURE,
-    &area::FIGURE,
-    &slope::FIGURE,
-    &full_contact::FIGURE,
-    &contact_maps::FIGURE,
-    &near_full_contact::FIGURE,
-    &pressure::FIGURE,
-    &gap::FIGURE,
+    &heights::MAPS,
+    &heights::HEIGHTS,
+    &spectra::SPECTRUM,
+    &spectra::SLOPE_BY_SCALE,
+    &area::AREA_LIGHT,
+    &area::SLOPE,
+    &full_contact::ALL_LOADS,
+    &contact_maps::CONTACT_MAPS,
+    &full_contact::APPROACH,
+    &pressure::AGAINST_PRESSURE,
+    &pressure::GAP,
     &corrections::RELATIVE_ERROR,
     &corrections::CORRECTED,
-    &collapse::FIGURE,
-    &pressure_growth::FIGURE,
+    &corrections::COLLAPSE,
+    &pressure::GROWTH,
     &summits::NAYAK,
     &summits::DENSITY,
-    &mesh::FIGURE,
-    &contact_pressures::FIGURE,
-    &gap_distribution::FIGURE,
-    &clusters::FIGURE,
-    &sealing::FIGURE,
-    &flow::FIGURE,
-    &asperities::FIGURE,
-    &limits::FIGURE,
+    &limits::MESH,
+    &distributions::CONTACT_PRESSURES,
+    &distributions::GAPS,
+    &distributions::CLUSTERS,
+    &flow::SEALING,
+    &flow::FLOW,
+    &area::ASPERITIES,
+    &limits::LIMITS,
 ];
+
+/// A figure that a study can have, and how to draw it from its tables.
+pub struct Definition {
+    /// The name of its files, and its anchor on the page.
+    pub name: &'static str,
+    pub title: &'static str,
+    pub draw: fn(&FigureData) -> Result<Drawn, ReportError>,
+}
+
+impl Definition {
+    pub fn file_names(&self) -> [String; 2] {
+        ["svg", "png"].map(|ending| format!("{}.{ending}", self.name))
+    }
+}
+
+/// What drawing a figure has come to.
+pub enum Drawn {
+    Figure {
+        figure: Box<Figure>,
+        /// What is to be seen, of how many surfaces, under which correction.
+        caption: String,
+        /// What the page has below it, and its files have not.
+        sliders: Vec<LoadSlider>,
+    },
+    /// The study has no data for it, or what it is drawn from is gone.
+    Missing {
+        needs: &'static str,
+        /// The lines of a manifest that would add it; none if the study has them.
+        lines: Option<String>,
+    },
+    /// It is of a kind of stage that the study has not, and that most studies have not.
+    NotAsked,
+}
+
+impl Drawn {
+    pub fn figure(figure: Figure, caption: impl Into<String>) -> Drawn {
+        Drawn::Figure { figure: Box::new(figure), caption: caption.into(), sliders: Vec::new() }
+    }
+
+    pub fn with_sliders(mut self, below: Vec<LoadSlider>) -> Drawn {
+        if let Drawn::Figure { sliders, .. } = &mut self {
+            *sliders = below;
+        }
+        self
+    }
+
+    /// The study has computed the figure, but what it is drawn from is gone.
+    pub fn gone(needs: &'static str) -> Drawn {
+        Drawn::Missing { needs, lines: None }
+    }
+
+    /// The study has no data for the figure; a stage of the given lines would add it.
+    pub fn missing(needs: &'static str, lines: String) -> Drawn {
+        Drawn::Missing { needs, lines: Some(lines) }
+    }
+}
+
+/// A figure as SVG for the page, and as files of their own.
+#[derive(Debug, Serialize)]
+pub struct DrawnFigure {
+    pub name: &'static str,
+    pub title: &'static str,
+    pub svg: String,
+    #[serde(skip)]
+    pub alone: String,
+    #[serde(skip)]
+    pub png: Vec<u8>,
+    pub caption: String,
+    /// Maps under more loads, of which a reader chooses.
+    pub sliders: Vec<LoadSlider>,
+}
+
+impl DrawnFigure {
+    /// Its files: their names, and what is in them.
+    pub fn files(&self) -> [(String, &[u8]); 2] {
+        let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
+        bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
+    }
+}
+
+/// A figure for which the study has no data.
+#[derive(Debug, Serialize)]
+pub struct MissingFigure {
+    pub title: &'static str,
+    pub needs: &'static str,
+    /// The lines of a manifest that would add it; none if the study has them.
+    pub lines: Option<String>,
+}
+
+/// `8 surfaces`, `4 surfaces for each of 2 spectra`.
+pub fn sample(surfaces: &[usize]) -> String {
+    let (least, most) = (surfaces.iter().min(), surfaces.iter().max());
+    let (Some(&least), Some(&most)) = (least, most) else {
+        return "no surfaces".to_owned();
+    };
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
+    let each = match least == most {
+        true => format!("{most} surface{}", plural(most)),
+        false => format!("{least} to {most} surfaces"),
+    };
+    match surfaces.len() {
+        1 => each,
+        points => format!("{each} for each of {points} parameter points"),
+    }
+}
 
 #[cfg(test)]
 mod tests {

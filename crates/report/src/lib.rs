@@ -1,33 +1,38 @@
-//! What a study has found, to be looked at: one page, and its figures for a paper.
+//! The page of a study, `report.html`, and its figures as files for a paper.
 //!
-//! The [`tables`] of a study's stages are sorted into [`figure_data`]: curves of ensembles, all of
-//! which have one style on all figures. Each of the [`figures`] draws what it finds there, or says
-//! which stage would add it; the [`page`] holds them, the tables, and where all of it comes from.
+//! [`write`] reads the finished tables of a study into [`FigureData`]: curves of ensembles, which
+//! have one style on all figures. Each figure draws what it finds there, or says which stage would
+//! add it. The page holds the figures, the tables, and where all of it comes from.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `figure_data` | the finished stages, sorted for figures; what captions say besides; advice |
+//! | `ensembles` | means over equal surfaces under ascending loads, and their error bars |
+//! | `surface_curves` | means against another coordinate than the load |
+//! | `samples` | single surfaces, one of each parameter point, and measured maps |
+//! | `styles`, `units` | colours, markers and labels; metres, pascals and their prefixes |
+//! | `figures` | every figure, in files by subject |
+//! | `charts` | drawing: axes, series, legends, maps; SVG and PNG |
+//! | `page` | the HTML page and its provenance |
+//! | `earlier` | an earlier report: what it shows, and whether it may be replaced |
 
-pub mod advice;
-pub mod bars;
-pub mod basis;
-pub mod caveat;
-pub mod charts;
-pub mod distributions;
-pub mod ensembles;
+mod charts;
+mod earlier;
+mod ensembles;
 #[cfg(test)]
 mod every_consumer;
-pub mod figure;
-pub mod figure_data;
-pub mod figures;
-mod load_slider;
-pub mod measured;
-pub mod page;
-pub mod place;
-pub mod provenance;
-pub mod remarks;
-pub mod samples;
-pub mod seal;
-pub mod styles;
-pub mod surface_curves;
-pub mod tables;
-pub mod units;
+mod figure_data;
+mod figures;
+mod page;
+mod samples;
+mod styles;
+mod surface_curves;
+mod units;
+
+pub use charts::raster::{Raster, Scale};
+pub use charts::svg::PixelsError;
+pub use earlier::{changed, check_folder};
+pub use ensembles::Bars;
 
 use std::fs;
 use std::io;
@@ -35,15 +40,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use self::bars::Bars;
-use self::basis::Basis;
-use self::figure::{Definition, Drawn, DrawnFigure, MissingFigure};
-use self::figure_data::FigureData;
-use self::provenance::PageProvenance;
-use self::tables::FinishedStages;
-use crate::charts::pixels;
-use crate::charts::pixels::PixelsError;
 use crate::charts::svg;
+use crate::earlier::Basis;
+use crate::figure_data::{FigureData, FinishedStages};
+use crate::figures::{Definition, Drawn, DrawnFigure, MissingFigure};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_pipeline::results::archive::Archive;
@@ -56,7 +56,6 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, lock_to_write, make_folder, write_whole};
 use asperity_tables::table::TableError;
 
-/// The page's file.
 const PAGE: &str = "report.html";
 /// Pixels of a PNG file to one of a figure.
 const SCALE: f32 = 2.0;
@@ -64,25 +63,20 @@ const SCALE: f32 = 2.0;
 /// A report that has been written.
 #[derive(Debug, Serialize)]
 pub struct Report {
-    /// The page.
     pub page: PathBuf,
-    /// The folder of figures.
     pub figures: PathBuf,
     /// The titles of the figures that are there.
     pub drawn: Vec<&'static str>,
-    /// Those that are not.
     pub missing: Vec<NotDrawn>,
     /// Bytes of the page.
     #[serde(skip)]
     pub size: usize,
 }
 
-/// A figure that is not drawn.
+/// The title of a figure that is not drawn, and what it needs.
 #[derive(Debug, Serialize)]
 pub struct NotDrawn {
-    /// Its title.
     pub figure: &'static str,
-    /// What it needs.
     pub needs: &'static str,
 }
 
@@ -103,12 +97,7 @@ pub enum ReportError {
     Surface(#[source] StageError),
     /// A figure cannot be turned into pixels.
     #[error("cannot make `{name}.png`")]
-    Pixels {
-        /// The figure.
-        name: &'static str,
-        /// Why.
-        source: PixelsError,
-    },
+    Pixels { name: &'static str, source: PixelsError },
     /// Another page is there, which shows what this one would not.
     #[error(
         "`{}` shows more than is there to be shown now: {}; `asperity run` computes what is \
@@ -117,55 +106,34 @@ pub enum ReportError {
         page.display(),
         lacks.join(", "),
     )]
-    ShowsLess {
-        /// The page.
-        page: PathBuf,
-        /// What would be lost.
-        lacks: Vec<String>,
-    },
+    ShowsLess { page: PathBuf, lacks: Vec<String> },
     /// The file in the page's place is not a report.
     #[error(
         "`{}` was not written by `asperity report` and is not replaced; `--output` names another \
          folder",
         page.display()
     )]
-    NoReport {
-        /// The file.
-        page: PathBuf,
-    },
+    NoReport { page: PathBuf },
     /// A file in the report's place is not part of an earlier report of the study.
     #[error(
         "`{}` is not part of a report of `{study}`, or was changed since; `--replace` overwrites \
          it, `--output` names another folder",
         path.display()
     )]
-    Taken {
-        /// The file.
-        path: PathBuf,
-        /// The study's name.
-        study: String,
-    },
+    Taken { path: PathBuf, study: String },
     /// A figure of an earlier report cannot be taken away.
     #[error("cannot remove `{}`, a figure of an earlier report", path.display())]
-    Remove {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    Remove { path: PathBuf, source: io::Error },
 }
 
 /// A study and what has been read of it.
 pub struct Subject<'a> {
-    /// Its tasks.
     pub plan: &'a Plan,
-    /// The rows of its stages.
     pub rows: &'a [StageRows],
     /// Its finished tasks, and their maps.
     pub archive: &'a Archive,
     /// The files of its measured surfaces.
     pub sources: &'a SurfaceFiles,
-    /// Its manifest's text.
     pub manifest: &'a str,
     /// What should be known of it.
     pub warnings: &'a [Warning],
@@ -194,9 +162,15 @@ pub fn write(
     let data = FigureData::of(&finished, bars)?;
     // Each figure by itself: on a machine of many cores they take as long as the slowest.
     let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
-    let drawn = drawn.into_iter().collect::<Result<_, ReportError>>()?;
-    let (there, missing) = parted(drawn);
-    let basis = Basis::of(&subject.plan.study, &there, seal::digests(&there), &finished.stages);
+    let (mut there, mut missing) = (Vec::new(), Vec::new());
+    for figure in drawn {
+        match figure? {
+            Some(Ok(figure)) => there.push(figure),
+            Some(Err(figure)) => missing.push(figure),
+            None => {}
+        }
+    }
+    let basis = Basis::new(&subject.plan.study, &there, &finished.stages);
     let page = folder.join(PAGE);
     let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
     if existing == Existing::Keep && !is_complete {
@@ -210,9 +184,8 @@ pub fn write(
     let _alone = lock_to_write(folder);
     let pictures = folder.join(FIGURES);
     write_figures(&there, &pictures)?;
-    let provenance = PageProvenance::of(&finished, subject);
-    let text = page::html(&there, &missing, &finished, &basis, &provenance, folder);
-    let text = seal::sealed(text);
+    let text = page::html(subject, &finished, &there, &missing, &basis, folder);
+    let text = earlier::sealed(text);
     write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
     Ok(Report {
         page,
@@ -232,12 +205,11 @@ fn draw(
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
     let Definition { name, title, draw } = *definition;
-    let missing = |needs, lines| MissingFigure { title, needs, lines };
     Ok(Some(match draw(data)? {
         Drawn::Figure { figure, caption, sliders } => {
             let svg = figure.to_svg(name);
             let alone = svg::alone(&svg);
-            let png = pixels::to_png(&alone, SCALE);
+            let png = svg::to_png(&alone, SCALE);
             Ok(DrawnFigure {
                 name,
                 title,
@@ -248,8 +220,7 @@ fn draw(
                 sliders,
             })
         }
-        Drawn::Gone { needs } => Err(missing(needs, None)),
-        Drawn::Missing { needs, lines } => Err(missing(needs, Some(lines))),
+        Drawn::Missing { needs, lines } => Err(MissingFigure { title, needs, lines }),
         Drawn::NotAsked => return Ok(None),
     }))
 }
@@ -276,17 +247,4 @@ fn remove(path: &Path) -> Result<(), ReportError> {
         }
         _ => Ok(()),
     }
-}
-
-fn parted(
-    drawn: Vec<Option<Result<DrawnFigure, MissingFigure>>>,
-) -> (Vec<DrawnFigure>, Vec<MissingFigure>) {
-    let (mut there, mut missing) = (Vec::new(), Vec::new());
-    for figure in drawn.into_iter().flatten() {
-        match figure {
-            Ok(figure) => there.push(figure),
-            Err(figure) => missing.push(figure),
-        }
-    }
-    (there, missing)
 }

@@ -1,5 +1,6 @@
-//! The page: figures, what is missing, tables, provenance, in one file that needs no other.
+//! The page: figures, what is missing, tables and provenance, in one file that needs no other.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use arrow::datatypes::DataType;
@@ -8,11 +9,14 @@ use minijinja::Environment;
 use minijinja::value::Serde;
 use serde::Serialize;
 
-use super::basis::Basis;
-use super::figure::{DrawnFigure, MissingFigure};
-use super::provenance::PageProvenance;
-use super::tables::{FinishedStage, FinishedStages};
-use crate::charts::{colour, pixels};
+use crate::Subject;
+use crate::charts::{style, svg};
+use crate::earlier::Basis;
+use crate::figure_data::{FinishedStage, FinishedStages};
+use crate::figures::{DrawnFigure, MissingFigure};
+use asperity_pipeline::forecast;
+use asperity_stages::columns::STOP;
+use asperity_stages::solve::GIVEN_UP;
 use asperity_tables::cells::cells;
 use asperity_tables::store::files::from_folder;
 
@@ -26,17 +30,36 @@ const ROWS: usize = 100;
 /// What the template asks for.
 #[derive(Serialize)]
 struct Contents<'a> {
+    study: &'a str,
+    version: &'static str,
+    machine: String,
+    completeness: String,
+    /// Rows of solved loads, and how many of them did not converge.
+    loads: usize,
+    unconverged: usize,
+    warnings: Vec<String>,
+    stages: Vec<StageOrigin<'a>>,
+    manifest: &'a str,
     figures: &'a [DrawnFigure],
     missing: &'a [MissingFigure],
     tables: Vec<ShownTable<'a>>,
     basis: String,
-    #[serde(flatten)]
-    provenance: &'a PageProvenance,
     style: &'static str,
     script: &'static str,
     light: String,
     dark: String,
     font: String,
+}
+
+/// A stage, and what its table is made of.
+#[derive(Serialize)]
+struct StageOrigin<'a> {
+    name: &'a str,
+    kind: &'static str,
+    version: u32,
+    finished: usize,
+    planned: usize,
+    digest: &'a str,
 }
 
 #[derive(Serialize)]
@@ -65,32 +88,48 @@ struct ShownColumn {
     numeric: bool,
 }
 
-/// The page as HTML, for a folder.
+/// Returns the page as HTML, for a folder.
 pub fn html(
+    subject: &Subject,
+    finished: &FinishedStages,
     figures: &[DrawnFigure],
     missing: &[MissingFigure],
-    finished: &FinishedStages,
     basis: &Basis,
-    provenance: &PageProvenance,
     folder: &Path,
 ) -> String {
-    let mut environment = Environment::new();
-    environment.add_template("page.html", TEMPLATE).expect("the template is part of the program");
-    let page = environment.get_template("page.html");
-    let page = page.expect("it has just been added");
+    let plan = subject.plan;
+    let stages = plan.stages.iter().zip(subject.rows).map(|(stage, rows)| StageOrigin {
+        name: &stage.name,
+        kind: stage.kind.name(),
+        version: stage.kind.version(),
+        finished: rows.tasks.len(),
+        planned: stage.tasks.len(),
+        digest: if rows.table.is_some() { &rows.digest } else { "–" },
+    });
+    let (loads, unconverged) = converged(finished);
+    let [light, dark] = style::declarations();
     let contents = Contents {
+        study: &plan.study,
+        version: env!("CARGO_PKG_VERSION"),
+        machine: machine(),
+        completeness: completeness(subject),
+        loads,
+        unconverged,
+        warnings: subject.warnings.iter().map(ToString::to_string).collect(),
+        stages: stages.collect(),
+        manifest: subject.manifest,
         figures,
         missing,
         tables: finished.stages.iter().map(|stage| shown(stage, folder)).collect(),
         basis: basis.json(),
-        provenance,
         style: STYLE,
         script: SCRIPT,
-        light: colour::light(),
-        dark: colour::dark(),
-        font: BASE64_STANDARD.encode(pixels::FONT),
+        light,
+        dark,
+        font: BASE64_STANDARD.encode(svg::FONT),
     };
-    page.render(Serde(&contents)).expect("the template asks for nothing else")
+    let page = Environment::new().render_named_str("page.html", TEMPLATE, Serde(&contents));
+    page.expect("the template is part of the program and asks for nothing else")
 }
 
 fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
@@ -125,4 +164,34 @@ fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
         columns: columns.collect(),
         cells: (0..shown).map(row).collect(),
     }
+}
+
+fn completeness(subject: &Subject) -> String {
+    let planned = subject.plan.tasks.len();
+    let done: BTreeSet<usize> = subject.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
+    let done = done.len();
+    match done == planned {
+        true => format!("complete: all {planned} tasks are done"),
+        false => {
+            format!("unfinished: {done} of {planned} tasks are done, all figures are of these")
+        }
+    }
+}
+
+/// Solved loads, and how many of them did not converge.
+fn converged(finished: &FinishedStages) -> (usize, usize) {
+    let solved = finished.with(&["pairs", STOP.name]);
+    let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
+    stops.fold((0, 0), |(loads, unconverged), stops| {
+        let given_up = stops.iter().filter(|stop| *stop == Some(GIVEN_UP)).count();
+        (loads + stops.iter().len(), unconverged + given_up)
+    })
+}
+
+/// Processor, cores and system, as far as the system tells.
+fn machine() -> String {
+    let model = forecast::processor();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let plural = if cores == 1 { "" } else { "s" };
+    format!("{model}, {cores} core{plural}, {}", std::env::consts::OS)
 }

@@ -1,15 +1,27 @@
-//! One surface for each of a few parameter points: figures that show single surfaces show these.
+//! Single surfaces, one for each of a few parameter points, and how measured ones are shown.
+//!
+//! A page has a map, a spectrum and a distribution of heights of every measured surface that it
+//! shows, whatever its manifest measures: they are what a reader looks at first, and take the page
+//! a second or so of a map of 4096² nodes. They are computed once and kept as small as they are
+//! drawn, one surface after the other, so that a page needs the memory of one map. What `measure`
+//! stages have found is drawn from their tables instead.
 
-use super::ReportError;
-use super::ensembles::{self, Point};
-use super::tables::FinishedStages;
+use crate::ReportError;
+use crate::charts::raster::HeightMap;
+use crate::ensembles::{self, Point};
+use crate::figure_data::FinishedStages;
+use crate::surface_curves::CurvePoint;
+use crate::units::Units;
+use asperity_contact::grid::Boundary;
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::height_distribution::Histogram;
 use asperity_contact::topography::random::RandomSurface;
+use asperity_contact::topography::surface::Axis;
+use asperity_contact::topography::surface::Scan;
 use asperity_contact::topography::surface::Surface;
-use asperity_stages::ensemble;
-use asperity_stages::generate;
-use asperity_stages::generate::{Heights, MeasuredSurface, Origin};
-use asperity_stages::{Recipe, Stage as _, StageError, grids};
+use asperity_contact::topography::{differences, power_spectrum};
+use asperity_stages::generate::{self, Heights, MeasuredSurface, Origin};
+use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 
@@ -20,11 +32,8 @@ const NODES: usize = 512;
 
 /// The first surface of a parameter point.
 pub struct Sample<'a> {
-    /// Its task.
     pub task: usize,
-    /// How it was made.
     pub params: &'a generate::Params,
-    /// Where it stands.
     pub point: Point,
 }
 
@@ -46,9 +55,6 @@ impl Sample<'_> {
     }
 
     /// Its heights, if the store has them.
-    ///
-    /// # Errors
-    /// When its table is damaged.
     pub fn kept(&self, finished: &FinishedStages) -> Result<Option<Surface>, StageError> {
         let (store, key) = (finished.archive.store(), finished.plan.tasks[self.task].key);
         if self.params.heights != Heights::Keep || !store.has(key) {
@@ -61,9 +67,6 @@ impl Sample<'_> {
 
     /// Its heights, on a mesh that is fine enough to be looked at: a random surface is the same on
     /// all meshes.
-    ///
-    /// # Errors
-    /// When the file of a measured surface cannot be read, or heights that were kept.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
@@ -90,9 +93,6 @@ impl Sample<'_> {
 }
 
 /// The first finished surface of each parameter point, or of [`MOST`] spread over all of them.
-///
-/// # Errors
-/// When a surface's table cannot be read.
 pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
@@ -123,4 +123,192 @@ pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportEr
         Ok(Sample { task, params, point: ensembles::point(&table, 0) })
     });
     samples.collect()
+}
+
+/// What figures of measured surfaces need where a file is lost.
+pub const FILE_IS_GONE: &str = "the file of a measured surface, which is gone or has changed";
+
+/// Heights are counted up to so many rms heights below and above their mean.
+pub const RANGE: f64 = 5.0;
+/// The fewest and the most intervals that they are counted in.
+const BINS: [f64; 2] = [30.0, 200.0];
+/// Pixels to the longer side of a map where there are few of them, and where there are more.
+const PIXELS: [usize; 2] = [512, 256];
+/// More maps than these are many.
+const FEW: usize = 3;
+
+/// A measured surface, as far as figures need it.
+#[derive(Debug)]
+pub struct MeasuredMap {
+    pub point: Point,
+    pub unit: Option<String>,
+    /// As the instrument saw it; nothing where that is what is pressed, to the last bit, or where the
+    /// file is gone and only what is pressed has been kept.
+    pub as_measured: Option<AsMeasured>,
+    pub pressed: ShownMap,
+    /// Heights about their mean, in units of their rms.
+    pub histogram: Histogram,
+    /// Power spectral density C(q) over rings of wavenumbers, each with its modes.
+    pub spectrum: Vec<CurvePoint>,
+    /// Slope over distances, along x and along y.
+    pub slopes: [Vec<CurvePoint>; 2],
+}
+
+/// A map as it was measured: its part that was asked for, without its form, before points are filled
+/// and waves removed.
+#[derive(Debug)]
+pub struct AsMeasured {
+    /// The map, with its holes.
+    pub map: ShownMap,
+    /// Share of the nodes that were not measured.
+    pub missing: f64,
+    /// Tells maps that are the same from others: surfaces that differ in what is done later show
+    /// one.
+    identity: String,
+}
+
+#[derive(Debug)]
+pub struct ShownMap {
+    pub heights: HeightMap,
+    pub size: [f64; 2],
+}
+
+/// The measured ones among the surfaces that a page shows.
+#[derive(Debug)]
+pub enum MeasuredMaps {
+    There(Vec<MeasuredMap>),
+    /// A file is gone or has changed, and the heights were not kept.
+    Gone,
+}
+
+impl MeasuredMaps {
+    pub fn of(finished: &FinishedStages, units: &Units) -> Result<MeasuredMaps, ReportError> {
+        let mut samples = of(finished)?;
+        samples.retain(|sample| sample.file().is_some());
+        let pixels = PIXELS[usize::from(samples.len() > FEW)];
+        let mut maps: Vec<MeasuredMap> = Vec::new();
+        for sample in &samples {
+            let Some(file) = sample.file() else { continue };
+            match MeasuredMap::of(sample, file, finished, units, pixels) {
+                Ok(map) => maps.push(map),
+                Err(StageError::Source(_)) => return Ok(MeasuredMaps::Gone),
+                Err(error) => return Err(ReportError::Surface(error)),
+            }
+        }
+        drop_repeated(&mut maps);
+        Ok(MeasuredMaps::There(maps))
+    }
+
+    /// Those that could be read.
+    pub fn there(&self) -> &[MeasuredMap] {
+        match self {
+            MeasuredMaps::There(maps) => maps,
+            MeasuredMaps::Gone => &[],
+        }
+    }
+}
+
+impl MeasuredMap {
+    fn of(
+        sample: &Sample,
+        file: &MeasuredSurface,
+        finished: &FinishedStages,
+        units: &Units,
+        pixels: usize,
+    ) -> Result<MeasuredMap, StageError> {
+        let sources = finished.sources;
+        let kept = sample.kept(finished)?;
+        let scan = match file.scan(sample.params.sides(), sources) {
+            Err(StageError::Source(_)) if kept.is_some() => None,
+            read => Some(read?.0),
+        };
+        let levelled = scan.clone().map(|scan| file.preparation.levelled(scan));
+        let surface = match (kept, scan) {
+            (Some(surface), _) => surface,
+            (None, Some(scan)) => file.prepare(scan, sources)?.surface,
+            (None, None) => unreachable!("without kept heights an unread file is an error"),
+        };
+        let levelled = levelled.and_then(Result::ok);
+        let as_measured = levelled.filter(|scan| is_other(scan, &surface));
+        let boundary = match sample.params.origin.is_open() {
+            true => Boundary::Free,
+            false => Boundary::Periodic,
+        };
+        let longer_side = surface.grid().cell().longer_side();
+        let rings = power_spectrum::rings(&surface, boundary).into_iter();
+        Ok(MeasuredMap {
+            point: sample.point.clone(),
+            unit: units.at(&sample.point).map(str::to_owned),
+            as_measured: as_measured.map(|scan| AsMeasured::of(&scan, file, pixels)),
+            pressed: ShownMap::of(&surface.clone().into(), pixels),
+            histogram: Histogram::of(&surface, bins(surface.grid().count()), RANGE),
+            spectrum: rings
+                .map(|ring| CurvePoint {
+                    x: ring.wavenumber(longer_side),
+                    y: ring.density,
+                    weight: f64::from(ring.modes),
+                })
+                .collect(),
+            slopes: Axis::BOTH.map(|axis| slopes(&surface, axis, boundary)),
+        })
+    }
+}
+
+impl AsMeasured {
+    fn of(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
+        let MeasuredSurface { content, channel, preparation, .. } = file;
+        AsMeasured {
+            map: ShownMap::of(scan, pixels),
+            missing: scan.missing() as f64 / scan.grid().count() as f64,
+            identity: format!(
+                "{content:?} {channel:?} {:?} {:?} {:?}",
+                preparation.crop, preparation.level, file.height_scale,
+            ),
+        }
+    }
+}
+
+impl ShownMap {
+    fn of(scan: &Scan, pixels: usize) -> ShownMap {
+        let grid = scan.grid();
+        ShownMap {
+            heights: HeightMap::of(grid.nodes(), scan.heights(), pixels),
+            size: grid.cell().size(),
+        }
+    }
+}
+
+/// Whether a map has other heights than the surface, or some that are missing.
+fn is_other(scan: &Scan, surface: &Surface) -> bool {
+    scan.heights() != surface.heights()
+}
+
+/// Surfaces of one map show it once.
+fn drop_repeated(maps: &mut [MeasuredMap]) {
+    let mut shown: Vec<String> = Vec::new();
+    for map in maps {
+        let identity = map.as_measured.as_ref().map(|map| map.identity.clone());
+        match identity {
+            Some(identity) if shown.contains(&identity) => map.as_measured = None,
+            identity => shown.extend(identity),
+        }
+    }
+}
+
+/// Intervals for so many heights: as wide as leaves the density of a Gaussian with the least error, 3.49
+/// rms heights over the cube root of their number (Scott 1979, doi:10.1093/biomet/66.3.605).
+fn bins(nodes: usize) -> usize {
+    let width = 3.49 / (nodes as f64).cbrt();
+    (2.0 * RANGE / width).round().clamp(BINS[0], BINS[1]) as usize
+}
+
+fn slopes(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<CurvePoint> {
+    let step = axis.of(surface.grid().spacing());
+    let scales = differences::along(surface, axis, boundary).into_iter();
+    let slopes = scales.map(|scale| CurvePoint {
+        x: step * scale.steps as f64,
+        y: scale.slope,
+        weight: 1.0,
+    });
+    slopes.collect()
 }

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::ensembles::Point;
-use crate::charts::colour::Colour;
-use crate::charts::style::{Dash, Marker, Style};
+use crate::charts::style::{self, Colour, Dash, Style};
+use crate::ensembles::Point;
 use asperity_stages::columns::{
     CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
     RMS_SLOPE,
@@ -14,16 +13,13 @@ use asperity_stages::columns::{
 /// Names of the files of measured surfaces, by the hash of what is in them.
 pub type Files = BTreeMap<String, String>;
 
-/// How the points of a study look.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Styles {
     points: Vec<Point>,
     files: Files,
     /// What tells points apart, each coordinate with its values in ascending order.
     varying: Vec<(String, Vec<String>)>,
-    /// The coordinate that the colour stands for.
     colour: Option<usize>,
-    /// The coordinate that the marker stands for.
     marker: Option<usize>,
 }
 
@@ -89,6 +85,11 @@ impl Styles {
         (!words.is_empty()).then(|| words.join(" · "))
     }
 
+    /// The same, or what a point is called where there are no others.
+    pub fn name(&self, point: &Point, alone: &str) -> String {
+        self.label(point).unwrap_or_else(|| alone.to_owned())
+    }
+
     /// The name of a measured surface's file.
     fn file(&self, point: &Point) -> Option<&str> {
         self.files.get(point.get(CONTENT.name)?).map(String::as_str)
@@ -101,24 +102,18 @@ impl Styles {
         others.any(|other| other.get(name) != point.get(name))
     }
 
-    /// The colour of a point.
     pub fn colour(&self, point: &Point) -> Colour {
         Colour::Series(self.place(self.colour, point))
     }
 
     /// Separate points in the colour and with the marker of a point of the study.
     pub fn markers(&self, point: &Point) -> Style {
-        Style::marker(self.colour(point), Marker::of(self.place(self.marker, point)))
+        Style::marker(self.colour(point), style::marker(self.place(self.marker, point)))
     }
 
     /// A thin line in the colour of a point of the study, to join its markers.
     pub fn joins(&self, point: &Point) -> Style {
         Style::line(self.colour(point), Dash::Solid, 1.0)
-    }
-
-    /// The line that joins all of a point's means, and the markers at some of them.
-    pub fn both(&self, point: &Point) -> [Style; 2] {
-        [self.joins(point), self.markers(point)]
     }
 
     /// A line in the colour of a point of the study, its pattern for its marker.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::ensembles::{self, Point};
+use crate::ensembles::{self, Point};
 use asperity_stages::columns::ALONG;
 use asperity_tables::column::Column;
 use asperity_tables::table::{Table, TableError};
@@ -19,18 +19,13 @@ pub struct SurfaceCurve {
     pub point: Point,
     /// The direction that it is told along, if it has one.
     pub along: Option<String>,
-    /// How many they are.
     pub surfaces: usize,
-    /// Ascending.
     pub points: Vec<CurvePoint>,
 }
 
-/// A point of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvePoint {
-    /// The coordinate.
     pub x: f64,
-    /// The quantity.
     pub y: f64,
     /// What it counts for among its neighbours.
     pub weight: f64,
@@ -41,9 +36,6 @@ type Sum = (f64, usize, f64);
 
 /// The curves of a table, in order of appearance; `weight` names the column of weights, if there are
 /// any.
-///
-/// # Errors
-/// When the table lacks one of the columns.
 pub fn of(
     table: &Table,
     [x, y]: [Column; 2],

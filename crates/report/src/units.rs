@@ -8,9 +8,9 @@
 
 use std::collections::BTreeMap;
 
-use super::ensembles::Point;
-use super::tables::FinishedStages;
 use crate::charts::map_panel::ScaleBar;
+use crate::ensembles::Point;
+use crate::figure_data::FinishedStages;
 use asperity_stages::Kind;
 use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
 use asperity_tables::table::TableError;
@@ -42,17 +42,12 @@ pub enum LengthUnit {
 /// What numbers are multiplied with to be in a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scaled {
-    /// The factor.
     pub factor: f64,
-    /// The unit, with its prefix.
     pub unit: String,
 }
 
 impl Units {
     /// As the study's surfaces say them.
-    ///
-    /// # Errors
-    /// When a table of surfaces lacks a column of its stage.
     pub fn of(finished: &FinishedStages) -> Result<Units, TableError> {
         let mut by_surface = BTreeMap::new();
         let columns = [SURFACE.name, UNIT.name];

@@ -4,10 +4,8 @@ use std::sync::Arc;
 
 use kuva::TickFormat;
 
-/// An axis of a chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Quantity and unit.
     pub label: String,
     /// How numbers become lengths.
     pub spacing: Spacing,
@@ -19,21 +17,17 @@ pub struct Axis {
 /// How numbers become lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
-    /// In proportion.
     Linear,
-    /// By their logarithm.
     Logarithmic,
     /// By their logarithm, with powers of two along the axis.
     Octaves,
 }
 
 impl Axis {
-    /// Numbers in proportion.
     pub fn linear(label: impl Into<String>) -> Axis {
         Axis::new(label, Spacing::Linear)
     }
 
-    /// Numbers by their logarithm.
     pub fn logarithmic(label: impl Into<String>) -> Axis {
         Axis::new(label, Spacing::Logarithmic)
     }
@@ -47,7 +41,6 @@ impl Axis {
         Axis { label: label.into(), spacing, range: None }
     }
 
-    /// The same axis between these numbers.
     pub fn within(self, from: f64, to: f64) -> Axis {
         Axis { range: Some([from, to]), ..self }
     }

@@ -7,23 +7,18 @@ use kuva::render::plots::Plot;
 use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
 use kuva::{AxisLine, Theme, TickAlign};
 
-use super::axis::{Axis, Spacing};
-use super::colour::Colour;
-use super::style::Style;
+use crate::charts::axis::{Axis, Spacing};
+use crate::charts::style::{Colour, Style};
 
 /// Pixels below which a chart has room for few numbers along its axes.
 const NARROW: f64 = 330.0;
 
-/// Series over two axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     /// A few words above it, where charts stand side by side.
     pub title: String,
-    /// To the right.
     pub x: Axis,
-    /// Upwards.
     pub y: Axis,
-    /// In the order of drawing.
     pub series: Vec<Series>,
     /// Words at places of the chart: x, y.
     pub notes: Vec<(f64, f64, String)>,
@@ -34,7 +29,6 @@ pub struct Chart {
 pub struct Series {
     /// Ascending in x where a line joins them.
     pub points: Vec<DataPoint>,
-    /// How they look.
     pub style: Style,
     /// What they are, in the legend; series of one name have one entry.
     pub label: Option<String>,
@@ -43,9 +37,7 @@ pub struct Series {
 /// A point, perhaps with an error bar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DataPoint {
-    /// To the right.
     pub x: f64,
-    /// Upwards.
     pub y: f64,
     /// The ends of its error bar.
     pub bar: Option<[f64; 2]>,
@@ -80,13 +72,11 @@ impl Series {
         Series::new((0..=STEPS).map(|step| (at(step), of(at(step)))), style)
     }
 
-    /// The same without error bars.
     pub fn without_bars(mut self) -> Series {
         self.points.iter_mut().for_each(|point| point.bar = None);
         self
     }
 
-    /// The same with a name in the legend.
     pub fn named(self, label: impl Into<String>) -> Series {
         Series { label: Some(label.into()), ..self }
     }
@@ -96,6 +86,11 @@ impl Chart {
     /// Axes and nothing on them yet.
     pub fn new(x: Axis, y: Axis) -> Chart {
         Chart { title: String::new(), x, y, series: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Whether a line joins points of any series.
+    pub fn has_curves(&self) -> bool {
+        self.series.iter().any(|series| series.points.len() > 1)
     }
 
     /// The same under a few words.
@@ -182,14 +177,13 @@ impl Chart {
             let drawn = ScatterPlot::new()
                 .with_data(seen.map(to_place).collect::<Vec<_>>())
                 .with_color(colour)
-                .with_marker(marker.shape())
+                .with_marker(marker)
                 .with_size(f64::from(words) * 0.23);
             plots.push(Plot::Scatter(drawn));
         }
         plots
     }
 
-    /// All error bars of a series in one path.
     fn bars(&self, series: &Series, frame: &Frame, layout: &ComputedLayout) -> Option<Primitive> {
         let mut path = String::new();
         let seen = self.placed(series).filter(|point| frame.holds(point));

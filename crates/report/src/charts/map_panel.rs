@@ -5,9 +5,9 @@ use std::fmt::Write;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
-use super::colour::Colour;
-use super::raster::Raster;
-use super::words::width_of;
+use crate::charts::raster::Raster;
+use crate::charts::style::Colour;
+use crate::charts::svg::width_of;
 
 /// Size of words, in pixels.
 pub(super) const WORDS: u32 = 13;
@@ -23,19 +23,14 @@ const LEAST_BAR: f64 = 180.0;
 /// A map and what is told of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapPanel {
-    /// Words above it.
     pub title: String,
-    /// The map.
     pub raster: Raster,
     /// Sides of what it shows along x, to the right, and y, upwards, in any unit.
     pub size: [f64; 2],
-    /// A length to compare with.
     pub scale_bar: Option<ScaleBar>,
-    /// What its colours stand for.
     pub colour_bar: Option<ColourBar>,
 }
 
-/// A length of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaleBar {
     /// In the unit of the map's sides.
@@ -47,11 +42,8 @@ pub struct ScaleBar {
 /// The colours of a map and the numbers at their ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColourBar {
-    /// From left to right.
     pub colours: Raster,
-    /// With its unit.
     pub lowest: String,
-    /// With its unit.
     pub highest: String,
 }
 
@@ -95,7 +87,6 @@ impl Frame {
 }
 
 impl MapPanel {
-    /// A map without bars.
     pub fn new(title: impl Into<String>, raster: Raster, size: [f64; 2]) -> MapPanel {
         MapPanel { title: title.into(), raster, size, scale_bar: None, colour_bar: None }
     }
@@ -224,8 +215,8 @@ fn wrapped(text: &str, width: f64) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::figure::{Figure, Panel, panel_of_map};
     use super::*;
+    use crate::charts::{Figure, Panel, panel_of_map};
 
     fn map(size: [f64; 2]) -> MapPanel {
         let raster = Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]);

@@ -1,11 +1,19 @@
-//! Drawings as text: on a page, or alone in a file.
+//! Drawings as SVG, on a page or alone in a file, and as PNG.
+//!
+//! Words are set in the font that travels with the program, so that a figure is the same on every
+//! machine, whatever fonts it has.
 
 use std::fmt::Write;
+use std::sync::{Arc, LazyLock};
 
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene};
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::{FontRef, MetadataProvider};
 
-use super::colour::{self, Colour};
+use crate::charts::style::{self, Colour};
 
 /// The scene as SVG with its maps behind, scaling with the page.
 pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
@@ -45,7 +53,7 @@ pub fn alone(svg: &str) -> String {
     let (tag, rest) = svg.split_at(head);
     let paper = Colour::Background.css();
     let figure = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
-    colour::written_in(&figure)
+    style::written_in(&figure)
 }
 
 /// Opens a group that is moved.
@@ -54,5 +62,77 @@ pub(super) fn shift(x: f64, y: f64) -> Primitive {
         transform: Some(format!("translate({x:.1},{y:.1})")),
         title: None,
         extra_attrs: None,
+    }
+}
+
+/// DejaVu Sans, as far as figures need it; see `font/LICENSE`.
+pub const FONT: &[u8] = include_bytes!("font/DejaVuSans.ttf");
+
+/// A drawing cannot be turned into pixels.
+#[derive(Debug, thiserror::Error)]
+pub enum PixelsError {
+    #[error("the drawing is no SVG")]
+    Svg(#[from] resvg::usvg::Error),
+    #[error("a drawing of {width} × {height} pixels cannot be made")]
+    Size { width: u32, height: u32 },
+    #[error("the pixels cannot be encoded: {reason}")]
+    Encode { reason: String },
+}
+
+static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+    let mut fonts = fontdb::Database::new();
+    fonts.load_font_data(FONT.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    Arc::new(fonts)
+});
+
+/// An SVG drawing as PNG, `scale` pixels to each of its units.
+pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
+    let options = Options { fontdb: FONTS.clone(), ..Options::default() };
+    let tree = Tree::from_str(svg, &options)?;
+    let [width, height] =
+        [tree.size().width(), tree.size().height()].map(|side| (side * scale).ceil() as u32);
+    let mut pixels = Pixmap::new(width, height).ok_or(PixelsError::Size { width, height })?;
+    let transform = Transform::from_scale(scale, scale);
+    resvg::render(&tree, transform, &mut pixels.as_mut());
+    let encode = |error: png::EncodingError| PixelsError::Encode { reason: error.to_string() };
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    // Where drawings stand alone they have paper: nothing shines through.
+    let colours: Vec<u8> = pixels
+        .pixels()
+        .iter()
+        .flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
+        .collect();
+    encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(&colours))
+        .map_err(encode)?;
+    Ok(bytes)
+}
+
+/// In pixels, of words of this size; a letter that the font lacks counts as a square.
+pub fn width_of(text: &str, size: u32) -> f64 {
+    let font = FontRef::new(FONT).expect("the font is part of the program");
+    let letters = font.charmap();
+    let glyphs = font.glyph_metrics(Size::new(size as f32), LocationRef::default());
+    let width = |letter| {
+        let glyph = letters.map(letter);
+        let advance = glyph.and_then(|glyph| glyphs.advance_width(glyph));
+        advance.unwrap_or(size as f32)
+    };
+    text.chars().map(|letter| f64::from(width(letter))).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn width_goes_with_size_and_adds_up() {
+        assert!((width_of("load", 26) - 2.0 * width_of("load", 13)).abs() < 1e-3);
+        assert!((width_of("load y", 13) - width_of("load", 13) - width_of(" y", 13)).abs() < 1e-4);
+        assert!(width_of("mm", 13) > 2.0 * width_of("ii", 13));
     }
 }

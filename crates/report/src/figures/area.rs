@@ -1,25 +1,38 @@
-//! Area under light load beside the theories, and its secant (fig. 5 of the paper).
+//! Area under light load beside the theories, its secant (fig. 5) and its slope (fig. 6); asperity
+//! models beside the solution, which are beyond the paper.
 
-use super::theories::{self, AREA, SECANT};
+use arrow::array::Array;
+
 use crate::ReportError;
-use crate::charts::axis::Axis;
-use crate::charts::chart::Chart;
-use crate::charts::figure::Figure;
-use crate::ensembles::Mean;
-use crate::figure::{Definition, Drawn, sample};
+use crate::charts::Figure;
+use crate::charts::axis::{Axis, Spacing};
+use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::style::{Colour, Dash, Style};
+use crate::ensembles::{self, EnsembleCurves, Mean, Slope};
 use crate::figure_data::{
-    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by,
+    texts_if_any, up_to,
 };
+use crate::figures::{Definition, Drawn, sample};
+use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
+use asperity_contact::theory::models::Asperities;
+use asperity_contact::theory::models::AsperityModel;
+use asperity_contact::theory::persson;
+use asperity_stages::columns::{
+    AREA_CORRECTED, ASPERITY_AREA_FRACTION, CORRECTION, INTERACTION, LOAD, SURFACE,
+};
+use asperity_stages::correct::AS_COUNTED;
+use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition =
-    Definition { name: "area-light", title: "Contact area under light load", draw };
+pub const AREA_LIGHT: Definition =
+    Definition { name: "area-light", title: "Contact area under light load", draw: draw_area };
 
 /// Lighter loads touch so few nodes that their secants would fill the chart.
 const SECANT_FROM: f64 = LIGHT / 100.0;
 /// Markers of one curve on the chart of secants are farther apart.
 const FACTOR: f64 = 1.25;
 
-fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let mut chart = Chart::new(axis.clone(), Axis::linear(AREA_LABEL));
     let mut secants = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("secant A/(A₀ y)"));
@@ -27,27 +40,22 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         let means = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
         let secant: Vec<Mean> = seen.map(Mean::secant).collect();
-        let [line, markers] = data.styles.both(&ensemble.point);
-        for (chart, means, apart) in [
-            (&mut chart, &means, spaced(LIGHT / 20.0, &means)),
-            (&mut secants, &secant, spaced_by(FACTOR, &secant)),
-        ] {
-            chart.series.push(series(means, line).without_bars());
-            let points = series(&apart, markers);
-            chart.series.push(points.named(data.label(ensemble)));
-        }
+        data.add_curve(&mut chart, ensemble, &means, &spaced(LIGHT / 20.0, &means));
+        data.add_curve(&mut secants, ensemble, &secant, &spaced_by(FACTOR, &secant));
     }
-    if chart.series.iter().all(|series| series.points.len() < 2) {
-        return Ok(missing(data));
+    if !chart.has_curves() {
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
+        let needs = "measured contacts under at least two loads up to 0.06";
+        return Ok(Drawn::missing(needs, lines));
     }
     let lightest = secants.series.iter().flat_map(|series| &series.points);
     let lightest = lightest.fold(LIGHT, |least, point| least.min(point.x));
     for (chart, quantity, range) in
         [(&mut chart, AREA, [LIGHT * 1e-3, LIGHT]), (&mut secants, SECANT, [lightest, LIGHT])]
     {
-        chart.series.push(theories::persson_curve(quantity, range));
-        chart.series.push(theories::asymptote(quantity, range));
-        chart.series.extend(theories::asperity_curves(quantity, range));
+        chart.series.push(persson_curve(quantity, range));
+        chart.series.push(asymptote(quantity, range));
+        chart.series.extend(asperity_curves(quantity, range));
     }
     let caption = format!(
         "Contact area fraction against load and, to the right, its secant under loads from \
@@ -61,7 +69,243 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_two(chart, secants), caption))
 }
 
-fn missing(data: &FigureData) -> Drawn {
-    let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-    Drawn::missing("measured contacts under at least two loads up to 0.06", lines)
+pub const SLOPE: Definition = Definition {
+    name: "slope",
+    title: "Slope of the contact area under light load",
+    draw: draw_slope,
+};
+
+fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
+    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
+    let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
+    let mut kappas: Vec<String> = Vec::new();
+    for ensemble in &data.measured {
+        let slopes = ensemble.slope(COUNTED_AREA)?;
+        let style = data.styles.markers(&ensemble.point);
+        let label = data.label(ensemble);
+        chart.series.push(points(&slopes, style).named(label));
+    }
+    if !chart.has_curves() {
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
+        return Ok(Drawn::missing("measured contacts under several loads up to 0.06", lines));
+    }
+    for stage in data.finished.with(&["law", "kappa", "beta", "mu", "fitted_to"]) {
+        for fit in fits(&stage.table)? {
+            let style = Style::line(data.styles.colour(&fit.point), Dash::Solid, 2.0);
+            let range = [LIGHT * 1e-3, LIGHT];
+            let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
+            chart.series.push(curve);
+            let kappa = format!("κ = {:.3} √(2π)", fit.law.kappa / KAPPA_BGT);
+            if !kappas.contains(&kappa) {
+                kappas.push(kappa);
+            }
+        }
+    }
+    let persson = Style::line(Colour::Text, Dash::Dashed, 1.8);
+    let range = [0.0, LIGHT];
+    chart
+        .series
+        .push(Series::curve(persson::slope, range, Spacing::Linear, persson).named("Persson 2001"));
+    let fits = match kappas.is_empty() {
+        true => "The study has no fit of the contact evolution law with a given κ to the counted \
+                 area."
+            .to_owned(),
+        false => format!(
+            "Lines are least-squares fits of the contact evolution law with {}.",
+            kappas.join(", ")
+        ),
+    };
+    let caption = format!(
+        "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
+         mesh. Bars are {}. {fits}{}",
+        sample(&data.sample()),
+        data.bars,
+        data.caveat,
+    );
+    Ok(Drawn::figure(Figure::of(chart), caption))
+}
+
+fn points(slopes: &[Slope], style: Style) -> Series {
+    let is_light = |slope: &&Slope| slope.load <= LIGHT;
+    let points = slopes.iter().filter(is_light).map(|slope| DataPoint {
+        x: slope.load,
+        y: slope.slope,
+        bar: slope.bar,
+    });
+    Series { points: points.collect(), style, label: None }
+}
+
+struct Fit {
+    point: ensembles::Point,
+    law: ContactEvolution,
+}
+
+/// The fits with a given κ to the counted area.
+fn fits(table: &Table) -> Result<Vec<Fit>, TableError> {
+    let texts = |name: &str| table.texts(name);
+    let (laws, kappas) = (texts("law")?, texts("kappa_is")?);
+    let corrections = texts_if_any(table, CORRECTION.name)?;
+    let [kappa, beta, mu] = ["kappa", "beta", "mu"].map(|name| table.reals(name));
+    let (kappa, beta, mu) = (kappa?, beta?, mu?);
+    let is_shown = |&row: &usize| {
+        let counted = corrections.is_none_or(|column| column.value(row) == AS_COUNTED);
+        let is_known = beta.is_valid(row) && mu.is_valid(row) && kappa.is_valid(row);
+        counted
+            && is_known
+            && laws.value(row) == "contact-evolution"
+            && kappas.value(row) == "given"
+    };
+    let fit = |row: usize| Fit {
+        point: ensembles::point(table, row),
+        law: ContactEvolution { kappa: kappa.value(row), beta: beta.value(row), mu: mu.value(row) },
+    };
+    Ok((0..table.rows()).filter(is_shown).map(fit).collect())
+}
+
+pub const ASPERITIES: Definition = Definition {
+    name: "asperities",
+    title: "Asperity models beside the solution",
+    draw: draw_asperities,
+};
+
+/// Interactions in the order of what they know.
+const INTERACTIONS: [(&str, &str); 3] =
+    [("none", "no interaction"), ("mean-field", "mean field"), ("explicit", "each by all others")];
+
+fn draw_asperities(data: &FigureData) -> Result<Drawn, ReportError> {
+    let wanted = [SURFACE.name, LOAD.name, INTERACTION.name, ASPERITY_AREA_FRACTION.name];
+    let mut models = Vec::new();
+    for stage in data.finished.with(&wanted) {
+        models.extend(ensembles::of(&stage.table, data.bars)?);
+    }
+    let correction = data.corrections().first().copied();
+    let solved: Vec<&EnsembleCurves> = match correction {
+        Some(correction) => data.under(correction).collect(),
+        None => data.measured.iter().collect(),
+    };
+    let column = match correction {
+        Some(_) => AREA_CORRECTED.name,
+        None => COUNTED_AREA,
+    };
+    let mut charts = Vec::new();
+    let mut surfaces = Vec::new();
+    for (word, title) in INTERACTIONS {
+        let models = models.iter().filter(|model| interaction(model) == Some(word));
+        let beside = models.filter_map(|model| {
+            let solved = solved.iter().find(|solved| is_of(solved, model))?;
+            Some((model, *solved))
+        });
+        let mut ratios = Vec::new();
+        for (model, solved) in beside {
+            let means = model.ratio(ASPERITY_AREA_FRACTION.name, solved, column)?;
+            ratios.push((solved, means));
+        }
+        if !ratios.is_empty() {
+            surfaces = ratios.iter().map(|(solved, _)| solved.surfaces).collect();
+            charts.push(chart(data, title, &ratios));
+        }
+    }
+    if charts.is_empty() {
+        return Ok(Drawn::NotAsked);
+    }
+    share_the_axis(&mut charts);
+    let caption = format!(
+        "Contact area of Hertz' ellipses at the summits over that of the boundary-element solution, {}, surface \
+         by surface, from {}: without interaction, in the mean field of the pressure, and each summit \
+         displaced by the forces of all others. Points are means over the surfaces, bars {}. Where ellipses \
+         overlap the models count area twice.",
+        match correction {
+            Some(correction) => format!("corrected as in `{correction}`"),
+            None => "as counted on the mesh".to_owned(),
+        },
+        sample(&surfaces),
+        data.bars,
+    );
+    let figure = Figure::of_charts(vec![charts], [300.0, 270.0]);
+    Ok(Drawn::figure(figure, caption))
+}
+
+fn interaction<'a>(model: &'a EnsembleCurves) -> Option<&'a str> {
+    model.point.get(INTERACTION.name).map(String::as_str)
+}
+
+/// Whether a solution is of the surfaces of a model.
+fn is_of(solved: &EnsembleCurves, model: &EnsembleCurves) -> bool {
+    let own = model.point.iter();
+    own.filter(|(name, _)| *name != INTERACTION.name)
+        .all(|(name, value)| solved.point.get(name) == Some(value))
+}
+
+/// The ratios of all charts between the same ends.
+fn share_the_axis(charts: &mut [Chart]) {
+    let points = charts.iter().flat_map(|chart| &chart.series);
+    let ratios = points.flat_map(|series| series.points.iter().map(|point| point.y));
+    let [from, to] = charts[0].y.ends(ratios);
+    for chart in charts {
+        chart.y = chart.y.clone().within(from, to);
+    }
+}
+
+fn chart(data: &FigureData, title: &str, ratios: &[(&EnsembleCurves, Vec<Mean>)]) -> Chart {
+    let ratio = Axis::linear("area of the model/of the solution");
+    let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), ratio).titled(title);
+    for (ensemble, means) in ratios {
+        let style = data.styles.markers(&ensemble.point).joined();
+        chart.series.push(series(means, style).named(data.label(ensemble)));
+    }
+    let points = chart.series.iter().flat_map(|one| &one.points);
+    let range = chart.x.ends(points.map(|point| point.x));
+    let style = Style::line(Colour::Text, Dash::Dashed, 1.4);
+    let line = Series::curve(|_| 1.0, range, Spacing::Logarithmic, style);
+    chart.series.push(line.named("as solved"));
+    chart
+}
+
+/// Nayak's parameters for which the paper draws asperity models.
+const NAYAK: [(f64, Colour); 2] = [(2.0, Colour::Text), (10.0, Colour::Muted)];
+
+/// A quantity made of the area under a load, and the load.
+pub type Quantity = fn(f64, f64) -> f64;
+
+pub const AREA: Quantity = |area, _| area;
+pub const SECANT: Quantity = |area, load| area / load;
+
+/// A curve that does not begin at zero may be seen on an axis of logarithms, where it bends most at
+/// its light end.
+fn steps([from, _]: [f64; 2]) -> Spacing {
+    match from > 0.0 {
+        true => Spacing::Logarithmic,
+        false => Spacing::Linear,
+    }
+}
+
+pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {
+    let style = Style::line(Colour::Text, Dash::Dashed, 1.8);
+    let curve = |load| quantity(persson::area(load), load);
+    Series::curve(curve, range, steps(range), style).named("Persson 2001")
+}
+
+/// What asperity models tend to at light load.
+pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
+    let style = Style::line(Colour::Muted, Dash::Dotted, 1.6);
+    let curve = |load| quantity(KAPPA_BGT * load, load);
+    Series::curve(curve, range, steps(range), style).named("asymptote √(2π) y of BGT")
+}
+
+pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
+    let models = [
+        (AsperityModel::BushGibsonThomas, "BGT 1975", Dash::Solid),
+        (AsperityModel::SimplifiedElliptic, "Greenwood 2006", Dash::DashDot),
+    ];
+    let curves = models.into_iter().flat_map(|(model, name, dash)| {
+        NAYAK.map(|(nayak, colour)| {
+            let asperities = Asperities::new(model, nayak).expect("both are above 3/2");
+            let area = |load| asperities.at_load(load).map_or(f64::NAN, |contact| contact.area);
+            let curve = |load| quantity(area(load), load);
+            let style = Style::line(colour, dash, 1.4);
+            let label = format!("{name}, α = {nayak}");
+            Series::curve(curve, range, steps(range), style).named(label)
+        })
+    });
+    curves.collect()
 }

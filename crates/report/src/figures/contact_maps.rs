@@ -1,40 +1,38 @@
-//! Contact maps of two surfaces under five loads, and all of them laid over each other (figs. 7
-//! and 8); on the page, a slider through more loads of each.
+//! Contact maps of two surfaces under five loads, and all of them laid over each other (figs. 7 and
+//! 8); on the page, a slider through more loads of each.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use base64::prelude::{BASE64_STANDARD, Engine};
+use serde::Serialize;
+
 use crate::ReportError;
-use crate::charts::figure::{Figure, Panel, in_rows, panel_of_map};
 use crate::charts::map_panel::{MapPanel, ScaleBar};
 use crate::charts::raster::Raster;
-use crate::ensembles;
-use crate::ensembles::Point;
-use crate::figure::{Definition, Drawn};
-use crate::figure_data::FigureData;
-use crate::load_slider;
-use crate::load_slider::{LoadSlider, SliderScale, Step};
-use crate::samples;
-use crate::samples::Sample;
-use crate::tables::FinishedStages;
-use crate::units::scale_bar;
+use crate::charts::{Figure, Panel, in_rows, panel_of_map};
+use crate::ensembles::{self, Point};
+use crate::figure_data::{FigureData, FinishedStages};
+use crate::figures::{Definition, Drawn};
+use crate::samples::{self, Sample};
+use crate::units::{LengthUnit, scale_bar};
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP};
-use asperity_stages::ensemble;
 use asperity_stages::grids::Grids;
-use asperity_stages::{Recipe, Stage as _, StageError};
+use asperity_stages::{Recipe, Stage as _, StageError, ensemble};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 use asperity_tables::table::Table;
 
-pub const FIGURE: Definition = Definition { name: "contact-maps", title: "Contact maps", draw };
+pub const CONTACT_MAPS: Definition =
+    Definition { name: "contact-maps", title: "Contact maps", draw: draw_maps };
 
 /// Where maps are shown, or at the nearest loads that a study has.
 pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
 
-fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     let (mut rows, mut sliders) = (Vec::new(), Vec::new());
     let samples = extremes(samples::of(data.finished)?);
     let which = match samples.iter().all(|sample| sample.random().is_some()) {
@@ -43,8 +41,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     };
     for sample in samples {
         let Some(pressed) = Pressed::of(data, &sample)? else {
-            let needs = "contact maps, which are in the store no more";
-            return Ok(Drawn::Gone { needs });
+            return Ok(Drawn::gone("contact maps, which are in the store no more"));
         };
         if pressed.states.is_empty() {
             continue;
@@ -138,7 +135,6 @@ impl Pressed {
         Ok(Some(pressed))
     }
 
-    /// Adds a block of loads.
     fn add(&mut self, block: &Table) -> Result<(), ReportError> {
         if block.rows() == 0 {
             return Ok(());
@@ -220,8 +216,118 @@ impl Pressed {
                 percent: 100.0 * bar.length / self.size[0],
                 label: bar.label,
             }),
-            steps: load_slider::spread(states.len()).map(step).collect(),
+            steps: spread(states.len()).map(step).collect(),
             loads: states.len(),
         }
+    }
+}
+
+/// The most maps of one slider: each takes some kilobytes of the page.
+const MOST: usize = 16;
+
+#[derive(Debug, Serialize)]
+pub struct LoadSlider {
+    /// What tells the surface from others on the page; empty where nothing does.
+    pub label: String,
+    /// Sides of what the maps show, along x and y, over the longer one.
+    pub size: [f64; 2],
+    /// A length of the maps, where its unit is known.
+    pub scale: Option<SliderScale>,
+    /// Maps under ascending loads, spread over all that there are.
+    pub steps: Vec<Step>,
+    pub loads: usize,
+}
+
+#[derive(Debug, Serialize)]
+pub struct SliderScale {
+    /// Its share of their width, in per cent.
+    pub percent: f64,
+    pub label: String,
+}
+
+/// A map of contact, and what is told beside it.
+#[derive(Debug, Serialize)]
+pub struct Step {
+    /// Reduced.
+    pub load: String,
+    /// In per cent.
+    pub area: String,
+    /// With its unit, where there is one.
+    pub mean_gap: String,
+    /// A PNG file in base 64.
+    pub picture: String,
+}
+
+impl Step {
+    /// Of contact on a share of the area, the mean gap in the unit of the surface.
+    pub fn of(load: f64, area: f64, mean_gap: f64, unit: Option<&str>, picture: &Raster) -> Step {
+        Step {
+            load: short(load),
+            area: format!("{} %", short(100.0 * area)),
+            mean_gap: told(mean_gap, unit),
+            picture: BASE64_STANDARD.encode(picture.to_png()),
+        }
+    }
+}
+
+/// As many of `count` loads as a slider has, spread over all, with the first and the last.
+pub fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let steps = count.min(MOST);
+    (0..steps).map(move |step| match steps {
+        1 => 0,
+        _ => step * (count - 1) / (steps - 1),
+    })
+}
+
+/// A length with its unit: with a prefix where it is metres.
+fn told(length: f64, unit: Option<&str>) -> String {
+    let shared = LengthUnit::common([unit]);
+    let length = shared.factor(unit) * length;
+    match shared {
+        LengthUnit::Unknown => short(length),
+        LengthUnit::Metre | LengthUnit::Named(_) => {
+            let scaled = shared.scaled(length);
+            format!("{} {}", short(scaled.factor * length), scaled.unit)
+        }
+    }
+}
+
+/// Three significant digits.
+fn short(value: f64) -> String {
+    let exponential = format!("{value:.2e}");
+    let rounded = exponential.parse().unwrap_or(value);
+    match rounded == 0.0 || (1e-4..1e5).contains(&rounded.abs()) {
+        true => format!("{rounded}"),
+        false => format!("{rounded:e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_and_the_last_load_are_shown_and_each_at_most_once() {
+        for count in [1, 2, 15, 16, 17, 90] {
+            let steps: Vec<usize> = spread(count).collect();
+            assert_eq!(steps.len(), count.min(MOST));
+            assert_eq!([steps[0], *steps.last().unwrap()], [0, count - 1]);
+            assert!(steps.is_sorted_by(|one, next| one < next), "{steps:?}");
+        }
+        assert_eq!(spread(0).count(), 0);
+    }
+
+    #[test]
+    fn lengths_are_told_in_their_unit_with_the_prefix_that_suits_them() {
+        assert_eq!(told(1.234e-8, Some("m")), "12.3 nm");
+        assert_eq!(told(0.25, Some("µm")), "250 nm");
+        assert_eq!(told(0.25, Some("px")), "0.25 px");
+        assert_eq!(told(0.25, None), "0.25");
+    }
+
+    #[test]
+    fn numbers_have_three_digits_and_no_long_tails() {
+        let shown = [0.0, 0.06, 1.0 / 3.0, 12.345, 2e9, 1.234567e-7].map(short);
+        assert_eq!(shown, ["0", "0.06", "0.333", "12.3", "2e9", "1.23e-7"]);
     }
 }

@@ -1,20 +1,24 @@
 //! What the mesh adds to the area: the paper's estimate of the error, and corrected areas (figs. 12
-//! and 13).
+//! and 13); their collapse on the bandwidth, or on Nayak's parameter where Hurst exponents or
+//! plateaus differ, a finding of this program beside section 5.2.2 of the paper.
 
-use super::theories::{self, AREA, SECANT};
 use crate::ReportError;
 use crate::charts::axis::Axis;
-use crate::charts::chart::{Chart, Series};
-use crate::charts::colour::Colour;
-use crate::charts::figure::Figure;
-use crate::charts::style::{Dash, Style};
-use crate::ensembles::Mean;
-use crate::figure::{Definition, Drawn, sample};
+use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::style::{Colour, Dash, Style};
+use crate::charts::{Figure, in_pairs};
+use crate::ensembles::{EnsembleCurves, Mean, Point};
 use crate::figure_data::{
-    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by, up_to,
+    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, spaced, spaced_by, up_to,
 };
-use asperity_stages::columns::{AREA_CORRECTED, ERROR_RELATIVE};
-use asperity_stages::correct::OF_2015;
+use crate::figures::area::{AREA, SECANT, asymptote, persson_curve};
+use crate::figures::{Definition, Drawn, sample};
+use asperity_contact::topography::spectrum;
+use asperity_stages::columns::{
+    AREA_CORRECTED, ERROR_RELATIVE, HURST, K_LOWER, K_ROLLOFF, K_UPPER,
+};
+use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
+use asperity_statistics::line;
 
 pub const RELATIVE_ERROR: Definition = Definition {
     name: "relative-error",
@@ -43,20 +47,12 @@ fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
             .zip(&areas)
             .map(|(error, area)| Mean { load: area.mean, ..*error })
             .collect();
-        let [line, markers] = data.styles.both(&ensemble.point);
-        for (chart, means, apart) in [
-            (&mut chart, &against_area, spaced(0.025, &against_area)),
-            (&mut by_load, &errors, spaced_by(1.4, &errors)),
-        ] {
-            chart.series.push(series(means, line).without_bars());
-            let points = series(&apart, markers);
-            chart.series.push(points.named(data.label(ensemble)));
-        }
+        data.add_curve(&mut chart, ensemble, &against_area, &spaced(0.025, &against_area));
+        data.add_curve(&mut by_load, ensemble, &errors, &spaced_by(1.4, &errors));
         surfaces.push(ensemble.surfaces);
     }
     if surfaces.is_empty() {
-        let lines = data.lines_of_corrections();
-        return Ok(Drawn::missing("areas corrected by π/8", lines));
+        return Ok(Drawn::missing("areas corrected by π/8", data.lines_of_corrections()));
     }
     let caption = format!(
         "Half the distance of the bounds on the true area over the counted area, (π/8) S_d Δx/A, \
@@ -103,28 +99,191 @@ fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, Rep
     for ensemble in data.under(correction) {
         let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
         let counted = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
-        let markers = data.styles.markers(&ensemble.point);
-        let line = data.styles.joins(&ensemble.point);
-        let label = data.label(ensemble);
-        area.series.push(series(&counted, line).without_bars());
         let corrected = spaced(LIGHT / 20.0, &corrected);
-        area.series.push(series(&corrected, markers).named(label));
-        secant.series.push(series(&secants(&counted), line).without_bars());
-        secant.series.push(series(&secants(&corrected), markers));
+        data.add_curve(&mut area, ensemble, &counted, &corrected);
+        data.add_curve(&mut secant, ensemble, &secants(&counted), &secants(&corrected));
     }
-    if area.series.iter().all(|series| series.points.len() < 2) {
+    if !area.has_curves() {
         return Ok(None);
     }
     let range = [LIGHT * 1e-3, LIGHT];
     let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
     area.series.push(Series::new([], counted).named("lines: as counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
-        chart.series.push(theories::persson_curve(quantity, range));
-        chart.series.push(theories::asymptote(quantity, range));
+        chart.series.push(persson_curve(quantity, range));
+        chart.series.push(asymptote(quantity, range));
     }
     Ok(Some(vec![area, secant]))
 }
 
 fn secants(means: &[Mean]) -> Vec<Mean> {
     means.iter().map(Mean::secant).collect()
+}
+
+pub const COLLAPSE: Definition = Definition {
+    name: "collapse",
+    title: "Collapse of the corrected area on the bandwidth",
+    draw: draw_collapse,
+};
+
+/// Loads whose secants lie apart: from light contact to a third of the area.
+const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
+/// How far from these a study's loads may lie.
+const NEAR: f64 = 0.1;
+/// Fewest spectra of a curve.
+const FEWEST_SPECTRA: usize = 3;
+/// The corrections, and the words above their charts.
+const CORRECTIONS: [(&str, &str); 3] =
+    [(AS_COUNTED, "as counted"), (OF_2015, "corrected by π/8"), (OF_2017, "corrected as in 2017")];
+
+/// Secants of one spectrum.
+struct Spectrum<'a> {
+    ensemble: &'a EnsembleCurves<'a>,
+    abscissa: f64,
+    means: Vec<Mean>,
+}
+
+/// Quantity on the horizontal axis.
+#[derive(Clone, Copy)]
+enum Abscissa {
+    /// ζ = k_upper/k_lower, where spectra differ in cutoffs alone.
+    Bandwidth,
+    /// α over the modes of the cell.
+    Nayak,
+}
+
+impl Abscissa {
+    fn of(data: &FigureData) -> Abscissa {
+        let spectra = data.under(OF_2017).filter_map(|one| spectrum(&one.point));
+        let spectra: Vec<spectrum::Spectrum> = spectra.collect();
+        let is_alike = |one: &spectrum::Spectrum| {
+            one.k_rolloff == one.k_lower && one.hurst == spectra[0].hurst
+        };
+        match spectra.iter().all(is_alike) {
+            true => Abscissa::Bandwidth,
+            false => Abscissa::Nayak,
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Abscissa::Bandwidth => "bandwidth ζ = k_upper/k_lower",
+            Abscissa::Nayak => "Nayak's parameter α",
+        }
+    }
+
+    fn meaning(self) -> (&'static str, &'static str) {
+        match self {
+            Abscissa::Bandwidth => ("the bandwidth ζ = k_upper/k_lower", "ζ"),
+            Abscissa::Nayak => {
+                ("Nayak's parameter α of the spectrum over the modes of the cell", "α")
+            }
+        }
+    }
+
+    fn value(self, spectrum: &spectrum::Spectrum) -> Option<f64> {
+        match self {
+            Abscissa::Bandwidth => Some(f64::from(spectrum.k_upper) / f64::from(spectrum.k_lower)),
+            Abscissa::Nayak => spectrum.nayak_on_a_square(),
+        }
+    }
+}
+
+fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
+    let mut charts = Vec::new();
+    let mut surfaces = Vec::new();
+    let abscissa = Abscissa::of(data);
+    for (correction, title) in CORRECTIONS {
+        let spectra = spectra(data, correction, abscissa)?;
+        if spectra.len() < FEWEST_SPECTRA {
+            continue;
+        }
+        surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
+        charts.push(chart(data, &spectra, abscissa.label()).titled(title));
+    }
+    if !data.under(OF_2017).any(|_| true) || charts.is_empty() {
+        return Ok(Drawn::missing(
+            "areas of three spectra or more, corrected as in 2017",
+            data.lines_of_corrections(),
+        ));
+    }
+    let (meaning, symbol) = abscissa.meaning();
+    let caption = format!(
+        "Secants A/(A₀ y) against {meaning}, at the loads that stand beside them, with lines by least \
+         squares in ln {symbol}; from {}; bars are {}. As counted, the areas of one {symbol} differ with \
+         k_lower, for the mesh adds more where wavelengths are short; corrected by π/8 they differ the \
+         other way.",
+        sample(&surfaces),
+        data.bars,
+    );
+    Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 320.0]), caption))
+}
+
+/// The spectra with a corrected area at one of the loads, or more.
+fn spectra<'a>(
+    data: &'a FigureData,
+    correction: &str,
+    abscissa: Abscissa,
+) -> Result<Vec<Spectrum<'a>>, ReportError> {
+    let mut spectra = Vec::new();
+    for ensemble in data.under(correction) {
+        let own = spectrum(&ensemble.point);
+        let Some(abscissa) = own.and_then(|own| abscissa.value(&own)) else {
+            continue;
+        };
+        let area = if correction == AS_COUNTED { COUNTED_AREA } else { AREA_CORRECTED.name };
+        let means = ensemble.mean(area)?;
+        let at = |load: f64| {
+            let distance = |mean: &Mean| (mean.load / load - 1.0).abs();
+            let nearest = means.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            (distance(nearest) < NEAR).then(|| nearest.secant())
+        };
+        let means: Option<Vec<Mean>> = LOADS.into_iter().map(at).collect();
+        spectra.extend(means.map(|means| Spectrum { ensemble, abscissa, means }));
+    }
+    Ok(spectra)
+}
+
+fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
+    let mut chart = Chart::new(Axis::logarithmic(label), Axis::linear("secant A/(A₀ y)"));
+    let abscissae = || spectra.iter().map(|one| one.abscissa);
+    let [least, most] = [abscissae().fold(f64::MAX, f64::min), abscissae().fold(0.0, f64::max)];
+    for load in 0..LOADS.len() {
+        let logarithms: Vec<f64> = abscissae().map(f64::ln).collect();
+        let secants: Vec<f64> = spectra.iter().map(|one| one.means[load].mean.ln()).collect();
+        if let Some((slope, offset)) = line(&logarithms, &secants) {
+            let style = Style::line(Colour::Muted, Dash::Dashed, 1.2);
+            let secant = |x: f64| (offset + slope * x.ln()).exp();
+            let ends = [least, most].map(|x| (x, secant(x)));
+            chart.series.push(Series::new(ends, style));
+            // At the left ends, where lines are farthest apart.
+            let note = format!("y = {:.3}", spectra[0].means[load].load);
+            chart.notes.push((least / 1.9, secant(least), note));
+        }
+    }
+    chart.x = chart.x.within(least / 3.2, 1.3 * most);
+    for spectrum in spectra {
+        let point = |mean: &Mean| DataPoint { x: spectrum.abscissa, y: mean.mean, bar: mean.bar() };
+        let place = &spectrum.ensemble.point;
+        let series = Series {
+            points: spectrum.means.iter().map(point).collect(),
+            style: data.styles.markers(place),
+            label: data.styles.label(place),
+        };
+        chart.series.push(series);
+    }
+    chart
+}
+
+/// Returns the spectrum of a point if its surfaces are drawn from one.
+fn spectrum(point: &Point) -> Option<spectrum::Spectrum> {
+    let whole = |name: &str| point.get(name)?.parse::<u32>().ok();
+    let k_lower = whole(K_LOWER.name)?;
+    Some(spectrum::Spectrum {
+        hurst: point.get(HURST.name)?.parse().ok()?,
+        k_lower,
+        k_rolloff: whole(K_ROLLOFF.name).unwrap_or(k_lower),
+        k_upper: whole(K_UPPER.name)?,
+        anisotropy: None,
+    })
 }

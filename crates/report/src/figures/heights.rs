@@ -1,29 +1,178 @@
-//! Distribution of heights: linear, close to its tail, logarithmic (figs. 3 and B.1); of measured
-//! surfaces in their unit of length, too.
+//! Maps of heights (fig. 4) and distributions of heights (figs. 3 and B.1): of random surfaces over
+//! their rms height, of measured ones in their unit of length.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use arrow::array::Array;
 
-use super::measured_heights;
 use crate::ReportError;
-use crate::charts::axis::Axis;
+use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, Series};
-use crate::charts::colour::Colour;
-use crate::charts::figure::Figure;
-use crate::charts::style::{Dash, Style};
-use crate::ensembles;
-use crate::ensembles::Point;
-use crate::figure::{Definition, Drawn, sample};
+use crate::charts::map_panel::{ColourBar, MapPanel};
+use crate::charts::raster::{HeightMap, Raster};
+use crate::charts::style::{Colour, Dash, Style};
+use crate::charts::{Figure, Panel, in_rows, panel_of_map};
+use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
-use crate::measured::{FILE_IS_GONE, MeasuredMaps};
-use crate::samples::MOST;
+use crate::figures::{Definition, Drawn, sample};
+use crate::samples::{
+    self, FILE_IS_GONE, MOST, MeasuredMap, MeasuredMaps, RANGE, Sample, ShownMap,
+};
 use crate::surface_curves::runs;
+use crate::units::{LengthUnit, digits, scale_bar};
 use asperity_stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
+use asperity_stages::generate::Heights;
 use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition =
-    Definition { name: "heights", title: "Distribution of heights", draw };
+pub const MAPS: Definition =
+    Definition { name: "surfaces", title: "Maps of heights", draw: draw_maps };
+
+/// Pixels per side of a map.
+const PIXELS: usize = 512;
+/// Width of a panel, in pixels, beside which there are others; and where there are one or two.
+const WIDTHS: [f64; 2] = [230.0, 380.0];
+
+fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
+    let mut samples = samples::of(data.finished)?;
+    samples.retain(|sample| sample.params.heights != Heights::None);
+    if samples.is_empty() {
+        let lines = data.lines_of_surfaces();
+        return Ok(Drawn::missing("surfaces with heights", lines));
+    }
+    let MeasuredMaps::There(measured) = &data.maps else {
+        return Ok(Drawn::gone(FILE_IS_GONE));
+    };
+    let mut panels: Vec<Panel> = Vec::new();
+    for map in measured {
+        panels.extend(of_measured(data, map));
+    }
+    let measured_panels = panels.len();
+    for sample in samples.iter().filter(|sample| sample.file().is_none()) {
+        panels.push(Panel::Map(of_sample(data, sample)?));
+    }
+    let has_holes = measured.iter().any(|map| {
+        let seen = map.as_measured.as_ref();
+        seen.is_some_and(|seen| seen.missing > 0.0)
+    });
+    let columns = match measured_panels {
+        0 => columns(&samples),
+        _ => panels.len().min(3),
+    };
+    let few = measured_panels > 0 && panels.len() <= 2;
+    let panel = panel_of_map(panels.iter(), WIDTHS[usize::from(few)]);
+    let rows = in_rows(columns, panels);
+    let are_all_measured = samples.iter().all(|sample| sample.file().is_some());
+    let caption = caption_of_maps(measured_panels > 0, are_all_measured, has_holes);
+    Ok(Drawn::figure(Figure { rows, panel }, caption))
+}
+
+fn caption_of_maps(is_any_measured: bool, are_all_measured: bool, has_holes: bool) -> String {
+    let measured = match is_any_measured {
+        true => {
+            "Heights of the measured surfaces: as measured, with the form removed that the \
+             manifest removes, and as pressed, where that is not the same. "
+        }
+        false => "",
+    };
+    let others = match (is_any_measured, are_all_measured) {
+        (true, true) => "D",
+        (true, false) => "Of other parameter points the first surface: d",
+        (false, _) => "The first surface of each parameter point: d",
+    };
+    let holes = match has_holes {
+        true => " Red where nothing was measured.",
+        false => "",
+    };
+    format!(
+        "{measured}{others}ark blue valleys, yellow peaks, each over its own range of heights.{holes}"
+    )
+}
+
+/// A measured surface before and after its preparation.
+fn of_measured(data: &FigureData, map: &MeasuredMap) -> Vec<Panel> {
+    let name = data.styles.label(&map.point).unwrap_or_default();
+    let title = |what: &str| match name.is_empty() {
+        true => what.to_owned(),
+        false => format!("{name} · {what}"),
+    };
+    let unit = map.unit.as_deref();
+    let seen = map.as_measured.as_ref().map(|seen| {
+        let missing = match seen.missing > 0.0 {
+            true => format!(" · {} % missing", digits(100.0 * seen.missing, 2)),
+            false => String::new(),
+        };
+        let title = title("as measured") + &missing;
+        Panel::Map(panel(title, &seen.map, unit))
+    });
+    let pressed = match seen {
+        Some(_) => title("as pressed"),
+        None => name.clone(),
+    };
+    let pressed = Panel::Map(panel(pressed, &map.pressed, unit));
+    seen.into_iter().chain([pressed]).collect()
+}
+
+/// The first surface of a parameter point that was not measured.
+fn of_sample(data: &FigureData, sample: &Sample) -> Result<MapPanel, ReportError> {
+    let surface = sample.draw(data.finished).map_err(ReportError::Surface)?;
+    let (grid, heights) = (surface.grid(), surface.heights());
+    let title = data.styles.label(&sample.point).unwrap_or_default();
+    let size = grid.cell().size();
+    Ok(match data.units.at(&sample.point) {
+        // Lengths without a unit need no bars.
+        None => {
+            let raster = Raster::of_heights(grid.nodes(), heights).at_most(PIXELS);
+            MapPanel::new(title, raster, size)
+        }
+        Some(unit) => {
+            let heights = HeightMap::of(grid.nodes(), heights, PIXELS);
+            panel(title, &ShownMap { heights, size }, Some(unit))
+        }
+    })
+}
+
+/// A map with its bars.
+fn panel(title: String, map: &ShownMap, unit: Option<&str>) -> MapPanel {
+    let ShownMap { heights, size } = map;
+    MapPanel {
+        scale_bar: scale_bar(size[0], unit),
+        colour_bar: heights.range.map(|range| colour_bar(heights, range, unit)),
+        ..MapPanel::new(title, heights.raster.clone(), *size)
+    }
+}
+
+fn colour_bar(heights: &HeightMap, range: [f64; 2], unit: Option<&str>) -> ColourBar {
+    let shared = LengthUnit::common([unit]);
+    let range = range.map(|height| shared.factor(unit) * height);
+    let scaled = shared.scaled(range[0].abs().max(range[1].abs()));
+    let told = |height: f64| {
+        let number = digits(scaled.factor * height, 3);
+        match shared {
+            LengthUnit::Unknown => number,
+            LengthUnit::Metre | LengthUnit::Named(_) => format!("{number} {}", scaled.unit),
+        }
+    };
+    ColourBar { colours: heights.colours.clone(), lowest: told(range[0]), highest: told(range[1]) }
+}
+
+/// One column for each upper cutoff where all pairs of cutoffs are there, else three.
+fn columns(samples: &[Sample]) -> usize {
+    let cutoffs = samples.iter().filter_map(|sample| {
+        let spectrum = sample.random()?.spectrum;
+        Some((spectrum.k_lower, spectrum.k_upper))
+    });
+    let cutoffs: BTreeSet<(u32, u32)> = cutoffs.collect();
+    let lower: BTreeSet<u32> = cutoffs.iter().map(|cutoffs| cutoffs.0).collect();
+    let upper: BTreeSet<u32> = cutoffs.iter().map(|cutoffs| cutoffs.1).collect();
+    match upper.len() * lower.len() == samples.len() && upper.len() <= 4 {
+        true => upper.len(),
+        false => samples.len().min(3),
+    }
+}
+
+pub const HEIGHTS: Definition =
+    Definition { name: "heights", title: "Distribution of heights", draw: draw_densities };
 
 /// Single surfaces that stand beside the mean.
 const SINGLE: usize = 3;
@@ -41,7 +190,7 @@ struct Densities {
     single: Vec<Vec<(f64, f64)>>,
 }
 
-fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut all: Vec<Densities> = Vec::new();
     for stage in data.finished.with(&[BIN.name, DENSITY_MEAN.name]) {
         pooled(&stage.table, &mut all)?;
@@ -49,13 +198,10 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     for stage in data.finished.with(&[BIN.name, DENSITY.name]) {
         single(&stage.table, &mut all)?;
     }
-    let measured = measured_heights::charts(data);
+    let measured = measured_charts(data);
     if all.is_empty() && measured.is_none() {
         let lines = data.lines_of_heights();
-        return Ok(match data.maps {
-            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
-            MeasuredMaps::There(_) => Drawn::missing("a distribution of heights", lines),
-        });
+        return Ok(data.missing_surfaces("a distribution of heights", lines));
     }
     let (mut rows, mut captions): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
     let size = match all.is_empty() {
@@ -64,15 +210,15 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
     };
     if !all.is_empty() {
         let shown = &all[..all.len().min(MOST)];
-        rows.extend(shown.iter().map(|densities| charts(data, densities)));
-        captions.push(caption(shown));
+        rows.extend(shown.iter().map(|densities| density_charts(data, densities)));
+        captions.push(caption_of_densities(shown));
     }
     let figure = Figure::of_charts(rows, size);
     Ok(Drawn::figure(figure, captions.join(" ")))
 }
 
 /// What is to be seen of densities over the rms height.
-fn caption(shown: &[Densities]) -> String {
+fn caption_of_densities(shown: &[Densities]) -> String {
     let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
     format!(
         "Probability density of heights over their rms: linear, close to the tail, logarithmic. \
@@ -82,7 +228,7 @@ fn caption(shown: &[Densities]) -> String {
     )
 }
 
-fn charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
+fn density_charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
     let x = Axis::linear("height over its rms");
     let y = Axis::linear("density");
     let label = data.styles.label(&densities.point).unwrap_or_default();
@@ -213,4 +359,58 @@ fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     all.extend(unpooled.into_iter().map(Densities::averaged));
     all.iter_mut().for_each(|densities| densities.single.truncate(SINGLE));
     Ok(())
+}
+
+/// Probability densities of the surfaces that are shown, linear and logarithmic, and what is to be
+/// seen; nothing where no surface is measured.
+pub fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
+    let maps = data.maps.there();
+    let shared = LengthUnit::common(maps.iter().map(|map| map.unit.as_deref()));
+    let rms = |map: &MeasuredMap| shared.factor(map.unit.as_deref()) * map.histogram.rms_height;
+    let largest = maps.iter().map(rms).reduce(f64::max)?;
+    let scaled = shared.scaled(largest);
+    let (largest, unit) = (scaled.factor * largest, &scaled.unit);
+    let mut series = Vec::new();
+    let mut told = Vec::new();
+    for map in maps {
+        let rms = scaled.factor * rms(map);
+        let (label, [line, dashes]) = look(data, map, maps.len());
+        let bins = map.histogram.bins.iter();
+        let points = bins.map(|bin| (rms * bin.center, bin.density / rms));
+        series.push(Series::new(points.collect::<Vec<_>>(), line).named(label.clone()));
+        let gaussian = |height: f64| (-(height / rms).powi(2) / 2.0).exp() / (rms * TAU.sqrt());
+        let ends = [-RANGE * rms, RANGE * rms];
+        let curve = Series::curve(gaussian, ends, Spacing::Linear, dashes);
+        series.push(curve.named("Gaussian of the same rms height"));
+        told.push(format!("{label} {} {unit}", digits(rms, 3)));
+    }
+    let densities = || series.iter().flat_map(|series| &series.points);
+    let highest = densities().fold(0.0_f64, |most, point| most.max(point.y));
+    let label = format!("density, 1/{unit}");
+    let axes = [
+        Axis::linear(label.clone()).within(0.0, 1.05 * highest),
+        // A Gaussian falls to 4e-6 of its peak at five rms heights.
+        Axis::logarithmic(label).within(2e-6 * highest, 2.0 * highest),
+    ];
+    let x = Axis::linear(format!("height, {unit}")).within(-RANGE * largest, RANGE * largest);
+    let chart = |y| Chart { series: series.clone(), ..Chart::new(x.clone(), y) };
+    let caption = format!(
+        "Probability density of the heights of measured surfaces, as they are pressed, about their \
+         mean, linear and logarithmic; dashed the Gaussian of the same rms height: {}.",
+        told.join("; "),
+    );
+    Some((axes.map(chart).into(), caption))
+}
+
+/// What a surface is called, and the lines of its heights and of their Gaussian: where it is the only
+/// one, no colour stands for anything.
+fn look(data: &FigureData, map: &MeasuredMap, surfaces: usize) -> (String, [Style; 2]) {
+    let label = data.styles.name(&map.point, "the surface");
+    let colours = match surfaces {
+        1 => [Colour::Text, Colour::Series(1)],
+        _ => [data.styles.colour(&map.point); 2],
+    };
+    let [solid, dashed] = colours;
+    let lines = [Style::line(solid, Dash::Solid, 1.5), Style::line(dashed, Dash::Dashed, 1.2)];
+    (label, lines)
 }

@@ -1,24 +1,31 @@
-//! Area and mean gap against the mean pressure, in the units of the study; beyond the paper.
+//! Area and mean gap against the mean pressure, in the units of the study, and the mean gap against
+//! the load, both beyond the paper; growth of the mean contact pressure with the load (fig. 17).
 
-use super::gap;
+use arrow::array::Array;
+
 use crate::ReportError;
+use crate::charts::Figure;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, DataPoint, Series};
-use crate::charts::colour::Colour;
-use crate::charts::figure::Figure;
-use crate::charts::style::{Dash, Style};
-use crate::ensembles::{EnsembleCurves, Mean};
-use crate::figure::{Definition, Drawn, sample};
-use crate::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData};
-use crate::units;
-use crate::units::{Scaled, digits};
+use crate::charts::style::{Colour, Dash, Style};
+use crate::ensembles::{self, EnsembleCurves, Mean, Point};
+use crate::figure_data::{
+    AREA_LABEL, COUNTED_AREA, FigureData, FinishedStage, LOAD_LABEL, series, texts_if_any,
+};
+use crate::figures::{Definition, Drawn, sample};
+use crate::units::{self, LengthUnit, Scaled, digits};
 use asperity_contact::theory::persson;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, PRESSURE};
+use asperity_stages::columns::{CORRECTION, EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE};
+use asperity_stages::correct::AS_COUNTED;
+use asperity_tables::table::{Table, TableError};
 
-pub const FIGURE: Definition =
-    Definition { name: "pressure", title: "Area and mean gap against the mean pressure", draw };
+pub const AGAINST_PRESSURE: Definition = Definition {
+    name: "pressure",
+    title: "Area and mean gap against the mean pressure",
+    draw: draw_against_pressure,
+};
 
-fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
+fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     let pressed = data.measured.iter();
     let pressed = pressed.filter(|one| modulus(one).is_some());
     let pressed: Vec<&EnsembleCurves> = pressed.collect();
@@ -30,7 +37,7 @@ fn draw(data: &FigureData) -> Result<Drawn, ReportError> {
         );
         return Ok(Drawn::missing("loads on bodies with a modulus: pressures in its unit", lines));
     }
-    let gaps = gap::gaps(data, pressed.iter().copied())?;
+    let gaps = gaps(data, pressed.iter().copied())?;
     let mut pressures = Vec::new();
     for ensemble in &pressed {
         pressures.push(ensemble.mean(PRESSURE.name)?);
@@ -111,4 +118,223 @@ fn theory(data: &FigureData, ensemble: &EnsembleCurves, pressures: &[Mean]) -> O
     let range = [first.mean, last.mean];
     let curve = |pressure: f64| persson::area(pressure / unit);
     Some(Series::curve(curve, range, Spacing::Logarithmic, style))
+}
+
+pub const GAP: Definition = Definition { name: "gap", title: "Mean gap", draw: draw_gap };
+
+fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
+    let gaps = gaps(data, data.measured.iter())?;
+    let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear(gaps.label.clone()));
+    for (ensemble, gaps) in data.measured.iter().zip(&gaps.means) {
+        let style = data.styles.markers(&ensemble.point);
+        chart.series.push(series(gaps, style).named(data.label(ensemble)));
+    }
+    if !chart.has_curves() {
+        let lines =
+            data.lines_of_loads("{ from = 0.001, to = 1.7, steps = 40, spacing = \"geometric\" }");
+        return Ok(Drawn::missing("measured contacts under several loads", lines));
+    }
+    let drawn = chart.series.len();
+    for stage in data.finished.with(&["decay_length", "closing_load", "window_lower"]) {
+        chart.series.extend(relations(data, &stage.table, &gaps)?);
+    }
+    let fits = match chart.series.len() > drawn {
+        true => {
+            "Lines are least-squares fits of p₀ = p_c exp(−ū/u₀), over the loads that they span."
+        }
+        false => "A fit with `law = \"load-separation\"` adds the exponential relation.",
+    };
+    let caption = format!(
+        "Mean gap ū against load, from {}. Points are means over the surfaces, bars {}. \
+         {fits}",
+        sample(&data.sample()),
+        data.bars,
+    );
+    Ok(Drawn::figure(Figure::of(chart), caption))
+}
+
+/// Mean gaps of ensembles in one unit.
+pub struct Gaps {
+    /// What an axis says of them.
+    pub label: String,
+    /// Under the loads of each ensemble.
+    pub means: Vec<Vec<Mean>>,
+    shared: LengthUnit,
+    factor: f64,
+}
+
+impl Gaps {
+    /// What a length of a surface at a point is multiplied with.
+    fn factor(&self, data: &FigureData, point: &Point) -> f64 {
+        self.factor * self.shared.factor(data.units.at(point))
+    }
+}
+
+/// The mean gaps of measured contacts, in metres with a prefix where their unit allows.
+pub fn gaps<'a>(
+    data: &FigureData,
+    ensembles: impl Iterator<Item = &'a EnsembleCurves<'a>>,
+) -> Result<Gaps, TableError> {
+    let shared = data.unit_of_length();
+    let mut means = Vec::new();
+    for ensemble in ensembles {
+        let factor = shared.factor(data.units.at(&ensemble.point));
+        let gaps = ensemble.mean(MEAN_GAP.name)?.into_iter();
+        means.push(gaps.map(|gap| gap.times(factor)).collect::<Vec<_>>());
+    }
+    let largest = means.iter().flatten().fold(0.0_f64, |most, gap| most.max(gap.mean));
+    let Scaled { factor, unit } = shared.scaled(largest);
+    let scale = |gap: &mut Mean| *gap = gap.times(factor);
+    means.iter_mut().flatten().for_each(scale);
+    Ok(Gaps { label: format!("mean gap, in {unit}"), means, shared, factor })
+}
+
+/// The fitted relations as lines over their windows of loads.
+fn relations(data: &FigureData, table: &Table, gaps: &Gaps) -> Result<Vec<Series>, TableError> {
+    let column = |name: &str| table.reals(name);
+    let (lengths, closing) = (column("decay_length")?, column("closing_load")?);
+    let (from, to) = (column("window_lower")?, column("window_upper")?);
+    let loads = gaps.means.iter().flatten().map(|mean| mean.load);
+    let heaviest = loads.fold(0.0, f64::max);
+    let is_fitted = |&row: &usize| lengths.is_valid(row) && closing.is_valid(row);
+    let lines = (0..table.rows()).filter(is_fitted).map(|row| {
+        let point = ensembles::point(table, row);
+        let length = gaps.factor(data, &point) * lengths.value(row);
+        let gap = |load: f64| length * (closing.value(row) / load).ln();
+        let colour = data.styles.colour(&point);
+        // A window may begin at zero, where the relation has no end, or end far beyond all loads.
+        let to = to.value(row).min(heaviest);
+        let range = [from.value(row).max(1e-3 * to), to];
+        let style = Style::line(colour, Dash::Solid, 1.5);
+        Series::curve(gap, range, Spacing::Logarithmic, style)
+    });
+    Ok(lines.collect())
+}
+
+pub const GROWTH: Definition = Definition {
+    name: "pressure-growth",
+    title: "Growth of the mean contact pressure",
+    draw: draw_growth,
+};
+
+/// The area to which the growth is shown: near full contact all curves fall to zero.
+const MOST: f64 = 0.5;
+/// Differences that tell a power law.
+const FEWEST: usize = 3;
+
+/// Guides pass above the data, by this factor.
+const GUIDES_ABOVE: f64 = 1.8;
+
+/// The exponents that the paper draws.
+const GUIDES: [(f64, Colour, Dash); 2] =
+    [(-0.7, Colour::Text, Dash::Dashed), (-0.9, Colour::Muted, Dash::DashDot)];
+
+fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
+    let mut chart =
+        Chart::new(Axis::logarithmic(AREA_LABEL), Axis::logarithmic("dp̄/dp₀, with p̄ = p₀ A₀/A"));
+    let (mut all, mut rising) = (0, 0);
+    for ensemble in &data.measured {
+        let mut growth = ensemble.pressure_growth(COUNTED_AREA)?;
+        growth.retain(|one| one.area < MOST);
+        all += growth.len();
+        growth.retain(|one| one.growth > 0.0);
+        rising += growth.len();
+        let style = data.styles.markers(&ensemble.point);
+        let points =
+            growth.iter().map(|one| DataPoint { x: one.area, y: one.growth, bar: one.bar });
+        chart.series.push(Series {
+            points: points.collect(),
+            style,
+            label: Some(data.label(ensemble)),
+        });
+    }
+    let Some(extent) = Extent::of(&chart.series) else {
+        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
+        return Ok(Drawn::missing("measured contacts under several light loads", lines));
+    };
+    let fits = fits(data, extent.areas)?;
+    let told = match fits.is_empty() {
+        true => "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra.",
+        false => "Lines in colours are the fitted power laws.",
+    };
+    chart.series.extend(fits);
+    let [least, most] = extent.growths;
+    let top = GUIDES_ABOVE * extent.growth_in_the_middle;
+    for (exponent, colour, dash) in GUIDES {
+        chart.series.push(extent.guide(top, exponent, colour, dash));
+    }
+    // Bars that reach far down, or below zero, would take the axis with them.
+    chart.y = chart.y.within(least / 1.5, 3.0 * most.max(top));
+    let caption = format!(
+        "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, by \
+         differences of the mean curves, against the area fraction up to {MOST}; from {}, area as \
+         counted on the mesh; bars are {}. Straight black and grey lines are guides. {told} In \
+         {} of {all} steps of the load p̄ falls: these have no logarithm and are left out.",
+        sample(&data.sample()),
+        data.bars,
+        all - rising,
+    );
+    Ok(Drawn::figure(Figure::of(chart), caption))
+}
+
+/// Where the points of a chart lie.
+struct Extent {
+    areas: [f64; 2],
+    growths: [f64; 2],
+    /// The largest growth near the geometric middle of the areas.
+    growth_in_the_middle: f64,
+}
+
+impl Extent {
+    /// Of fewer than [`FEWEST`] points, none.
+    fn of(series: &[Series]) -> Option<Extent> {
+        let points = || series.iter().flat_map(|series| &series.points);
+        let ends = |of: fn(&DataPoint) -> f64| {
+            let values = || points().map(of);
+            [values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max)]
+        };
+        let [areas, growths] = [ends(|point| point.x), ends(|point| point.y)];
+        let middle = (areas[0] * areas[1]).sqrt();
+        let near = points().filter(|point| (point.x / middle).ln().abs() < 0.4);
+        let largest = near.map(|point| point.y).reduce(f64::max);
+        (points().count() >= FEWEST).then(|| Extent {
+            areas,
+            growths,
+            growth_in_the_middle: largest.unwrap_or(growths[1]),
+        })
+    }
+
+    /// A power of the area, through a growth in the middle of the areas.
+    fn guide(&self, growth: f64, exponent: f64, colour: Colour, dash: Dash) -> Series {
+        let middle = (self.areas[0] * self.areas[1]).sqrt();
+        let guide = Series::curve(
+            |area| growth * (area / middle).powf(exponent),
+            [middle / 4.0, 4.0 * middle],
+            Spacing::Logarithmic,
+            Style::line(colour, dash, 1.8),
+        );
+        guide.named(format!("exponent {exponent}").replace('-', "−"))
+    }
+}
+
+/// The power laws fitted to counted areas.
+fn fits(data: &FigureData, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
+    let mut lines = Vec::new();
+    let columns = ["exponent", "prefactor", "law"];
+    for FinishedStage { table, .. } in data.finished.with(&columns) {
+        let (exponents, prefactors) = (table.reals("exponent")?, table.reals("prefactor")?);
+        let corrections = texts_if_any(table, CORRECTION.name)?;
+        for row in (0..table.rows()).filter(|&row| exponents.is_valid(row)) {
+            if corrections.is_some_and(|names| names.value(row) != AS_COUNTED) {
+                continue;
+            }
+            let (exponent, prefactor) = (exponents.value(row), prefactors.value(row));
+            let growth = |area: f64| prefactor * area.powf(exponent);
+            let colour = data.styles.colour(&ensembles::point(table, row));
+            let style = Style::line(colour, Dash::Solid, 1.2);
+            let line = Series::curve(growth, range, Spacing::Logarithmic, style);
+            lines.push(line);
+        }
+    }
+    Ok(lines)
 }

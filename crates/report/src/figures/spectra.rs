@@ -1,19 +1,86 @@
-//! Radial power spectral densities in units of length: those that `measure` stages have found, those of
-//! measured surfaces that none has looked at, and the self-affine laws fitted to them.
+//! Power spectral densities (fig. 2) and slopes by scale (Sanner et al. 2022,
+//! doi:10.1016/j.apsadv.2021.100190): what `measure` stages have found and, of measured surfaces
+//! that none has looked at, of the map as it is pressed.
 
 use arrow::array::Array;
 
+use crate::charts::Figure;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Dash, Style};
-use crate::ensembles;
-use crate::ensembles::Point;
+use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
-use crate::surface_curves;
-use crate::surface_curves::{CurvePoint, SurfaceCurve, thinned};
+use crate::figures::{Definition, Drawn};
+use crate::surface_curves::{self, CurvePoint, SurfaceCurve, thinned};
 use crate::units::{LengthUnit, digits};
-use asperity_stages::columns::{MODES, SPECTRAL_DENSITY, WAVENUMBER};
+use crate::{ReportError, samples};
+use asperity_contact::topography::surface;
+use asperity_stages::columns::{
+    ALONG, DISTANCE, MODES, SLOPE_AT_SCALE, SPECTRAL_DENSITY, WAVENUMBER,
+};
 use asperity_tables::table::{Table, TableError};
+
+pub const SPECTRUM: Definition =
+    Definition { name: "spectrum", title: "Power spectral density", draw: draw_spectra };
+
+/// Points of one spectrum, evenly by the logarithm of the wavenumber.
+const POINTS: f64 = 40.0;
+
+fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
+    let drawn = of_random_surfaces(data)?;
+    let measured = in_units_of_length(data)?;
+    let mut found: Vec<(Chart, String)> = measured.into_iter().chain(drawn).collect();
+    if found.is_empty() {
+        let lines = data.lines_of_surfaces();
+        return Ok(data.missing_surfaces("random or measured surfaces", lines));
+    }
+    if let [_] = found.as_slice() {
+        let (chart, caption) = found.remove(0);
+        return Ok(Drawn::figure(Figure::of(chart), caption));
+    }
+    let (charts, captions): (Vec<Chart>, Vec<String>) = found.into_iter().unzip();
+    let figure = Figure::of_charts(vec![charts], [430.0, 340.0]);
+    Ok(Drawn::figure(figure, captions.join(" To the right: ")))
+}
+
+/// The densities that random surfaces are drawn from, and what is drawn.
+fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, ReportError> {
+    let samples = samples::of(data.finished)?;
+    let mut chart = Chart::new(
+        Axis::logarithmic("wavenumber k = L/λ"),
+        Axis::logarithmic("power of a mode |ĥ(k)|²/(h′ L)²"),
+    );
+    for sample in &samples {
+        let Some(surface) = sample.random() else {
+            continue;
+        };
+        let cell = sample.params.grid().map_err(ReportError::Surface)?.cell();
+        let unit = (surface.rms_slope * cell.longer_side()).powi(2);
+        let rings = surface.rings(cell);
+        let label = data.styles.name(&sample.point, "the first surface");
+        let line = Style::line(data.styles.colour(&sample.point), Dash::Solid, 1.4);
+        let mean = rings.iter().map(|ring| (f64::from(ring.wavenumber), ring.mean_power / unit));
+        let mut shown = 0;
+        let drawn = rings.iter().filter(|ring| {
+            let place = (f64::from(ring.wavenumber).ln() * POINTS / 6.0).floor() as i64 + 1;
+            std::mem::replace(&mut shown, place) != place
+        });
+        let drawn = drawn.map(|ring| (f64::from(ring.wavenumber), ring.power / unit));
+        let markers = data.styles.markers(&sample.point);
+        chart.series.push(Series::new(mean, line));
+        chart.series.push(Series::new(drawn.collect::<Vec<_>>(), markers).named(label));
+    }
+    if chart.series.is_empty() {
+        return Ok(None);
+    }
+    let caption = format!(
+        "Power spectral density of {} of the study's spectra: points are means over rings of one \
+         integer wavenumber, of the first surface of each; lines are the densities that they are \
+         drawn from, scaled to the same rms slope h′. L is the side of the periodic cell.",
+        chart.series.len() / 2,
+    );
+    Ok(Some((chart, caption)))
+}
 
 /// Captions tell of as many fitted laws.
 const MOST_LAWS: usize = 4;
@@ -21,10 +88,7 @@ const MOST_LAWS: usize = 4;
 const ROUNDING: f64 = 1e-20;
 
 /// The chart and what is to be seen; nothing where there are no such spectra.
-///
-/// # Errors
-/// When a table lacks a column of its stage.
-pub fn chart(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
+pub fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
     let spectra = spectra(data)?;
     if spectra.is_empty() {
         return Ok(None);
@@ -40,8 +104,7 @@ pub fn chart(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
     for spectrum in &spectra {
         let factor = shared.factor(data.units.at(&spectrum.point));
         let in_unit = |(q, density): (f64, f64)| (q / factor, density * factor.powi(4));
-        let label = data.styles.label(&spectrum.point);
-        let label = label.unwrap_or_else(|| "the surface".to_owned());
+        let label = data.styles.name(&spectrum.point, "the surface");
         let colour = data.styles.colour(&spectrum.point);
         let style = match spectrum.surfaces {
             1 => Style::line(colour, Dash::Solid, 1.5),
@@ -207,4 +270,72 @@ impl FittedLaw {
 /// q^(2(1 + H)), by which the density falls.
 fn falls(wavenumber: f64, hurst: f64) -> f64 {
     wavenumber.powf(2.0 * (1.0 + hurst))
+}
+
+pub const SLOPE_BY_SCALE: Definition =
+    Definition { name: "slope-at-scale", title: "Slope by scale", draw: draw_slopes };
+
+fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
+    let curves = curves(data)?;
+    if curves.is_empty() {
+        let lines = data.lines_of_scales();
+        return Ok(data.missing_surfaces("measured surfaces, or slopes by scale", lines));
+    }
+    let shared = LengthUnit::common(curves.iter().map(|curve| data.units.at(&curve.point)));
+    let in_unit = |curve: &SurfaceCurve| -> Vec<(f64, f64)> {
+        let factor = shared.factor(data.units.at(&curve.point));
+        let points = curve.points.iter();
+        points.map(|point| (factor * point.x, point.y)).collect()
+    };
+    let points: Vec<Vec<(f64, f64)>> = curves.iter().map(in_unit).collect();
+    let longest = points.iter().flatten().fold(0.0_f64, |most, point| most.max(point.0));
+    let scaled = shared.scaled(longest);
+    let mut chart = Chart::new(
+        Axis::logarithmic(format!("distance ℓ, {}", scaled.unit)),
+        Axis::logarithmic("slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩"),
+    );
+    for (curve, points) in curves.iter().zip(points) {
+        let label = data.styles.name(&curve.point, "the surface");
+        let along = curve.along.as_deref().unwrap_or_default();
+        let dash = match along == surface::Axis::Y.name() {
+            true => Dash::Dashed,
+            false => Dash::Solid,
+        };
+        let style = Style::line(data.styles.colour(&curve.point), dash, 1.5);
+        let points = points.into_iter().map(|(x, y)| (scaled.factor * x, y));
+        let series = Series::new(points, style);
+        chart.series.push(series.named(format!("{label}, along {along}")));
+    }
+    let caption = "Slope of the straight lines between points a distance ℓ apart, root mean square \
+                   over all pairs of nodes, along x and, dashed, along y. It grows towards small \
+                   scales as far as the instrument resolves the roughness.";
+    Ok(Drawn::figure(Figure::of(chart), caption))
+}
+
+/// Those of the study's tables, and of measured surfaces that no table tells of.
+fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
+    let columns = [DISTANCE, SLOPE_AT_SCALE];
+    let names = [ALONG.name, DISTANCE.name, SLOPE_AT_SCALE.name];
+    let mut curves: Vec<SurfaceCurve> = Vec::new();
+    for stage in data.finished.with(&names) {
+        let known = curves.clone();
+        let is_new = |curve: &SurfaceCurve| known.iter().all(|one| one.point != curve.point);
+        let found = surface_curves::of(&stage.table, columns, None)?;
+        curves.extend(found.into_iter().filter(is_new));
+    }
+    let told = curves.clone();
+    for map in data.maps.there() {
+        if told.iter().any(|curve| curve.is_of(&map.point)) {
+            continue;
+        }
+        let both = surface::Axis::BOTH.into_iter().zip(&map.slopes);
+        curves.extend(both.map(|(axis, points)| SurfaceCurve {
+            point: map.point.clone(),
+            along: Some(axis.name().to_owned()),
+            surfaces: 1,
+            points: points.clone(),
+        }));
+    }
+    curves.retain(|curve| curve.points.len() > 1);
+    Ok(curves)
 }

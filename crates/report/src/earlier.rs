@@ -1,0 +1,218 @@
+//! An earlier report: what it shows, whether it was changed, and whether it may be replaced.
+//!
+//! A page holds its [`Basis`] as JSON: the figures and rows that it shows, and digests of the figures'
+//! files. It ends with a digest of all before it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::figure_data::FinishedStage;
+use crate::figures::{self, DrawnFigure};
+use crate::{FIGURES, PAGE, ReportError};
+use asperity_tables::store::StoreError;
+use asperity_tables::store::files::{Existing, lock_to_read};
+
+/// What stands before and behind the basis on a page.
+const BASIS: [&str; 2] = ["id=\"basis\">", "</script>"];
+/// What stands before and behind the digest at the end of a page.
+const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
+
+/// What a page rests on, so that no page takes the place of one that shows more.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Basis {
+    /// The study's name; pages of earlier programs have none.
+    #[serde(default)]
+    study: String,
+    figures: BTreeSet<String>,
+    rows: BTreeMap<String, usize>,
+    #[serde(default)]
+    files: BTreeMap<String, String>,
+}
+
+impl Basis {
+    pub fn new(study: &str, figures: &[DrawnFigure], stages: &[FinishedStage]) -> Basis {
+        let files = figures.iter().flat_map(DrawnFigure::files);
+        let rows = stages.iter().map(|stage| (stage.name.clone(), stage.table.rows()));
+        Basis {
+            study: study.to_owned(),
+            figures: figures.iter().map(|figure| figure.title.to_owned()).collect(),
+            rows: rows.collect(),
+            files: files.map(|(name, bytes)| (name, digest(bytes))).collect(),
+        }
+    }
+
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).expect("it is plain data")
+    }
+
+    /// Reads the basis that a page holds.
+    fn of_page(page: &str) -> Option<Basis> {
+        let (_, rest) = page.split_once(BASIS[0])?;
+        let (json, _) = rest.split_once(BASIS[1])?;
+        serde_json::from_str(json).ok()
+    }
+
+    /// What the page in a file shows and this does not, in words.
+    pub fn lacks_of(&self, page: &Path) -> Vec<String> {
+        let page = fs::read_to_string(page);
+        match page.as_deref().map(Basis::of_page) {
+            Ok(Some(basis)) => self.lacks(&basis),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Ok(None) | Err(_) => vec!["what it rests on, which it does not say".to_owned()],
+        }
+    }
+
+    fn lacks(&self, other: &Basis) -> Vec<String> {
+        let figures = other.figures.difference(&self.figures);
+        let figures = figures.map(|title| format!("\"{title}\""));
+        let own = |stage: &String| self.rows.get(stage).copied().unwrap_or(0);
+        let rows = other.rows.iter().filter(|(stage, rows)| own(stage) < **rows);
+        let rows = rows.map(|(stage, rows)| match own(stage) {
+            0 => format!("the rows of `{stage}`"),
+            own => format!("{} of {rows} rows of `{stage}`", rows - own),
+        });
+        figures.chain(rows).collect()
+    }
+}
+
+/// Adds the digest by which a page tells whether it has been changed.
+pub fn sealed(page: String) -> String {
+    let digest = digest(page.as_bytes());
+    page + SEAL[0] + &digest + SEAL[1]
+}
+
+fn is_sealed(page: &str) -> bool {
+    let sealed = page.rsplit_once(SEAL[0]);
+    let sealed = sealed.and_then(|(page, end)| Some((page, end.strip_suffix(SEAL[1])?)));
+    sealed.is_some_and(|(page, written)| digest(page.as_bytes()) == written)
+}
+
+fn digest(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_string()
+}
+
+/// The page in a folder and the figures beside it, as far as they are there and not as they were
+/// written together; waits for a report that is being written.
+pub fn changed(folder: &Path) -> Vec<PathBuf> {
+    let _unchanging = lock_to_read(folder);
+    let page = folder.join(PAGE);
+    let Ok(bytes) = fs::read(&page) else {
+        return Vec::new();
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    let figures = Basis::of_page(&text).unwrap_or_default().files;
+    let figures = figures.into_iter().filter_map(|(name, written)| {
+        let figure = folder.join(FIGURES).join(name);
+        fs::read(&figure).is_ok_and(|bytes| digest(&bytes) != written).then_some(figure)
+    });
+    let page = (!is_sealed(&text)).then_some(page);
+    page.into_iter().chain(figures).collect()
+}
+
+/// Checks that a report in a folder that the user names replaces nothing but an earlier report of the
+/// same study.
+///
+/// # Errors
+/// When another page or figure is there. A page that no report wrote is never replaced, others are
+/// if that is asked for.
+pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<(), ReportError> {
+    let page = folder.join(PAGE);
+    let basis = match fs::read(&page) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(source) => return Err(StoreError::Read { path: page, source }.into()),
+        Ok(bytes) => match Basis::of_page(&String::from_utf8_lossy(&bytes)) {
+            None => return Err(ReportError::NoReport { page }),
+            basis => basis,
+        },
+    };
+    if existing == Existing::Replace {
+        return Ok(());
+    }
+    let changed = changed(folder);
+    let taken = |path: PathBuf| Err(ReportError::Taken { path, study: study.to_owned() });
+    if basis.as_ref().is_some_and(|basis| basis.study != study) || changed.contains(&page) {
+        return taken(page);
+    }
+    let own = basis.unwrap_or_default().files;
+    for name in figures::ALL.iter().flat_map(|figure| figure.file_names()) {
+        let path = folder.join(FIGURES).join(&name);
+        let is_own = own.contains_key(&name) && !changed.contains(&path);
+        if !is_own && path.symlink_metadata().is_ok() {
+            return taken(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+    use std::time::Duration;
+
+    use super::*;
+    use asperity_tables::store::files::lock_to_write;
+
+    fn basis(figures: &[&str], rows: &[(&str, usize)]) -> Basis {
+        Basis {
+            figures: figures.iter().map(|&title| title.to_owned()).collect(),
+            rows: rows.iter().map(|&(stage, rows)| (stage.to_owned(), rows)).collect(),
+            ..Basis::default()
+        }
+    }
+
+    #[test]
+    fn less_is_told_and_more_is_not() {
+        let less = basis(&["Slope"], &[("area", 8)]);
+        let more = basis(&["Slope", "Contact maps"], &[("area", 16), ("law", 4)]);
+        assert_eq!(more.lacks(&less), [""; 0]);
+        let lacks = ["\"Contact maps\"", "8 of 16 rows of `area`", "the rows of `law`"];
+        assert_eq!(less.lacks(&more), lacks);
+    }
+
+    #[test]
+    fn a_page_says_what_it_rests_on_and_others_are_not_trusted_to_be_empty() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = folder.path().join(PAGE);
+        let basis = basis(&["Slope"], &[("area", 8)]);
+        assert_eq!(basis.lacks_of(&page), [""; 0], "there is none yet");
+        let text = format!("<script {}{}{}", BASIS[0], basis.json(), BASIS[1]);
+        fs::write(&page, text).unwrap();
+        assert_eq!(Basis::default().lacks_of(&page).len(), 2);
+        fs::write(&page, "<html>").unwrap();
+        assert_eq!(basis.lacks_of(&page).len(), 1);
+    }
+
+    #[test]
+    fn a_report_that_is_being_written_is_looked_at_when_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = folder.path().join(PAGE);
+        let written = lock_to_write(folder.path()).expect("this disk can lock folders");
+        fs::write(&page, "half a page").unwrap();
+        let found = thread::scope(|scope| {
+            let look = scope.spawn(|| changed(folder.path()));
+            thread::sleep(Duration::from_millis(200));
+            fs::write(&page, sealed("a page".to_owned())).unwrap();
+            drop(written);
+            look.join().unwrap()
+        });
+        assert_eq!(found, Vec::<PathBuf>::new());
+        fs::write(&page, "half a page").unwrap();
+        assert_eq!(changed(folder.path()), [page]);
+    }
+
+    #[test]
+    fn a_page_is_sealed_until_a_byte_of_it_changes() {
+        let page = sealed("<html></html>\n".to_owned());
+        assert!(is_sealed(&page));
+        for (position, _) in page.char_indices() {
+            let mut other = page.clone();
+            other.replace_range(position..=position, "#");
+            assert!(!is_sealed(&other), "{position}");
+        }
+        assert!(!is_sealed("<html></html>\n"));
+    }
+}

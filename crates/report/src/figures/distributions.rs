@@ -1,0 +1,324 @@
+//! Distributions of contact pressures beside Persson's, of gaps and of clusters, as `measure`
+//! counts them: bin by bin the mean over the surfaces of a parameter point. All are beyond the
+//! paper.
+
+use crate::ReportError;
+use crate::charts::Figure;
+use crate::charts::axis::{Axis, Spacing};
+use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::style::{Colour, Dash, Style};
+use crate::ensembles::{self, Point};
+use crate::figure_data::FigureData;
+use crate::figures::{Definition, Drawn, sample};
+use crate::units::digits;
+use asperity_manifest::decimal;
+use asperity_stages::columns::{
+    CLUSTER_AREA, CLUSTER_AREA_SHARE, CLUSTER_COMPACTNESS, CLUSTER_DENSITY, CONTACT_PRESSURE, GAP,
+    GAP_DENSITY, LOAD, PRESSURE_DENSITY, PRESSURE_DENSITY_PERSSON, SURFACE,
+};
+use asperity_tables::column::Column;
+
+pub const CONTACT_PRESSURES: Definition = Definition {
+    name: "contact-pressures",
+    title: "Distribution of contact pressures",
+    draw: draw_pressures,
+};
+
+const PRESSURE_LABEL: &str = "pressure p/(E* h′)";
+/// The least density on an axis of logarithms, over the largest.
+const SHARE: f64 = 1e-4;
+
+fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
+    let measured = distributions(data, [CONTACT_PRESSURE, PRESSURE_DENSITY])?;
+    if measured.is_empty() {
+        return Ok(Drawn::NotAsked);
+    }
+    let theory = distributions(data, [CONTACT_PRESSURE, PRESSURE_DENSITY_PERSSON])?;
+    let loads = shown_loads(&measured);
+    let row = |share: f64, densities: fn(f64) -> Axis| -> Vec<Chart> {
+        let charts = loads.iter().filter_map(|&load| {
+            let [last, highest] = extent(&measured, load, share)?;
+            let empty =
+                Chart::new(Axis::linear(PRESSURE_LABEL).within(0.0, last), densities(highest));
+            let mut chart = chart(data, &measured, load, &empty);
+            chart.series.extend(persson(theory.first()?, load));
+            Some(chart)
+        });
+        charts.collect()
+    };
+    let linear = row(0.01, |highest| Axis::linear("density").within(0.0, 1.1 * highest));
+    let logarithmic =
+        row(SHARE, |highest| Axis::logarithmic("density").within(SHARE * highest, 2.0 * highest));
+    let caption = format!(
+        "Probability density of the contact pressure over the nominal area, linear and logarithmic, from \
+         {}. Markers are means over the surfaces at some of the bins, bars {}; lines join all bins. What is \
+         out of contact has no pressure and is not counted, so that a curve holds the area fraction. Nodes at \
+         the edges of contact have pressures near zero: there the density depends on the mesh.",
+        sample(&surfaces(&measured)),
+        data.bars,
+    );
+    let figure = Figure::of_charts(vec![linear, logarithmic], [300.0, 240.0]);
+    Ok(Drawn::figure(figure, caption))
+}
+
+/// Persson's density, averaged over each bin, is the same for all spectra under one reduced load.
+fn persson(theory: &Distribution, load: f64) -> Option<Series> {
+    let style = Style::line(Colour::Text, Dash::Dashed, 1.6);
+    let points = theory.under(load)?;
+    let points = points.iter().map(|point| (point.x, point.y));
+    Some(Series::new(points, style).named("Persson 2001"))
+}
+
+pub const GAPS: Definition =
+    Definition { name: "gap-distribution", title: "Distribution of gaps", draw: draw_gaps };
+
+const GAP_LABEL: &str = "gap over the rms height";
+
+fn draw_gaps(data: &FigureData) -> Result<Drawn, ReportError> {
+    let measured = distributions(data, [GAP, GAP_DENSITY])?;
+    if measured.is_empty() {
+        return Ok(Drawn::NotAsked);
+    }
+    let loads = shown_loads(&measured);
+    let charts = loads.iter().filter_map(|&load| {
+        let [last, highest] = extent(&measured, load, SHARE)?;
+        let x = Axis::linear(GAP_LABEL).within(0.0, 1.02 * last);
+        let y = Axis::logarithmic("density").within(SHARE * highest, 2.0 * highest);
+        let empty = Chart::new(x, y);
+        Some(chart(data, &measured, load, &empty))
+    });
+    let charts: Vec<Chart> = charts.collect();
+    let caption = format!(
+        "Probability density of the gap over the nominal area, from {}. Markers are means over the surfaces \
+         at some of the bins, bars {}; lines join all bins. What is in contact has no gap and is not counted, \
+         so that a curve holds the share out of contact.",
+        sample(&surfaces(&measured)),
+        data.bars,
+    );
+    let figure = Figure::of_charts(vec![charts], [300.0, 260.0]);
+    Ok(Drawn::figure(figure, caption))
+}
+
+pub const CLUSTERS: Definition =
+    Definition { name: "clusters", title: "Clusters of contact", draw: draw_clusters };
+
+const CLUSTER_LABEL: &str = "area of a cluster over A₀";
+
+fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
+    let numbers = distributions(data, [CLUSTER_AREA, CLUSTER_DENSITY])?;
+    if numbers.is_empty() {
+        return Ok(Drawn::NotAsked);
+    }
+    let loads = shown_loads(&numbers);
+    let areas = numbers.iter().flat_map(|one| &one.loads);
+    let areas = areas.flat_map(|(_, points)| points.iter().map(|point| point.x));
+    let x = Axis::logarithmic(CLUSTER_LABEL);
+    let [from, to] = x.ends(areas);
+    let x = x.within(from, to);
+    let row = |of: Column, y: &dyn Fn([f64; 2]) -> Axis| -> Result<Vec<Chart>, ReportError> {
+        let found = distributions(data, [CLUSTER_AREA, of])?;
+        let charts = loads.iter().filter_map(|&load| {
+            let empty = Chart::new(x.clone(), y(range(&found, load)?));
+            Some(chart(data, &found, load, &empty))
+        });
+        Ok(charts.collect())
+    };
+    let rows = vec![
+        row(CLUSTER_DENSITY, &|[least, most]| {
+            Axis::logarithmic("clusters per ln(area)").within(0.5 * least, 2.0 * most)
+        })?,
+        row(CLUSTER_AREA_SHARE, &|_| Axis::linear("share of A₀ covered"))?,
+        row(CLUSTER_COMPACTNESS, &|_| Axis::linear("4π area/perimeter²").within(0.0, 1.3))?,
+    ];
+    let caption = format!(
+        "Clusters of contact nodes that share edges, by their area, from {}: how many there are, how much of \
+         the nominal area they cover together, and how compact they are (1 is a disc). Markers are means \
+         over the surfaces, bars {}; of the compactness only where each surface has clusters of that size.",
+        sample(&surfaces(&numbers)),
+        data.bars,
+    );
+    Ok(Drawn::figure(Figure::of_charts(rows, [300.0, 230.0]), caption))
+}
+
+/// Loads that stand side by side.
+const LOADS: usize = 3;
+/// Markers along a curve.
+const MARKERS: usize = 24;
+
+/// The densities of one parameter point.
+struct Distribution {
+    /// Where its surfaces stand, without the bin.
+    point: Point,
+    surfaces: usize,
+    /// Ascending loads, each with its density at ascending bins.
+    loads: Vec<(f64, Vec<DataPoint>)>,
+}
+
+impl Distribution {
+    /// Its density under a load.
+    fn under(&self, load: f64) -> Option<&[DataPoint]> {
+        let mut loads = self.loads.iter();
+        let found = loads.find(|(known, _)| decimal::is_same(*known, load));
+        found.map(|(_, points)| points.as_slice())
+    }
+
+    fn add(&mut self, load: f64, point: DataPoint) {
+        let mut known = self.loads.iter_mut();
+        let known = known.find(|(known, _)| *known == load);
+        match known {
+            Some((_, points)) => points.push(point),
+            None => self.loads.push((load, vec![point])),
+        }
+    }
+}
+
+/// The distributions of a study over a bin's coordinate, in order of appearance.
+fn distributions(
+    data: &FigureData,
+    [bin, density]: [Column; 2],
+) -> Result<Vec<Distribution>, ReportError> {
+    let mut found: Vec<Distribution> = Vec::new();
+    let wanted = [SURFACE.name, LOAD.name, bin.name, density.name];
+    for stage in data.finished.with(&wanted) {
+        for ensemble in ensembles::of(&stage.table, data.bars)? {
+            let mut point = ensemble.point.clone();
+            let Some(x) = point.remove(bin.name).and_then(|x| x.parse().ok()) else {
+                continue;
+            };
+            let place = found.iter().position(|known| known.point == point);
+            let place = place.unwrap_or_else(|| {
+                found.push(Distribution { point, surfaces: ensemble.surfaces, loads: Vec::new() });
+                found.len() - 1
+            });
+            for mean in ensemble.mean(density.name)? {
+                let (y, bar) = (mean.mean, mean.bar());
+                found[place].add(mean.load, DataPoint { x, y, bar });
+            }
+        }
+    }
+    for distribution in &mut found {
+        let loads = &mut distribution.loads;
+        loads.sort_by(|one, other| one.0.total_cmp(&other.0));
+        for (_, points) in loads {
+            points.sort_by(|one, other| one.x.total_cmp(&other.x));
+        }
+    }
+    Ok(found)
+}
+
+/// The lightest, the middle and the heaviest of the loads of these distributions.
+fn shown_loads(distributions: &[Distribution]) -> Vec<f64> {
+    let loads = distributions.iter().flat_map(|one| &one.loads);
+    let mut loads: Vec<f64> = loads.map(|(load, _)| *load).collect();
+    loads.sort_by(f64::total_cmp);
+    loads.dedup_by(|next, kept| decimal::is_same(*next, *kept));
+    match loads.len() {
+        0..=LOADS => loads,
+        count => [0, count / 2, count - 1].map(|place| loads[place]).into(),
+    }
+}
+
+/// How many surfaces each of them is of.
+fn surfaces(distributions: &[Distribution]) -> Vec<usize> {
+    distributions.iter().map(|one| one.surfaces).collect()
+}
+
+/// The distributions under one load: a line through all bins of each, markers with bars at some.
+fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &Chart) -> Chart {
+    let mut chart = empty.clone().titled(format!("load {}", digits(load, 4)));
+    for distribution in distributions {
+        let Some(points) = distribution.under(load) else {
+            continue;
+        };
+        let styles = &data.styles;
+        let line = styles.joins(&distribution.point);
+        // No line crosses bins that have nothing in them, where an axis of logarithms has no place for it.
+        for run in points.split(|point| !chart.y.can_show(point.y)) {
+            let all = run.iter().map(|point| (point.x, point.y));
+            chart.series.push(Series::new(all, line));
+        }
+        let some = some(points, &chart);
+        chart.series.push(Series {
+            points: some,
+            style: styles.markers(&distribution.point),
+            label: Some(data.styles.name(&distribution.point, "mean of the surfaces")),
+        });
+    }
+    chart
+}
+
+/// Some of the points, evenly along the axis as it is shown; all, where they are few.
+fn some(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
+    if points.len() <= 2 * MARKERS {
+        return points.to_vec();
+    }
+    let along = |x: f64| match chart.x.spacing {
+        Spacing::Linear => x,
+        Spacing::Logarithmic | Spacing::Octaves => x.ln(),
+    };
+    let [from, to] = chart.x.ends(points.iter().map(|point| point.x));
+    let step = (along(to) - along(from)) / MARKERS as f64;
+    let mut next = f64::NEG_INFINITY;
+    let apart = points.iter().filter(|point| {
+        let place = along(point.x);
+        let is_apart = place >= next;
+        if is_apart {
+            next = place + step;
+        }
+        is_apart
+    });
+    apart.copied().collect()
+}
+
+/// The largest density of any under a load, and the last bin where one exceeds a share of it: what an
+/// axis has to show.
+fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[f64; 2]> {
+    let [_, highest] = range(distributions, load)?;
+    let under = distributions.iter().filter_map(|one| one.under(load));
+    let seen = under.flatten().filter(|point| point.y > share * highest);
+    let last = seen.fold(0.0_f64, |most, point| most.max(point.x));
+    Some([last, highest])
+}
+
+/// The least and the largest of the densities under a load that are not zero.
+fn range(distributions: &[Distribution], load: f64) -> Option<[f64; 2]> {
+    let under = distributions.iter().filter_map(|one| one.under(load));
+    let densities = under.flatten().map(|point| point.y).filter(|&y| y > 0.0);
+    let [least, most] =
+        densities.fold([f64::INFINITY, 0.0], |[least, most], y| [y.min(least), y.max(most)]);
+    (most > 0.0).then_some([least, most])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distribution(loads: &[f64]) -> Distribution {
+        let point = |x: f64| DataPoint { x, y: (-x).exp(), bar: None };
+        let points = || (0..100).map(|bin| point(0.1 * f64::from(bin) + 0.05));
+        Distribution {
+            point: Point::new(),
+            surfaces: 3,
+            loads: loads.iter().map(|&load| (load, points().collect())).collect(),
+        }
+    }
+
+    #[test]
+    fn of_many_loads_the_ends_and_the_middle_are_shown() {
+        assert_eq!(shown_loads(&[distribution(&[0.1, 0.2])]), [0.1, 0.2]);
+        let many = [distribution(&[0.1, 0.2, 0.3, 0.4]), distribution(&[0.1, 0.8])];
+        assert_eq!(shown_loads(&many), [0.1, 0.3, 0.8]);
+        assert!(shown_loads(&[]).is_empty());
+    }
+
+    #[test]
+    fn an_axis_ends_where_a_density_has_fallen_to_its_share() {
+        let [last, highest] = extent(&[distribution(&[0.1])], 0.1, 1e-3).unwrap();
+        assert_eq!(highest, (-0.05f64).exp());
+        assert!((last - 6.95).abs() < 0.11, "{last}: e⁻⁷ is a thousandth");
+        let [least, most] = range(&[distribution(&[0.1])], 0.1).unwrap();
+        assert_eq!(most, highest);
+        assert!((least * 9.95f64.exp() - 1.0).abs() < 1e-12, "{least}");
+        assert!(extent(&[distribution(&[0.1])], 0.2, 1e-3).is_none());
+    }
+}
