@@ -119,10 +119,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     };
     let lacks = |models: &[PerLoad], interaction: &'static str, loads: &'static [f64]| {
         let is_there = !models.is_empty();
-        move || match is_there {
-            true => needs_beside(evidence, loads),
-            false => lacks_models(interaction)(),
-        }
+        move || if is_there { needs_beside(evidence, loads) } else { lacks_models(interaction)() }
     };
     let solved = evidence.under(OF_2017);
     vec![
@@ -152,9 +149,12 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
              loads at 0.032 or 0.064 or 0.128"
                 .to_owned()
         }),
-        stay_apart(evidence).judge(STAY_APART, MODELS, || match explicit.is_empty() {
-            true => lacks_models(EXPLICIT)(),
-            false => "a load at 0.001 or 0.002 or 0.004".to_owned(),
+        stay_apart(evidence).judge(STAY_APART, MODELS, || {
+            if explicit.is_empty() {
+                lacks_models(EXPLICIT)()
+            } else {
+                "a load at 0.001 or 0.002 or 0.004".to_owned()
+            }
         }),
     ]
 }
@@ -165,16 +165,15 @@ const TOO_MUCH: [f64; 4] = [0.001, 0.004, 0.016, 0.064];
 const LIGHT: [f64; 3] = [0.001, 0.004, 0.016];
 
 fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
-    match evidence.under(OF_2017).is_empty() {
-        true => needs(evidence, OF_2017, &[], ""),
-        false => {
-            let loads: Vec<String> = loads.iter().map(f64::to_string).collect();
-            let at = match loads.as_slice() {
-                [] => String::new(),
-                loads => format!(", at {}", loads.join(" or ")),
-            };
-            format!("the same surfaces solved and as asperities, under the same loads{at}")
-        }
+    if evidence.under(OF_2017).is_empty() {
+        needs(evidence, OF_2017, &[], "")
+    } else {
+        let loads: Vec<String> = loads.iter().map(f64::to_string).collect();
+        let at = match loads.as_slice() {
+            [] => String::new(),
+            loads => format!(", at {}", loads.join(" or ")),
+        };
+        format!("the same surfaces solved and as asperities, under the same loads{at}")
     }
 }
 

@@ -140,15 +140,12 @@ impl Judgement {
         };
         let (agreeing, others): (Vec<&Bound>, Vec<&Bound>) =
             self.bounds.iter().partition(|bound| expected.contains(bound.value));
-        match others.is_empty() {
-            false => {
-                let each = others.into_iter();
-                each.filter_map(|bound| until(bound, Verdict::DoesNotHold)).min()
-            }
-            true => {
-                let each = agreeing.into_iter().map(|bound| until(bound, Verdict::Holds));
-                each.collect::<Option<Vec<usize>>>()?.into_iter().max()
-            }
+        if others.is_empty() {
+            let each = agreeing.into_iter().map(|bound| until(bound, Verdict::Holds));
+            each.collect::<Option<Vec<usize>>>()?.into_iter().max()
+        } else {
+            let each = others.into_iter();
+            each.filter_map(|bound| until(bound, Verdict::DoesNotHold)).min()
         }
     }
 }
@@ -165,10 +162,7 @@ fn fewest(from: usize, does: impl Fn(usize) -> bool) -> Option<usize> {
     let mut below = above / 2;
     while above - below > 1 {
         let middle = below + (above - below) / 2;
-        match middle >= from && does(middle) {
-            true => above = middle,
-            false => below = middle,
-        }
+        if middle >= from && does(middle) { above = middle } else { below = middle }
     }
     Some(above.max(from))
 }

@@ -86,14 +86,15 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let all = evidence.pressures();
     let lacks = |loads: &'static [f64]| {
         let is_there = !all.is_empty();
-        move || match is_there {
-            false => "a `measure` stage with `what = \"pressures\"`".to_owned(),
-            true => {
+        move || {
+            if is_there {
                 let loads: Vec<String> = loads.iter().map(f64::to_string).collect();
                 format!(
                     "a load at {}, and bins that end at 0.1, 0.2, 0.5, 1, 1.5, 2",
                     loads.join(" or ")
                 )
+            } else {
+                "a `measure` stage with `what = \"pressures\"`".to_owned()
             }
         }
     };

@@ -303,9 +303,10 @@ fn curves(table: &Table) -> Result<Vec<AreaCurves>, TableError> {
         let Some(spectrum) = spectrum(table, rows.first)? else {
             continue;
         };
-        let correction = match is_corrected {
-            true => table.texts(CORRECTION.name)?.value(rows.first).to_owned(),
-            false => AS_COUNTED.to_owned(),
+        let correction = if is_corrected {
+            table.texts(CORRECTION.name)?.value(rows.first).to_owned()
+        } else {
+            AS_COUNTED.to_owned()
         };
         curves.push(ensemble(spectrum, correction, &rows, areas));
     }

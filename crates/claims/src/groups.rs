@@ -289,9 +289,8 @@ const MOST_LEFT: f64 = 0.01;
 pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
     let own = evidence.of_the_paper(OF_2017);
     let are_several = own.iter().any(|one| one.spectrum.k_lower != own[0].spectrum.k_lower);
-    let law = |axes: Axes, quantity: fn(&[[f64; 3]]) -> Option<f64>| match are_several {
-        true => over_loads(&own, axes, |_| true, quantity),
-        false => Quantities::default(),
+    let law = |axes: Axes, quantity: fn(&[[f64; 3]]) -> Option<f64>| {
+        if are_several { over_loads(&own, axes, |_| true, quantity) } else { Quantities::default() }
     };
     let with_k_lower: Axes =
         |spectrum| Some([ln_bandwidth(spectrum), (spectrum.k_lower as f64).ln()]);
@@ -306,11 +305,12 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
         (false, true) => ALPHA_ALONE_WITH_PLATEAUS,
         (true, true) => ALPHA_ALONE_OF_BOTH,
     };
-    let several = match several_exponents || plateaus {
-        true => over_loads(&all, with_alpha, areas_differ, |points| {
+    let several = if several_exponents || plateaus {
+        over_loads(&all, with_alpha, areas_differ, |points| {
             left_by_a_line(&along(points, 1), &along(points, 2))
-        }),
-        false => Quantities::default(),
+        })
+    } else {
+        Quantities::default()
     };
     let data = data(OF_2017);
     vec![
@@ -329,14 +329,13 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
         })
         .judge(RATHER_THAN_ALPHA, data, lacking),
         several.judge(on_alpha, data, || {
-            match evidence.under(OF_2017).is_empty() {
-                true => needs(evidence, OF_2017, &[], ""),
-                false => {
-                    "three spectra or more, with several `hurst`, or with and without a plateau, whose ln A \
-                      under light loads lies farther than 0.01 from its mean, root mean square: where all \
-                      areas are alike, α has nothing to tell apart"
-                        .to_owned()
-                }
+            if evidence.under(OF_2017).is_empty() {
+                needs(evidence, OF_2017, &[], "")
+            } else {
+                "three spectra or more, with several `hurst`, or with and without a plateau, whose ln A \
+                 under light loads lies farther than 0.01 from its mean, root mean square: where all \
+                 areas are alike, α has nothing to tell apart"
+                    .to_owned()
             }
         }),
     ]

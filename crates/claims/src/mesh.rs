@@ -266,9 +266,12 @@ const DATA: &str = "area corrected by 2017, over its limits";
 
 pub fn of_limits(evidence: &Evidence) -> Vec<Claim> {
     let laws: Vec<KappaLaw> = evidence.kappa.iter().filter_map(KappaLaw::of).collect();
-    let needs = || match evidence.kappa.is_empty() {
-        true => A_FIT.to_owned(),
-        false => "more spectra and meshes than the fit has parameters".to_owned(),
+    let needs = || {
+        if evidence.kappa.is_empty() {
+            A_FIT.to_owned()
+        } else {
+            "more spectra and meshes than the fit has parameters".to_owned()
+        }
     };
     let per_load = |value: fn(&KappaLaw, &Weights) -> Option<f64>| {
         let mut quantities = Quantities::default();
@@ -327,10 +330,7 @@ impl<'a> KappaLaw<'a> {
         let law = |forms| KappaLaw { points, forms, middle: 0.5 * (least + most) };
         let all = points.forms.iter().enumerate();
         let combinations = all.fold(vec![Vec::new()], |chosen, (term, forms)| {
-            let forms = match term == points.bandwidth {
-                true => &[TermForm::Logarithm][..],
-                false => forms,
-            };
+            let forms = if term == points.bandwidth { &[TermForm::Logarithm][..] } else { forms };
             let extended = chosen.iter().flat_map(|before: &Vec<TermForm>| {
                 forms.iter().map(|form| [&before[..], &[*form]].concat())
             });

@@ -113,9 +113,10 @@ impl<'a> FigureData<'a> {
         let units = Units::of(finished)?;
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name, bars)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name, bars)?;
-        let mut points: Vec<Point> = match measured.is_empty() {
-            false => measured.iter().map(|one| one.point.clone()).collect(),
-            true => points_of_surfaces(finished)?,
+        let mut points: Vec<Point> = if measured.is_empty() {
+            points_of_surfaces(finished)?
+        } else {
+            measured.iter().map(|one| one.point.clone()).collect()
         };
         // What is still to come must not change the styles of what is there.
         if let Some(like) = points.first().cloned() {
@@ -341,10 +342,7 @@ impl FigureData<'_> {
         let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
             return Ok(String::new());
         };
-        let range = match least == most {
-            true => least,
-            false => format!("{least} to {most}"),
-        };
+        let range = if least == most { least } else { format!("{least} to {most}") };
         Ok(format!(
             "By the correction of 2017, the mesh adds {range} % to the counted area under the \
              load nearest to {LIGHT}."
@@ -373,9 +371,10 @@ pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, Repo
         }
     }
     let yields = |stage: &FinishedStage| stage.table.has(HARDNESS.name);
-    let of_materials = match finished.stages.iter().any(yields) {
-        true => " Theories are of elastic contact, and not of materials with a hardness.",
-        false => "",
+    let of_materials = if finished.stages.iter().any(yields) {
+        " Theories are of elastic contact, and not of materials with a hardness."
+    } else {
+        ""
     };
     if told.is_empty() {
         return Ok(of_materials.to_owned());

@@ -145,9 +145,10 @@ pub fn sample(surfaces: &[usize]) -> String {
         return "no surfaces".to_owned();
     };
     let plural = |count: usize| if count == 1 { "" } else { "s" };
-    let each = match least == most {
-        true => format!("{most} surface{}", plural(most)),
-        false => format!("{least} to {most} surfaces"),
+    let each = if least == most {
+        format!("{most} surface{}", plural(most))
+    } else {
+        format!("{least} to {most} surfaces")
     };
     match surfaces.len() {
         1 => each,

@@ -170,11 +170,10 @@ fn completeness(subject: &Subject) -> String {
     let planned = subject.plan.tasks.len();
     let done: BTreeSet<usize> = subject.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
     let done = done.len();
-    match done == planned {
-        true => format!("complete: all {planned} tasks are done"),
-        false => {
-            format!("unfinished: {done} of {planned} tasks are done, all figures are of these")
-        }
+    if done == planned {
+        format!("complete: all {planned} tasks are done")
+    } else {
+        format!("unfinished: {done} of {planned} tasks are done, all figures are of these")
     }
 }
 

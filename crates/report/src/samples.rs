@@ -230,10 +230,8 @@ impl MeasuredMap {
         };
         let levelled = levelled.and_then(Result::ok);
         let as_measured = levelled.filter(|scan| is_other(scan, &surface));
-        let boundary = match sample.params.origin.is_open() {
-            true => Boundary::Free,
-            false => Boundary::Periodic,
-        };
+        let boundary =
+            if sample.params.origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         let longer_side = surface.grid().cell().longer_side();
         let rings = power_spectrum::rings(&surface, boundary).into_iter();
         Ok(MeasuredMap {

@@ -122,9 +122,10 @@ impl Scaled {
 
 /// Pressures up to the largest: in pascals where they are known to be, else in the unit of E*.
 pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> Scaled {
-    match *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS {
-        true => in_pascals(largest),
-        false => Scaled::plain("the unit of E*"),
+    if *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS {
+        in_pascals(largest)
+    } else {
+        Scaled::plain("the unit of E*")
     }
 }
 
@@ -155,9 +156,10 @@ pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
 /// A number with so many significant digits and a true minus, without zeros at its end.
 pub fn digits(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value);
-    let text = match rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
-        true => format!("{}", rounded + 0.0),
-        false => format!("{rounded:e}"),
+    let text = if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
+        format!("{}", rounded + 0.0)
+    } else {
+        format!("{rounded:e}")
     };
     text.replace('-', "−")
 }
@@ -177,10 +179,8 @@ fn prefixed(largest: f64, unit: &str) -> Scaled {
     // Twelve digits: 1000 nm with a little rounding is 1 µm.
     let size = largest.abs() * (1.0 + 1e-12);
     let prefix = PREFIXES.into_iter().find(|(value, _)| size >= *value);
-    let (value, prefix) = match size > 0.0 {
-        true => prefix.unwrap_or(PREFIXES[PREFIXES.len() - 1]),
-        false => (1.0, ""),
-    };
+    let (value, prefix) =
+        if size > 0.0 { prefix.unwrap_or(PREFIXES[PREFIXES.len() - 1]) } else { (1.0, "") };
     Scaled { factor: 1.0 / value, unit: format!("{prefix}{unit}") }
 }
 

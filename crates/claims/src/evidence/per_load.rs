@@ -114,10 +114,7 @@ impl Evidence {
         let is_told = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
             .iter()
             .all(|column| table.has(column.name));
-        match is_told {
-            true => thresholds(table).unwrap_or_default(),
-            false => Vec::new(),
-        }
+        if is_told { thresholds(table).unwrap_or_default() } else { Vec::new() }
     }
 
     /// How contact pressures are distributed, by spectrum and load.

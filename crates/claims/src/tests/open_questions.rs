@@ -224,10 +224,7 @@ fn stiffness(bend: fn(i64) -> f64, scatter: f64) -> Vec<Claim> {
                 at.push(load);
                 let bend = bend(k_lower) + scatter * own;
                 // dū/dy = −y^(−1 + bend): K = y^(1 − bend).
-                let gap = match bend == 0.0 {
-                    true => -load.ln(),
-                    false => -load.powf(bend) / bend,
-                };
+                let gap = if bend == 0.0 { -load.ln() } else { -load.powf(bend) / bend };
                 gaps.push(gap);
             }
         }
@@ -352,9 +349,8 @@ fn asperity_models_are_put_beside_the_solution_of_the_same_surfaces() {
 #[test]
 fn a_load_that_was_given_up_on_one_surface_tells_nothing_of_asperity_models() {
     let name = "interaction-brings-asperities-to-the-solution";
-    let stop = |surface: usize, load: f64| match surface == 0 && (load - 0.016).abs() < 1e-9 {
-        true => GIVEN_UP,
-        false => "converged",
+    let stop = |surface: usize, load: f64| {
+        if surface == 0 && (load - 0.016).abs() < 1e-9 { GIVEN_UP } else { "converged" }
     };
     let claims = asperities_that_stop(stop, |_, _| 1.0, |_| 1.0, 2.0);
     let whole = asperities(|_, _| 1.0, |_| 1.0, 2.0);

@@ -61,10 +61,9 @@ impl Axis {
         /// Smallest distance of the ends of a linear axis, relative to the ends: the crate needs
         /// numbers between them.
         const DISTANCE: f64 = 1e-12;
-        let [from, to] = self.unbounded_ends(values).map(|end| match end.is_nan() {
-            true => 0.0,
-            false => end.clamp(-FARTHEST, FARTHEST),
-        });
+        let [from, to] = self
+            .unbounded_ends(values)
+            .map(|end| if end.is_nan() { 0.0 } else { end.clamp(-FARTHEST, FARTHEST) });
         match self.spacing {
             Spacing::Linear => {
                 let room = DISTANCE * from.abs().max(to.abs()).max(1e-280);
@@ -158,9 +157,10 @@ fn plain(value: f64) -> String {
 
 /// A number on an axis of logarithms.
 fn power(value: f64) -> String {
-    match (1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6)).contains(&value) {
-        true => plain(value),
-        false => scientific(value),
+    if (1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6)).contains(&value) {
+        plain(value)
+    } else {
+        scientific(value)
     }
 }
 

@@ -70,10 +70,7 @@ impl Frame {
                 bars: frame.bars.max(map.bars()),
             }
         });
-        match frame.tallest > 0.0 {
-            true => frame,
-            false => Frame { tallest: 1.0, ..frame },
-        }
+        if frame.tallest > 0.0 { frame } else { Frame { tallest: 1.0, ..frame } }
     }
 
     /// Height of a panel of a width that holds each of the maps.

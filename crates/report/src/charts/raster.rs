@@ -94,28 +94,23 @@ impl Raster {
     }
 
     pub fn of_heights_on(scale: &Scale, nodes: [usize; 2], heights: &[f64]) -> Raster {
-        Raster::of_nodes(nodes, |node| match heights[node].is_nan() {
-            true => HOLE,
-            false => scale.colour(heights[node]),
+        Raster::of_nodes(nodes, |node| {
+            if heights[node].is_nan() { HOLE } else { scale.colour(heights[node]) }
         })
     }
 
     /// Pressures of the nodes, row-major, zero where there is no contact.
     pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Raster {
         let scale = Scale::of_pressures(pressures);
-        Raster::of_nodes(nodes, |node| match pressures[node] > 0.0 {
-            true => scale.colour(pressures[node]),
-            false => GAP,
+        Raster::of_nodes(nodes, |node| {
+            if pressures[node] > 0.0 { scale.colour(pressures[node]) } else { GAP }
         })
     }
 
     pub fn of_contact(map: &ContactMap) -> Raster {
         let row_nodes = map.nodes()[1];
         let touches = |node: usize| map.get(node / row_nodes, node % row_nodes);
-        Raster::of_nodes(map.nodes(), |node| match touches(node) {
-            true => CONTACT,
-            false => GAP,
-        })
+        Raster::of_nodes(map.nodes(), |node| if touches(node) { CONTACT } else { GAP })
     }
 
     /// Maps of one surface under ascending loads, laid over each other: every node has the colour
@@ -203,16 +198,13 @@ impl Raster {
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
         encoder.set_compression(png::Compression::High);
         let place = |pixel: &Pixel| palette.binary_search(pixel).expect("it is among them") as u8;
-        let pixels = match palette.len() <= PALETTE {
-            true => {
-                encoder.set_color(png::ColorType::Indexed);
-                encoder.set_palette(palette.as_flattened().to_vec());
-                self.pixels.iter().map(place).collect()
-            }
-            false => {
-                encoder.set_color(png::ColorType::Rgb);
-                self.pixels.as_flattened().to_vec()
-            }
+        let pixels = if palette.len() <= PALETTE {
+            encoder.set_color(png::ColorType::Indexed);
+            encoder.set_palette(palette.as_flattened().to_vec());
+            self.pixels.iter().map(place).collect()
+        } else {
+            encoder.set_color(png::ColorType::Rgb);
+            self.pixels.as_flattened().to_vec()
         };
         encoder
             .write_header()
@@ -262,12 +254,11 @@ fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<
             let (mut sum, mut known, mut missing) = (0.0, 0, 0);
             for row in rows.chunks_exact(nodes[1]) {
                 for height in &row[first..nodes[1].min(first + step_y)] {
-                    match height.is_nan() {
-                        true => missing += 1,
-                        false => {
-                            known += 1;
-                            sum += height;
-                        }
+                    if height.is_nan() {
+                        missing += 1
+                    } else {
+                        known += 1;
+                        sum += height;
                     }
                 }
             }

@@ -106,14 +106,12 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
     chart
         .series
         .push(Series::curve(persson::slope, range, Spacing::Linear, persson).named("Persson 2001"));
-    let fits = match kappas.is_empty() {
-        true => "The study has no fit of the contact evolution law with a given κ to the counted \
-                 area."
-            .to_owned(),
-        false => format!(
-            "Lines are least-squares fits of the contact evolution law with {}.",
-            kappas.join(", ")
-        ),
+    let fits = if kappas.is_empty() {
+        "The study has no fit of the contact evolution law with a given κ to the counted area."
+            .to_owned()
+    } else {
+        let kappas = kappas.join(", ");
+        format!("Lines are least-squares fits of the contact evolution law with {kappas}.")
     };
     let caption = format!(
         "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
@@ -273,10 +271,7 @@ pub const SECANT: Quantity = |area, load| area / load;
 /// A curve that does not begin at zero may be seen on an axis of logarithms, where it bends most at
 /// its light end.
 fn steps([from, _]: [f64; 2]) -> Spacing {
-    match from > 0.0 {
-        true => Spacing::Logarithmic,
-        false => Spacing::Linear,
-    }
+    if from > 0.0 { Spacing::Logarithmic } else { Spacing::Linear }
 }
 
 pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {

@@ -35,9 +35,10 @@ const PIXELS: usize = 256;
 fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     let (mut rows, mut sliders) = (Vec::new(), Vec::new());
     let samples = extremes(samples::of(data.finished)?);
-    let which = match samples.iter().all(|sample| sample.random().is_some()) {
-        true => "with the smallest and of the one with the largest lower cutoff",
-        false => "and of the last parameter point",
+    let which = if samples.iter().all(|sample| sample.random().is_some()) {
+        "with the smallest and of the one with the largest lower cutoff"
+    } else {
+        "and of the last parameter point"
     };
     for sample in samples {
         let Some(pressed) = Pressed::of(data, &sample)? else {
@@ -296,9 +297,10 @@ fn told(length: f64, unit: Option<&str>) -> String {
 fn short(value: f64) -> String {
     let exponential = format!("{value:.2e}");
     let rounded = exponential.parse().unwrap_or(value);
-    match rounded == 0.0 || (1e-4..1e5).contains(&rounded.abs()) {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
+    if rounded == 0.0 || (1e-4..1e5).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
     }
 }
 

@@ -159,10 +159,7 @@ impl Abscissa {
         let is_alike = |one: &spectrum::Spectrum| {
             one.k_rolloff == one.k_lower && one.hurst == spectra[0].hurst
         };
-        match spectra.iter().all(is_alike) {
-            true => Abscissa::Bandwidth,
-            false => Abscissa::Nayak,
-        }
+        if spectra.iter().all(is_alike) { Abscissa::Bandwidth } else { Abscissa::Nayak }
     }
 
     fn label(self) -> &'static str {

@@ -77,10 +77,7 @@ fn mark_shown_loads(chart: &mut Chart, [heaviest, top]: [f64; 2]) {
         let line = Style::line(Colour::Muted, Dash::Dotted, 0.8);
         let line = Series::new([(load, 0.0), (load, top)], line);
         chart.series.push(line);
-        height = match load - before < CLOSE * heaviest {
-            true => height - 0.07 * top,
-            false => 0.91 * top,
-        };
+        height = if load - before < CLOSE * heaviest { height - 0.07 * top } else { 0.91 * top };
         // Beside its line: the first one stands at the axis.
         let beside = load + 0.014 * heaviest;
         chart.notes.push((beside, height, letter.to_string()));

@@ -68,22 +68,18 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
 }
 
 fn caption_of_maps(is_any_measured: bool, are_all_measured: bool, has_holes: bool) -> String {
-    let measured = match is_any_measured {
-        true => {
-            "Heights of the measured surfaces: as measured, with the form removed that the \
+    let measured = if is_any_measured {
+        "Heights of the measured surfaces: as measured, with the form removed that the \
              manifest removes, and as pressed, where that is not the same. "
-        }
-        false => "",
+    } else {
+        ""
     };
     let others = match (is_any_measured, are_all_measured) {
         (true, true) => "D",
         (true, false) => "Of other parameter points the first surface: d",
         (false, _) => "The first surface of each parameter point: d",
     };
-    let holes = match has_holes {
-        true => " Red where nothing was measured.",
-        false => "",
-    };
+    let holes = if has_holes { " Red where nothing was measured." } else { "" };
     format!(
         "{measured}{others}ark blue valleys, yellow peaks, each over its own range of heights.{holes}"
     )
@@ -92,15 +88,14 @@ fn caption_of_maps(is_any_measured: bool, are_all_measured: bool, has_holes: boo
 /// A measured surface before and after its preparation.
 fn of_measured(data: &FigureData, map: &MeasuredMap) -> Vec<Panel> {
     let name = data.styles.label(&map.point).unwrap_or_default();
-    let title = |what: &str| match name.is_empty() {
-        true => what.to_owned(),
-        false => format!("{name} · {what}"),
-    };
+    let title =
+        |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name} · {what}") };
     let unit = map.unit.as_deref();
     let seen = map.as_measured.as_ref().map(|seen| {
-        let missing = match seen.missing > 0.0 {
-            true => format!(" · {} % missing", digits(100.0 * seen.missing, 2)),
-            false => String::new(),
+        let missing = if seen.missing > 0.0 {
+            format!(" · {} % missing", digits(100.0 * seen.missing, 2))
+        } else {
+            String::new()
         };
         let title = title("as measured") + &missing;
         Panel::Map(panel(title, &seen.map, unit))
@@ -165,9 +160,10 @@ fn columns(samples: &[Sample]) -> usize {
     let cutoffs: BTreeSet<(u32, u32)> = cutoffs.collect();
     let lower: BTreeSet<u32> = cutoffs.iter().map(|cutoffs| cutoffs.0).collect();
     let upper: BTreeSet<u32> = cutoffs.iter().map(|cutoffs| cutoffs.1).collect();
-    match upper.len() * lower.len() == samples.len() && upper.len() <= 4 {
-        true => upper.len(),
-        false => samples.len().min(3),
+    if upper.len() * lower.len() == samples.len() && upper.len() <= 4 {
+        upper.len()
+    } else {
+        samples.len().min(3)
     }
 }
 
@@ -204,10 +200,7 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(data.missing_surfaces("a distribution of heights", lines));
     }
     let (mut rows, mut captions): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
-    let size = match all.is_empty() {
-        true => [430.0, 340.0],
-        false => [300.0, 225.0],
-    };
+    let size = if all.is_empty() { [430.0, 340.0] } else { [300.0, 225.0] };
     if !all.is_empty() {
         let shown = &all[..all.len().min(MOST)];
         rows.extend(shown.iter().map(|densities| density_charts(data, densities)));

@@ -256,9 +256,8 @@ fn forms(table: &Table) -> Result<Vec<String>, TableError> {
     for term in (1..).take_while(|term| table.has(&format!("term_{term}"))) {
         let name = |of: &str| format!("{of}_{term}");
         let (numbers, forms) = (table.texts(&name("term"))?, table.texts(&name("form"))?);
-        let word = |row: usize| match forms.is_valid(row) {
-            true => forms.value(row).to_owned(),
-            false => String::new(),
+        let word = |row: usize| {
+            if forms.is_valid(row) { forms.value(row).to_owned() } else { String::new() }
         };
         let words: Vec<String> = (0..table.rows()).map(word).collect();
         if words.iter().any(|word| *word != words[0]) {

@@ -138,11 +138,10 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
     for stage in data.finished.with(&["decay_length", "closing_load", "window_lower"]) {
         chart.series.extend(relations(data, &stage.table, &gaps)?);
     }
-    let fits = match chart.series.len() > drawn {
-        true => {
-            "Lines are least-squares fits of p₀ = p_c exp(−ū/u₀), over the loads that they span."
-        }
-        false => "A fit with `law = \"load-separation\"` adds the exponential relation.",
+    let fits = if chart.series.len() > drawn {
+        "Lines are least-squares fits of p₀ = p_c exp(−ū/u₀), over the loads that they span."
+    } else {
+        "A fit with `law = \"load-separation\"` adds the exponential relation."
     };
     let caption = format!(
         "Mean gap ū against load, from {}. Points are means over the surfaces, bars {}. \
@@ -253,9 +252,10 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing("measured contacts under several light loads", lines));
     };
     let fits = fits(data, extent.areas)?;
-    let told = match fits.is_empty() {
-        true => "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra.",
-        false => "Lines in colours are the fitted power laws.",
+    let told = if fits.is_empty() {
+        "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra."
+    } else {
+        "Lines in colours are the fitted power laws."
     };
     chart.series.extend(fits);
     let [least, most] = extent.growths;

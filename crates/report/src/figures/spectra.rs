@@ -297,10 +297,7 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     for (curve, points) in curves.iter().zip(points) {
         let label = data.styles.name(&curve.point, "the surface");
         let along = curve.along.as_deref().unwrap_or_default();
-        let dash = match along == surface::Axis::Y.name() {
-            true => Dash::Dashed,
-            false => Dash::Solid,
-        };
+        let dash = if along == surface::Axis::Y.name() { Dash::Dashed } else { Dash::Solid };
         let style = Style::line(data.styles.colour(&curve.point), dash, 1.5);
         let points = points.into_iter().map(|(x, y)| (scaled.factor * x, y));
         let series = Series::new(points, style);

@@ -95,9 +95,10 @@ fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
         quantity.meaning,
         sample(&counts),
         data.bars,
-        match has_other(&curves) {
-            true => format!(", in dashes those of the paper's other Hurst exponent, {OTHER_HURST}"),
-            false => String::new(),
+        if has_other(&curves) {
+            format!(", in dashes those of the paper's other Hurst exponent, {OTHER_HURST}")
+        } else {
+            String::new()
         },
     );
     Ok(Drawn::figure(figure(&curves, data, quantity), caption))
