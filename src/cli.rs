@@ -4,17 +4,15 @@
 //! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
 //! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
 
-mod cancel;
 mod claims;
+mod cluster;
 mod console;
-mod finish;
 mod maintenance;
 mod pictures;
 mod plan;
 mod reference;
 mod report;
 mod run;
-mod status;
 mod submit;
 mod tables;
 pub mod terminal;
@@ -67,12 +65,12 @@ enum Command {
     /// Share a study out among the nodes of a Slurm cluster.
     Submit(submit::Arguments),
     /// Say how far a study is, wherever it is computed.
-    Status(status::Arguments),
+    Status(cluster::StatusArguments),
     /// Take a study's jobs out of the queue of Slurm; what is finished is kept.
-    Cancel(cancel::Arguments),
+    Cancel(cluster::CancelArguments),
     /// What the last job of `submit` runs: compute what is little, submit again what is much, write
     /// the tables.
-    Finish(finish::Arguments),
+    Finish(cluster::FinishArguments),
     /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
     Claims(claims::ClaimsArguments),
     /// Say what one more octave towards each limit would cost, and how much it would narrow the limit.
@@ -132,9 +130,9 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Explain(arguments) => plan::explain(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
         Command::Submit(arguments) => submit::run(&arguments, &data, program),
-        Command::Status(arguments) => status::run(&arguments, &data),
-        Command::Cancel(arguments) => cancel::run(&arguments, &data),
-        Command::Finish(arguments) => finish::run(&arguments, &data),
+        Command::Status(arguments) => cluster::status(&arguments, &data),
+        Command::Cancel(arguments) => cluster::cancel(&arguments, &data),
+        Command::Finish(arguments) => cluster::finish(&arguments, &data),
         Command::Claims(arguments) => claims::claims(&arguments, &data),
         Command::Advise(arguments) => claims::advise(&arguments, &data),
         Command::Report(arguments) => report::report(&arguments, &data),

@@ -53,6 +53,7 @@ pub mod advice;
 pub mod claims;
 pub mod error;
 pub mod events;
+pub mod failures;
 pub mod maintenance;
 pub mod names;
 pub mod new_manifest;

@@ -14,7 +14,7 @@ use signal_hook::iterator::Signals;
 
 use super::{tell_notice, warn};
 use crate::session::events::Batch;
-use crate::session::run::failures_in_words;
+use crate::session::failures;
 use crate::session::words::counted;
 use crate::session::{Event, Observer, RunProgress};
 
@@ -45,9 +45,9 @@ impl Observer for Console {
                     progress.end();
                 }
             }
-            (Event::Failed(failures), _) => {
+            (Event::Failed(failed), _) => {
                 let told =
-                    failures_in_words(failures, TOLD).expect("a run tells a table of failures");
+                    failures::in_words(failed, TOLD).expect("a run tells a table of failures");
                 told.iter().for_each(|line| warn(line));
             }
             (other, _) => tell_notice(other),

@@ -11,8 +11,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use arrow::array::Array;
-use arrow::util::display::array_value_to_string;
 use bytesize::ByteSize;
 use serde::Serialize;
 
@@ -21,27 +19,18 @@ use super::events::{Batch, Event, Notice, Observer};
 use super::maintenance::in_words;
 use super::names::{TaskNameError, planned};
 use super::status::{GrowingStage, StageCount};
-use super::words::counted;
-use super::{Session, Shard};
+use super::{Session, Shard, failures};
 use asperity_claims::PaperClaims;
 use asperity_contact::threads::available_cores;
-use asperity_pipeline::forecast::memory;
-use asperity_pipeline::forecast::memory::Allowance;
+use asperity_pipeline::forecast::memory::{self, Allowance};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::archive::Archive;
-use asperity_pipeline::results::failures::{
-    COMMAND, FAILED, Failures, NOT_STARTED, OUTCOME, REASON, STAGE, stacked,
-};
-use asperity_pipeline::results::{self, exceeded_hardness, failures};
-use asperity_pipeline::results::{ResultsError, owner};
-use asperity_pipeline::runner;
-use asperity_pipeline::runner::{Damage, Resources};
+use asperity_pipeline::results::{self, ResultsError, exceeded_hardness, owner};
+use asperity_pipeline::runner::{self, Damage, Resources};
 use asperity_pipeline::study::Warning;
-use asperity_stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
-use asperity_tables::table::{Table, TableError};
 
 pub use asperity_pipeline::adaptive_sampling::SampledStudy;
 pub use asperity_pipeline::results::PublishedTable;
@@ -282,7 +271,7 @@ impl<'a> PreparedRun<'a> {
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }
-        let failed = failed_tasks(self.session, self.plan(), &outcome)?;
+        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
             self.session.tell(Event::Failed(&failed));
         }
@@ -292,7 +281,7 @@ impl<'a> PreparedRun<'a> {
         let failures = match &tables {
             Some(tables) => {
                 let (session, plan) = (self.session, self.plan());
-                write_failures(session, plan, failed, &wanted, tables, &self.store)?
+                failures::write(session, plan, failed, &wanted, tables, &self.store)?
             }
             None => None,
         };
@@ -490,89 +479,4 @@ fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
     tasks.sort_unstable();
     tasks.dedup();
     tasks
-}
-
-/// The tasks that a run could not compute, a row each.
-fn failed_tasks(session: &Session, plan: &Plan, outcome: &RunOutcome) -> Result<Table, TableError> {
-    let command = |key| command(session, key);
-    let failures = Failures { plan, command: &command };
-    failures.of_run(outcome)
-}
-
-/// Writes the table of failures: the rows of this run, of earlier ones as far as their tasks are
-/// missing still, and of loads that were given up. Where it is, if it has a row.
-fn write_failures(
-    session: &Session,
-    plan: &Plan,
-    failed: Table,
-    tried: &[usize],
-    tables: &[PublishedTable],
-    store: &Store,
-) -> Result<Option<PathBuf>, SessionError> {
-    let (folder, study) = (session.data().results(), &plan.study);
-    let before = failures::read(&folder, study);
-    if tried.is_empty() && before.as_ref().is_ok_and(|table| table.rows() == 0) {
-        return Ok(None);
-    }
-    let command = |key| command(session, key);
-    let failures = Failures { plan, command: &command };
-    let now = stacked(&[failed, failures.of_loads(tables)?])?;
-    // What cannot be read of earlier failures is lost, and no failure of this run.
-    let kept = before.ok().map(|before| failures.kept(&before, &now, tried, store));
-    let kept = kept.and_then(Result::ok);
-    let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
-    Ok(failures::write(&all.unwrap_or(now), &folder, study)?)
-}
-
-/// What computes a task alone.
-fn command(session: &Session, key: TaskKey) -> String {
-    let word = |path: &Path| {
-        let path = path.to_string_lossy();
-        let quoted = shlex::try_quote(&path).map(|word| word.into_owned());
-        quoted.unwrap_or_else(|_| path.into_owned())
-    };
-    let [data, manifest] = [session.data().path(), session.manifest()].map(word);
-    format!("asperity --data {data} run {manifest} --only {key}")
-}
-
-/// Says in lines which tasks failed and why, as many of them as `most`, and how many others did or
-/// were not started.
-///
-/// # Errors
-/// When the table is none of failures.
-pub fn failures_in_words(failures: &Table, most: usize) -> Result<Vec<String>, TableError> {
-    let outcomes = failures.texts(OUTCOME.name)?;
-    let with = |outcome: &'static str| {
-        (0..failures.rows()).filter(move |&row| outcomes.value(row) == outcome)
-    };
-    let told = with(FAILED).take(most).map(|row| failure_in_words(failures, row));
-    let mut lines: Vec<String> = told.collect::<Result<_, _>>()?;
-    if let more @ 1.. = with(FAILED).count().saturating_sub(most) {
-        lines.push(format!("… {} failed", counted(more, "more task")));
-    }
-    if let dropped @ 1.. = with(NOT_STARTED).count() {
-        lines.push(format!("{} not started for want of what failed", counted(dropped, "task")));
-    }
-    Ok(lines)
-}
-
-/// A failed task: where it stands in the study, what went wrong, what would do.
-fn failure_in_words(failures: &Table, row: usize) -> Result<String, TableError> {
-    let text = |name: &str| Ok::<_, TableError>(failures.texts(name)?.value(row).to_owned());
-    // Coordinates as `view` takes them.
-    let hidden = [SURFACE, METHOD, SIDE, SIDE_X, SIDE_Y].map(|column| column.name);
-    let columns = failures.coordinates().without(&hidden);
-    let columns = columns.names().into_iter().zip(columns.batch().columns());
-    let known = columns.filter(|(_, values)| values.is_valid(row));
-    let words = known.map(|(name, values)| {
-        let value = array_value_to_string(values, row).unwrap_or_default();
-        format!("{name}={value}")
-    });
-    Ok(format!(
-        "error: stage `{}`, {}: {}\n  again, alone: {}",
-        text(STAGE.name)?,
-        words.collect::<Vec<_>>().join(" "),
-        text(REASON.name)?,
-        text(COMMAND.name)?,
-    ))
 }

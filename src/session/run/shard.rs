@@ -8,9 +8,10 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
-use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError, failed_tasks};
+use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
 use crate::session::error::SessionError;
 use crate::session::events::{Event, Notice};
+use crate::session::failures;
 use asperity_manifest::diagnostics::chain;
 use asperity_pipeline::cluster::receipts::{EVERY, FailedTask, Receipt};
 use asperity_pipeline::cluster::receipts::{Pace, Paces};
@@ -40,7 +41,7 @@ impl PreparedRun<'_> {
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }
-        let failed = failed_tasks(self.session, self.plan(), &outcome)?;
+        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
             self.session.tell(Event::Failed(&failed));
         }
