@@ -212,6 +212,21 @@ fn print_json(out: &mut impl Write, told: &impl Serialize) -> Result<(), Failure
     Ok(writeln!(out, "{:#}", serde_json::to_value(told)?)?)
 }
 
+/// Prints what programs read, or a text for people.
+fn print_answer(
+    is_json: bool,
+    told: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> Result<ExitCode, Failure> {
+    let mut out = terminal::stdout();
+    if is_json {
+        print_json(&mut out, told)?;
+    } else {
+        write!(out, "{}", text())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
 /// A name that is not there, what was meant, and what there is.
 fn unknown(message: String, name: &str, known: &[&str]) -> Failure {
     SessionError::from(UnknownName::new(message, name, known)).into()

@@ -89,24 +89,7 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         SessionError::Unknown(_) | SessionError::Task(_) => "UnknownNameError",
         SessionError::Query(_) => "QueryError",
         SessionError::NotComputed { .. } => "NotComputedError",
-        SessionError::Sampling(_)
-        | SessionError::Stage(_)
-        | SessionError::Taken(_)
-        | SessionError::Memory(_)
-        | SessionError::Report(_)
-        | SessionError::Share(_)
-        | SessionError::Slurm(_)
-        | SessionError::Script(_)
-        | SessionError::Refused(_)
-        | SessionError::Topography { .. }
-        | SessionError::NotRedrawn(_)
-        | SessionError::NoMaps { .. }
-        | SessionError::Map(_)
-        | SessionError::Recipe(_)
-        | SessionError::InUse { .. }
-        | SessionError::AtWork { .. }
-        | SessionError::InQueue { .. }
-        | SessionError::NotSubmitted { .. } => "Error",
+        _ => "Error",
     };
     exception(py, name, (chain(error),))
 }

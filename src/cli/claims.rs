@@ -1,14 +1,12 @@
 //! `asperity claims` and `advise`: what the paper says, what a study found and whether it holds, and
 //! where a study of limits should go on.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
 use super::plan::core_hours;
-use super::terminal::stdout;
-use super::{Failure, print_json};
+use super::{Failure, print_answer};
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Verdict, verdict,
@@ -46,17 +44,10 @@ pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,
     };
-    let mut out = stdout();
-    match (arguments.json, &arguments.name) {
-        (true, _) => print_json(&mut out, &study.summary(claims))?,
-        (false, Some(_)) => {
-            for claim in claims {
-                write!(out, "{}", one(&told, claim))?;
-            }
-        }
-        (false, None) => write!(out, "{}", list(&told, claims))?,
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &study.summary(claims), || match arguments.name {
+        Some(_) => claims.iter().map(|claim| one(&told, claim)).collect(),
+        None => list(&told, claims),
+    })
 }
 
 /// Lines of a width that is read easily, all of them indented.
@@ -316,13 +307,7 @@ pub struct AdviseArguments {
 
 pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let advice = super::session(&arguments.manifest, data).advice()?;
-    let mut out = stdout();
-    if arguments.json {
-        print_json(&mut out, &advice.fits)?;
-    } else {
-        write!(out, "{}", advice_text(&advice))?;
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &advice.fits, || advice_text(&advice))
 }
 
 fn advice_text(advice: &StudyAdvice) -> String {

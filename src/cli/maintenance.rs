@@ -1,14 +1,12 @@
 //! `asperity verify` and `prune`: whether every table, page and figure is as it was written, and
 //! deleting what no named manifest needs.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use indicatif::{DecimalBytes, ProgressBar};
 
-use super::terminal::stdout;
-use super::{Failure, print_json};
+use super::{Failure, print_answer};
 use crate::session::DataFolder;
 use crate::session::maintenance::{self, Finding, PruneOptions, Pruned, Verification};
 use crate::session::words::{chain, counted};
@@ -33,20 +31,19 @@ pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode
     })?;
     bar.finish_and_clear();
 
-    let mut out = stdout();
-    if arguments.json {
-        print_json(&mut out, &verification)?;
-    } else {
-        for Finding { cause, quarantined } in &verification.damaged {
-            let fate = match quarantined {
-                Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
-                None => "left where it is".to_owned(),
-            };
-            writeln!(out, "{}; {fate}", chain(cause))?;
-        }
-        writeln!(out, "{}", closing(&verification))?;
-    }
+    print_answer(arguments.json, &verification, || verify_text(&verification))?;
     Ok(ExitCode::from(u8::from(!verification.damaged.is_empty())))
+}
+
+fn verify_text(verification: &Verification) -> String {
+    let lines = verification.damaged.iter().map(|Finding { cause, quarantined }| {
+        let fate = match quarantined {
+            Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
+            None => "left where it is".to_owned(),
+        };
+        format!("{}; {fate}\n", chain(cause))
+    });
+    lines.collect::<String>() + &closing(verification) + "\n"
 }
 
 fn closing(verification: &Verification) -> String {
@@ -83,15 +80,10 @@ pub fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<ExitCode, 
     let sessions = arguments.manifests.iter().map(|manifest| super::session(manifest, data));
     let options = PruneOptions { delete: arguments.yes, force: arguments.force };
     let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), options)?;
-    let mut out = stdout();
-    match arguments.json {
-        true => print_json(&mut out, &pruned)?,
-        false => write!(out, "{}", text(&pruned, arguments.manifests.is_empty()))?,
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &pruned, || prune_text(&pruned, arguments.manifests.is_empty()))
 }
 
-fn text(pruned: &Pruned, is_of_no_study: bool) -> String {
+fn prune_text(pruned: &Pruned, is_of_no_study: bool) -> String {
     if pruned.files == 0 {
         return "nothing to delete\n".to_owned();
     }

@@ -1,15 +1,13 @@
 //! `asperity view` and `surface`: heights, contact or pressures of one task as a picture, and what a
 //! file of surface topography holds.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
-use super::terminal::stdout;
-use super::{Failure, Misused, print_json};
+use super::{Failure, Misused, print_answer};
 use crate::session::DataFolder;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
 use crate::session::view::{self, Coordinate, Map, Picture, ViewOptions, write_png};
@@ -66,12 +64,9 @@ pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Fa
     let picture = picture(arguments, data)?;
     let file = arguments.output.clone().unwrap_or_else(|| picture.file_name().into());
     picture.write(&file, arguments.replace)?;
-    let mut out = stdout();
-    match arguments.json {
-        true => print_json(&mut out, &PictureFile { file: &file, picture: &picture })?,
-        false => writeln!(out, "{}: {}", file.display(), picture.caption())?,
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &PictureFile { file: &file, picture: &picture }, || {
+        format!("{}: {}\n", file.display(), picture.caption())
+    })
 }
 
 fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
@@ -130,32 +125,31 @@ pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     if let Some((output, picture)) = output.zip(file.picture.as_ref()) {
         write_png(output, picture, arguments.replace)?;
     }
-    let mut out = stdout();
-    if arguments.json {
-        print_json(&mut out, &file)?;
-    } else {
-        write_summary(&mut out, &file, path)?;
-        if let Some(output) = output {
-            writeln!(out, "picture  {}", output.display())?;
-        }
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &file, || file_text(&file, path, output))
 }
 
 /// Columns of words; those of numbers are in line on the right.
 const WORDS: usize = 4;
 
-/// Prints the format, a line for each channel, and what should be known.
-fn write_summary(out: &mut impl Write, file: &DescribedFile, path: &Path) -> io::Result<()> {
-    writeln!(out, "file     {}", path.display())?;
-    writeln!(out, "format   {}: {}", file.format, file.title)?;
-    writeln!(out, "{}", grid(&file.channels))?;
+/// The format, a line for each channel, and what should be known.
+fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String {
+    let mut text = format!(
+        "file     {}\nformat   {}: {}\n{}\n",
+        path.display(),
+        file.format,
+        file.title,
+        grid(&file.channels)
+    );
     for channel in file.channels.iter().filter(|channel| channel.missing > 0) {
         let DescribedChannel { number, nodes: [x, y], missing, .. } = channel;
         let share = 100.0 * *missing as f64 / (x * y) as f64;
-        writeln!(out, "missing  {missing} points of channel {number}, {share:.3} %")?;
+        text += &format!("missing  {missing} points of channel {number}, {share:.3} %\n");
     }
-    writeln!(out, "{}", wrapped(&heights(file)))
+    text += &format!("{}\n", wrapped(&heights(file)));
+    if let Some(output) = output {
+        text += &format!("picture  {}\n", output.display());
+    }
+    text
 }
 
 /// Which channel counts, and why.

@@ -1,13 +1,11 @@
 //! `asperity report` and `share`: what a study has found as a page and as figures, and one archive of
 //! the study.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::SystemTime;
 
-use super::terminal::stdout;
-use super::{Failure, print_json};
+use super::{Failure, print_answer};
 use crate::session::results::NotDrawn;
 use crate::session::words::counted;
 use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy};
@@ -55,12 +53,7 @@ pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode
             BarKind::Sd => Bars::Sd,
         },
     })?;
-    let mut out = stdout();
-    match arguments.json {
-        true => print_json(&mut out, &report)?,
-        false => write!(out, "{}", report_text(&report))?,
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &report, || report_text(&report))
 }
 
 fn report_text(report: &Report) -> String {
@@ -125,12 +118,7 @@ pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, 
         license: arguments.license.clone(),
         authors: arguments.authors.clone(),
     })?;
-    let mut out = stdout();
-    match arguments.json {
-        true => print_json(&mut out, &shared)?,
-        false => write!(out, "{}", share_text(&shared))?,
-    }
-    Ok(ExitCode::SUCCESS)
+    print_answer(arguments.json, &shared, || share_text(&shared))
 }
 
 fn share_text(shared: &SharedStudy) -> String {

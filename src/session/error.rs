@@ -198,22 +198,7 @@ impl SessionError {
                 !matches!(error, ShareError::Store(_) | ShareError::Results(_))
             }
             SessionError::Task(error) => !matches!(error, TaskNameError::NotFinished { .. }),
-            SessionError::Text(_)
-            | SessionError::Store(_)
-            | SessionError::Sampling(_)
-            | SessionError::Results(_)
-            | SessionError::Table(_)
-            | SessionError::Stage(_)
-            | SessionError::Slurm(_)
-            | SessionError::Report(_)
-            | SessionError::Topography { .. }
-            | SessionError::NotRedrawn(_)
-            | SessionError::NoMaps { .. }
-            | SessionError::Map(_)
-            | SessionError::Recipe(_)
-            | SessionError::InUse { .. }
-            | SessionError::AtWork { .. }
-            | SessionError::NotComputed { .. } => false,
+            _ => false,
         }
     }
 }
