@@ -48,9 +48,7 @@ pub struct ShareOptions {
 /// An archive.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SharedStudy {
-    /// Where it is.
     pub archive: PathBuf,
-    /// How many bytes it has.
     pub bytes: u64,
     /// How many tables of stages it holds.
     pub tables: usize,
@@ -141,63 +139,32 @@ impl fmt::Display for Day {
 /// A study cannot be put into an archive.
 #[derive(Debug, thiserror::Error)]
 pub enum ShareError {
-    /// The archive is there already.
     #[error("`{}` is there already; `--replace` puts another in its place", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The archive would replace a file that goes into it.
+    Exists { path: PathBuf },
     #[error("`{}` is a file of the study and is not replaced; name another with `--output`", path.display())]
-    Input {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The archive would replace a file that is not an archive of a study.
+    Input { path: PathBuf },
     #[error(
         "`{}` is not an archive that `asperity share` wrote and is not replaced; name another file \
          with `--output`",
         path.display()
     )]
-    OtherKind {
-        /// The file.
-        path: PathBuf,
-    },
-    /// An input file has no place in an archive.
+    OtherKind { path: PathBuf },
     #[error(transparent)]
     Unplaceable(#[from] Unplaceable),
-    /// Two files would have the same place.
     #[error(
         "two files would be `{place}` in the archive, which keeps that name for itself; move or \
          rename the one that the manifest names"
     )]
-    Clash {
-        /// The place.
-        place: String,
-    },
-    /// The table of a stage is of another state of the manifest or of the store.
+    Clash { place: String },
     #[error(
         "the table of `{stage}` is not that of the study as it is now; `asperity run {}` writes it",
         manifest.display()
     )]
-    Outdated {
-        /// The stage.
-        stage: String,
-        /// The study's manifest.
-        manifest: PathBuf,
-    },
-    /// A table is damaged, or cannot be read.
+    Outdated { stage: String, manifest: PathBuf },
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Tables of stages cannot be read.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// Nothing of the study is computed.
     #[error("`{study}` has no tables yet; `asperity run {}` computes them", manifest.display())]
-    Nothing {
-        /// The study's name.
-        study: String,
-        /// The study's manifest.
-        manifest: PathBuf,
-    },
+    Nothing { study: String, manifest: PathBuf },
 }

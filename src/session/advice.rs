@@ -32,19 +32,16 @@ pub struct StudyAdvice {
 /// One fit, and what would narrow its interval.
 #[derive(Debug, Serialize)]
 pub struct AdvisedFit {
-    /// The stage that fits.
     pub stage: String,
     /// What has a limit, and where: `area_fraction / load, load 0.02, hurst 0.8`.
     pub what: String,
     /// The form of each term, of those that are compared the ones with the least of Akaike's criterion.
     pub forms: Vec<String>,
-    /// The limit.
     pub limit: f64,
     /// Its standard error by resampling; none without.
     pub standard_error: Option<f64>,
     /// Points of the fit.
     pub points: usize,
-    /// What could be done.
     pub steps: Vec<AdvisedStep>,
 }
 

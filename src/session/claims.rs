@@ -23,7 +23,6 @@ pub use asperity_statistics::intervals::{Bound, LEVEL};
 pub struct StudyClaims {
     /// What they rest on.
     evidence: Evidence,
-    /// The claims.
     pub claims: Vec<Claim>,
     /// How many tasks of the study have not run.
     pub missing: usize,
@@ -50,7 +49,6 @@ pub struct ClaimsSummary<'a> {
 /// Rows that no claim looks at.
 #[derive(Debug, Serialize)]
 pub struct OtherRows<'a> {
-    /// How many there are.
     pub rows: usize,
     /// Their parameters that differ from those of the claims.
     pub with: &'a Point,

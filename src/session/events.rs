@@ -94,13 +94,11 @@ pub enum Notice<'a> {
     Recalled(&'a Path),
     /// Not all tasks of a stage are finished whose table is read.
     Incomplete {
-        /// The stage.
         stage: &'a str,
         /// How many of its tasks are finished.
         finished: usize,
         /// How many it has.
         tasks: usize,
-        /// The study's manifest.
         manifest: &'a Path,
     },
 }

@@ -12,9 +12,7 @@ use asperity_tables::store::key::{NoKey, TaskKey};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}{}\nthere is {}", meant(name, known), there_is(known))]
 pub struct UnknownName {
-    /// What is not there.
     pub message: String,
-    /// The name.
     pub name: String,
     /// Names that would do.
     pub known: Vec<String>,
@@ -39,33 +37,14 @@ impl UnknownName {
 /// No task is known by a word, or several are.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TaskNameError {
-    /// It is neither a key nor digits enough of one.
     #[error(transparent)]
     NoKey(#[from] NoKey),
-    /// It begins the keys of several tasks.
     #[error("`{digits}` begins the keys of several tasks: {}", all(keys))]
-    Ambiguous {
-        /// The digits.
-        digits: String,
-        /// The keys.
-        keys: Vec<TaskKey>,
-    },
-    /// No finished task has it.
+    Ambiguous { digits: String, keys: Vec<TaskKey> },
     #[error("no task {word} is finished in `{}`", store.display())]
-    NotFinished {
-        /// The word.
-        word: String,
-        /// The store's folder.
-        store: PathBuf,
-    },
-    /// No task of the study has it.
+    NotFinished { word: String, store: PathBuf },
     #[error("`{study}` has no task {word}")]
-    NotPlanned {
-        /// The word.
-        word: String,
-        /// The study's name.
-        study: String,
-    },
+    NotPlanned { word: String, study: String },
 }
 
 /// The finished task that is meant.

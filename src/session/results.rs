@@ -128,9 +128,7 @@ pub struct DescribedColumns {
     /// The stage, if they are those of a study.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stage: Option<String>,
-    /// What the stage does.
     pub kind: Kind,
-    /// The columns, in the order of the table.
     pub columns: Vec<Description>,
 }
 
@@ -177,7 +175,6 @@ pub struct ReportOptions {
     /// Whether to replace a page that shows more, or files of another manifest or of other
     /// programs.
     pub replace: bool,
-    /// What error bars are.
     pub bars: Bars,
 }
 

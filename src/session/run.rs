@@ -124,7 +124,6 @@ pub struct RunReport {
     pub missing: Vec<usize>,
     /// The tasks that were to be computed.
     pub wanted: Vec<usize>,
-    /// What became of them.
     pub outcome: RunOutcome,
     /// The stages' tables; none where nothing can be stored, and none of a shard.
     pub tables: Option<Vec<PublishedTable>>,

@@ -35,7 +35,6 @@ pub use asperity_pipeline::plan::reasons::changes::{Change, Field, Shown, Why};
 pub struct Status {
     /// What should be known of the study before it is run.
     pub warnings: Vec<Warning>,
-    /// Its tasks.
     pub plan: Plan,
     /// The tasks that the store lacks.
     pub missing: Vec<usize>,
@@ -61,7 +60,6 @@ pub struct StageStatus<'a> {
 /// Missing tasks of one stage that would run for the same causes.
 #[derive(Debug, Serialize)]
 pub struct Reason<'a> {
-    /// How many they are.
     pub tasks: usize,
     /// Seconds of one core that they are expected to take.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
@@ -75,7 +73,6 @@ pub struct Reason<'a> {
 /// One thing that makes tasks run, and the stage where it happened.
 #[derive(Debug, Serialize)]
 pub struct NamedCause<'a> {
-    /// The name of the stage.
     pub stage: &'a str,
     /// What happened there.
     #[serde(flatten)]
@@ -85,9 +82,7 @@ pub struct NamedCause<'a> {
 /// How much of one stage is finished.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StageCount<'a> {
-    /// Its name.
     pub name: &'a str,
-    /// What it does.
     pub kind: Kind,
     /// Its tasks, as the plan numbers them.
     #[serde(skip)]
@@ -101,7 +96,6 @@ pub struct StageCount<'a> {
 /// A stage whose number of surfaces is not given.
 #[derive(Debug, Serialize)]
 pub struct GrowingStage<'a> {
-    /// Its name.
     pub name: &'a str,
     /// How many surfaces a point has.
     pub surfaces: u32,
@@ -248,9 +242,7 @@ impl Status {
 /// How far a study has come.
 #[derive(Debug, Clone, Serialize)]
 pub struct Progress {
-    /// Its name.
     pub study: String,
-    /// Its stages, in the order of the plan.
     pub stages: Vec<StageProgress>,
     /// Core-hours that shards have taken, as their receipts say.
     pub core_hours_spent: f64,
@@ -282,9 +274,7 @@ pub struct Queue {
 /// How far a stage has come: how many of its tasks are …
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StageProgress {
-    /// Its name.
     pub name: String,
-    /// What it does.
     pub kind: Kind,
     /// … in the store …
     pub done: usize,

@@ -47,11 +47,9 @@ pub struct SubmitOptions {
 /// What would be submitted, and what it is expected to take.
 #[derive(Debug)]
 pub struct PlannedSubmission {
-    /// The study's name.
     pub study: String,
     /// Its elements, and what they are expected to take.
     pub sizing: Sizing,
-    /// The scripts.
     pub scripts: Scripts,
     /// The processors whose receipts tell the pace; none where it was measured on this machine.
     pub processors: Vec<String>,
@@ -189,7 +187,6 @@ pub struct Finished {
     /// Elements of the round before that left no receipt: their nodes have not got the program, or
     /// not the data, or they never began.
     pub silent: Vec<u32>,
-    /// What it did.
     pub outcome: FinishOutcome,
 }
 

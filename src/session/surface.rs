@@ -20,7 +20,6 @@ const PICTURE: usize = 1024;
 /// A file of surface topography.
 #[derive(Debug, Serialize)]
 pub struct DescribedFile {
-    /// The name of its format.
     pub format: &'static str,
     /// What that is.
     #[serde(skip)]
@@ -69,7 +68,6 @@ pub struct ChosenChannel {
     /// From 1 on, in the order of the file.
     pub number: usize,
     pub name: String,
-    /// What it holds.
     pub quantity: Quantity,
 }
 

@@ -64,9 +64,7 @@ pub struct ViewOptions {
 pub struct Picture {
     #[serde(skip)]
     raster: Raster,
-    /// The task.
     pub task: TaskKey,
-    /// What is drawn of it.
     pub map: Map,
     /// Along x and y.
     pub nodes: PerAxis<usize>,

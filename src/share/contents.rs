@@ -277,7 +277,6 @@ impl Contents {
 
 /// What its page for people is about.
 struct Facts<'a> {
-    /// The study's name.
     study: &'a str,
     /// What the study is, in a sentence or two.
     about: &'a str,

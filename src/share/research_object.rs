@@ -40,7 +40,6 @@ pub struct Described {
 /// What the archive as a whole is.
 #[derive(Debug)]
 pub struct Whole<'a> {
-    /// The study's name.
     pub study: &'a str,
     /// What was computed, in a sentence.
     pub about: String,
