@@ -312,22 +312,22 @@ pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode
 
 fn advice_text(advice: &StudyAdvice) -> String {
     let fits: Vec<String> = advice.fits.iter().map(of_fit).collect();
-    let mut advice_text = fits.join("\n");
+    let mut text = fits.join("\n");
     if advice.without > 0 {
         let many = counted(advice.without, "fit");
-        advice_text +=
+        text +=
             &format!("{many} of limits without an answer as yet: run the study, or see `status`\n");
     } else if advice.fits.is_empty() {
-        advice_text += "the study fits no limits: a `fit` stage with `law = \"limits\"` does\n";
+        text += "the study fits no limits: a `fit` stage with `law = \"limits\"` does\n";
     }
-    advice_text
+    text
 }
 
 fn of_fit(fit: &AdvisedFit) -> String {
     let error = fit
         .standard_error
         .map_or_else(String::new, |error| format!(" ± {} (standard error)", digits(error)));
-    let mut advice_text = format!(
+    let mut text = format!(
         "{}: {}\n  limit {:.4}{error}, {}; {}\n",
         fit.stage,
         fit.what,
@@ -335,7 +335,7 @@ fn of_fit(fit: &AdvisedFit) -> String {
         counted(fit.points, "point"),
         fit.forms.join(" · "),
     );
-    advice_text += &format!(
+    text += &format!(
         "  {:28}  {:>6}  {:>18}  {:>14}  {}\n",
         "one more octave of", "points", "cost", "standard error", "doubling"
     );
@@ -350,7 +350,7 @@ fn of_fit(fit: &AdvisedFit) -> String {
             Some(gain) if gain >= best => "  ← most for its time",
             _ => "",
         };
-        advice_text += &format!(
+        text += &format!(
             "  {:28}  {:>6}  {:>18}  {after:>14}  {}{mark}\n",
             step.term.as_deref().unwrap_or("(as many surfaces again)"),
             step.points,
@@ -358,7 +358,7 @@ fn of_fit(fit: &AdvisedFit) -> String {
             step.doubled.join(", "),
         );
     }
-    advice_text
+    text
 }
 
 /// Two digits that mean something.

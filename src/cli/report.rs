@@ -57,7 +57,7 @@ pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode
 }
 
 fn report_text(report: &Report) -> String {
-    let mut report_text = format!(
+    let mut text = format!(
         "page     {} · {:.1} MB\nfigures  {} · {} as SVG and PNG\n",
         report.page.display(),
         report.size as f64 / 1e6,
@@ -65,9 +65,9 @@ fn report_text(report: &Report) -> String {
         counted(report.drawn.len(), "figure"),
     );
     for NotDrawn { figure, needs } in &report.missing {
-        report_text += &format!("missing  {figure}: needs {needs}\n");
+        text += &format!("missing  {figure}: needs {needs}\n");
     }
-    report_text
+    text
 }
 
 #[derive(clap::Args)]

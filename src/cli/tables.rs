@@ -246,7 +246,7 @@ pub fn columns(arguments: &ColumnsArguments, data: &DataFolder) -> Result<ExitCo
 
 /// A line per column. What several stages share is said where it comes up first.
 fn columns_text(described: &[DescribedColumns]) -> String {
-    let mut columns_text = String::new();
+    let mut text = String::new();
     let mut known: Vec<&Description> = Vec::new();
     for DescribedColumns { stage, kind, columns } in described {
         let is_new = |column: &&Description| !known.contains(column);
@@ -256,19 +256,19 @@ fn columns_text(described: &[DescribedColumns]) -> String {
             0 => String::new(),
             shared => format!(", and {shared} of the above"),
         };
-        columns_text += &format!("{name}{kind}{shared}\n{}\n\n", descriptions(&new));
+        text += &format!("{name}{kind}{shared}\n{}\n\n", descriptions(&new));
         known.extend(new);
     }
-    columns_text
+    text
 }
 
 fn descriptions(columns: &[&Description]) -> String {
-    let mut descriptions = Grid::new();
-    descriptions.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    let mut grid = Grid::new();
+    grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
     for column in columns {
-        descriptions.add_row([&column.name, &column.unit, &column.meaning]);
+        grid.add_row([&column.name, &column.unit, &column.meaning]);
     }
-    descriptions.trim_fmt()
+    grid.trim_fmt()
 }
 
 /// Columns of text where the output is no terminal.

@@ -11,8 +11,7 @@ use super::{
 };
 use asperity_pipeline::cluster::receipts::Receipt;
 use asperity_pipeline::cluster::slurm::Queued;
-use asperity_pipeline::cluster::submission::name_of;
-use asperity_pipeline::cluster::submission::{Extras, Places};
+use asperity_pipeline::cluster::submission::{Extras, Places, name_of};
 use asperity_pipeline::cluster::{receipts, sizing, slurm};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::memory::Allowance;
@@ -25,8 +24,7 @@ use asperity_tables::store::files::{Existing, make_folder, write_whole};
 pub use asperity_pipeline::cluster::settings::{self, Settings};
 pub use asperity_pipeline::cluster::sizing::{Sizing, ranges};
 pub use asperity_pipeline::cluster::slurm::Job;
-pub use asperity_pipeline::cluster::submission::Scripts;
-pub use asperity_pipeline::cluster::submission::{Round, Submission};
+pub use asperity_pipeline::cluster::submission::{Round, Scripts, Submission};
 
 /// How often what is missing is submitted again, unless somebody says otherwise.
 const ROUNDS: u32 = 3;
@@ -282,11 +280,7 @@ pub(super) fn queued(study: &str) -> Result<Vec<Queued>, SessionError> {
 
 /// Submits the elements, if there are any, and the job after them, which is told how often something
 /// was submitted before.
-pub(super) fn submit_round(
-    folder: &Path,
-    elements: Vec<u32>,
-    round: u32,
-) -> Result<Round, SessionError> {
+fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, SessionError> {
     let array = match elements.is_empty() {
         true => None,
         false => {
