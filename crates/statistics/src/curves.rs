@@ -84,17 +84,6 @@ impl Curves {
         self.areas.len()
     }
 
-    /// Area fraction under each load, averaged over the surfaces.
-    pub fn mean(&self) -> Vec<f64> {
-        mean(&self.areas, None)
-    }
-
-    /// Unbiased variance over the surfaces of the area fraction under each load; `None` for a
-    /// single surface.
-    pub fn variance(&self) -> Option<Vec<f64>> {
-        variance(&self.areas)
-    }
-
     /// Areas under the loads inside a window.
     pub fn area_data(&self, window: Window) -> Data {
         self.data(window, self.loads.iter().enumerate().map(|(i, &load)| (load, i)), |row, i| {
@@ -148,17 +137,37 @@ impl Data {
 
     /// Mean of each datum over the surfaces.
     pub fn mean(&self) -> Vec<f64> {
-        mean(&self.rows, None)
+        self.weighted_mean(|_| 1.0)
     }
 
     /// Mean of each datum over a resample that takes surface s `multiplicities[s]` times.
     pub fn resampled_mean(&self, multiplicities: &[u32]) -> Vec<f64> {
-        mean(&self.rows, Some(multiplicities))
+        self.weighted_mean(|surface| f64::from(multiplicities[surface]))
+    }
+
+    fn weighted_mean(&self, times: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut sum = vec![0.0; self.loads.len()];
+        let mut count = 0.0;
+        for (surface, row) in self.rows.iter().enumerate() {
+            let times = times(surface);
+            count += times;
+            sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += times * value);
+        }
+        sum.iter_mut().for_each(|sum| *sum /= count);
+        sum
     }
 
     /// Unbiased variance of each datum over the surfaces; `None` for a single surface.
-    pub fn variance(&self) -> Option<Vec<f64>> {
-        variance(&self.rows)
+    fn variance(&self) -> Option<Vec<f64>> {
+        let freedom = self.rows.len().checked_sub(1).filter(|&freedom| freedom > 0)? as f64;
+        let mean = self.mean();
+        let mut sum = vec![0.0; mean.len()];
+        for row in &self.rows {
+            for ((sum, value), mean) in sum.iter_mut().zip(row).zip(&mean) {
+                *sum += (value - mean).powi(2);
+            }
+        }
+        Some(sum.into_iter().map(|sum| sum / freedom).collect())
     }
 
     /// 1/variance of the mean of each datum; `None` if there is a single surface or any variance
@@ -173,31 +182,6 @@ impl Data {
             })
             .collect()
     }
-}
-
-fn mean(rows: &[Vec<f64>], multiplicities: Option<&[u32]>) -> Vec<f64> {
-    let times = |surface: usize| multiplicities.map_or(1.0, |times| f64::from(times[surface]));
-    let mut sum = vec![0.0; rows[0].len()];
-    let mut count = 0.0;
-    for (surface, row) in rows.iter().enumerate() {
-        let times = times(surface);
-        count += times;
-        sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += times * value);
-    }
-    sum.iter_mut().for_each(|sum| *sum /= count);
-    sum
-}
-
-fn variance(rows: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let freedom = rows.len().checked_sub(1).filter(|&freedom| freedom > 0)? as f64;
-    let mean = mean(rows, None);
-    let mut sum = vec![0.0; mean.len()];
-    for row in rows {
-        for ((sum, value), mean) in sum.iter_mut().zip(row).zip(&mean) {
-            *sum += (value - mean).powi(2);
-        }
-    }
-    Some(sum.into_iter().map(|sum| sum / freedom).collect())
 }
 
 #[cfg(test)]
@@ -219,7 +203,7 @@ mod tests {
     fn slope_of_the_mean_curve_is_the_mean_slope() {
         let (curves, data) = (three(), three().slope_data(Window::ALL));
         assert_close(&data.loads, &[0.05, 0.15, 0.3]);
-        let mean = curves.mean();
+        let mean = curves.area_data(Window::ALL).mean();
         let expected = [mean[0] / 0.1, (mean[1] - mean[0]) / 0.1, (mean[2] - mean[1]) / 0.2];
         assert_close(&data.mean(), &expected);
     }
