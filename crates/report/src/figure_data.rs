@@ -75,7 +75,7 @@ impl<'a> FinishedStages<'a> {
     }
 
     /// The name of a stage of a kind, finished or not, for advice on what to add.
-    pub fn name_of(&self, kind: Kind) -> Option<&str> {
+    fn name_of(&self, kind: Kind) -> Option<&str> {
         let mut stages = self.plan.stages.iter();
         let found = stages.find(|stage| stage.kind == kind)?;
         Some(&found.name)
@@ -180,6 +180,109 @@ impl<'a> FigureData<'a> {
     /// How many surfaces each of the measured ensembles has.
     pub fn sample(&self) -> Vec<usize> {
         self.measured.iter().map(|ensemble| ensemble.surfaces).collect()
+    }
+
+    /// The unit of length that the measured contacts share.
+    pub fn unit_of_length(&self) -> LengthUnit {
+        let points = self.measured.iter().map(|one| &one.point);
+        LengthUnit::common(points.map(|point| self.units.at(point)))
+    }
+
+    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
+    /// edges: a sentence, empty where nothing is counted.
+    pub fn share_of_mesh(&self) -> Result<String, TableError> {
+        let mut shares = Vec::new();
+        for ensemble in &self.measured {
+            let (areas, perimeters) =
+                (ensemble.mean(COUNTED_AREA)?, ensemble.mean(PERIMETER_MANHATTAN.name)?);
+            let pairs = areas.iter().zip(&perimeters);
+            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
+            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
+            let grid = ensembles::grid(&ensemble.point).filter(Grid::has_square_cells);
+            if let (Some((area, perimeter)), Some(grid)) = (nearest, grid) {
+                // S_d Δx/(L_x L_y).
+                let edge = perimeter.mean / (grid.cell().size()[0] * grid.nodes()[1] as f64);
+                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
+            }
+        }
+        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
+        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
+            return Ok(String::new());
+        };
+        let range = if least == most { least } else { format!("{least} to {most}") };
+        Ok(format!(
+            "By the correction of 2017, the mesh adds {range} % to the counted area under the \
+             load nearest to {LIGHT}."
+        ))
+    }
+
+    /// What a figure of surfaces needs: the file of a measured one that is gone, or else other stages.
+    pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
+        match self.maps {
+            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
+            MeasuredMaps::There(_) => Drawn::missing(needs, lines),
+        }
+    }
+
+    /// A stage under a name that the study does not use yet; `lines` follow its header.
+    fn stage(&self, name: &str, lines: &str) -> String {
+        let stages = &self.finished.plan.stages;
+        let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
+        let mut free = name.to_owned();
+        while is_taken(&free) {
+            free += "-2";
+        }
+        format!("[stage.{free}]\n{lines}")
+    }
+
+    /// The name of the study's first stage of a kind, or what it would best be called.
+    fn source(&self, kind: Kind, otherwise: &str) -> String {
+        self.finished.name_of(kind).unwrap_or(otherwise).to_owned()
+    }
+
+    pub fn lines_of_loads(&self, loads: &str) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let solve = format!("kind = \"solve\"\nfrom = \"{surfaces}\"\nloads = {loads}\n\n");
+        let measure = "kind = \"measure\"\nfrom = \"loads\"";
+        self.stage("loads", &solve) + &self.stage("contacts", measure)
+    }
+
+    pub fn lines_of_corrections(&self) -> String {
+        let measured = self.source(Kind::Measure, "area");
+        let lines = format!(
+            "kind = \"correct\"\nfrom = \"{measured}\"\ncorrection = [\"none\", \"pi/8\", \"2017\"]"
+        );
+        self.stage("corrected", &lines)
+    }
+
+    pub fn lines_of_heights(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let lines = format!(
+            "kind = \"measure\"\nfrom = \"{surfaces}\"\nbins = 1000\nrange = 5.0\npool = true"
+        );
+        self.stage("density", &lines)
+    }
+
+    pub fn lines_of_scales(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        let lines = format!("kind = \"measure\"\nfrom = \"{surfaces}\"\nwhat = \"scales\"");
+        self.stage("slopes", &lines)
+    }
+
+    pub fn lines_of_surfaces(&self) -> String {
+        let lines = "kind = \"generate\"\nnodes = 256\nhurst = 0.8\nk_lower = [1, 2, 4]\n\
+                     k_upper = [8, 16, 32]\nrealizations = 50";
+        self.stage("random-surfaces", lines)
+    }
+
+    /// The same surfaces on several meshes, and what their meshes add.
+    pub fn lines_of_meshes(&self) -> String {
+        let measured = self.source(Kind::Measure, "area");
+        let lines = format!(
+            "kind = \"fit\"            # with `nodes = [128, 256, 512]` in the stage of surfaces\n\
+             from = \"{measured}\"\nlaw = \"mesh-convergence\""
+        );
+        self.stage("regression", &lines)
     }
 }
 
@@ -314,48 +417,12 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     points
 }
 
-impl FigureData<'_> {
-    /// The unit of length that the measured contacts share.
-    pub fn unit_of_length(&self) -> LengthUnit {
-        let points = self.measured.iter().map(|one| &one.point);
-        LengthUnit::common(points.map(|point| self.units.at(point)))
-    }
-
-    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
-    /// edges: a sentence, empty where nothing is counted.
-    pub fn share_of_mesh(&self) -> Result<String, TableError> {
-        let mut shares = Vec::new();
-        for ensemble in &self.measured {
-            let (areas, perimeters) =
-                (ensemble.mean(COUNTED_AREA)?, ensemble.mean(PERIMETER_MANHATTAN.name)?);
-            let pairs = areas.iter().zip(&perimeters);
-            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
-            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
-            let grid = ensembles::grid(&ensemble.point).filter(Grid::has_square_cells);
-            if let (Some((area, perimeter)), Some(grid)) = (nearest, grid) {
-                // S_d Δx/(L_x L_y).
-                let edge = perimeter.mean / (grid.cell().size()[0] * grid.nodes()[1] as f64);
-                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
-            }
-        }
-        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
-        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
-            return Ok(String::new());
-        };
-        let range = if least == most { least } else { format!("{least} to {most}") };
-        Ok(format!(
-            "By the correction of 2017, the mesh adds {range} % to the counted area under the \
-             load nearest to {LIGHT}."
-        ))
-    }
-}
-
 /// A caption names as many parameter points beside which theories do not belong.
 const MOST_CAVEATS: usize = 4;
 
 /// Of which surfaces and materials the theories do not speak, and why: sentences, each after a space,
 /// or nothing.
-pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
+fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
     let mut told = Vec::new();
     let stages = finished.stages.iter();
     for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
@@ -388,75 +455,4 @@ pub fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, Repo
         " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.{of_materials}",
         told.join("; ")
     ))
-}
-
-impl FigureData<'_> {
-    /// What a figure of surfaces needs: the file of a measured one that is gone, or else other stages.
-    pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
-        match self.maps {
-            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
-            MeasuredMaps::There(_) => Drawn::missing(needs, lines),
-        }
-    }
-
-    /// A stage under a name that the study does not use yet; `lines` follow its header.
-    fn stage(&self, name: &str, lines: &str) -> String {
-        let stages = &self.finished.plan.stages;
-        let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
-        let mut free = name.to_owned();
-        while is_taken(&free) {
-            free += "-2";
-        }
-        format!("[stage.{free}]\n{lines}")
-    }
-
-    /// The name of the study's first stage of a kind, or what it would best be called.
-    fn source(&self, kind: Kind, otherwise: &str) -> String {
-        self.finished.name_of(kind).unwrap_or(otherwise).to_owned()
-    }
-
-    pub fn lines_of_loads(&self, loads: &str) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        let solve = format!("kind = \"solve\"\nfrom = \"{surfaces}\"\nloads = {loads}\n\n");
-        let measure = "kind = \"measure\"\nfrom = \"loads\"";
-        self.stage("loads", &solve) + &self.stage("contacts", measure)
-    }
-
-    pub fn lines_of_corrections(&self) -> String {
-        let measured = self.source(Kind::Measure, "area");
-        let lines = format!(
-            "kind = \"correct\"\nfrom = \"{measured}\"\ncorrection = [\"none\", \"pi/8\", \"2017\"]"
-        );
-        self.stage("corrected", &lines)
-    }
-
-    pub fn lines_of_heights(&self) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        let lines = format!(
-            "kind = \"measure\"\nfrom = \"{surfaces}\"\nbins = 1000\nrange = 5.0\npool = true"
-        );
-        self.stage("density", &lines)
-    }
-
-    pub fn lines_of_scales(&self) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        let lines = format!("kind = \"measure\"\nfrom = \"{surfaces}\"\nwhat = \"scales\"");
-        self.stage("slopes", &lines)
-    }
-
-    pub fn lines_of_surfaces(&self) -> String {
-        let lines = "kind = \"generate\"\nnodes = 256\nhurst = 0.8\nk_lower = [1, 2, 4]\n\
-                     k_upper = [8, 16, 32]\nrealizations = 50";
-        self.stage("random-surfaces", lines)
-    }
-
-    /// The same surfaces on several meshes, and what their meshes add.
-    pub fn lines_of_meshes(&self) -> String {
-        let measured = self.source(Kind::Measure, "area");
-        let lines = format!(
-            "kind = \"fit\"            # with `nodes = [128, 256, 512]` in the stage of surfaces\n\
-             from = \"{measured}\"\nlaw = \"mesh-convergence\""
-        );
-        self.stage("regression", &lines)
-    }
 }

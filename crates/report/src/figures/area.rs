@@ -287,7 +287,7 @@ pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
     Series::curve(curve, range, steps(range), style).named("asymptote √(2π) y of BGT")
 }
 
-pub fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
+fn asperity_curves(quantity: Quantity, range: [f64; 2]) -> Vec<Series> {
     let models = [
         (AsperityModel::BushGibsonThomas, "BGT 1975", Dash::Solid),
         (AsperityModel::SimplifiedElliptic, "Greenwood 2006", Dash::DashDot),

@@ -356,7 +356,7 @@ fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
 
 /// Probability densities of the surfaces that are shown, linear and logarithmic, and what is to be
 /// seen; nothing where no surface is measured.
-pub fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
+fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let maps = data.maps.there();
     let shared = LengthUnit::common(maps.iter().map(|map| map.unit.as_deref()));
     let rms = |map: &MeasuredMap| shared.factor(map.unit.as_deref()) * map.histogram.rms_height;

@@ -88,7 +88,7 @@ const MOST_LAWS: usize = 4;
 const ROUNDING: f64 = 1e-20;
 
 /// The chart and what is to be seen; nothing where there are no such spectra.
-pub fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
+fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
     let spectra = spectra(data)?;
     if spectra.is_empty() {
         return Ok(None);
