@@ -85,10 +85,23 @@ fn finished(kind: Kind, table: Table) -> KindTable {
 }
 
 #[track_caller]
+fn named<'a>(claims: &'a [Claim], name: &str) -> &'a Claim {
+    claims.iter().find(|claim| claim.statement.name == name).expect(name)
+}
+
+#[track_caller]
 fn judgement<'a>(claims: &'a [Claim], name: &str) -> &'a Judgement {
-    let claim = claims.iter().find(|claim| claim.statement.name == name);
-    match &claim.expect(name).outcome {
+    match &named(claims, name).outcome {
         ClaimOutcome::Judged(judgement) => judgement,
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+/// What a study lacks for a claim that is not computed.
+#[track_caller]
+fn lacking<'a>(claims: &'a [Claim], name: &str) -> &'a str {
+    match &named(claims, name).outcome {
+        ClaimOutcome::NotComputed(needs) => needs,
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -242,8 +255,7 @@ fn areas_of_alpha_alone_collapse_whatever_the_exponent() {
     let exponents = [0.2, 0.4, 0.6, 0.8];
     let of_alpha = of_exponents(&exponents, |alpha, _| alpha.powf(-0.1));
     assert_eq!(verdict(&of_alpha, name), Verdict::Holds);
-    let claim = of_alpha.iter().find(|claim| claim.statement.name == name);
-    let says = claim.unwrap().statement.says;
+    let says = named(&of_alpha, name).statement.says;
     assert!(says.contains("Hurst") && !says.contains("plateau"), "{says}");
     let of_both = of_exponents(&exponents, |alpha, hurst| {
         let beside = if hurst == 0.4 { 1.1 } else { 1.0 };
@@ -258,21 +270,15 @@ fn areas_that_hardly_differ_tell_no_collapse_on_alpha() {
     // 0.01.
     let alike = of_exponents(&[0.2, 0.4, 0.6, 0.8], |alpha, _| alpha.powf(-0.04));
     let name = "corrected-area-collapses-on-alpha";
-    let claim = alike.iter().find(|claim| claim.statement.name == name);
-    let outcome = &claim.unwrap().outcome;
-    assert!(
-        matches!(outcome, ClaimOutcome::NotComputed(needs) if needs.contains("farther than 0.01")),
-        "{outcome:?}"
-    );
+    let needs = lacking(&alike, name);
+    assert!(needs.contains("farther than 0.01"), "{needs}");
 }
 
 #[test]
 fn two_spectra_do_not_tell_a_collapse_for_any_line_goes_through_both() {
     let name = "corrected-area-collapses-on-alpha";
     let of_two = of_exponents(&[0.2, 0.8], |alpha, _| alpha.powf(-0.1));
-    let claim = of_two.iter().find(|claim| claim.statement.name == name);
-    let outcome = &claim.unwrap().outcome;
-    assert!(matches!(outcome, ClaimOutcome::NotComputed(_)));
+    lacking(&of_two, name);
 }
 
 /// Surfaces that approach full contact with an exponent, more or less open than Persson's.
@@ -346,11 +352,7 @@ fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) 
     let table = campaign.table();
     let rows: Vec<usize> = (0..table.rows()).filter(|&row| keep(&table, row)).collect();
     let claims = all(&Evidence::of(&[finished(Kind::Correct, table.pick(&rows))]).unwrap());
-    let claim = claims.into_iter().find(|claim| claim.statement.name == name).unwrap();
-    match claim.outcome {
-        ClaimOutcome::NotComputed(needs) => needs,
-        other => panic!("{name}: {other:?}"),
-    }
+    lacking(&claims, name).to_owned()
 }
 
 #[test]
