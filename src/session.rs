@@ -72,7 +72,7 @@ use std::sync::atomic::AtomicBool;
 use asperity_claims::PaperClaims;
 use asperity_pipeline::data_folder;
 use asperity_pipeline::plan::reasons::record::Record;
-use asperity_pipeline::results::reading;
+use asperity_pipeline::results::read_study;
 use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::writer::Moment;
@@ -84,7 +84,7 @@ pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{NoShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
 pub use asperity_pipeline::plan::{Plan, PlannedStage};
-pub use asperity_pipeline::results::reading::{Reading, StageRows};
+pub use asperity_pipeline::results::{Reading, StageRows};
 pub use asperity_pipeline::study::Warning;
 pub use asperity_stages::aggregate::sql::silence_panics;
 pub use claims::StudyClaims;
@@ -200,7 +200,7 @@ impl Session<'_> {
     /// As [`Session::sampled`].
     pub fn reading(&self) -> Result<Reading, SessionError> {
         let (store, results) = (self.data.look()?, self.data.results());
-        let study = reading::study(&self.manifest, claim_names, &store, &results)?;
+        let study = read_study(&self.manifest, claim_names, &store, &results)?;
         for file in study.sources.recalled() {
             self.tell(Event::Notice(Notice::Recalled(file)));
         }

@@ -20,8 +20,8 @@ use serde::Serialize;
 
 use crate::session::{Event, Notice, Session, SessionError};
 use asperity_claims::PaperClaims;
+use asperity_pipeline::results::Reading;
 use asperity_pipeline::results::ResultsError;
-use asperity_pipeline::results::reading::Reading;
 use asperity_tables::store::StoreError;
 use contents::Contents;
 

@@ -14,7 +14,7 @@ use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::owner::{self, Owner};
-use asperity_pipeline::results::{self, reading::Reading};
+use asperity_pipeline::results::{self, Reading};
 use asperity_stages::Kind;
 use asperity_tables::store::files::{Existing, verify_whole, write_with};
 use asperity_tables::store::{self, StoreError};

@@ -18,39 +18,27 @@ pub const LONGEST: usize = 400;
 /// An expression in columns.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Expression {
-    /// A number.
     Number(f64),
-    /// The values of a column.
     Column(String),
-    /// −a.
     Negative(Box<Expression>),
-    /// Two operands.
     Operation(Operator, Box<Expression>, Box<Expression>),
-    /// A function of one operand.
     Call(Function, Box<Expression>),
 }
 
 /// What two operands come to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
-    /// a + b.
     Sum,
-    /// a − b.
     Difference,
-    /// a b.
     Product,
-    /// a/b.
     Quotient,
-    /// aᵇ.
     Power,
 }
 
 /// A function of one operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
-    /// The natural logarithm.
     Logarithm,
-    /// The square root.
     SquareRoot,
     /// The derivative by the load, of one surface, from neighbouring loads: that of the parabola
     /// through three of them, at the ends of the loads through the last three.
@@ -61,7 +49,6 @@ pub enum Function {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{reason}")]
 pub struct ExpressionError {
-    /// What is wrong.
     pub reason: String,
     /// Bytes of the text that are meant.
     pub at: Range<usize>,

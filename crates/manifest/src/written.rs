@@ -27,7 +27,6 @@ pub use reader::{Point, Section};
 /// A value as written, and the place.
 #[derive(Debug, Clone)]
 pub struct Written<T> {
-    /// The value.
     pub value: T,
     /// Its place in the manifest's text.
     pub span: Span,

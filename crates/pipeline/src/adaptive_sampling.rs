@@ -24,9 +24,7 @@ pub use conditions::{
 /// A study with as many surfaces as the tables of its tasks ask for.
 #[derive(Debug)]
 pub struct SampledStudy {
-    /// The study.
     pub study: Study,
-    /// Its tasks.
     pub plan: Plan,
     /// The stages whose number of surfaces is not given.
     pub stages: Vec<AdaptiveStage>,
@@ -35,7 +33,6 @@ pub struct SampledStudy {
 /// A stage that draws surfaces until a condition holds.
 #[derive(Debug)]
 pub struct AdaptiveStage {
-    /// Its name.
     pub name: String,
     /// How many surfaces a point has.
     pub surfaces: u32,

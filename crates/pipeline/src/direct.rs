@@ -116,7 +116,6 @@ pub struct Pressing {
     keeps_fields: bool,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
     pressures: Vec<Vec<f64>>,
-    /// Number of cores to use.
     cores: NonZeroUsize,
 }
 

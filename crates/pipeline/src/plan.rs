@@ -48,7 +48,6 @@ pub use asperity_stages::Kind;
 /// ```
 #[derive(Debug)]
 pub struct Plan {
-    /// The study's name.
     pub study: String,
     /// Every task once, even where stages share it.
     pub tasks: Vec<Task>,
@@ -78,7 +77,6 @@ pub struct Task {
 pub struct PlannedStage {
     /// Its name in the manifest.
     pub name: String,
-    /// What it does.
     pub kind: Kind,
     /// Its tasks, in the order of its table's rows.
     pub tasks: Vec<usize>,

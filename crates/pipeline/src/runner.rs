@@ -102,7 +102,6 @@ const MANY: usize = 8;
 
 struct Run<'a> {
     plan: &'a Plan,
-    /// The stage of each task.
     stages: Vec<&'a str>,
     archive: &'a Archive,
     sources: &'a SurfaceFiles,
@@ -346,13 +345,11 @@ impl<'a> Run<'a> {
 /// What became of a plan.
 #[derive(Debug, Default)]
 pub struct RunOutcome {
-    /// Tasks computed now.
     pub computed: Vec<usize>,
     /// Tasks that could not be computed, and why.
     pub failed: Vec<(usize, TaskError)>,
     /// Tables that were damaged, and quarantined.
     pub damaged: Vec<Damage>,
-    /// Whether the user stopped the run.
     pub interrupted: bool,
     /// Whether the run stopped because its tables cannot be stored.
     pub halted: bool,
@@ -427,23 +424,13 @@ pub enum TaskError {
         "takes about {takes} of memory for the tables that it reads, more than the {room} that there is for \
          it: allow more by `--memory`, or have fewer bins, loads or surfaces"
     )]
-    Inputs {
-        /// Memory that they take.
-        takes: String,
-        /// Memory that is available.
-        room: String,
-    },
+    Inputs { takes: String, room: String },
     /// A task computed a number that is not finite.
     #[error("{found}, and tables hold finite numbers or null; {}", match is_query {
         true => "a division by `nullif(x, 0)` gives null where x is zero",
         false => "an input may be too large or too small; if none is, please report this",
     })]
-    NotFinite {
-        /// The number.
-        found: TableError,
-        /// Whether a query computes it.
-        is_query: bool,
-    },
+    NotFinite { found: TableError, is_query: bool },
     /// Another task failed, without which it cannot be computed.
     #[error("needs task {0}, which failed")]
     Upstream(TaskKey),
@@ -452,10 +439,7 @@ pub enum TaskError {
         "takes {takes} of memory, which the system does not give it now: allow the process more, \
          run with fewer `--jobs`, or choose a coarser mesh"
     )]
-    Memory {
-        /// How much that is.
-        takes: String,
-    },
+    Memory { takes: String },
     /// The work panicked: a bug of ours.
     #[error("panicked: {0}; this is a bug, please report it")]
     Panic(String),

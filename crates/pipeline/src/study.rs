@@ -45,7 +45,6 @@ pub struct Study {
     pub name: String,
     /// The stages, each after those that it reads, otherwise in the order of the manifest.
     pub stages: Vec<Stage>,
-    /// The files of measured surfaces.
     pub sources: SurfaceFiles,
 }
 

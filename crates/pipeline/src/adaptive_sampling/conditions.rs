@@ -23,9 +23,7 @@ pub enum Condition {
         /// Damaged tables among them.
         damaged: Vec<(usize, StoreError)>,
     },
-    /// It holds.
     Holds(Finding),
-    /// It does not hold.
     Fails(Finding),
 }
 
@@ -58,12 +56,7 @@ pub enum SamplingError {
     Store(#[from] StoreError),
     /// The mean cannot be taken.
     #[error("cannot tell whether `{until}` holds")]
-    Mean {
-        /// The condition.
-        until: String,
-        /// Why.
-        source: StageError,
-    },
+    Mean { until: String, source: StageError },
     /// Claims cannot be judged.
     #[error("cannot tell whether claims are decided")]
     Claims(#[from] TableError),
@@ -90,9 +83,7 @@ pub trait ClaimRule {
 /// What is decided of some claims.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Decisions {
-    /// Claims that are decided.
     pub decided: Vec<&'static str>,
-    /// Claims that are not.
     pub undecided: Vec<Undecided>,
     /// Claims without a quantity, and what they need.
     pub not_judged: Vec<(&'static str, String)>,
@@ -101,7 +92,6 @@ pub struct Decisions {
 /// A claim that is not decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Undecided {
-    /// Its name.
     pub name: &'static str,
     /// How many surfaces of each spectrum there are, and how many would decide it at the present spread;
     /// `None` if no number would.

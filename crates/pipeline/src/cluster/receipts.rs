@@ -25,17 +25,14 @@ const LONG: Duration = Duration::from_secs(86400);
 /// What computed a shard, and what came of it so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Receipt {
-    /// The study.
     pub study: String,
     /// Which part of its surfaces.
     pub shard: Shard,
     /// The job of a scheduler that it belongs to, if it was told.
     pub job: Option<String>,
-    /// The machine's name.
     pub machine: String,
     /// The number that it knows the process by.
     pub process: u32,
-    /// The model of its processor.
     pub processor: String,
     /// Surfaces that are worked on at once.
     pub threads: usize,
@@ -47,11 +44,9 @@ pub struct Receipt {
     pub ended: Option<u64>,
     /// Tasks that were to be computed.
     pub wanted: usize,
-    /// Tasks that are computed.
     pub computed: usize,
     /// Keys of the tasks under way.
     pub under_way: Vec<String>,
-    /// Tasks that could not be computed.
     pub failed: Vec<FailedTask>,
     /// Whether it was asked to stop.
     pub interrupted: bool,
@@ -66,11 +61,8 @@ pub struct Receipt {
 /// A task that could not be computed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedTask {
-    /// Its key.
     pub task: String,
-    /// The stage of it.
     pub stage: String,
-    /// Why.
     pub reason: String,
 }
 

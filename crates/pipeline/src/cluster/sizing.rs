@@ -35,9 +35,7 @@ pub struct Sizing {
     pub core_hours: f64,
     /// Core-hours of what comes after them: fits, aggregates and all that reads several surfaces.
     pub core_hours_after: f64,
-    /// Cores of an element.
     pub cores: u32,
-    /// Memory of an element.
     pub memory: ByteSize,
     /// Minutes after which Slurm ends one.
     pub minutes: u32,

@@ -26,7 +26,6 @@ impl fmt::Display for Job {
 /// A job or an element of an array that Slurm has not done with.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Queued {
-    /// Its own number.
     pub job: Job,
     /// The number of its array; its own of a single job.
     pub array: Job,
@@ -54,36 +53,21 @@ pub enum SlurmError {
          node; under another scheduler, or none, `asperity run MANIFEST --shard I/N` computes a \
          part of the surfaces (docs/cluster.md)"
     )]
-    NotHere {
-        /// The command.
-        command: &'static str,
-    },
+    NotHere { command: &'static str },
     /// The command cannot be run.
     #[error("cannot run `{command}`")]
-    Unusable {
-        /// The command.
-        command: &'static str,
-        /// Why.
-        source: io::Error,
-    },
+    Unusable { command: &'static str, source: io::Error },
     /// The command has failed.
     #[error("`{command}` failed: {told}{cure}")]
     Refused {
-        /// The command.
         command: &'static str,
-        /// What it printed.
         told: String,
         /// What may be done about it.
         cure: String,
     },
     /// The command has printed what nobody expected.
     #[error("`{command}` printed `{told}`, where the number of a job was expected")]
-    Unreadable {
-        /// The command.
-        command: &'static str,
-        /// What it printed.
-        told: String,
-    },
+    Unreadable { command: &'static str, told: String },
 }
 
 /// Submits a script: an array of these elements if there are any, after all of another job has ended

@@ -55,7 +55,6 @@ pub struct Scripts {
 pub struct ControlCharacter {
     /// Which text it is.
     pub what: &'static str,
-    /// The text.
     pub text: String,
 }
 
@@ -186,7 +185,6 @@ fn quoted(path: &Path) -> String {
 pub struct Submission {
     /// Parts that its surfaces are shared out into.
     pub elements: u32,
-    /// Cores of an element.
     pub cores: u32,
     /// How often what is missing may be submitted again.
     pub rounds: u32,
@@ -203,7 +201,6 @@ pub struct Submission {
 pub struct Round {
     /// The array; none where only what comes after the elements was left to do.
     pub array: Option<Job>,
-    /// Its elements.
     pub elements: Vec<u32>,
     /// The job that finishes.
     pub finish: Job,

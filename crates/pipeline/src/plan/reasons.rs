@@ -19,7 +19,6 @@ use asperity_tables::store::Store;
 /// Why each stage's missing tasks would run.
 #[derive(Debug)]
 pub struct Reasons {
-    /// In the order of the plan.
     pub stages: Vec<Vec<Group>>,
 }
 
@@ -126,7 +125,6 @@ fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a Stag
 struct Walk<'a> {
     plan: &'a Plan,
     now: &'a Record,
-    /// All sets of causes.
     sets: Sets,
     /// By stage and position: what makes that task another one than before.
     own: Vec<Vec<usize>>,

@@ -179,7 +179,6 @@ const READ_AT_ONCE: usize = 1 << 18;
 /// The rows of a stage's tasks, one task after the other.
 #[derive(Debug)]
 pub struct Published {
-    /// The kind of the stage.
     pub kind: String,
     source: TableSource,
     /// Columns without those that publishing adds.

@@ -65,7 +65,6 @@ struct Passed {
     loads: usize,
     /// The lightest that does: reduced, and as a mean pressure.
     from: (f64, f64),
-    /// The largest pressure of all.
     peak: f64,
 }
 

@@ -53,7 +53,6 @@ const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
 
 /// What went wrong in a study.
 pub struct Failures<'a> {
-    /// Its tasks.
     pub plan: &'a Plan,
     /// How to compute a task alone.
     pub command: &'a dyn Fn(TaskKey) -> String,

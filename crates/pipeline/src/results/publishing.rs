@@ -30,7 +30,6 @@ use asperity_tables::table::{Table, TableError};
 /// A stage's table and how much of it is there.
 #[derive(Debug)]
 pub struct PublishedTable {
-    /// The stage's name.
     pub stage: String,
     /// Where its table is.
     pub path: PathBuf,
@@ -458,11 +457,9 @@ impl Rows {
 /// Context in which rows are completed by the keys of their tasks and the paths of surface files.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    /// All tasks.
     pub plan: &'a Plan,
     /// The stage whose table is put together.
     pub stage: &'a PlannedStage,
-    /// The files of measured surfaces.
     pub sources: &'a SurfaceFiles,
 }
 

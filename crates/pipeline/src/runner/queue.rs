@@ -71,7 +71,6 @@ impl Drop for AtWork<'_> {
 /// Each task takes its part before it begins. One that does not fit waits until others leave, and
 /// smaller ones may begin before it; threads never wait.
 pub struct Room {
-    /// What each task takes.
     parts: Vec<u64>,
     state: Mutex<Memory>,
 }

@@ -39,7 +39,6 @@ const ADDED: [f64; 2] = [50.0, 80.0];
 /// Something to know of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warning {
-    /// The stage's name.
     pub stage: String,
     /// What is to be known, and what would do.
     pub message: String,

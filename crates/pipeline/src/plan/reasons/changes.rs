@@ -14,7 +14,6 @@ use crate::plan::reasons::record::{PointRecord, StageRecord};
 pub struct Cause {
     /// The position of the stage in the plan.
     pub stage: usize,
-    /// What happened there.
     pub why: Why,
 }
 
@@ -24,7 +23,6 @@ pub struct Cause {
 pub enum Why {
     /// No run of the study is on record.
     FirstRun,
-    /// The study had no such stage.
     NewStage,
     /// A point of the grid or a realization was not there before: the coordinates that say which.
     New {
@@ -40,17 +38,14 @@ pub enum Why {
     Version {
         /// The version of the stage on record.
         old: u32,
-        /// Its version now.
         new: u32,
     },
     /// A stage is read that was not.
     ReadsMore {
-        /// Its name.
         name: String,
     },
     /// A stage is no longer read.
     ReadsLess {
-        /// Its name.
         name: String,
     },
     /// What was pooled before is no longer there.
@@ -71,16 +66,13 @@ pub enum Why {
 /// A coordinate and its value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Field {
-    /// The parameter.
     pub field: String,
-    /// Its value.
     pub value: Shown,
 }
 
 /// A parameter and its values before and now; `None` where there was none.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Change {
-    /// The parameter.
     pub field: String,
     /// On record.
     pub old: Option<Shown>,

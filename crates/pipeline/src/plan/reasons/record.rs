@@ -26,24 +26,19 @@ const LARGEST: u64 = 64 << 20;
 /// A study as it was planned, and how far it came.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// In the order of the plan.
     pub stages: Vec<StageRecord>,
 }
 
 /// One stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageRecord {
-    /// Its name.
     pub name: String,
-    /// What it does.
     pub kind: Kind,
     /// The version of its numbers.
     pub version: u32,
     /// The names of the stages that it reads.
     pub reads: Vec<String>,
-    /// The points of its grid.
     pub points: Vec<PointRecord>,
-    /// Number of its tasks.
     pub tasks: usize,
     /// How many of them were in the store.
     pub finished: usize,
