@@ -47,8 +47,8 @@ impl EqualBins {
         (f64::from(bin) + 0.5) * self.width()
     }
 
-    /// Counts values, none of them negative. A bin holds its lower end, and the last one the upper too,
-    /// as numpy's histograms have it.
+    /// Counts values, none of them negative. A bin holds its lower end, and the last one the upper
+    /// too, as numpy's histograms have it.
     pub fn counts(&self, values: impl Iterator<Item = f64>) -> Counts {
         let mut counts = Counts { bins: vec![0; self.count as usize], beyond: 0 };
         let per_value = 1.0 / self.width();

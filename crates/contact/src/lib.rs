@@ -12,21 +12,21 @@
 //! | [`asperities`] | Hertz' contacts of the summits of a surface, with and without interaction |
 //! | [`elasticity`] | what a pressure does to the surface of a body |
 //! | [`grid`] | where the nodes of all maps lie, and what is beyond their edges |
-//! | [`fft`], [`instructions`] | transforms and convolutions, and the vector instructions they run on |
+//! | [`fft`], [`instructions`] | transforms, convolutions, and their vector instructions |
 //! | [`threads`] | who shares the work on a surface |
 //!
 //! A surface of a [spectrum](topography::spectrum) or from a map is a
-//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights, load
-//! after load, into a [`PeriodicHalfSpace`](elasticity::PeriodicHalfSpace) or a
-//! [`FreeHalfSpace`](elasticity::FreeHalfSpace); a
-//! [`ContactMap`](morphology::map::ContactMap) of the pressure has its
-//! [`ContactArea`](morphology::area::ContactArea) and [`Clusters`](morphology::clusters::Clusters).
-//! The README has an example, and `examples/press.rs` another.
+//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights,
+//! load after load, into a [`PeriodicHalfSpace`](elasticity::PeriodicHalfSpace) or a
+//! [`FreeHalfSpace`](elasticity::FreeHalfSpace); a [`ContactMap`](morphology::map::ContactMap) of
+//! the pressure has its [`ContactArea`](morphology::area::ContactArea) and
+//! [`Clusters`](morphology::clusters::Clusters). The README has an example, and `examples/press.rs`
+//! another.
 //!
-//! Maps are row-major: node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at
-//! x = iΔx, y = jΔy. Wavenumbers k count waves along the longer side L of the cell, k = L/λ; angular
-//! ones are q = 2πk/L. Everything elastic depends on the load y = p₀/(E* h′) alone, where
-//! h′ = √⟨|∇h|²⟩ is the rms slope: solvers and models work in it.
+//! Maps are row-major: node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at x
+//! = iΔx, y = jΔy. Wavenumbers k count waves along the longer side L of the cell, k = L/λ; angular
+//! ones are q = 2πk/L. Everything elastic depends on the load y = p₀/(E* h′) alone, where h′ =
+//! √⟨|∇h|²⟩ is the rms slope: solvers and models work in it.
 
 #![warn(missing_docs, unnameable_types)]
 

@@ -1,8 +1,9 @@
 //! Threads that share the work on a surface, and the cores that surfaces share.
 //!
-//! Maps are cut into blocks of rows, spectra into blocks of columns, and whichever thread is free takes
-//! the next block. Sums are added up in the order of the rows afterwards, by the solver's `InOrder`, so
-//! that no number depends on how many threads there were, or on which of them did what.
+//! Maps are cut into blocks of rows, spectra into blocks of columns, and whichever thread is free
+//! takes the next block. Sums are added up in the order of the rows afterwards, by the solver's
+//! `InOrder`, so that no number depends on how many threads there were, or on which of them did
+//! what.
 //!
 //! A thread that has nothing to do sleeps. What is shared is one pass over the mesh: a surface that
 //! begins while others are at work has its cores within milliseconds.
@@ -57,8 +58,9 @@ pub struct Threads {
 
 #[derive(Debug)]
 struct Cores {
-    /// One thread to a core, but for one: whoever has work to share does a part of it himself. A thread that
-    /// nobody ever had work for would look for some whenever there is any, on a core that another needs.
+    /// One thread to a core, but for one: whoever has work to share does a part of it himself. A
+    /// thread that nobody ever had work for would look for some whenever there is any, on a core
+    /// that another needs.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,
@@ -225,8 +227,8 @@ impl Crew<'_> {
         (0..blocks).map(|block| block * pieces / blocks).collect()
     }
 
-    /// Does the work on each block, in any order, with the tools of whoever does it: as many as there
-    /// are threads are made, if there are fewer.
+    /// Does the work on each block, in any order, with the tools of whoever does it: as many as
+    /// there are threads are made, if there are fewer.
     pub fn each<V: Send, B: Send>(
         &self,
         tools: &mut Vec<V>,

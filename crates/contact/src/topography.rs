@@ -3,22 +3,22 @@
 //!
 //! | surfaces | |
 //! |---|---|
-//! | [`surface`] | heights on the nodes of a grid, a scan whose points are missing in part, lines of nodes |
-//! | [`spectrum`] | the spectral density of a self-affine surface, along a grain or alike in all directions |
+//! | [`surface`] | heights on the nodes of a grid, and scans with missing points |
+//! | [`spectrum`] | the spectral density of a self-affine surface, with or without a grain |
 //! | [`random`] | surfaces that are drawn mode by mode from such a spectrum |
-//! | [`spectral_density`] | a spectral density that is given by numbers, and surfaces drawn from it |
+//! | [`spectral_density`] | a spectral density given by numbers, and surfaces drawn from it |
 //! | [`shapes`] | punches and waves whose contact has a closed form |
 //!
 //! | measured maps | |
 //! |---|---|
-//! | [`preparation`] | what is done to a map before it is pressed, from its crop to its edges, in order |
+//! | [`preparation`] | what is done to a map before it is pressed, in order |
 //! | [`level`], [`fill`], [`gaussian`] | its form taken away, its holes filled, Gaussian filters |
 //! | [`periodic`] | edges that meet, and a periodic map on other nodes |
 //!
 //! | statistics | |
 //! |---|---|
-//! | [`moments`], [`differences`] | spectral moments of a periodic map, and those of any other; slopes by distance |
-//! | [`descriptors`] | all that a table says of a surface, ISO 25178, and the assumptions of theories |
+//! | [`moments`], [`differences`] | spectral moments of periodic maps, and of others |
+//! | [`descriptors`] | descriptors, ISO 25178, and the assumptions of theories |
 //! | [`height_distribution`] | histograms of heights, pooled over surfaces, and the bearing curve |
 //! | [`power_spectrum`], [`autocorrelation`] | means over rings of wavevectors, and of distances |
 //!

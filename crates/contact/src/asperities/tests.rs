@@ -67,7 +67,8 @@ fn two_asperities_displace_each_other_as_two_forces_do() {
     let found = press(grid, &heights, Interaction::Explicit, load);
     assert_eq!(found.contacts, 2);
     let depth = (0.375 * load * bend.sqrt()).powf(2.0 / 3.0);
-    // Each is displaced by the other's F/(π r), and by the images of both, a distance of a cell away.
+    // Each is displaced by the other's F/(π r), and by the images of both, a distance of a cell
+    // away.
     let images = 2.0 * 3.900_264_920_001_956 / PI;
     let displaced = 0.5 * load * (1.0 / (PI * apart) - images);
     // What images add to that is even in r.

@@ -1,10 +1,10 @@
-//! The isotropic half-space with nothing outside the map: what a pressure on rectangular cells does to
-//! their centres.
+//! The isotropic half-space with nothing outside the map: what a pressure on rectangular cells does
+//! to their centres.
 //!
 //! A unit pressure on a cell of Δx × Δy lowers the centre of another one by Love's integral (*Phil.
 //! Trans. R. Soc. A* 228, 1929, 377). A convolution with it on a mesh of twice the nodes along both
-//! axes, pressures continued by zeros, is exact on the map: nothing comes around (Hockney 1970; Liu,
-//! Wang & Liu, *Wear* 243, 2000, 101).
+//! axes, pressures continued by zeros, is exact on the map: nothing comes around (Hockney 1970;
+//! Liu, Wang & Liu, *Wear* 243, 2000, 101).
 
 use std::f64::consts::PI;
 
@@ -14,9 +14,9 @@ use super::ElasticOperator;
 use crate::fft::Transform;
 use crate::grid::{Grid, magnitude};
 
-/// How wide the margin is in which displacements around the map are known well enough to precondition with,
-/// over the longer side. On 1024² nodes an eighth, a quarter and a half take 162, 158 and 151 pairs to a light
-/// contact and 209, 185 and 183 to a heavy one.
+/// How wide the margin is in which displacements around the map are known well enough to
+/// precondition with, over the longer side. On 1024² nodes an eighth, a quarter and a half take
+/// 162, 158 and 151 pairs to a light contact and 209, 185 and 183 to a heavy one.
 const MARGIN: f64 = 0.25;
 
 /// Fast transforms are of multiples of so many nodes, by factors of 2, 3 and 5.
@@ -24,8 +24,8 @@ const NODES_TOGETHER: usize = 32;
 
 /// An isotropic half-space under a pressure that is zero outside the map.
 ///
-/// Displacements are absolute: far away there is none. There is no pressure that flattens any heights,
-/// for what does has infinite pressure at the edges of the map, of either sign.
+/// Displacements are absolute: far away there is none. There is no pressure that flattens any
+/// heights, for what does has infinite pressure at the edges of the map, of either sign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeHalfSpace {
     grid: Grid,
@@ -37,8 +37,8 @@ pub struct FreeHalfSpace {
 }
 
 impl FreeHalfSpace {
-    /// A half-space below the nodes of a grid, each in the middle of its cell; of the grid's lengths
-    /// only their ratio counts.
+    /// A half-space below the nodes of a grid, each in the middle of its cell; of the grid's
+    /// lengths only their ratio counts.
     pub fn new(grid: Grid) -> Self {
         let doubled = grid.nodes().map(|nodes| 2 * nodes);
         let [step_x, step_y] = grid.spacing().map(|step| step / grid.cell().longer_side());
@@ -73,7 +73,8 @@ impl FreeHalfSpace {
     }
 }
 
-/// Nodes along one axis with a margin around them: a few more if that is faster, but no more than twice.
+/// Nodes along one axis with a margin around them: a few more if that is faster, but no more than
+/// twice.
 fn with_margin(nodes: usize, margin: usize) -> usize {
     let has_small_factors = |count: &usize| {
         let mut rest = *count;

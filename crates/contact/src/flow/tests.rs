@@ -72,7 +72,8 @@ fn a_checkerboard_carries_the_geometric_mean_as_the_mesh_becomes_fine() {
 
 #[test]
 fn slight_roughness_takes_three_halves_of_its_variance() {
-    // Elrod 1979; Tripp 1983: 1 + 3 (γ − 2)/(γ + 1) (σ/h)², of γ = 1 where no direction is preferred.
+    // Elrod 1979; Tripp 1983: 1 + 3 (γ − 2)/(γ + 1) (σ/h)², of γ = 1 where no direction is
+    // preferred.
     let wave = |place: usize| (TAU * place as f64 / 64.0).cos();
     let loss = |height: f64| {
         let gap = |i: usize, j: usize| 1.0 + height * (wave(i) + wave(j));
@@ -153,8 +154,8 @@ fn something_flows_where_the_gap_percolates_and_nowhere_else() {
 
 #[test]
 fn a_single_constriction_decides_what_flows() {
-    // Deep pools on both sides of a wall with one node of a hundred thousandth of their depth: two links
-    // of twice its own conductance, one after the other.
+    // Deep pools on both sides of a wall with one node of a hundred thousandth of their depth: two
+    // links of twice its own conductance, one after the other.
     let nodes = 40;
     let gap = |i: usize, j: usize| match (i, j) {
         (7, 13) => 1e-5,

@@ -2,8 +2,9 @@
 //!
 //! A cluster is a set of nodes joined through their 4 nearest neighbours. Rows are cut into runs of
 //! joined nodes, and a union-find joins the runs. Each link remembers how often it crosses the
-//! boundary of the cell; a closed chain of links whose crossings do not cancel goes around. Where there
-//! is nothing beyond the edges no link crosses them, and a cluster goes through that meets both.
+//! boundary of the cell; a closed chain of links whose crossings do not cancel goes around. Where
+//! there is nothing beyond the edges no link crosses them, and a cluster goes through that meets
+//! both.
 
 mod each;
 
@@ -39,11 +40,11 @@ pub struct Clusters {
     pub count: usize,
     /// Nodes of the largest one.
     pub largest: usize,
-    /// Some cluster holds a closed path that goes around the cell along x, across the rows; or, where
-    /// there is nothing beyond the edges, reaches from the first row to the last.
+    /// Some cluster holds a closed path that goes around the cell along x, across the rows; or,
+    /// where there is nothing beyond the edges, reaches from the first row to the last.
     pub around_x: bool,
-    /// Some cluster holds a closed path that goes around the cell along y, along the rows; or reaches
-    /// from their first nodes to their last.
+    /// Some cluster holds a closed path that goes around the cell along y, along the rows; or
+    /// reaches from their first nodes to their last.
     pub around_y: bool,
 }
 

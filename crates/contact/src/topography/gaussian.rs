@@ -1,13 +1,13 @@
 //! The areal Gaussian filter of ISO 16610-61.
 //!
-//! Its weighting function s(x, y) = exp(−π (x² + y²)/(αλ_c)²)/(αλ_c)² with α = √(ln 2/π) lets half of
-//! a wave at the cutoff pass: a wave of length λ has [`transmission`] exp(−π (αλ_c/λ)²), whatever its
-//! direction.
+//! Its weighting function s(x, y) = exp(−π (x² + y²)/(αλ_c)²)/(αλ_c)² with α = √(ln 2/π) lets half
+//! of a wave at the cutoff pass: a wave of length λ has [`transmission`] exp(−π (αλ_c/λ)²),
+//! whatever its direction.
 //!
-//! On a periodic map every mode is multiplied by just that. On any other the weights are those of the
-//! nodes inside the map, normalised there: near the edges the mean is over what lies on one side, and
-//! is drawn towards it. The weights of one axis do not depend on the other, so that rows and columns are
-//! averaged one after the other.
+//! On a periodic map every mode is multiplied by just that. On any other the weights are those of
+//! the nodes inside the map, normalised there: near the edges the mean is over what lies on one
+//! side, and is drawn towards it. The weights of one axis do not depend on the other, so that rows
+//! and columns are averaged one after the other.
 
 use std::f64::consts::{LN_2, PI};
 

@@ -33,7 +33,8 @@ pub enum Shape {
     Paraboloid { radius: f64 },
     /// h = Δ cos(2π n x/L_x): Westergaard's contact. `waves` is n.
     Wave { amplitude: f64, waves: u32 },
-    /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square the contact of Johnson, Greenwood & Higginson 1985.
+    /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square the contact of Johnson, Greenwood &
+    /// Higginson 1985.
     WaveProduct { amplitude: f64, waves: u32 },
     /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: the same contact, turned by 45° and √2 shorter.
     WaveSum { amplitude: f64, waves: u32 },

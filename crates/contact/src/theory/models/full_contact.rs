@@ -6,7 +6,8 @@
 
 use crate::theory::persson;
 
-/// Area of an isolated crack over the area under tension of the paraboloid of pressure that opens it.
+/// Area of an isolated crack over the area under tension of the paraboloid of pressure that opens
+/// it.
 pub const CRACK_OVER_TENSION: f64 = 1.5;
 
 /// The fraction out of contact under a load near full contact, (3/4) erfc(√2 y).
