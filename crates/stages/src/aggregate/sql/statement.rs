@@ -6,11 +6,11 @@ use std::ops::ControlFlow;
 
 use sqlparser::ast::{
     Expr, Function, GroupByExpr, ObjectName, Query, Select, SelectItem, Statement as Parsed,
-    TableFactor, Value, ValueWithSpan, Visit, Visitor,
+    TableFactor, Visit, Visitor,
 };
 use sqlparser::dialect::GenericDialect;
 use sqlparser::parser::{Parser, ParserError, ParserOptions};
-use sqlparser::tokenizer::Location;
+use sqlparser::tokenizer::{Token, Tokenizer};
 
 use super::QueryError;
 
@@ -52,7 +52,7 @@ impl Statement {
         }
         let tables = reader.named.difference(&reader.makes);
         Ok(Statement {
-            text: with_points(query, reader.without_point),
+            text: with_points(query)?,
             tables: tables.cloned().collect(),
             makes: reader.makes,
             aliases: reader.aliases,
@@ -100,8 +100,6 @@ struct Reader {
     named: BTreeSet<String>,
     makes: BTreeSet<String>,
     aliases: BTreeMap<String, String>,
-    /// Numbers with an exponent and without a point.
-    without_point: Vec<(Location, String)>,
     depth: usize,
     selects: usize,
 }
@@ -155,16 +153,6 @@ impl Visitor for Reader {
         self.depth -= levels(expression);
         ControlFlow::Continue(())
     }
-
-    fn pre_visit_value(&mut self, value: &ValueWithSpan) -> ControlFlow<String> {
-        if let Value::Number(number, _) = &value.value
-            && number.contains(['e', 'E'])
-            && !number.contains('.')
-        {
-            self.without_point.push((value.span.start, number.clone()));
-        }
-        ControlFlow::Continue(())
-    }
 }
 
 /// How much deeper the engine goes for an expression: each case holds the ones after it.
@@ -181,59 +169,26 @@ fn name_of(relation: &ObjectName) -> Option<String> {
 }
 
 /// Polars takes a number without a point for a whole one: `1e-3` becomes `1.0e-3`.
-fn with_points(query: &str, numbers: Vec<(Location, String)>) -> String {
-    let places = numbers.iter().filter_map(|(start, number)| {
-        let start = offset(query, *start);
-        let is_there = query.get(start..)?.starts_with(number.as_str());
-        let exponent = number.find(['e', 'E'])?;
-        is_there.then_some(start + exponent)
-    });
-    let mut text = query.to_owned();
-    // From the last one, so that the places of the others stay where they are.
-    for place in places.collect::<BTreeSet<_>>().into_iter().rev() {
-        text.insert_str(place, ".0");
-    }
-    text
-}
-
-/// Bytes before a place, whose line and column count from one.
-fn offset(text: &str, place: Location) -> usize {
-    let before = |count: u64| usize::try_from(count.saturating_sub(1)).unwrap_or(usize::MAX);
-    let lines = text.split_inclusive('\n').take(before(place.line));
-    let line: usize = lines.map(str::len).sum();
-    let letters = text[line..].chars().take(before(place.column));
-    line + letters.map(char::len_utf8).sum::<usize>()
+fn with_points(query: &str) -> Result<String, QueryError> {
+    let tokens = Tokenizer::new(&GenericDialect {}, query).with_unescape(false).tokenize();
+    let tokens = tokens.map_err(|error| QueryError::Refused(told(error.into())))?;
+    let pointed = |token: Token| {
+        let mut text = token.to_string();
+        if matches!(token, Token::Number(..))
+            && !text.contains('.')
+            && let Some(exponent) = text.find(['e', 'E'])
+        {
+            text.insert_str(exponent, ".0");
+        }
+        text
+    };
+    Ok(tokens.into_iter().map(pointed).collect())
 }
 
 /// Functions of polars that make one value of all rows.
-const AGGREGATES: [&str; 26] = [
-    "array_agg",
-    "avg",
-    "corr",
-    "count",
-    "covar",
-    "covar_pop",
-    "covar_samp",
-    "first",
-    "group_concat",
-    "last",
-    "listagg",
-    "max",
-    "median",
-    "min",
-    "quantile_cont",
-    "quantile_disc",
-    "stddev",
-    "stddev_samp",
-    "stdev",
-    "stdev_samp",
-    "string_agg",
-    "sum",
-    "total",
-    "var",
-    "var_samp",
-    "variance",
-];
+const AGGREGATES: &str = "array_agg avg corr count covar covar_pop covar_samp first group_concat last \
+                          listagg max median min quantile_cont quantile_disc stddev stddev_samp stdev \
+                          stdev_samp string_agg sum total var var_samp variance";
 
 /// What is wrong with a `select` that has both and does not group.
 pub fn ungrouped(select: &Select) -> Option<String> {
@@ -318,7 +273,7 @@ impl Visitor for Parts {
 /// With `over` it is one value of each row.
 fn is_aggregate(function: &Function) -> bool {
     let name = function.name.to_string().to_lowercase();
-    function.over.is_none() && AGGREGATES.contains(&name.as_str())
+    function.over.is_none() && AGGREGATES.split(' ').any(|known| known == name)
 }
 
 #[cfg(test)]
