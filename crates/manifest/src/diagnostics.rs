@@ -281,6 +281,21 @@ pub fn did_you_mean<'a>(
         .map(|(_, candidate)| candidate)
 }
 
+/// The label of a name that is not known: the known one that is meant, in these quotes, or other
+/// words where none comes close.
+pub fn suggestion<'a>(
+    quote: char,
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    otherwise: &str,
+) -> String {
+    let meant = did_you_mean(name, known);
+    meant.map_or_else(
+        || otherwise.to_owned(),
+        |meant| format!("did you mean {quote}{meant}{quote}?"),
+    )
+}
+
 /// `3 surfaces`, `1 surface`.
 pub fn counted(number: usize, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };

@@ -6,7 +6,7 @@ use toml::de::{DeValue, Error, ValueDeserializer};
 
 use super::Layout;
 use super::on_axes::NUMBER_OR_PAIR;
-use crate::diagnostics::{Problem, Span, did_you_mean, listed};
+use crate::diagnostics::{Problem, Span, did_you_mean, listed, suggestion};
 
 /// Reads a value of the parsed document; the places in it stay those of the text.
 pub fn deserialize<T: DeserializeOwned>(value: Spanned<DeValue<'_>>) -> Result<T, Error> {
@@ -74,17 +74,13 @@ pub fn no_such_word(key: &str, value: &Spanned<DeValue<'_>>, words: &[&str]) -> 
     let words = words.iter().copied();
     let help = format!("one of {}", listed(words.clone(), "and"));
     let (message, label) = match value.get_ref().as_str() {
-        Some(written) => (format!("`{key}` cannot be {written:?}"), suggestion(written, words)),
+        Some(written) => (
+            format!("`{key}` cannot be {written:?}"),
+            suggestion('"', written, words, "unknown word"),
+        ),
         None => (format!("`{key}` must be a word"), found(value.get_ref())),
     };
     Problem::new(message, value.span(), label).help(help)
-}
-
-fn suggestion<'a>(written: &str, words: impl IntoIterator<Item = &'a str>) -> String {
-    match did_you_mean(written, words) {
-        Some(word) => format!("did you mean \"{word}\"?"),
-        None => "unknown word".to_owned(),
-    }
 }
 
 /// What a value is, for the label of a caret.
@@ -121,16 +117,13 @@ pub fn unusable(
     let candidates = || expected.split('`').skip(1).step_by(2);
     if let Some(word) = about("unknown variant ") {
         let message = format!("`{key}` cannot be {:?}", quoted(word));
-        let label = suggestion(&quoted(word), candidates());
+        let label = suggestion('"', &quoted(word), candidates(), "unknown word");
         return Problem::new(message, span, label)
             .help(format!("one of {}", listed(candidates(), "and")));
     }
     if let Some(word) = about("unknown field ") {
         let message = format!("`{key}` has no key {word}");
-        let label = match did_you_mean(&quoted(word), candidates()) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => "unknown key".to_owned(),
-        };
+        let label = suggestion('`', &quoted(word), candidates(), "unknown key");
         return Problem::new(message, span, label)
             .help(format!("its keys are {}", listed(candidates(), "and")));
     }

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::manifest::StageTable;
-use asperity_manifest::diagnostics::{Problem, Problems, did_you_mean, listed};
+use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::names;
 use asperity_manifest::names::{LONGEST, is_plain};
 use asperity_manifest::written::Written;
@@ -122,10 +122,7 @@ fn unknown_stage(
     names: &BTreeMap<&str, usize>,
 ) -> Problem {
     let others = || names.keys().copied().filter(|other| *other != stage.name.value);
-    let label = match did_you_mean(name, others()) {
-        Some(meant) => format!("did you mean `{meant}`?"),
-        None => "unknown stage".to_owned(),
-    };
+    let label = suggestion('`', name, others(), "unknown stage");
     let problem = Problem::new(format!("there is no stage {name:?}"), span.clone(), label);
     problem.help(format!("the other stages are {}", listed(others(), "and")))
 }

@@ -6,7 +6,7 @@ use arrow::datatypes::DataType;
 use crate::manifest::{Manifest, StageTable, StudyTable};
 use crate::study::graph::Graph;
 use crate::study::{ClaimNames, Stage, Study, Work, graph};
-use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Section, Written};
 use asperity_stages::columns::SURFACE;
@@ -255,7 +255,7 @@ fn of_mean<'t>(
 ) -> Option<Problem> {
     let names = || stages.iter().map(|stage| stage.name.value.as_str());
     let Some(looked_at) = names().position(|name| name == mean.stage) else {
-        let label = meant(&mean.stage, names(), "unknown stage");
+        let label = suggestion('`', &mean.stage, names(), "unknown stage");
         let message = format!("there is no stage `{}`", mean.stage);
         let help = format!("the stages are {}", listed(names(), "and"));
         return Some(condition.problem(message, &label).help(help));
@@ -276,7 +276,7 @@ fn of_mean<'t>(
     if columns.contains(&mean.column.as_str()) {
         return None;
     }
-    let label = meant(&mean.column, columns.iter().copied(), "unknown column");
+    let label = suggestion('`', &mean.column, columns.iter().copied(), "unknown column");
     let message = format!("`{}` has no column of results `{}`", mean.stage, mean.column);
     let help = format!("there are {}", listed(columns.iter().copied(), "and"));
     Some(condition.problem(message, &label).help(help))
@@ -285,7 +285,7 @@ fn of_mean<'t>(
 fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Option<Problem> {
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         let message = format!("there is no claim `{unknown}` that surfaces decide");
-        let label = meant(unknown, known.iter().copied(), "unknown claim");
+        let label = suggestion('`', unknown, known.iter().copied(), "unknown claim");
         let help = "`asperity claims` lists them; closed forms decide some, whatever the surfaces";
         return Some(condition.problem(message, &label).help(help));
     }
@@ -295,12 +295,6 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
     let label = format!("{FEWEST_SURFACES} or more: of fewer surfaces no scatter is known");
     let help = format!("left out, it is {AT_LEAST}");
     Some(Problem::new(message, at_least.span.clone(), label).help(help))
-}
-
-/// What was meant by a name, or that it is unknown.
-fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>, otherwise: &str) -> String {
-    let meant = did_you_mean(name, known);
-    meant.map_or_else(|| otherwise.to_owned(), |meant| format!("did you mean `{meant}`?"))
 }
 
 /// Whether rows of a stage come from another, itself included.

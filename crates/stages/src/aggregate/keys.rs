@@ -11,7 +11,9 @@ use serde::Deserialize;
 use super::sql::QueryError;
 use super::{Groups, Meaning, Model, OF_THE_SPECTRUM, Params, Sql, Statistic};
 use crate::{Given, Recipe, StageError};
-use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, listed};
+use asperity_manifest::diagnostics::{
+    Problem, Problems, Span, chain, did_you_mean, listed, suggestion,
+};
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, Written, table};
 use asperity_tables::table::Table;
@@ -296,10 +298,7 @@ fn misses_load(
 
 fn unknown_statistic(name: &str, span: Span) -> Problem {
     let words = Statistic::words;
-    let label = match did_you_mean(name, words()) {
-        Some(meant) => format!("did you mean \"{meant}\"?"),
-        None => "unknown statistic".to_owned(),
-    };
+    let label = suggestion('"', name, words(), "unknown statistic");
     let help = format!(
         "one of {}, a quantile such as `q05` (5 %) or `q975` (97.5 %), or a confidence interval of \
          the mean such as `ci95` (95 %)",
@@ -384,10 +383,7 @@ pub fn validate_answer(
     for (name, column) in written.columns.written().iter().flat_map(|all| &all.value) {
         if !answer.has(name) {
             let message = format!("the query answers with no column {name:?}");
-            let label = match did_you_mean(name, answer.names()) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None => "unknown column".to_owned(),
-            };
+            let label = suggestion('"', name, answer.names(), "unknown column");
             let help = format!("its columns are {}", listed(answer.names(), "and"));
             problems.push(Problem::new(message, column.span.clone(), label).help(help));
         }
@@ -399,10 +395,7 @@ fn no_answer(error: &StageError, query: &Written<String>, tables: &[(String, Tab
     let span = query.span.clone();
     if let StageError::Query(QueryError::Unknown { message, name, known }) = error {
         let known = || known.iter().map(String::as_str);
-        let label = match did_you_mean(name, known()) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => "this query".to_owned(),
-        };
+        let label = suggestion('`', name, known(), "this query");
         let help = format!("there is {}", listed(known(), "and"));
         return Problem::new(format!("the query cannot be answered: {message}"), span, label)
             .help(help);
