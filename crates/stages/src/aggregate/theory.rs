@@ -288,79 +288,64 @@ const APPROACH: Column = Column::result(
     "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y",
 );
 
-const fn columns(names: [&'static str; 4], meaning: &'static str) -> [Column; 4] {
-    let [area, slope, secant, approach] = names;
-    [
-        Column::result(area, ColumnKind::Real, "1", meaning),
-        Column::result(slope, ColumnKind::Real, "1 per load", "its slope at `load_midpoint`"),
-        Column::result(secant, ColumnKind::Real, "1 per load", "the same over the load"),
-        Column::result(approach, ColumnKind::Real, "1", "F = −ln[(1 − a) y √(2π)] of this area"),
-    ]
+/// The columns of a theory: its area, and the slope, secant and approach to full contact of it.
+macro_rules! columns {
+    ($area:literal, $meaning:literal) => {
+        [
+            Column::result($area, ColumnKind::Real, "1", $meaning),
+            Column::result(
+                concat!($area, "_slope"),
+                ColumnKind::Real,
+                "1 per load",
+                "its slope at `load_midpoint`",
+            ),
+            Column::result(
+                concat!($area, "_secant"),
+                ColumnKind::Real,
+                "1 per load",
+                "the same over the load",
+            ),
+            Column::result(
+                concat!($area, "_approach"),
+                ColumnKind::Real,
+                "1",
+                "F = −ln[(1 − a) y √(2π)] of this area",
+            ),
+        ]
+    };
 }
 
-const PERSSON: [Column; 4] = columns(
-    ["area_persson", "area_persson_slope", "area_persson_secant", "area_persson_approach"],
-    "share of the area by Persson 2001, for isotropic Gaussian roughness",
-);
-const BUSH_GIBSON_THOMAS: [Column; 4] = columns(
-    [
-        "area_bush_gibson_thomas",
-        "area_bush_gibson_thomas_slope",
-        "area_bush_gibson_thomas_secant",
-        "area_bush_gibson_thomas_approach",
-    ],
+const PERSSON: [Column; 4] =
+    columns!("area_persson", "share of the area by Persson 2001, for isotropic Gaussian roughness");
+const BUSH_GIBSON_THOMAS: [Column; 4] = columns!(
+    "area_bush_gibson_thomas",
     "share of the area by Bush, Gibson & Thomas 1975, for isotropic Gaussian roughness with α \
-     of the spectrum over the modes of the cell",
+     of the spectrum over the modes of the cell"
 );
-const GREENWOOD_2006: [Column; 4] = columns(
-    [
-        "area_greenwood_2006",
-        "area_greenwood_2006_slope",
-        "area_greenwood_2006_secant",
-        "area_greenwood_2006_approach",
-    ],
+const GREENWOOD_2006: [Column; 4] = columns!(
+    "area_greenwood_2006",
     "share of the area by Greenwood 2006, for isotropic Gaussian roughness with α of the \
-     spectrum over the modes of the cell",
+     spectrum over the modes of the cell"
 );
-const MEAN_CURVATURE: [Column; 4] = columns(
-    [
-        "area_mean_curvature",
-        "area_mean_curvature_slope",
-        "area_mean_curvature_secant",
-        "area_mean_curvature_approach",
-    ],
+const MEAN_CURVATURE: [Column; 4] = columns!(
+    "area_mean_curvature",
     "share of the area by spheres of the mean curvature, for isotropic Gaussian roughness with α \
-     of the spectrum over the modes of the cell",
+     of the spectrum over the modes of the cell"
 );
-const GREENWOOD_MCCOOL: [Column; 4] = columns(
-    [
-        "area_greenwood_mccool",
-        "area_greenwood_mccool_slope",
-        "area_greenwood_mccool_secant",
-        "area_greenwood_mccool_approach",
-    ],
+const GREENWOOD_MCCOOL: [Column; 4] = columns!(
+    "area_greenwood_mccool",
     "share of the area by Greenwood & Williamson 1966 and McCool 1986, for isotropic Gaussian \
-     roughness with α of the spectrum over the modes of the cell",
+     roughness with α of the spectrum over the modes of the cell"
 );
-const BGT_ASYMPTOTE: [Column; 4] = columns(
-    [
-        "area_bgt_asymptote",
-        "area_bgt_asymptote_slope",
-        "area_bgt_asymptote_secant",
-        "area_bgt_asymptote_approach",
-    ],
+const BGT_ASYMPTOTE: [Column; 4] = columns!(
+    "area_bgt_asymptote",
     "√(2π) times the load, what asperity models of isotropic Gaussian roughness tend to at light \
-     load",
+     load"
 );
-const PENNY_CRACK: [Column; 4] = columns(
-    [
-        "area_penny_crack",
-        "area_penny_crack_slope",
-        "area_penny_crack_secant",
-        "area_penny_crack_approach",
-    ],
+const PENNY_CRACK: [Column; 4] = columns!(
+    "area_penny_crack",
     "share of the area with isolated cracks, 1 − (3/4) erfc(√2 y), for isotropic Gaussian \
-     roughness; near full contact",
+     roughness; near full contact"
 );
 
 #[cfg(test)]
