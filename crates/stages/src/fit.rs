@@ -64,7 +64,6 @@ pub struct Params {
     pub bootstrap: u32,
     /// Probability that an interval covers its parameter.
     pub level: f64,
-    /// Seed of the resampling.
     pub seed: u64,
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::rows::{Parameter, Row};
+use super::rows::{Parameter, Row, names};
 use super::{Params, Point};
 use crate::Reach;
 use crate::ensemble::Member;
@@ -25,21 +25,13 @@ pub const WINDOW: [f64; 2] = [0.0, 0.06];
 /// Its parameters, in the order of their values.
 pub const PARAMETERS: [Parameter; 3] = [KAPPA, BETA, MU];
 
-const KAPPA: Parameter = Parameter::number(
-    ["kappa", "kappa_lower", "kappa_upper", "kappa_standard_error"],
-    "κ: slope of area against load at first touch",
-)
-.called("κ");
-const BETA: Parameter = Parameter::number(
-    ["beta", "beta_lower", "beta_upper", "beta_standard_error"],
-    "β of the contact evolution law",
-)
-.called("β");
-const MU: Parameter = Parameter::number(
-    ["mu", "mu_lower", "mu_upper", "mu_standard_error"],
-    "μ of the contact evolution law; slopes are convex for μ ≤ 1",
-)
-.called("μ");
+const KAPPA: Parameter =
+    Parameter::number(names!("kappa"), "κ: slope of area against load at first touch").called("κ");
+const BETA: Parameter =
+    Parameter::number(names!("beta"), "β of the contact evolution law").called("β");
+const MU: Parameter =
+    Parameter::number(names!("mu"), "μ of the contact evolution law; slopes are convex for μ ≤ 1")
+        .called("μ");
 
 /// What is free in the law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -65,7 +57,6 @@ pub enum Datum {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kappa {
-    /// Its value.
     Given(f64),
     /// Nothing: it is fitted too.
     Free,

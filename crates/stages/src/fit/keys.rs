@@ -122,7 +122,6 @@ deserialize_either! {
 pub enum LawWord {
     /// The contact evolution law, which is meant when nothing is said.
     ContactEvolution,
-    /// Limits where small numbers vanish.
     Limits,
     /// Another.
     Plain(PlainLaw),
@@ -131,11 +130,8 @@ pub enum LawWord {
 /// The points of a stage's grid, by what they say.
 #[derive(Debug)]
 pub enum FitPoints {
-    /// Fits of the contact evolution law.
     Evolution(Section<EvolutionTable>),
-    /// Fits of limits.
     Limits(Section<LimitTable>),
-    /// Fits of another.
     Plain(PlainLaw, Section<LawTable>),
 }
 
@@ -147,7 +143,6 @@ impl LawWord {
         first.chain(plain).chain([LawWord::Limits])
     }
 
-    /// The word itself.
     pub fn word(self) -> &'static str {
         match self {
             LawWord::ContactEvolution => contact_evolution::WORD,
@@ -180,7 +175,6 @@ impl LawWord {
         }
     }
 
-    /// Reads them.
     pub fn read(
         self,
         table: DeTable,
@@ -204,9 +198,17 @@ impl FitPoints {
     /// The fits, point by point of the grid.
     pub fn recipes(&self, given: &mut Given) -> Option<Vec<Recipe>> {
         match self {
-            FitPoints::Evolution(section) => evolutions(section, given),
+            FitPoints::Evolution(section) => {
+                fits(section, contact_evolution::WINDOW, given, |table, checks| {
+                    let to = table.to.written().map_or(Datum::Slope, |to| to.value);
+                    let kappa = kappa(table, checks)?;
+                    Some(Law::ContactEvolution(EvolutionChoices { to, kappa }))
+                })
+            }
             FitPoints::Limits(section) => limits::keys::recipes(section, given),
-            FitPoints::Plain(law, section) => plain(*law, section, given),
+            FitPoints::Plain(law, section) => {
+                fits(section, law.definition().window, given, |_, _| Some(Law::Plain(*law)))
+            }
         }
     }
 
@@ -263,29 +265,6 @@ fn read_by_limits() -> Reads {
     }
 }
 
-/// The fits of the contact evolution law, point by point of the grid.
-fn evolutions(section: &Section<EvolutionTable>, given: &mut Given) -> Option<Vec<Recipe>> {
-    let mut fits = Vec::with_capacity(section.points.len());
-    for point in &section.points {
-        let checks = &mut Checks::of(section, point, given.problems);
-        let table = &point.table;
-        let to = table.to.written().map_or(Datum::Slope, |to| to.value);
-        let keys = CommonKeys {
-            window: &table.window,
-            bootstrap: &table.bootstrap,
-            level: &table.level,
-            seed: &table.seed,
-        };
-        let kappa = kappa(table, checks);
-        let law = kappa.map(|kappa| Law::ContactEvolution(EvolutionChoices { to, kappa }));
-        fits.push(fit(law, &keys, contact_evolution::WINDOW, given.seed, checks));
-    }
-    let fits = fits.into_iter().collect::<Option<Vec<_>>>()?;
-    report_equal_points(section, &fits, given.problems);
-    let recipes = fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit)));
-    Some(recipes.collect())
-}
-
 fn kappa(table: &EvolutionTable, checks: &mut Checks) -> Option<Kappa> {
     let Some(written) = table.kappa.written() else {
         return Some(Kappa::Free);
@@ -301,39 +280,59 @@ fn kappa(table: &EvolutionTable, checks: &mut Checks) -> Option<Kappa> {
     }
 }
 
-/// The fits of a law that has nothing to sweep.
-fn plain(law: PlainLaw, section: &Section<LawTable>, given: &mut Given) -> Option<Vec<Recipe>> {
-    let point = section.points.first()?;
-    let table = &point.table;
-    let keys = CommonKeys {
-        window: &table.window,
-        bootstrap: &table.bootstrap,
-        level: &table.level,
-        seed: &table.seed,
-    };
-    let window = law.definition().window;
-    let checks = &mut Checks::of(section, point, given.problems);
-    let fit = fit(Some(Law::Plain(law)), &keys, window, given.seed, checks)?;
-    Some(vec![Recipe::Fit(Arc::new(fit))])
+/// A table with the keys that every law has.
+pub trait FitTable: Table {
+    fn common(&self) -> CommonKeys<'_>;
 }
 
 /// Keys that every law has.
 pub struct CommonKeys<'a> {
-    pub window: &'a Key<Vec<Written<f64>>>,
-    pub bootstrap: &'a Key<i64>,
-    pub level: &'a Key<f64>,
-    pub seed: &'a Key<i64>,
+    window: &'a Key<Vec<Written<f64>>>,
+    bootstrap: &'a Key<i64>,
+    level: &'a Key<f64>,
+    seed: &'a Key<i64>,
+}
+
+macro_rules! fit_tables {
+    ($($table:ty),*) => {
+        $(impl FitTable for $table {
+            fn common(&self) -> CommonKeys<'_> {
+                let Self { window, bootstrap, level, seed, .. } = self;
+                CommonKeys { window, bootstrap, level, seed }
+            }
+        })*
+    };
+}
+
+fit_tables!(EvolutionTable, LawTable, LimitTable);
+
+/// The fits of a law, point by point of the grid; `window` is meant when none is written.
+pub fn fits<T: FitTable>(
+    section: &Section<T>,
+    window: [f64; 2],
+    given: &mut Given,
+    law: impl Fn(&T, &mut Checks) -> Option<Law>,
+) -> Option<Vec<Recipe>> {
+    let mut fits = Vec::with_capacity(section.points.len());
+    for point in &section.points {
+        let checks = &mut Checks::of(section, point, given.problems);
+        let law = law(&point.table, checks);
+        fits.push(fit(law, &point.table.common(), window, given.seed, checks));
+    }
+    let fits: Vec<Params> = fits.into_iter().collect::<Option<_>>()?;
+    report_equal_points(section, &fits, given.problems);
+    Some(fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit))).collect())
 }
 
 /// A fit of a law, `None` where that could not be read.
-pub fn fit(
+fn fit(
     law: Option<Law>,
     keys: &CommonKeys,
     default_window: [f64; 2],
     study_seed: u64,
     checks: &mut Checks,
 ) -> Option<Params> {
-    let window = window(keys.window, default_window, checks);
+    let window = self::window(keys.window, default_window, checks);
     let bootstrap =
         checks.whole_or("bootstrap", keys.bootstrap, 0..=MOST_RESAMPLINGS, DEFAULT_RESAMPLINGS);
     let level = checks.number_or("level", keys.level, SHARE, DEFAULT_LEVEL);

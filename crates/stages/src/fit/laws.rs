@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::Params;
 use super::contact_evolution::{self, EvolutionChoices};
 use super::limits::{self, LimitChoices};
-use super::rows::{Parameter, Row};
+use super::rows::{Parameter, Row, names};
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;
 use asperity_statistics::load_separation::LoadSeparationProblem;
@@ -55,9 +55,7 @@ pub struct LawDefinition {
     pub about: &'static str,
     /// Smallest and largest load that count when none are given, in units of E* × rms slope.
     pub window: [f64; 2],
-    /// Its parameters, in the order of their values.
     pub parameters: &'static [Parameter],
-    /// How it is fitted.
     pub fits: Fits,
 }
 
@@ -181,18 +179,6 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
     plain.chain(limits::columns::parameters())
 }
 
-/// The columns of a parameter: its estimate, the ends of its interval and its standard error.
-macro_rules! names {
-    ($name:literal) => {
-        [
-            $name,
-            concat!($name, "_lower"),
-            concat!($name, "_upper"),
-            concat!($name, "_standard_error"),
-        ]
-    };
-}
-
 const EXPONENT: Parameter =
     Parameter::number(names!("exponent"), "exponent of dp̄/dp₀ as a power of the area, μ − 1")
         .called("exponent");
@@ -234,36 +220,42 @@ const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     "load from which on no channel of gap leads through, mean of surfaces and of both directions; \
      null where the surfaces are not drawn from an isotropic spectrum",
 );
-const PERCOLATION_AREA_X: Parameter = Parameter::number(
-    names!("percolation_area_x"),
-    "share of the nodes in contact from which on no channel of gap leads through along x, mean of \
-     surfaces",
-);
-const PERCOLATION_AREA_CORRECTED_X: Parameter = Parameter::number(
-    names!("percolation_area_corrected_x"),
-    "the same share along x, corrected for the mesh as by the correction `2017`",
-)
-.called("sealed along x from");
-const PERCOLATION_LOAD_X: Parameter = Parameter::of_unit(
-    "E* × rms slope",
-    names!("percolation_load_x"),
-    "load from which on no channel of gap leads through along x, mean of surfaces",
-);
-const PERCOLATION_AREA_Y: Parameter = Parameter::number(
-    names!("percolation_area_y"),
-    "share of the nodes in contact from which on no channel of gap leads through along y, mean of \
-     surfaces",
-);
-const PERCOLATION_AREA_CORRECTED_Y: Parameter = Parameter::number(
-    names!("percolation_area_corrected_y"),
-    "the same share along y, corrected for the mesh as by the correction `2017`",
-)
-.called("sealed along y from");
-const PERCOLATION_LOAD_Y: Parameter = Parameter::of_unit(
-    "E* × rms slope",
-    names!("percolation_load_y"),
-    "load from which on no channel of gap leads through along y, mean of surfaces",
-);
+
+/// The parameters of the gap's percolation along one axis.
+macro_rules! percolation_along {
+    ($axis:literal: $area:ident, $area_corrected:ident, $load:ident) => {
+        const $area: Parameter = Parameter::number(
+            names!("percolation_area_", $axis),
+            concat!(
+                "share of the nodes in contact from which on no channel of gap leads through along ",
+                $axis,
+                ", mean of surfaces",
+            ),
+        );
+        const $area_corrected: Parameter = Parameter::number(
+            names!("percolation_area_corrected_", $axis),
+            concat!(
+                "the same share along ",
+                $axis,
+                ", corrected for the mesh as by the correction `2017`",
+            ),
+        )
+        .called(concat!("sealed along ", $axis, " from"));
+        const $load: Parameter = Parameter::of_unit(
+            "E* × rms slope",
+            names!("percolation_load_", $axis),
+            concat!(
+                "load from which on no channel of gap leads through along ",
+                $axis,
+                ", mean of surfaces",
+            ),
+        );
+    };
+}
+
+percolation_along!("x": PERCOLATION_AREA_X, PERCOLATION_AREA_CORRECTED_X, PERCOLATION_LOAD_X);
+percolation_along!("y": PERCOLATION_AREA_Y, PERCOLATION_AREA_CORRECTED_Y, PERCOLATION_LOAD_Y);
+
 const HURST_EXPONENT: Parameter = Parameter::number(
     names!("hurst_exponent"),
     "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; of a single \

@@ -43,7 +43,6 @@ pub struct LimitChoices {
     /// The loads at which it is looked at; all those of the window when empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<f64>,
-    /// What vanishes.
     pub terms: Vec<Term>,
     /// Parameters that vary among the points of one fit.
     pub over: BTreeSet<String>,
@@ -58,7 +57,6 @@ pub struct LimitChoices {
 pub struct Term {
     /// The small number, an expression in parameters.
     pub of: Expression,
-    /// What is tried.
     pub forms: Vec<Form>,
 }
 
@@ -66,11 +64,8 @@ pub struct Term {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
-    /// A power with a given exponent.
     Power(f64),
-    /// A power with the exponent free.
     FreePower,
-    /// A logarithm.
     Logarithm,
 }
 
@@ -115,25 +110,20 @@ impl LimitChoices {
 
 /// One fit.
 pub struct Line<'a> {
-    /// Whose.
     pub group: &'a Group,
     /// Under which load, if there are any.
     pub load: Option<f64>,
-    /// The form of each term.
     pub forms: Vec<Form>,
     /// Points that have the observable there.
     pub points: usize,
     /// The fewest surfaces of a point.
     pub surfaces: usize,
-    /// What came of it.
     pub outcome: Result<Outcome, FitError>,
 }
 
 /// A fit, how well it does, and how it compares.
 pub struct Outcome {
-    /// The law.
     pub fit: LimitFit,
-    /// How well it does.
     pub judged: Judged,
     /// Intervals of the limit, the coefficients and the free exponents.
     pub intervals: Intervals,

@@ -164,25 +164,19 @@ const MOST_MASKED: f64 = 0.2;
 pub struct Row {
     /// The law's parameters, in its order; empty if the fit failed.
     pub values: Vec<f64>,
-    /// Their intervals.
     pub intervals: Option<Vec<Interval>>,
     /// Replicates that could not be fitted.
     pub failed_replicates: usize,
     /// The smallest convex κ of this point alone.
     pub own_kappa: Option<f64>,
-    /// Root mean square of what the fit leaves.
     pub rms_residual: Option<f64>,
-    /// Coefficient of determination.
     pub r_squared: Option<f64>,
-    /// χ² per degree of freedom.
     pub reduced_chi_square: Option<f64>,
-    /// Number of data.
     pub data: usize,
     /// Rows whose load did not converge.
     pub unconverged: usize,
     /// Data left out, because their logarithm does not exist.
     pub masked: Option<usize>,
-    /// Whether the fitted slope is convex.
     pub convex: Option<bool>,
     /// Why there is no fit.
     pub failure: Option<String>,
@@ -215,23 +209,18 @@ impl Row {
         Row { failure: Some(error.to_string()), ..Row::default() }
     }
 
-    /// Turns a row with an infinite parameter into a failure: the data do not bound the parameter.
+    /// The same row, or a failure if too many data had to be left out.
     pub fn unless_masked(self) -> Row {
         let masked = self.masked.unwrap_or(0);
         let all = self.data + masked;
         if masked as f64 <= MOST_MASKED * all as f64 {
             return self;
         }
-        Row {
-            failure: Some(format!(
-                "{masked} of {all} data have no logarithm, {:.0} % is the most: the mean contact \
-                 pressure does not grow, or contact is full; try another window or correction",
-                100.0 * MOST_MASKED
-            )),
-            masked: self.masked,
-            data: self.data,
-            ..Row::default()
-        }
+        self.refused(format!(
+            "{masked} of {all} data have no logarithm, {:.0} % is the most: the mean contact pressure \
+             does not grow, or contact is full; try another window or correction",
+            100.0 * MOST_MASKED
+        ))
     }
 
     /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound
@@ -240,15 +229,14 @@ impl Row {
         if self.values.iter().all(|value| value.is_finite()) {
             return self;
         }
-        Row {
-            failure: Some(
-                "a fitted parameter is beyond 1e308: the data do not bound it, try another window"
-                    .to_owned(),
-            ),
-            masked: self.masked,
-            data: self.data,
-            ..Row::default()
-        }
+        let failure =
+            "a fitted parameter is beyond 1e308: the data do not bound it, try another window";
+        self.refused(failure.to_owned())
+    }
+
+    /// A row that says how many data there are, and why there is no fit.
+    fn refused(self, failure: String) -> Row {
+        Row { failure: Some(failure), masked: self.masked, data: self.data, ..Row::default() }
     }
 
     /// The word for it.
@@ -256,6 +244,19 @@ impl Row {
         self.failure.as_deref().unwrap_or(FITTED)
     }
 }
+
+/// The names of a parameter's columns: its estimate, the ends of its interval and its standard error.
+macro_rules! names {
+    ($($part:literal),+) => {
+        [
+            concat!($($part),+),
+            concat!($($part),+, "_lower"),
+            concat!($($part),+, "_upper"),
+            concat!($($part),+, "_standard_error"),
+        ]
+    };
+}
+pub(super) use names;
 
 /// The estimate of a parameter, and its interval if there is one.
 #[derive(Clone, Copy)]
@@ -269,7 +270,6 @@ pub struct Estimate {
 pub struct Parameter {
     /// What one line calls it, if it has room for it.
     pub symbol: Option<&'static str>,
-    /// Its estimate.
     pub value: Column,
     lower: Column,
     upper: Column,
@@ -329,34 +329,25 @@ impl Parameter {
     }
 }
 
-/// Which law.
 pub const LAW: Column = Column::parameter("law", Text, "", "the law that is fitted");
-/// How many surfaces.
 pub const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
-/// Rows of loads that were given up.
 pub const UNCONVERGED: Column = Column::result(
     "unconverged",
     Integer,
     "1",
     "rows whose load did not converge; they are fitted all the same",
 );
-/// How many data.
 pub const DATA: Column = Column::result("data", Integer, "1", "data fitted");
-/// What a fit leaves.
 pub const RMS_RESIDUAL: Column =
     Column::result("rms_residual", Real, "1", "root mean square residual");
-/// What it leaves, over the scatter.
 pub const CHI_SQUARE: Column = Column::result(
     "reduced_chi_square",
     Real,
     "1",
     "χ² over degrees of freedom, from the scatter between surfaces",
 );
-/// Resamplings.
 pub const BOOTSTRAP: Column =
     Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
-/// Those that failed.
 pub const BOOTSTRAP_FAILED: Column =
     Column::result("bootstrap_failed", Integer, "1", "resamplings that could not be fitted");
-/// Whether there is a fit.
 pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why values are missing");

@@ -7,7 +7,7 @@ use crate::columns::{K_ROLLOFF, LOAD};
 use crate::fit::Params;
 use crate::fit::rows::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FITTED, LAW, Parameter, RMS_RESIDUAL,
-    STATUS, SURFACES, UNCONVERGED,
+    STATUS, SURFACES, UNCONVERGED, names,
 };
 use asperity_tables::column::ColumnKind::{Real, Text};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
@@ -49,7 +49,7 @@ const LEAVE_ONE_OUT: Column = Column::result(
 );
 const LIMIT: Parameter = Parameter::of_unit(
     "as `quantity`",
-    ["limit", "limit_lower", "limit_upper", "limit_standard_error"],
+    names!("limit"),
     "Q₀: the observable where all small numbers vanish; where a term is a logarithm there is no limit, \
      and it is the value at which that term's number is 1",
 )
@@ -80,21 +80,11 @@ macro_rules! of_term {
             ),
             coefficient: Parameter::of_unit(
                 "as `quantity`",
-                [
-                    concat!("coefficient_", $number),
-                    concat!("coefficient_", $number, "_lower"),
-                    concat!("coefficient_", $number, "_upper"),
-                    concat!("coefficient_", $number, "_standard_error"),
-                ],
+                names!("coefficient_", $number),
                 concat!("c of term ", $number, ", c xᵉ or c ln x"),
             ),
             exponent: Parameter::number(
-                [
-                    concat!("exponent_", $number),
-                    concat!("exponent_", $number, "_lower"),
-                    concat!("exponent_", $number, "_upper"),
-                    concat!("exponent_", $number, "_standard_error"),
-                ],
+                names!("exponent_", $number),
                 concat!("e of term ", $number, ", c xᵉ; without interval where it is given"),
             ),
         }

@@ -14,13 +14,12 @@ use serde::{Deserialize, Deserializer};
 
 use super::{Form, LimitChoices, MOST_COMBINATIONS, MOST_TERMS, Term, WINDOW};
 use crate::columns::{LOAD, SURFACE};
-use crate::fit::Params;
-use crate::fit::keys::{CommonKeys, DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MOST_RESAMPLINGS, fit};
+use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MOST_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
 use crate::{Given, Recipe, Rows};
 use asperity_manifest::diagnostics::{Problem, did_you_mean, listed};
 use asperity_manifest::expression::Expression;
-use asperity_manifest::written::checks::{Bounds, Checks, POSITIVE, report_equal_points};
+use asperity_manifest::written::checks::{Bounds, Checks, POSITIVE};
 use asperity_manifest::written::{Key, Section, Written, deserialize_either, table};
 use asperity_statistics::limits::EXPONENTS;
 use asperity_tables::column::Role;
@@ -181,25 +180,10 @@ const GIVEN_EXPONENTS: Bounds = (Bound::Included(EXPONENTS[0]), Bound::Included(
 
 /// The fits, observable by observable.
 pub fn recipes(section: &Section<LimitTable>, given: &mut Given) -> Option<Vec<Recipe>> {
-    let mut fits: Vec<Option<Params>> = Vec::with_capacity(section.points.len());
-    for point in &section.points {
-        let checks = &mut Checks::of(section, point, given.problems);
-        let table = &point.table;
-        let input = Input { table: given.input, rows: given.read };
-        let choices = choices(table, &input, checks);
-        let keys = CommonKeys {
-            window: &table.window,
-            bootstrap: &table.bootstrap,
-            level: &table.level,
-            seed: &table.seed,
-        };
-        let law = choices.map(|choices| Law::Limits(Arc::new(choices)));
-        fits.push(fit(law, &keys, WINDOW, given.seed, checks));
-    }
-    let fits = fits.into_iter().collect::<Option<Vec<_>>>()?;
-    report_equal_points(section, &fits, given.problems);
-    let recipes = fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit)));
-    Some(recipes.collect())
+    let input = Input { table: given.input, rows: given.read };
+    fits(section, WINDOW, given, |table, checks| {
+        Some(Law::Limits(Arc::new(choices(table, &input, checks)?)))
+    })
 }
 
 /// What a fit reads, as far as it is known.

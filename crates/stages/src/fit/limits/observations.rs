@@ -193,7 +193,6 @@ fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec
 pub enum Known {
     /// Under each load, for each surface; not a number where a surface lacks it.
     Surfaces {
-        /// The surfaces.
         members: Vec<Member>,
         /// Each load with the values of the surfaces.
         states: Vec<(Option<f64>, Vec<f64>)>,

@@ -20,7 +20,6 @@ use asperity_tables::column::Value;
 pub struct Octave {
     /// The small number, as the manifest has it.
     pub term: String,
-    /// The parameters that are doubled.
     pub doubled: Vec<String>,
     /// The points of the fit from which the new ones follow, by their parameters that vary.
     pub from: Vec<Point>,
@@ -31,15 +30,12 @@ pub struct Octave {
 /// A fit, and what one more octave towards each limit would make of it.
 #[derive(Debug, Clone)]
 pub struct Advised {
-    /// What is fitted.
     pub forms: Vec<Form>,
-    /// The fit.
     pub fit: LimitFit,
     /// Standard error of its limit by resampling; `None` without.
     pub standard_error: Option<f64>,
     /// Points of the fit, by their parameters that vary.
     pub points: Vec<Point>,
-    /// Steps towards the limits.
     pub octaves: Vec<Octave>,
 }
 
