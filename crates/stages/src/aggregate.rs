@@ -53,7 +53,6 @@ pub const STAGE: Definition = Definition {
 pub enum Params {
     /// Statistics of columns within groups.
     Groups(Groups),
-    /// Any query over the input stages' tables.
     Sql(Sql),
 }
 
@@ -62,9 +61,7 @@ pub enum Params {
 pub struct Groups {
     /// Columns that name a group; `None` for every coordinate but surface, seed and realization.
     pub group_by: Option<Vec<String>>,
-    /// Columns to reduce.
     pub over: Vec<String>,
-    /// What to compute of each.
     pub statistics: Vec<Statistic>,
     /// Theories whose areas stand beside.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -159,7 +156,6 @@ impl Stage for Params {
 /// A query.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sql {
-    /// The query text.
     pub query: String,
     /// Names under which the query sees the inputs, and how many input tables each holds; none of
     /// a table that it does not read, and none before the study is planned.
@@ -181,7 +177,6 @@ impl Sql {
 pub struct Meaning {
     /// Unit of its values; empty where units make no sense.
     pub unit: String,
-    /// One phrase.
     pub meaning: String,
 }
 

@@ -33,12 +33,7 @@ pub enum Member {
     /// A shape, or a measured surface: there is but one.
     Sole,
     /// A random one.
-    Drawn {
-        /// Seed of the draws.
-        seed: i64,
-        /// Its number.
-        realization: i64,
-    },
+    Drawn { seed: i64, realization: i64 },
 }
 
 impl Member {
@@ -73,7 +68,6 @@ pub struct Load {
 /// Rows of loads that agree in every parameter, sorted by surface and load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
-    /// What its rows share.
     pub point: Point,
     /// Its surfaces, by seed and realization.
     pub members: Vec<Member>,

@@ -38,28 +38,13 @@ pub enum StageError {
     Map(#[source] MapError),
     /// The file of a measured surface is no map of heights.
     #[error("`{path}` is no usable surface")]
-    Measured {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        source: Box<MapFileError>,
-    },
+    Measured { path: String, source: Box<MapFileError> },
     /// A measured surface cannot be prepared as asked.
     #[error("`{path}` cannot be prepared as asked")]
-    Preparation {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        source: PreparationError,
-    },
+    Preparation { path: String, source: PreparationError },
     /// A file holds no power spectral density.
     #[error("`{path}` {reason}")]
-    SpectrumFile {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        reason: String,
-    },
+    SpectrumFile { path: String, reason: String },
     /// A measured spectrum is no power spectral density.
     #[error("a measured spectrum is no power spectral density")]
     SpectralDensity(#[source] SpectralDensityError),
@@ -84,8 +69,5 @@ pub enum StageError {
     Query(#[from] QueryError),
     /// An aggregation cannot be carried out.
     #[error("cannot aggregate: {reason}")]
-    Aggregate {
-        /// What polars, or a check before it, says.
-        reason: String,
-    },
+    Aggregate { reason: String },
 }

@@ -356,9 +356,7 @@ fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
 
 /// What is known when a stage's keys are checked.
 pub struct Given<'a> {
-    /// The study's seed.
     pub seed: u64,
-    /// The files of measured surfaces.
     pub sources: &'a mut SurfaceFiles,
     /// Whether it names stages that it reads.
     pub reads_stages: bool,

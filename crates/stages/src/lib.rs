@@ -59,17 +59,11 @@ pub use stage::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// Draws surfaces or reads measured ones.
     Generate,
-    /// Presses surfaces, load after load.
     Solve,
-    /// Counts contacts, or heights, and measures surfaces.
     Measure,
-    /// Corrects the contact area for the mesh.
     Correct,
-    /// Fits laws to the pooled surfaces of one parameter point.
     Fit,
-    /// Reduces tables to statistics.
     Aggregate,
 }
 
@@ -115,39 +109,22 @@ pub fn columns_of(kind: Kind) -> Vec<Column> {
 /// What the rows of a stage's table are about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
-    /// Surfaces that can be pressed.
     Surfaces,
-    /// Surfaces described by their modes alone.
     Spectra,
-    /// Surfaces under loads.
     Loads,
-    /// Contact maps, measured.
     Contacts,
-    /// Bins of contact pressures.
     PressureDistributions,
-    /// Bins of gaps.
     GapDistributions,
-    /// Bins of clusters of contact.
     ClusterDistributions,
-    /// Bins of heights.
     Heights,
-    /// Wavenumbers of surfaces.
     PowerSpectra,
-    /// Wavenumbers of their profiles.
     ProfileSpectra,
-    /// Lags of surfaces.
     Autocorrelations,
-    /// Scales of surfaces.
     Scales,
-    /// Planes that cut surfaces.
     BearingCurves,
-    /// Surfaces and their roughness parameters.
     Roughness,
-    /// Areas, corrected for the mesh.
     Corrections,
-    /// Fits.
     Fits,
-    /// Whatever was reduced.
     Statistics,
 }
 

@@ -20,7 +20,6 @@ pub struct Definition {
     pub name: &'static str,
     /// The version of its numbers: raised whenever they change.
     pub version: u32,
-    /// What it can read.
     pub reads: Reads,
     /// What its rows are about, given those that it reads; `None` where that cannot be told.
     pub makes: fn(Option<Rows>) -> Option<Rows>,
@@ -153,7 +152,6 @@ pub enum Reach {
 pub struct Input<'a> {
     /// How the table was made; a surface whose heights were not kept is drawn again from it.
     pub recipe: &'a Recipe,
-    /// What was computed.
     pub table: Table,
 }
 
@@ -165,7 +163,6 @@ pub struct Context<'a> {
     pub memory: ByteSize,
     /// The threads that it may share its work among.
     pub threads: &'a Threads,
-    /// Whether the user asked to stop.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Where a long task keeps how far it has come.
     pub checkpoints: &'a dyn Checkpoints,
@@ -194,7 +191,6 @@ pub struct Extent {
     pub nodes: [usize; 2],
     /// Rows about it, see [`Stage::rows`].
     pub rows: usize,
-    /// Tables that are read.
     pub tables: usize,
 }
 
@@ -233,7 +229,6 @@ impl Effort {
 /// What a stage does, the points of its grid in order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Work {
-    /// Makes surfaces.
     Generate(Vec<PlannedSurfaces>),
     /// Reads what other stages made, by each of these recipes; there is at least one, and all are of
     /// one kind.

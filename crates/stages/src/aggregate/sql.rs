@@ -140,9 +140,7 @@ pub enum QueryError {
     /// It names a table or a column that is not there.
     #[error("{message}")]
     Unknown {
-        /// What is not there.
         message: String,
-        /// The name.
         name: String,
         /// Names that would do.
         known: Vec<String>,

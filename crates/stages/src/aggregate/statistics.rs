@@ -43,15 +43,12 @@ use asperity_statistics::intervals::two_sided_quantile;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Statistic {
-    /// Arithmetic mean.
     Mean,
     /// Sample standard deviation.
     Sd,
     /// Standard error of the mean, over surfaces.
     Sem,
-    /// Smallest value.
     Min,
-    /// Largest value.
     Max,
     /// Quantile, by linear interpolation.
     Quantile(f64),
