@@ -344,6 +344,11 @@ const REGION: [&str; 6] = [
 
 /// Returns the number of the sampling unit of each row, from 0 in the order of appearance.
 ///
+/// The rows of one unit are not independent of each other. Points of a sweep share random numbers: the
+/// surface of one seed and realization has the same phases at every parameter point, so that its rows
+/// there are correlated. Together they are one sample of a population of surfaces, and not several.
+/// Statistics over rows of several points therefore count sampling units.
+///
 /// A pair of seed and realization is one unit, and so is a region of a file. Every other surface is
 /// a unit of its own, and so is every row that is not about a single surface.
 ///

@@ -1,4 +1,4 @@
-//! Tables to polars and back, by plain column vectors.
+//! Tables to polars, whole or by the columns that a query needs, and back by plain column vectors.
 //!
 //! Columns without nulls cross as one copy of their memory, others value by value; without a copy it
 //! would take `unsafe`.

@@ -204,31 +204,32 @@ fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
     output
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Coordinates that exist in two units, of which a manifest gives one.
 const IN_TWO_UNITS: [[&str; 2]; 2] =
     [[LOAD.name, PRESSURE.name], [HARDNESS.name, HARDNESS_REDUCED.name]];
 
 /// The columns that name the groups of a reduction.
-pub struct GroupNames {
+///
+/// A derived column (see [`Role::Derived`]) is a coordinate in another unit: under pressures in
+/// pascals the reduced load differs from surface to surface, so that it must not split groups. The
+/// coordinate that it is derived from tells groups apart in its place.
+struct GroupNames {
     /// Columns of the reduced table that name a group, in order.
-    pub shown: Vec<String>,
+    shown: Vec<String>,
     /// Columns whose values tell groups apart.
-    pub keys: Vec<String>,
+    keys: Vec<String>,
     /// Shown columns that are derived from a shown key. Their values within a group may differ.
     derived: Vec<String>,
     /// Shown columns that are derived from a key that is not shown, with that key. Their values
     /// within a group must not differ.
     stand_ins: Vec<(String, String)>,
     /// The key that is a load, if there is one.
-    pub load: Option<String>,
+    load: Option<String>,
 }
 
 impl GroupNames {
     /// Resolves `group_by`, which defaults to every coordinate that does not tell surfaces apart.
-    pub fn of(table: &Table, groups: &Groups) -> GroupNames {
+    fn of(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
         let shown: Vec<String> = groups.group_by.clone().unwrap_or_else(default);
@@ -260,20 +261,20 @@ impl GroupNames {
     }
 
     /// Returns the keys that tell curves apart: all but the load.
-    pub fn keys_of_a_curve(&self) -> Vec<Expr> {
+    fn keys_of_a_curve(&self) -> Vec<Expr> {
         let keys = self.keys.iter().filter(|name| !is_of_a_load(name));
         keys.map(|name| col(name.as_str())).collect()
     }
 
     /// Returns the shown columns that tell curves apart.
-    pub fn curve(&self) -> Vec<String> {
+    fn curve(&self) -> Vec<String> {
         let stands_in = |name: &String| self.stand_ins.iter().any(|(own, _)| own == name);
         let shown = self.shown.iter().filter(|name| !is_of_a_load(name));
         shown.filter(|name| self.keys.contains(name) || stands_in(name)).cloned().collect()
     }
 
     /// Returns the values of derived columns in each group: the common value, or else the mean.
-    pub fn within_groups(&self) -> Vec<Expr> {
+    fn within_groups(&self) -> Vec<Expr> {
         let mut expressions: Vec<Expr> = self.derived.iter().map(|name| common(name)).collect();
         let differs = self.stand_ins.iter();
         expressions.extend(differs.map(|(name, _)| is_mixed(name).alias(mixed(name))));
@@ -284,7 +285,7 @@ impl GroupNames {
     }
 
     /// Refuses a derived column that names groups and differs within one of them.
-    pub fn check_stand_ins(&self, reduced: &DataFrame) -> Result<(), StageError> {
+    fn check_stand_ins(&self, reduced: &DataFrame) -> Result<(), StageError> {
         for (name, coordinate) in &self.stand_ins {
             let flags = reduced.column(&mixed(name)).map_err(polars_error)?;
             if flags.bool().map_err(polars_error)?.any() {
@@ -330,20 +331,20 @@ fn mixed(name: &str) -> String {
 }
 
 pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
-pub const SURFACES: Column = Column::result(
+const SURFACES: Column = Column::result(
     "surfaces",
     ColumnKind::Integer,
     "1",
     "surfaces in the group, told apart by seed and realization or by their region of a file: one \
      surface may have several rows, at several parameter points",
 );
-pub const UNCONVERGED: Column = Column::result(
+const UNCONVERGED: Column = Column::result(
     "unconverged",
     ColumnKind::Integer,
     "1",
     "rows in the group whose load did not converge; they count all the same",
 );
-pub const UNFITTED: Column = Column::result(
+const UNFITTED: Column = Column::result(
     "unfitted",
     ColumnKind::Integer,
     "1",
@@ -372,7 +373,7 @@ pub fn named(name: &str, statistic: Statistic) -> String {
 pub const OWN: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
 /// Gives each column the unit and meaning that it inherits.
-pub fn with_meanings(
+fn with_meanings(
     table: &Table,
     columns: Vec<(String, ArrayRef)>,
     rows: usize,
@@ -412,3 +413,6 @@ fn inherited(source: &Field, name: &str, groups: &Groups) -> Metadata {
         .with("unit", unit)
         .with("meaning", format!("{said} of: {}", of("meaning")))
 }
+
+#[cfg(test)]
+mod tests;

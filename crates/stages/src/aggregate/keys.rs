@@ -129,7 +129,7 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
 const COUNTS: [&str; 3] = ["count", "surfaces", "unconverged"];
 
 /// Columns of the input, each once.
-pub fn named_columns(
+fn named_columns(
     key: &str,
     written: &Written<Vec<Written<String>>>,
     input: Option<&Table>,
@@ -168,7 +168,7 @@ pub fn named_columns(
 }
 
 /// Statistics are taken of numbers.
-pub fn check_numbers(
+fn check_numbers(
     written: &Written<Vec<Written<String>>>,
     input: Option<&Table>,
     checks: &mut Checks,
@@ -186,7 +186,7 @@ pub fn check_numbers(
 }
 
 /// What comes out must not be called like a group's column.
-pub fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -> Option<()> {
+fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -> Option<()> {
     let written = |key: &Key<Vec<Written<String>>>, index: usize| {
         key.written().map(|list| list.value[index].span.clone())
     };
@@ -231,7 +231,7 @@ fn has_load(group_by: Option<&[String]>) -> bool {
 }
 
 /// What is asked for, each once.
-pub fn statistics(
+fn statistics(
     key: &Key<Vec<Written<String>>>,
     group_by: Option<&[String]>,
     input: Option<&Table>,
@@ -308,7 +308,7 @@ fn unknown_statistic(name: &str, span: Span) -> Problem {
 }
 
 /// The theories beside the means; each needs rows with a load, and asperity models a spectrum.
-pub fn models(
+fn models(
     table: &AggregateTable,
     input: Option<&Table>,
     checks: &mut Checks,

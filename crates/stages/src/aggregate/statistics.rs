@@ -1,5 +1,7 @@
-//! Standard errors and confidence intervals of means, by Student's t over surfaces.
+//! The statistics of a group: their words in manifests and column names, and those that polars has
+//! not.
 //!
+//! Standard errors and confidence intervals of means are by Student's t over surfaces.
 //! A surface counts once, however many of its rows are in a group: areas of one surface under
 //! neighbouring loads say nearly the same, and so do those of one seed and realization at several
 //! points of a sweep, which share random numbers (see [`sampling_units`]). Of n surfaces with sums
@@ -242,7 +244,7 @@ fn surfaces_of(name: &str) -> String {
     format!("{name} surfaces")
 }
 
-/// The slope.
+/// Slope of the least-squares line, `REGR_SLOPE` of standard SQL.
 pub fn slope(values: &Expr) -> Expr {
     let Line { loads, values } = Line::of(values);
     let from_mean = loads.clone() - loads.clone().mean();
@@ -253,13 +255,14 @@ pub fn slope(values: &Expr) -> Expr {
     when(differ).then(slope).otherwise(lit(NULL))
 }
 
-/// The value at zero load.
+/// Value of that line at zero load, `REGR_INTERCEPT` of standard SQL.
 pub fn intercept(values: &Expr) -> Expr {
     let Line { loads, values: known } = Line::of(values);
     known.mean() - slope(values) * loads.mean()
 }
 
-/// What a line goes through.
+/// What the least-squares line of a group goes through: values against their load. A row without a
+/// value is left out, and rows under one load alone have no line.
 struct Line {
     loads: Expr,
     values: Expr,

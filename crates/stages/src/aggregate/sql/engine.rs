@@ -153,7 +153,12 @@ fn keep_orders(plan: &mut Arena<IR>) {
     }
 }
 
-/// A query plan as polars executes it.
+/// A query plan as polars executes it, and the memory that it may take.
+///
+/// What it takes is known as far as the plan tells before anything is read. The numbers of rows of
+/// tables are known, and a cross join has their product. Where another join might be too large, the
+/// equal values of its columns are counted if these are columns of tables. All other joins are
+/// assumed to have as many rows as the longer side.
 struct Plan<'a> {
     parts: &'a Arena<IR>,
     expressions: &'a Arena<AExpr>,

@@ -190,8 +190,9 @@ const AGGREGATES: &str = "array_agg avg corr count covar covar_pop covar_samp fi
                           listagg max median min quantile_cont quantile_disc stddev stddev_samp stdev \
                           stdev_samp string_agg sum total var var_samp variance";
 
-/// What is wrong with a `select` that has both and does not group.
-pub fn ungrouped(select: &Select) -> Option<String> {
+/// What is wrong with a `select` that has columns beside aggregates and does not group. Polars would
+/// repeat the aggregate of all rows in each of them, where SQL has no answer.
+fn ungrouped(select: &Select) -> Option<String> {
     let is_grouped = match &select.group_by {
         GroupByExpr::All(_) => true,
         GroupByExpr::Expressions(columns, _) => !columns.is_empty(),

@@ -190,7 +190,7 @@ fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec
 
 /// What is known of an observable at one point.
 #[derive(Debug, Clone)]
-pub enum Known {
+enum Known {
     /// Under each load, for each surface; not a number where a surface lacks it.
     Surfaces {
         members: Vec<Member>,
@@ -202,10 +202,10 @@ pub enum Known {
 }
 
 /// One point: the row that stands for it, its parameters, what is known, and loads given up.
-pub type Found = (usize, Point, Known, Vec<f64>);
+type Found = (usize, Point, Known, Vec<f64>);
 
 /// Reads the points of a table.
-pub struct Reader<'a> {
+struct Reader<'a> {
     table: &'a Table,
     choices: &'a LimitChoices,
     /// The columns that expressions name, as numbers; not a number where null.
@@ -217,7 +217,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// When one is missing, or holds no numbers.
-    pub fn new(table: &'a Table, choices: &'a LimitChoices) -> Result<Reader<'a>, TableError> {
+    fn new(table: &'a Table, choices: &'a LimitChoices) -> Result<Reader<'a>, TableError> {
         let terms = choices.terms.iter().map(|term| &term.of);
         let named = terms.chain([&choices.of]).flat_map(|one| one.columns());
         let columns = named.map(|name| Ok((name, numbers(table, name)?)));
@@ -228,7 +228,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// When a column is missing.
-    pub fn points(&self) -> Result<Vec<Found>, TableError> {
+    fn points(&self) -> Result<Vec<Found>, TableError> {
         match &self.choices.error {
             Some(error) => self.estimates(error),
             None if self.table.has(LOAD.name) => self.under_loads(),
@@ -237,7 +237,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The small numbers of the point that a row stands for.
-    pub fn small(&self, row: usize) -> Vec<f64> {
+    fn small(&self, row: usize) -> Vec<f64> {
         let value = |name: &str| self.columns[name][row];
         let terms = self.choices.terms.iter();
         terms.map(|term| term.of.value(&value)).collect()
