@@ -1,7 +1,7 @@
 //! Which surfaces of a study are not what theories of rough contact assume, by their own numbers.
 
+use crate::StageError;
 use crate::aggregate::{Groups, Statistic, grouped};
-use crate::error::StageError;
 use asperity_contact::topography::descriptors::Statistics;
 use asperity_tables::table::Table;
 

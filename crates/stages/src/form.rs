@@ -1,4 +1,5 @@
-//! What a manifest may say of a stage of each kind: which keys, and what they come to.
+//! What a manifest may say of a stage of each kind: which keys, what they are checked against, and what
+//! they come to.
 
 use toml::de::DeTable;
 

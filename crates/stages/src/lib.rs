@@ -12,13 +12,12 @@
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to the surfaces of a parameter point, and limits to all points |
 //! | [`aggregate`] | reduces tables to statistics within groups, and answers queries in SQL |
-//! | `stage` | what the rest of the program asks any stage: [`Definition`], [`Stage`], [`Work`] |
+//! | `stage` | what the rest of the program asks any stage: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
 //! | [`form`] | which keys a stage has, by its kind and its method or law; what they are checked against |
 //! | [`columns`], [`grids`] | name, unit and meaning of every column; how tables hold nodes and sides |
 //! | [`ensemble`] | which rows are about one parameter point, one surface, one load |
 //! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //! | [`caveats`] | surfaces that are not what theories of rough contact assume |
-//! | [`error`] | why a task has no table |
 //!
 //! Everything about a kind of stage is in its own file and folder. A new kind is added to the
 //! matches in this file and in [`form`].
@@ -28,7 +27,6 @@ pub mod caveats;
 pub mod columns;
 pub mod correct;
 pub mod ensemble;
-pub mod error;
 pub mod fit;
 pub mod form;
 pub mod generate;
@@ -48,10 +46,9 @@ use serde::{Deserialize, Serialize};
 
 use asperity_tables::column::Column;
 
-pub use error::StageError;
 pub use form::Given;
 pub use stage::{
-    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, Work,
+    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, StageError, Work,
     beside_coordinates, stacked,
 };
 
