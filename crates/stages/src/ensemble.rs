@@ -1,11 +1,11 @@
 //! What is one parameter point, one surface, one load: said once, for all that compares rows.
 //!
 //! The role of a column decides (see [`Role`]). Rows that agree in every **parameter** are of one
-//! ensemble; within it, seed and realization tell **surfaces** apart, and loads tell the states of a
-//! surface apart. A load is what the manifest gives, be it reduced or in pascals; the other unit is
-//! derived from it, surface by surface, and decides nothing. Loads that differ by rounding are one
-//! load. Where two blocks of loads, or two stages, tell the same of a surface, the first of them
-//! stands and the other rows are named as repeated: no surface counts twice.
+//! ensemble; within it, seed and realization tell **surfaces** apart, and loads tell the states of
+//! a surface apart. A load is what the manifest gives, be it reduced or in pascals; the other unit
+//! is derived from it, surface by surface, and decides nothing. Loads that differ by rounding are
+//! one load. Where two blocks of loads, or two stages, tell the same of a surface, the first of
+//! them stands and the other rows are named as repeated: no surface counts twice.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -244,9 +244,9 @@ impl Ensemble {
     }
 }
 
-/// The rows of a table without those that tell of a surface what an earlier one tells: rows that two
-/// stages share, or two blocks that share a load. Loads that differ by rounding are written as one.
-/// A table that is not about single surfaces stays as it is.
+/// The rows of a table without those that tell of a surface what an earlier one tells: rows that
+/// two stages share, or two blocks that share a load. Loads that differ by rounding are written as
+/// one. A table that is not about single surfaces stays as it is.
 ///
 /// # Errors
 /// When loads are no numbers.
@@ -344,10 +344,10 @@ const REGION: [&str; 6] = [
 
 /// Returns the number of the sampling unit of each row, from 0 in the order of appearance.
 ///
-/// The rows of one unit are not independent of each other. Points of a sweep share random numbers: the
-/// surface of one seed and realization has the same phases at every parameter point, so that its rows
-/// there are correlated. Together they are one sample of a population of surfaces, and not several.
-/// Statistics over rows of several points therefore count sampling units.
+/// The rows of one unit are not independent of each other. Points of a sweep share random numbers:
+/// the surface of one seed and realization has the same phases at every parameter point, so that
+/// its rows there are correlated. Together they are one sample of a population of surfaces, and not
+/// several. Statistics over rows of several points therefore count sampling units.
 ///
 /// A pair of seed and realization is one unit, and so is a region of a file. Every other surface is
 /// a unit of its own, and so is every row that is not about a single surface.

@@ -119,9 +119,9 @@ impl Stage for Params {
     }
 
     /// An iteration of least squares takes a microsecond for each row, and a fit of all curves at
-    /// once, with a root to find in each, thirty times as long as that of one. With κ free there are
-    /// dozens of iterations to a fit, or hundreds where the data hardly bend; the plan cannot know how
-    /// many.
+    /// once, with a root to find in each, thirty times as long as that of one. With κ free there
+    /// are dozens of iterations to a fit, or hundreds where the data hardly bend; the plan cannot
+    /// know how many.
     fn effort(&self, extent: Extent) -> Effort {
         let replicate = match &self.law {
             Law::Limits(choices) => {

@@ -1,5 +1,5 @@
-//! What a manifest may say of a stage of each kind: which keys, what they are checked against, and what
-//! they come to.
+//! What a manifest may say of a stage of each kind: which keys, what they are checked against, and
+//! what they come to.
 
 use toml::de::DeTable;
 
@@ -18,7 +18,8 @@ use asperity_manifest::written::advice::{self, Wanted};
 use asperity_manifest::written::{Layout, Section, Table, reader};
 use asperity_tables::table::Table as StoredTable;
 
-/// Which keys a stage has: those of its kind and, where that comes in several, of its method or law.
+/// Which keys a stage has: those of its kind and, where that comes in several, of its method or
+/// law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     Generate(Method),
@@ -198,8 +199,8 @@ impl Form {
         }
     }
 
-    /// Reads a stage's table, from which the keys that all stages have, and the form's word, have been
-    /// taken.
+    /// Reads a stage's table, from which the keys that all stages have, and the form's word, have
+    /// been taken.
     pub fn read(self, table: DeTable, place: Span, problems: &mut Problems) -> Points {
         let wanted = &self.wanted();
         match self {

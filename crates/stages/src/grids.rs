@@ -1,9 +1,9 @@
 //! Where the grid of a surface stands in tables.
 //!
 //! A square has the columns `nodes` and `side`, a rectangle `nodes_x`, `nodes_y`, `side_x` and
-//! `side_y`. One set of columns for both would have been simpler to read and would have renamed what
-//! every table of a square has held so far. Beside each other, either has nulls in the columns of the
-//! other.
+//! `side_y`. One set of columns for both would have been simpler to read and would have renamed
+//! what every table of a square has held so far. Beside each other, either has nulls in the columns
+//! of the other.
 
 use arrow::array::{Array, Float64Array, Int64Array};
 

@@ -12,9 +12,9 @@
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to the surfaces of a parameter point, and limits to all points |
 //! | [`aggregate`] | reduces tables to statistics within groups, and answers queries in SQL |
-//! | `stage` | what the rest of the program asks any stage: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
-//! | [`form`] | which keys a stage has, by its kind and its method or law; what they are checked against |
-//! | [`columns`], [`grids`] | name, unit and meaning of every column; how tables hold nodes and sides |
+//! | `stage` | what every stage answers: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
+//! | [`form`] | which keys a stage has, and what they are checked against |
+//! | [`columns`], [`grids`] | every column; how tables hold the mesh of a surface |
 //! | [`ensemble`] | which rows are about one parameter point, one surface, one load |
 //! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //! | [`caveats`] | surfaces that are not what theories of rough contact assume |

@@ -1,5 +1,5 @@
-//! What every kind of stage is asked, what it is given and what it tells: its definition, its parameters
-//! and what follows from them, its work in a study, its errors.
+//! What every kind of stage is asked, what it is given and what it tells: its definition, its
+//! parameters and what follows from them, its work in a study, its errors.
 
 use std::borrow::Cow;
 
@@ -121,8 +121,8 @@ pub trait Stage {
         None
     }
 
-    /// The recipe that later keys are built on, if it is another one: this one without what only adds
-    /// columns that no later stage reads.
+    /// The recipe that later keys are built on, if it is another one: this one without what only
+    /// adds columns that no later stage reads.
     fn identity_recipe(&self) -> Option<Recipe> {
         None
     }
@@ -240,8 +240,8 @@ impl Effort {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Work {
     Generate(Vec<PlannedSurfaces>),
-    /// Reads what other stages made, by each of these recipes; there is at least one, and all are of
-    /// one kind.
+    /// Reads what other stages made, by each of these recipes; there is at least one, and all are
+    /// of one kind.
     Evaluate(Vec<Recipe>),
 }
 

@@ -1,7 +1,7 @@
 //! Tables to polars, whole or by the columns that a query needs, and back by plain column vectors.
 //!
-//! Columns without nulls cross as one copy of their memory, others value by value; without a copy it
-//! would take `unsafe`.
+//! Columns without nulls cross as one copy of their memory, others value by value; without a copy
+//! it would take `unsafe`.
 
 use std::any::Any;
 use std::collections::BTreeMap;

@@ -268,8 +268,8 @@ fn statistics(
     complete.then_some(statistics)
 }
 
-/// What keeps a statistic from being taken against the load, if it is one of those: slopes follow the
-/// groups of a curve from load to load, lines go through the loads within a group.
+/// What keeps a statistic from being taken against the load, if it is one of those: slopes follow
+/// the groups of a curve from load to load, lines go through the loads within a group.
 fn misses_load(
     word: &str,
     statistic: Statistic,

@@ -44,9 +44,9 @@ pub fn query(tables: &[Table], sql: &Sql, room: ByteSize) -> Result<Table, Stage
 /// The answer to a query of these tables; `names` are those of all that there are, and `meanings`
 /// what columns of the answer mean that no table has.
 ///
-/// Of the tables, the columns are read that the query needs. Groups come in the order of their first
-/// rows, joined rows in that of the left table, and rows that sort alike as they were; the last
-/// digits do not depend on how many cores there are.
+/// Of the tables, the columns are read that the query needs. Groups come in the order of their
+/// first rows, joined rows in that of the left table, and rows that sort alike as they were; the
+/// last digits do not depend on how many cores there are.
 ///
 /// # Errors
 /// When the query does not parse, names what does not exist, answers with other than numbers, truth

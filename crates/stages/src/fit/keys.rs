@@ -43,7 +43,8 @@ pub struct EvolutionTable {
     #[schemars(extend("default" = "free"))]
     pub kappa: Key<WrittenKappa>,
     /// Smallest and largest load that count, in units of E* × rms slope.
-    #[schemars(length(equal = 2), inner(range(min = 0)), extend("default" = [0.0, 0.06]))]
+    #[schemars(length(equal = 2), inner(range(min = 0)))]
+    #[schemars(extend("default" = contact_evolution::WINDOW))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.
     #[schemars(range(min = 0, max = MOST_RESAMPLINGS), extend("default" = DEFAULT_RESAMPLINGS))]
@@ -63,9 +64,9 @@ table!(EvolutionTable, swept: ["to", "kappa"], lists: []);
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
     /// Smallest and largest load that count, in units of E* × rms slope: 0 to 0.06 when left out,
-    /// for `"scaled-erf"` 0.3 to 2, for `"load-separation"` 0.01 to 0.1, for `"mesh-convergence"` and
-    /// `"gap-percolation"` all. For `"self-affine"` the smallest and largest wavenumber, all when left out: a window leaves
-    /// out what the instrument does not resolve.
+    /// for `"scaled-erf"` 0.3 to 2, for `"load-separation"` 0.01 to 0.1, for `"mesh-convergence"`
+    /// and `"gap-percolation"` all. For `"self-affine"` the smallest and largest wavenumber, all
+    /// when left out: a window leaves out what the instrument does not resolve.
     #[schemars(length(equal = 2), inner(range(min = 0)))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals; 0 for none.

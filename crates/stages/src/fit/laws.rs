@@ -160,8 +160,8 @@ impl Law {
         }
     }
 
-    /// Its parameters, in the order of their values; those of limits depend on their terms, and their
-    /// tables are written elsewhere.
+    /// Its parameters, in the order of their values; those of limits depend on their terms, and
+    /// their tables are written elsewhere.
     pub fn parameters(&self) -> &'static [Parameter] {
         match self {
             Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,

@@ -46,8 +46,8 @@ pub struct LimitChoices {
     pub terms: Vec<Term>,
     /// Parameters that vary among the points of one fit.
     pub over: BTreeSet<String>,
-    /// The column with the standard error of a fitted parameter; none where rows are about surfaces,
-    /// whose scatter tells it.
+    /// The column with the standard error of a fitted parameter; none where rows are about
+    /// surfaces, whose scatter tells it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }

@@ -103,7 +103,8 @@ impl Row {
     }
 }
 
-/// The names of a parameter's columns: its estimate, the ends of its interval and its standard error.
+/// The names of a parameter's columns: its estimate, the ends of its interval and its standard
+/// error.
 macro_rules! names {
     ($($part:literal),+) => {
         [
@@ -267,8 +268,8 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
     placed.into_iter().chain(estimates).chain(quality).collect()
 }
 
-/// One row a fit: where it belongs, what was fitted, how well. `standing` has a row of the input that
-/// stands for each, and the number of surfaces.
+/// One row a fit: where it belongs, what was fitted, how well. `standing` has a row of the input
+/// that stands for each, and the number of surfaces.
 pub fn table(place: &Table, standing: &[(usize, usize)], params: &Params, rows: &[Row]) -> Table {
     let (standing, surfaces): (Vec<usize>, Vec<usize>) = standing.iter().copied().unzip();
     let rows: Vec<&Row> = rows.iter().collect();

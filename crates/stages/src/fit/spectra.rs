@@ -44,8 +44,8 @@ fn fit(rings: Vec<RingOfSurfaces>, params: &Params) -> Result<Row, FitError> {
     })
 }
 
-/// The rings that all surfaces of a point have, ascending, and how many surfaces there are; rows that
-/// tell what an earlier one tells are passed over.
+/// The rings that all surfaces of a point have, ascending, and how many surfaces there are; rows
+/// that tell what an earlier one tells are passed over.
 fn rings(table: &Table, rows: &[usize]) -> Result<(Vec<RingOfSurfaces>, usize), TableError> {
     let column = |name: &str| table.reals(name);
     let (wavenumbers, freedoms) = (column(WAVENUMBER.name)?, column(DEGREES_OF_FREEDOM.name)?);

@@ -186,12 +186,13 @@ fn with_points(query: &str) -> Result<String, QueryError> {
 }
 
 /// Functions of polars that make one value of all rows.
-const AGGREGATES: &str = "array_agg avg corr count covar covar_pop covar_samp first group_concat last \
-                          listagg max median min quantile_cont quantile_disc stddev stddev_samp stdev \
-                          stdev_samp string_agg sum total var var_samp variance";
+const AGGREGATES: &str = "\
+    array_agg avg corr count covar covar_pop covar_samp first group_concat last listagg max median \
+    min quantile_cont quantile_disc stddev stddev_samp stdev stdev_samp string_agg sum total var \
+    var_samp variance";
 
-/// What is wrong with a `select` that has columns beside aggregates and does not group. Polars would
-/// repeat the aggregate of all rows in each of them, where SQL has no answer.
+/// What is wrong with a `select` that has columns beside aggregates and does not group. Polars
+/// would repeat the aggregate of all rows in each of them, where SQL has no answer.
 fn ungrouped(select: &Select) -> Option<String> {
     let is_grouped = match &select.group_by {
         GroupByExpr::All(_) => true,

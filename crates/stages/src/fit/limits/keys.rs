@@ -30,13 +30,13 @@ use asperity_tables::table::Table;
 #[serde(default, deny_unknown_fields)]
 pub struct LimitTable {
     /// The observable Q, a column or an expression in columns, of one surface under one load:
-    /// `"mean_gap"`, `"area_corrected / load"`, `"-1 / slope(mean_gap)"` (by neighbouring loads), or a
-    /// parameter that another stage has fitted, with its standard error.
+    /// `"mean_gap"`, `"area_corrected / load"`, `"-1 / slope(mean_gap)"` (by neighbouring loads),
+    /// or a parameter that another stage has fitted, with its standard error.
     #[schemars(required)]
     pub of: Key<String>,
     /// What is to vanish, and how the observable depends on it:
     /// `[{ of = "1 / k_lower", exponent = 1 }, …]`.
-    #[schemars(required, length(min = 1, max = 4))]
+    #[schemars(required, length(min = 1, max = MOST_TERMS))]
     pub terms: Key<Vec<Written<TermTable>>>,
     /// The loads at which the observable is looked at, in units of E* × rms slope; all loads of the
     /// window when left out.
@@ -46,7 +46,7 @@ pub struct LimitTable {
     /// A plateau that ends at the same multiple of `k_lower` goes along with it.
     pub over: Key<Vec<Written<String>>>,
     /// Smallest and largest load that count where no `loads` are given, in units of E* × rms slope.
-    #[schemars(length(equal = 2), inner(range(min = 0)), extend("default" = [0.0, 10.0]))]
+    #[schemars(length(equal = 2), inner(range(min = 0)), extend("default" = WINDOW))]
     pub window: Key<Vec<Written<f64>>>,
     /// Resamplings of whole surfaces for the intervals, the same realizations in all points; 0 for
     /// none.
@@ -72,7 +72,8 @@ pub struct TermTable {
     #[serde(default)]
     #[schemars(extend("default" = "power"))]
     pub form: Key<OneOrMore<FormWord>>,
-    /// The exponent of the power: a number, `"free"`, or a list of which each is fitted and compared.
+    /// The exponent of the power: a number, `"free"`, or a list of which each is fitted and
+    /// compared.
     #[serde(default)]
     #[schemars(extend("default" = "free"))]
     pub exponent: Key<OneOrMore<WrittenExponent>>,

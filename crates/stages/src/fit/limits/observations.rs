@@ -44,8 +44,9 @@ struct Observations {
 }
 
 impl Group {
-    /// The points that have the observable of all their surfaces under a load. A surface has no rows
-    /// beyond its first load in full contact, and a mean over those that are left would be biased.
+    /// The points that have the observable of all their surfaces under a load. A surface has no
+    /// rows beyond its first load in full contact, and a mean over those that are left would be
+    /// biased.
     pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
         let points = self.points.iter();
         let members = &self.members();
@@ -304,7 +305,8 @@ impl<'a> Reader<'a> {
         Ok(found.collect())
     }
 
-    /// Parameters that were fitted to all surfaces of a point; those of single surfaces are left out.
+    /// Parameters that were fitted to all surfaces of a point; those of single surfaces are left
+    /// out.
     fn estimates(&self, error: &str) -> Result<Vec<Found>, TableError> {
         let table = self.table;
         let errors = numbers(table, error)?;

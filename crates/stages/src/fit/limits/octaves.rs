@@ -2,8 +2,8 @@
 //!
 //! Doubling some of the parameters that vary moves every point. Where that makes one small number
 //! smaller, and leaves the others as they are, it is a step towards the limit of that number alone:
-//! with `k_lower / k_upper` and `k_upper / nodes`, doubling `k_upper` and `nodes` together is one towards
-//! the fractal limit.
+//! with `k_lower / k_upper` and `k_upper / nodes`, doubling `k_upper` and `nodes` together is one
+//! towards the fractal limit.
 
 use std::collections::BTreeSet;
 
