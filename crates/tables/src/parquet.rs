@@ -1,6 +1,5 @@
 //! Tables as Parquet, byte for byte the same every time.
 
-mod claim;
 mod decode;
 /// For fuzzing, which gets no further than a wrong digest without it.
 #[doc(hidden)]
@@ -8,11 +7,8 @@ pub mod digest;
 mod encode;
 mod footer;
 mod foreign;
-mod kind;
-mod pages;
 mod parts;
 mod schema;
-mod shapes;
 mod thrift;
 
 use std::io;
@@ -21,12 +17,11 @@ use arrow::datatypes::DataType;
 
 use crate::store::key::TaskKey;
 
-pub use claim::Claim;
 pub use decode::{decode, decode_bytes};
 pub use encode::{GROUP, encode, write_parts};
 pub use foreign::NumberColumns;
-pub use kind::Kind;
 pub use parts::TableFile;
+pub use thrift::Claim;
 
 /// Verifies all bytes of a file and returns its metadata.
 ///

@@ -1,25 +1,93 @@
-//! The footer of a Parquet file, which costs its reader no more than a multiple of its length.
+//! The footer of a Parquet file, whose reading costs no more than a multiple of its length.
 //!
-//! A footer may be damaged, or made to break what reads it. Before the reader sees it, it is walked
-//! over: no list claims more than it holds ([`thrift`](super::thrift)), and the tree of
-//! its columns is one. There the reader makes room for as many columns as a group says that
-//! it has, calls itself for each level, and writes out the names of all groups that a column is in.
+//! A footer may be damaged, or made to break the program that reads it. Before the `parquet` crate
+//! sees a footer, it is walked over: no list claims more than it holds ([`thrift`](super::thrift)),
+//! and the tree of its columns is one. Version 60 of the crate makes room for as many columns as a
+//! group states (a file of 42 bytes asks for 16 GiB, which ends the process), calls itself for each
+//! level (10,000 levels overflow its stack), and writes out the names of all groups around a column
+//! (a file of 1 MB takes 10 GB).
+//!
+//! The constants are the structures of
+//! [parquet.thrift](https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift),
+//! field by field; enumerations are whole numbers, unions structures with one field. Fields that
+//! the crate skips by their type alone need not be in them, and those that it reads must be.
 
 use bytes::Bytes;
 use parquet::errors::ParquetError as ReaderError;
 use parquet::file::metadata::{FooterTail, ParquetMetaData, ParquetMetaDataReader};
 
 use super::ParquetError;
-use super::claim::{Claim, DEEPEST};
 use super::digest::{TAIL, footer_start};
-use super::kind::Kind;
-use super::shapes::{FOOTER, SCHEMA_ELEMENT, footer, schema_element};
-use super::thrift::Walk;
+use super::thrift::{Claim, DEEPEST, Kind, Shape, Walk};
 
 /// Bytes of names that are written out for each byte of a footer.
 const NAMES: usize = 64;
 /// What a name takes apart from its letters.
 const OF_A_NAME: usize = 32;
+
+const UNKNOWN: Shape = Shape::Unknown;
+const TRUTH: Shape = Shape::Plain(Kind::Truth);
+const BYTE: Shape = Shape::Plain(Kind::Byte);
+const SHORT: Shape = Shape::Plain(Kind::Short);
+const INT: Shape = Shape::Plain(Kind::Int);
+const LONG: Shape = Shape::Plain(Kind::Long);
+const DOUBLE: Shape = Shape::Plain(Kind::Double);
+const BYTES: Shape = Shape::Plain(Kind::Bytes);
+const INTS: Shape = Shape::List(&INT);
+const LONGS: Shape = Shape::List(&LONG);
+const TEXTS: Shape = Shape::List(&BYTES);
+const EMPTY: Shape = Shape::Struct(&[]);
+
+/// `FileMetaData`, the footer.
+const FOOTER: &[Shape] =
+    &[INT, SCHEMA, LONG, ROW_GROUPS, KEY_VALUES, BYTES, ORDERS, UNKNOWN, BYTES];
+/// The tree of columns, from the root down, each group before what is in it.
+const SCHEMA: Shape = Shape::List(&Shape::Struct(COLUMN));
+/// `SchemaElement`, a column or a group of them.
+const COLUMN: &[Shape] = &[INT, INT, INT, BYTES, INT, INT, INT, INT, INT, LOGICAL_TYPE];
+const LOGICAL_TYPE: Shape = Shape::Struct(&[
+    EMPTY, EMPTY, EMPTY, EMPTY, DECIMAL, EMPTY, TIME, TIME, UNKNOWN, INTEGER, EMPTY, EMPTY, EMPTY,
+    EMPTY, EMPTY, VARIANT, GEOMETRY, GEOGRAPHY, EMPTY,
+]);
+const DECIMAL: Shape = Shape::Struct(&[INT, INT]);
+const TIME: Shape = Shape::Struct(&[TRUTH, Shape::Struct(&[EMPTY, EMPTY, EMPTY])]);
+const INTEGER: Shape = Shape::Struct(&[BYTE, TRUTH]);
+const VARIANT: Shape = Shape::Struct(&[BYTE]);
+const GEOMETRY: Shape = Shape::Struct(&[BYTES]);
+const GEOGRAPHY: Shape = Shape::Struct(&[BYTES, INT]);
+
+const ROW_GROUPS: Shape =
+    Shape::List(&Shape::Struct(&[CHUNKS, LONG, LONG, SORTING, LONG, LONG, SHORT]));
+const SORTING: Shape = Shape::List(&Shape::Struct(&[INT, TRUTH, TRUTH]));
+const ORDERS: Shape = Shape::List(&Shape::Struct(&[EMPTY, EMPTY, EMPTY]));
+const KEY_VALUES: Shape = Shape::List(&Shape::Struct(&[BYTES, BYTES]));
+
+/// `ColumnChunk` and its `ColumnMetaData`.
+const CHUNKS: Shape =
+    Shape::List(&Shape::Struct(&[BYTES, LONG, CHUNK, LONG, INT, LONG, INT, UNKNOWN, BYTES]));
+const CHUNK: Shape = Shape::Struct(&[
+    INT, INTS, TEXTS, INT, LONG, LONG, LONG, KEY_VALUES, LONG, LONG, LONG, STATISTICS, ENCODINGS,
+    LONG, INT, SIZES, GEOSPATIAL,
+]);
+const STATISTICS: Shape =
+    Shape::Struct(&[BYTES, BYTES, LONG, LONG, BYTES, BYTES, TRUTH, TRUTH, LONG]);
+const ENCODINGS: Shape = Shape::List(&Shape::Struct(&[INT, INT, INT]));
+const SIZES: Shape = Shape::Struct(&[LONG, LONGS, LONGS]);
+const GEOSPATIAL: Shape = Shape::Struct(&[Shape::Struct(&[DOUBLE; 8]), INTS]);
+
+/// `PageHeader`, which stands before each page of a column.
+pub const PAGE: &[Shape] = &[
+    INT,
+    INT,
+    INT,
+    INT,
+    Shape::Struct(&[INT, INT, INT, INT, STATISTICS]),
+    EMPTY,
+    Shape::Struct(DICTIONARY),
+    Shape::Struct(&[INT, INT, INT, INT, INT, INT, TRUTH, STATISTICS]),
+];
+/// `DictionaryPageHeader`.
+pub const DICTIONARY: &[Shape] = &[INT, INT, TRUTH];
 
 /// The footer of a file that ends with these bytes.
 ///
@@ -39,16 +107,16 @@ pub fn read(end: &Bytes) -> Result<ParquetMetaData, ParquetError> {
 /// Refuses a footer that takes its reader more than a time and a memory in proportion to its length.
 fn check(bytes: &[u8]) -> Result<(), Claim> {
     let most = NAMES * bytes.len();
-    Walk::over(bytes).fields(FOOTER, |walk, field, shape| match field {
-        footer::SCHEMA => {
+    Walk::over(bytes).fields(FOOTER, |walk, field, kind, shape| match field {
+        2 => {
             let mut columns = Vec::new();
-            walk.elements(Kind::Struct, |walk| {
+            walk.elements(Shape::Struct(COLUMN), |walk, _| {
                 columns.push(Element::read(walk)?);
                 Ok(())
             })?;
             check_tree(&columns, most)
         }
-        _ => walk.known(shape),
+        _ => walk.pass(kind, shape),
     })
 }
 
@@ -63,11 +131,11 @@ struct Element {
 impl Element {
     fn read(walk: &mut Walk<'_>) -> Result<Element, Claim> {
         let mut element = Element::default();
-        walk.fields(SCHEMA_ELEMENT, |walk, field, shape| {
+        walk.fields(COLUMN, |walk, field, kind, shape| {
             match field {
-                schema_element::NAME => element.name = walk.bytes()?.len(),
-                schema_element::CHILDREN => element.children = walk.number()?,
-                _ => walk.known(shape)?,
+                4 => element.name = walk.bytes()?.len(),
+                5 => element.children = walk.number()?,
+                _ => walk.pass(kind, shape)?,
             }
             Ok(())
         })?;
