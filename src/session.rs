@@ -75,7 +75,7 @@ use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::read_study;
 use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
-use asperity_tables::store::writer::Moment;
+use asperity_tables::store::users::Moment;
 
 pub use crate::share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
 pub use advice::StudyAdvice;

@@ -20,10 +20,9 @@ use asperity_report::changed;
 use asperity_tables::parallel;
 use asperity_tables::parquet::{self, ParquetError};
 use asperity_tables::store::files::{quarantine, verify_whole};
+use asperity_tables::store::key::Provenance;
 use asperity_tables::store::listing::{self, Found, What};
-use asperity_tables::store::lock::Lock;
-use asperity_tables::store::provenance::Provenance;
-use asperity_tables::store::writer::Moment;
+use asperity_tables::store::users::{Lock, Moment};
 use asperity_tables::store::{Store, StoreError};
 
 /// What became of verifying the tables, pages and figures of a folder of data.

@@ -26,8 +26,7 @@ use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Kind, StageError};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::files::{Existing, write_file};
-use asperity_tables::store::key::TaskKey;
-use asperity_tables::store::provenance::Provenance;
+use asperity_tables::store::key::{Provenance, TaskKey};
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;
 

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use asperity::tables::parquet;
 use asperity::tables::parquet::Columns;
-use asperity::tables::store::writer::Writer;
+use asperity::tables::store::users::Writer;
 use asperity::tables::table::Table;
 use serde_json::Value;
 use tempfile::TempDir;

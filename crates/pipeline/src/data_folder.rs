@@ -13,8 +13,7 @@ use crate::plan::reasons::record::Record;
 use crate::{cluster, results};
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::listing::{Found, What};
-use asperity_tables::store::lock::Lock;
-use asperity_tables::store::writer::Moment;
+use asperity_tables::store::users::{Lock, Moment};
 use asperity_tables::store::{Store, StoreError, listing};
 
 /// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, in
@@ -172,7 +171,7 @@ fn remove(path: &Path) -> Result<(), StoreError> {
 mod tests {
     use std::time::SystemTime;
 
-    use asperity_tables::store::writer::Writer;
+    use asperity_tables::store::users::Writer;
 
     use super::*;
 

@@ -13,8 +13,7 @@ use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::Point;
 use asperity_stages::{Reach, Recipe, Work};
-use asperity_tables::store::key::{Digest, TaskKey};
-use asperity_tables::store::provenance::Provenance;
+use asperity_tables::store::key::{Digest, Provenance, TaskKey};
 use asperity_tables::table::{Table, TableError};
 
 pub use asperity_stages::Kind;

@@ -26,7 +26,7 @@ use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Context, Input, StageError};
 use asperity_tables::parallel;
 use asperity_tables::parquet::Columns;
-use asperity_tables::store::checkpoint::StoredCheckpoints;
+use asperity_tables::store::checkpoints::StoredCheckpoints;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::TableError;

@@ -17,11 +17,11 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::preparation::PreparationError;
 use asperity_contact::topography::spectral_density::SpectralDensityError;
 use asperity_contact::topography::surface::SurfaceError;
-use asperity_tables::checkpoints::Checkpoints;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
+use asperity_tables::store::checkpoints::Checkpoints;
 use asperity_tables::table::{Table, TableError};
 
 /// What is known of a kind of stage without its parameters.

@@ -11,9 +11,12 @@ const KEY_DIGITS: usize = 8;
 
 /// The first cells of a column.
 pub fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
-    let text = |row| match array.is_valid(row) {
-        true => array_value_to_string(array, row).unwrap_or_default(),
-        false => "–".to_owned(),
+    let text = |row| {
+        if array.is_valid(row) {
+            array_value_to_string(array, row).unwrap_or_default()
+        } else {
+            "–".to_owned()
+        }
     };
     match array.data_type() {
         DataType::Float64 => {
@@ -29,9 +32,10 @@ fn shortened(text: &str) -> String {
     if is_key {
         return text[..KEY_DIGITS].to_owned();
     }
-    match text.chars().count() > LONGEST {
-        true => text.chars().take(LONGEST - 1).chain(['…']).collect(),
-        false => text.to_owned(),
+    if text.chars().count() > LONGEST {
+        text.chars().take(LONGEST - 1).chain(['…']).collect()
+    } else {
+        text.to_owned()
     }
 }
 

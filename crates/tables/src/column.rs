@@ -270,7 +270,6 @@ impl PartialEq for Value {
 impl Eq for Value {}
 
 impl ColumnKind {
-    /// Every kind.
     pub const ALL: [ColumnKind; 6] = [
         ColumnKind::Real,
         ColumnKind::Integer,

@@ -6,21 +6,17 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`column`] | description of a column: name, unit, meaning, role, type |
-//! | [`table`] | a table in memory, with typed access to its columns |
+//! | [`table`] | a table in memory, with typed access to its columns; tables put under one another |
 //! | [`cells`] | values of single cells as text |
-//! | [`stacking`] | tables put under one another |
 //! | [`parquet`] | files of tables, with digests that reveal damage; files of others, with bounded memory |
 //! | [`source`] | tables on disk that are read column by column |
-//! | [`store`] | finished tables by key, locks, records of what made them, checkpoints |
-//! | [`checkpoints`] | what a long task needs in order to save its state |
+//! | [`store`] | finished tables by key and the records of what made them; see its own list |
 //! | [`parallel`] | work on several threads that end with the call |
 
 pub mod cells;
-pub mod checkpoints;
 pub mod column;
 pub mod parallel;
 pub mod parquet;
 pub mod source;
-pub mod stacking;
 pub mod store;
 pub mod table;

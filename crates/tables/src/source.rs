@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use arrow::array::Array;
 use arrow::datatypes::SchemaRef;
 
-use super::parquet::{Metadata, ParquetError, TableFile};
-use super::table::Table;
+use crate::parquet::{Metadata, TableFile};
 use crate::store::StoreError;
 use crate::store::files::open_table;
+use crate::table::Table;
 
 /// Rows under named columns, wherever they are.
 #[derive(Debug)]
@@ -80,7 +80,9 @@ impl TableSource {
                 let rows = rows.min(table.rows());
                 Ok(table.project(columns).slice(0..rows))
             }
-            Place::File(path, file) => file.first(columns, rows).map_err(|e| damaged(path, e)),
+            Place::File(path, file) => {
+                file.first(columns, rows).map_err(|error| StoreError::in_file(path, error))
+            }
         }
     }
 
@@ -115,7 +117,9 @@ impl TableSource {
     pub fn part(&self, columns: &[usize], part: usize) -> Result<Table, StoreError> {
         match &self.0 {
             Place::Memory(table) => Ok(table.project(columns)),
-            Place::File(path, file) => file.group(columns, part).map_err(|e| damaged(path, e)),
+            Place::File(path, file) => {
+                file.group(columns, part).map_err(|error| StoreError::in_file(path, error))
+            }
         }
     }
 
@@ -134,14 +138,6 @@ impl TableSource {
         let pairs = values.len().saturating_sub(1);
         // Each value is that of the next row.
         Ok(values.slice(0, pairs).to_data() == values.slice(values.len() - pairs, pairs).to_data())
-    }
-}
-
-fn damaged(path: &Path, error: ParquetError) -> StoreError {
-    let path = path.to_owned();
-    match error {
-        ParquetError::Read(source) => StoreError::Read { path, source },
-        source => StoreError::Damaged { path, source },
     }
 }
 

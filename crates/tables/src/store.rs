@@ -6,16 +6,11 @@
 //! written, or not at all: its file holds a digest of its bytes and the recipe that its key
 //! follows from.
 
-pub mod checkpoint;
+pub mod checkpoints;
 pub mod files;
 pub mod key;
 pub mod listing;
-pub mod lock;
-pub mod provenance;
-mod unflushed;
-/// For tests, which leave files as an ended process would.
-#[doc(hidden)]
-pub mod writer;
+pub mod users;
 
 use std::collections::BTreeMap;
 use std::io;
@@ -23,11 +18,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::parquet::{self, Columns, Metadata, ParquetError};
-use crate::store::files::{Existing, make_folder, read_whole, write_file};
-use crate::store::key::TaskKey;
-use crate::store::lock::Lock;
-use crate::store::provenance::Provenance;
-use crate::store::unflushed::Unflushed;
+use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
+use crate::store::key::{Provenance, TaskKey};
+use crate::store::users::Lock;
 use crate::table::Table;
 
 /// The folder in a store where tables are written before they get their places.
@@ -58,45 +51,31 @@ pub trait TaskTables {
 pub enum StoreError {
     /// A file or folder cannot be written.
     #[error("cannot write `{}`", path.display())]
-    Write {
-        /// Where.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    Write { path: PathBuf, source: io::Error },
     /// A file cannot be read.
     #[error("cannot read `{}`", path.display())]
-    Read {
-        /// Where.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    Read { path: PathBuf, source: io::Error },
     /// A file is no table, or a damaged one.
     #[error("`{}` is damaged or no table of this program", path.display())]
-    Damaged {
-        /// Where.
-        path: PathBuf,
-        /// What the reader met.
-        source: ParquetError,
-    },
+    Damaged { path: PathBuf, source: ParquetError },
     /// A page or a figure has been changed since it was written.
     #[error("`{}` is not as it was written; `asperity report` writes it anew", path.display())]
-    Changed {
-        /// Where.
-        path: PathBuf,
-    },
+    Changed { path: PathBuf },
     /// Nobody can tell whether others use the store.
     #[error("cannot lock the store with `{}`", path.display())]
-    Lock {
-        /// The file to be locked.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    Lock { path: PathBuf, source: io::Error },
 }
 
 impl StoreError {
+    /// The error that a reader met in a file. A disk that failed says nothing of what is on it.
+    pub(crate) fn in_file(path: &Path, error: ParquetError) -> StoreError {
+        let path = path.to_owned();
+        match error {
+            ParquetError::Read(source) => StoreError::Read { path, source },
+            source => StoreError::Damaged { path, source },
+        }
+    }
+
     /// Whether no other table could be stored either.
     pub fn concerns_all(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
@@ -325,4 +304,151 @@ fn owned(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, St
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::column::{Column, ColumnKind, reals};
+
+    const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
+
+    fn provenance(recipe: &str) -> Provenance {
+        Provenance {
+            stage: "test".to_owned(),
+            version: 1,
+            recipe: recipe.to_owned(),
+            inputs: vec![],
+            input_identities: vec![],
+        }
+    }
+
+    /// A store with one table in it.
+    fn fixture() -> (tempfile::TempDir, Store, TaskKey, Table) {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(&folder.path().join("store")).unwrap();
+        let made = provenance("{}");
+        let table = Table::new(2, vec![(AREA, reals([0.25, 0.5]))]);
+        assert!(!store.has(made.key()));
+        store.publish(&made, &table).unwrap();
+        (folder, store, made.key(), table)
+    }
+
+    fn is_damaged(store: &Store, key: TaskKey) -> bool {
+        let read = store.read(key, Columns::All);
+        matches!(read, Err(StoreError::Damaged { .. }))
+    }
+
+    #[test]
+    fn a_published_table_is_read_back() {
+        let (_folder, store, key, table) = fixture();
+        assert!(store.has(key));
+        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+    }
+
+    #[test]
+    fn many_keys_looked_for_at_once_are_those_looked_for_one_by_one() {
+        let (_folder, store, key, _) = fixture();
+        let shares_its_folder = |number: u32| {
+            let other = provenance(&number.to_string()).key();
+            (other.first_byte() == key.first_byte()).then_some(other)
+        };
+        let absent: Vec<TaskKey> = (0..20_000).filter_map(shares_its_folder).collect();
+        assert!(absent.len() > 30, "enough for the folder to be listed");
+        let keys = [&absent[..9], &[key], &absent[9..]].concat();
+        let one_by_one: Vec<bool> = keys.iter().map(|&key| store.has(key)).collect();
+        assert_eq!(store.have(&keys), one_by_one);
+        assert_eq!(store.have(&absent), vec![false; absent.len()]);
+        assert!(store.have(&keys)[9]);
+    }
+
+    #[test]
+    fn a_published_table_is_never_rewritten() {
+        let (_folder, store, key, table) = fixture();
+        let other = Table::new(1, vec![(AREA, reals([9.0]))]);
+        store.publish(&provenance("{}"), &other).unwrap();
+        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+    }
+
+    #[test]
+    fn publishing_leaves_nothing_else_behind() {
+        let (_folder, store, key, table) = fixture();
+        store.publish(&provenance("{}"), &table).unwrap();
+        let folder = store.path(key).parent().unwrap().to_owned();
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
+        assert_eq!(fs::read_dir(store.workshop()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_truncated_an_empty_and_a_foreign_file_are_damaged() {
+        let (_folder, store, key, table) = fixture();
+        let path = store.path(key);
+        let whole = fs::read(&path).unwrap();
+        for length in [0, 1, whole.len() / 2, whole.len() - 7] {
+            fs::write(&path, &whole[..length]).unwrap();
+            assert!(is_damaged(&store, key), "{length} bytes");
+        }
+        let other = provenance("[]");
+        store.publish(&other, &table).unwrap();
+        fs::write(store.path(other.key()), &whole).unwrap();
+        assert!(is_damaged(&store, other.key()));
+    }
+
+    #[test]
+    fn a_table_under_a_key_that_does_not_follow_from_its_recipe_is_damaged() {
+        let (_folder, store, key, table) = fixture();
+        let mut metadata = provenance("another recipe").metadata();
+        metadata.key = Some(key);
+        fs::write(store.path(key), parquet::encode(&table, &metadata)).unwrap();
+        assert!(is_damaged(&store, key));
+    }
+
+    #[test]
+    fn every_flipped_bit_is_found() {
+        let (_folder, store, key, _) = fixture();
+        let path = store.path(key);
+        let whole = fs::read(&path).unwrap();
+        for position in 0..whole.len() {
+            let mut flipped = whole.clone();
+            flipped[position] ^= 1 << (position % 8);
+            fs::write(&path, &flipped).unwrap();
+            assert!(is_damaged(&store, key), "byte {position}");
+        }
+    }
+
+    #[test]
+    fn a_quarantined_file_makes_room_for_a_sound_one() {
+        let (_folder, store, key, table) = fixture();
+        for number in ["", "-2"] {
+            fs::write(store.path(key), "not a table").unwrap();
+            let quarantined = store.quarantine(key).unwrap().unwrap();
+            let name = format!("{key}.parquet.damaged{number}");
+            assert_eq!(quarantined.file_name().unwrap().to_str(), Some(name.as_str()));
+            assert_eq!(fs::read(quarantined).unwrap(), b"not a table");
+            assert!(!store.has(key));
+            store.publish(&provenance("{}"), &table).unwrap();
+        }
+        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+    }
+
+    #[test]
+    fn a_sound_file_is_not_quarantined() {
+        let (_folder, store, key, table) = fixture();
+        assert_eq!(store.quarantine(key).unwrap(), None);
+        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+    }
+
+    #[test]
+    fn a_folder_in_place_of_a_table_is_an_error() {
+        let (_folder, store, _, table) = fixture();
+        let other = provenance("[]");
+        fs::create_dir_all(store.path(other.key())).unwrap();
+        assert!(store.publish(&other, &table).is_err());
+    }
+
+    #[test]
+    fn equal_tables_give_equal_bytes() {
+        let (_folder, _store, _key, table) = fixture();
+        let metadata = provenance("{}").metadata();
+        assert_eq!(parquet::encode(&table, &metadata), parquet::encode(&table, &metadata));
+    }
+}

@@ -7,8 +7,8 @@ use arrow::array::{
     Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
     LargeListArray, StringArray, UInt32Array, new_null_array,
 };
-use arrow::compute::take;
-use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
+use arrow::compute::{concat, take};
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema, SchemaRef};
 use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
 use super::column::{Column, Description, Role, Value};
@@ -22,28 +22,16 @@ pub struct Table(RecordBatch);
 pub enum TableError {
     /// A column is missing.
     #[error("the table has no column `{name}`")]
-    Missing {
-        /// The column.
-        name: String,
-    },
+    Missing { name: String },
     /// A column has another type.
     #[error("column `{name}` holds {found}, not {expected}")]
-    Type {
-        /// The column.
-        name: String,
-        /// Its type.
-        found: DataType,
-        /// The type that its reader needs.
-        expected: &'static str,
-    },
+    Type { name: String, found: DataType, expected: &'static str },
     /// A number is infinite or NaN.
     #[error("column `{name}` would hold {value} in row {row}")]
     NotFinite {
-        /// The column.
         name: String,
         /// The row, counted from 1.
         row: usize,
-        /// The number.
         value: f64,
     },
     /// Tables cannot be joined.
@@ -85,6 +73,20 @@ impl Table {
         Table(batch)
     }
 
+    /// Tables one under the other. A column that a table lacks is null in its rows.
+    ///
+    /// # Errors
+    /// When two tables have a column of one name and different types.
+    pub fn stack(tables: &[Table]) -> Result<Table, TableError> {
+        if let [only] = tables {
+            return Ok(only.clone());
+        }
+        let mut stacking = Stacking::default();
+        let parts = tables.iter().map(|table| (stacking.add(table), table.clone()));
+        let parts: Vec<(usize, Table)> = parts.collect();
+        stacking.stack(&parts)
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.0.num_rows()
@@ -117,70 +119,55 @@ impl Table {
     /// A column of real numbers.
     ///
     /// # Errors
-    /// When the column is missing or of another type.
+    /// When the column is missing or of another type, as for the five below.
     pub fn reals(&self, name: &str) -> Result<&Float64Array, TableError> {
-        let array = self.column(name)?;
-        let found = array.as_primitive_opt::<Float64Type>();
-        found.ok_or_else(|| type_error(name, array, "real numbers"))
+        self.typed(name, "real numbers", |array| array.as_primitive_opt::<Float64Type>())
     }
 
     /// A column of integers.
-    ///
-    /// # Errors
-    /// When the column is missing or of another type.
     pub fn integers(&self, name: &str) -> Result<&Int64Array, TableError> {
-        let array = self.column(name)?;
-        let found = array.as_primitive_opt::<Int64Type>();
-        found.ok_or_else(|| type_error(name, array, "integers"))
+        self.typed(name, "integers", |array| array.as_primitive_opt::<Int64Type>())
     }
 
     /// A column of text.
-    ///
-    /// # Errors
-    /// When the column is missing or of another type.
     pub fn texts(&self, name: &str) -> Result<&StringArray, TableError> {
-        let array = self.column(name)?;
-        let found = array.as_string_opt::<i32>();
-        found.ok_or_else(|| type_error(name, array, "text"))
+        self.typed(name, "text", |array| array.as_string_opt::<i32>())
     }
 
     /// A column of flags.
-    ///
-    /// # Errors
-    /// When the column is missing or of another type.
     pub fn flags(&self, name: &str) -> Result<&BooleanArray, TableError> {
-        let array = self.column(name)?;
-        let found = array.as_boolean_opt();
-        found.ok_or_else(|| type_error(name, array, "flags"))
+        self.typed(name, "flags", |array| array.as_boolean_opt())
     }
 
     /// A column of bytes.
-    ///
-    /// # Errors
-    /// When the column is missing or of another type.
     pub fn bytes(&self, name: &str) -> Result<&LargeBinaryArray, TableError> {
-        let array = self.column(name)?;
-        let found = array.as_binary_opt::<i64>();
-        found.ok_or_else(|| type_error(name, array, "bytes"))
+        self.typed(name, "bytes", |array| array.as_binary_opt::<i64>())
     }
 
     /// A column of lists of real numbers.
-    ///
-    /// # Errors
-    /// When the column is missing or of another type.
     pub fn lists(&self, name: &str) -> Result<&LargeListArray, TableError> {
-        let array = self.column(name)?;
-        let found = array.as_list_opt::<i64>();
-        found.ok_or_else(|| type_error(name, array, "lists of real numbers"))
+        self.typed(name, "lists of real numbers", |array| array.as_list_opt::<i64>())
+    }
+
+    fn typed<'a, A>(
+        &'a self,
+        name: &str,
+        expected: &'static str,
+        cast: impl FnOnce(&'a ArrayRef) -> Option<&'a A>,
+    ) -> Result<&'a A, TableError> {
+        let column = self.0.column_by_name(name);
+        let array = column.ok_or_else(|| TableError::Missing { name: name.to_owned() })?;
+        let found = || array.data_type().clone();
+        cast(array).ok_or_else(|| TableError::Type {
+            name: name.to_owned(),
+            found: found(),
+            expected,
+        })
     }
 
     /// Whether there is a column of this name.
     pub fn has(&self, name: &str) -> bool {
         self.0.column_by_name(name).is_some()
-    }
-
-    fn column(&self, name: &str) -> Result<&ArrayRef, TableError> {
-        self.0.column_by_name(name).ok_or_else(|| TableError::Missing { name: name.to_owned() })
     }
 
     /// Checks that every number of the table is finite or null, those of lists too.
@@ -301,10 +288,9 @@ impl Table {
     pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
         let schema = self.0.schema_ref();
         let arrays = schema.fields().iter().zip(self.0.columns());
-        let arrays = arrays.map(|(field, array)| match field.name() == name {
-            true => values.clone(),
-            false => array.clone(),
-        });
+        let arrays = arrays.map(
+            |(field, array)| if field.name() == name { values.clone() } else { array.clone() },
+        );
         Table::of(self.rows(), schema.as_ref().clone(), arrays.collect())
     }
 
@@ -323,8 +309,98 @@ impl From<RecordBatch> for Table {
     }
 }
 
-fn type_error(name: &str, array: &ArrayRef, expected: &'static str) -> TableError {
-    TableError::Type { name: name.to_owned(), found: array.data_type().clone(), expected }
+/// Columns of stacked tables. Thousands of tables have few different schemas, so that tables of one
+/// schema share a layout.
+#[derive(Debug, Default)]
+pub struct Stacking {
+    /// All columns, in the order in which they appear.
+    fields: Vec<Arc<Field>>,
+    layouts: Vec<Layout>,
+}
+
+/// Positions of the columns in tables of one schema.
+#[derive(Debug)]
+struct Layout {
+    schema: SchemaRef,
+    /// Position of each stacked column in these tables. Columns that were added later are missing
+    /// at the end.
+    places: Vec<Option<usize>>,
+}
+
+impl Stacking {
+    /// Adds the columns of a table and returns the number of its layout.
+    pub fn add(&mut self, table: &Table) -> usize {
+        let batch = table.batch();
+        let schema = batch.schema_ref();
+        let layouts = self.layouts.iter();
+        let known = layouts
+            .clone()
+            .position(|known| Arc::ptr_eq(&known.schema, schema))
+            .or_else(|| layouts.clone().position(|known| known.schema == *schema));
+        known.unwrap_or_else(|| {
+            self.add_fields(schema);
+            let place = |known: &Arc<Field>| schema.index_of(known.name()).ok();
+            self.layouts.push(Layout {
+                schema: schema.clone(),
+                places: self.fields.iter().map(place).collect(),
+            });
+            self.layouts.len() - 1
+        })
+    }
+
+    fn add_fields(&mut self, schema: &Schema) {
+        for field in schema.fields() {
+            let mut known = self.fields.iter_mut();
+            match known.find(|known| known.name() == field.name()) {
+                None => self.fields.push(field.clone()),
+                Some(known) => {
+                    let roles = [field.as_ref(), known.as_ref()].map(Role::of);
+                    if let [Some(new), Some(old)] = roles
+                        && new.prevails_over(old)
+                    {
+                        *known = field.clone();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the names of all columns, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.fields.iter().map(|field| field.name().as_str())
+    }
+
+    /// Returns the position of a stacked column in the tables of a layout.
+    pub fn place(&self, layout: usize, column: usize) -> Option<usize> {
+        self.layouts[layout].places.get(column).copied().flatten()
+    }
+
+    /// Stacks tables, each of which comes with the number of its layout. A column that a table
+    /// lacks is null in its rows.
+    ///
+    /// # Errors
+    /// When two tables have a column of one name and different types.
+    pub fn stack(&self, tables: &[(usize, Table)]) -> Result<Table, TableError> {
+        let arrays = self.fields.iter().enumerate().map(|(column, field)| {
+            let nulls = |rows| new_null_array(field.data_type(), rows);
+            let parts = tables.iter().map(|(layout, table)| {
+                let place = self.place(*layout, column);
+                place.map_or_else(
+                    || nulls(table.rows()),
+                    |place| table.batch().column(place).clone(),
+                )
+            });
+            let parts: Vec<ArrayRef> = parts.collect();
+            if parts.is_empty() {
+                Ok(nulls(0))
+            } else {
+                concat(&parts.iter().map(AsRef::as_ref).collect::<Vec<&dyn Array>>())
+            }
+        });
+        let arrays = arrays.collect::<Result<Vec<_>, _>>()?;
+        let rows = tables.iter().map(|(_, table)| table.rows()).sum();
+        Ok(Table::of(rows, Schema::new(self.fields.clone()), arrays))
+    }
 }
 
 #[cfg(test)]
@@ -380,5 +456,40 @@ mod tests {
         assert_eq!(missing.to_string(), "the table has no column `pressure`");
         let wrong = table().texts("load").unwrap_err();
         assert_eq!(wrong.to_string(), "column `load` holds Float64, not text");
+    }
+
+    #[test]
+    fn a_column_that_one_stacked_table_lacks_is_null_in_its_rows() {
+        let columns = vec![(LOAD, reals([0.1, 0.2])), (AREA, reals([0.3, 0.5]))];
+        let table = Table::new(2, columns);
+        for tables in [[table.clone(), table.without(&["area"])], [table.without(&["area"]), table]]
+        {
+            let stacked = Table::stack(&tables).unwrap();
+            assert_eq!(stacked.rows(), 4);
+            assert_eq!(stacked.reals("area").unwrap().null_count(), 2);
+            assert_eq!(stacked.reals("load").unwrap().null_count(), 0);
+        }
+    }
+
+    #[test]
+    fn what_tells_surfaces_apart_in_one_table_does_so_in_a_stack() {
+        let slope = Column::parameter("rms_slope", ColumnKind::Real, "1", "slope");
+        let of_surface = slope.with_role(Role::Surface);
+        let tables = [slope, of_surface].map(|column| Table::new(1, vec![(column, reals([0.1]))]));
+        for stack in [[0, 1], [1, 0]] {
+            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
+            assert_eq!(stacked.in_role(Role::Surface).names(), ["rms_slope"]);
+        }
+    }
+
+    #[test]
+    fn a_coordinate_stays_one_beside_tables_that_derive_it() {
+        let load = LOAD.with_role(Role::Load);
+        let tables = [load, load.with_role(Role::Derived)]
+            .map(|column| Table::new(1, vec![(column, reals([0.1]))]));
+        for stack in [[0, 1], [1, 0]] {
+            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
+            assert_eq!(stacked.in_role(Role::Load).names(), ["load"]);
+        }
     }
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::cluster::shard::Shard;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, names, write_whole};
-use asperity_tables::store::writer::Writer;
+use asperity_tables::store::users::Writer;
 
 /// After what time a receipt is written anew, the first time and later.
 pub const EVERY: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];

@@ -20,11 +20,10 @@ use asperity_stages::surface_files::{ContentHash, Recalled, Recollection};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
-use asperity_tables::stacking::Stacking;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::listing::What;
 use asperity_tables::store::{Store, StoreError, TaskTables};
-use asperity_tables::table::Table;
+use asperity_tables::table::{Stacking, Table};
 
 /// A store, and what has been published of a study beside it.
 #[derive(Debug)]

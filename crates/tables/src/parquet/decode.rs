@@ -1,21 +1,33 @@
 //! Tables from the bytes of Parquet files.
+//!
+//! The file of a task's table does not carry Arrow's own schema, which takes nine kilobytes of a file
+//! that may hold one row of numbers, and half of the time that a small task takes. All types but two
+//! survive without it, and the rest of it fits one line of JSON. Tables of results carry Arrow's
+//! schema, for other programs to read.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use arrow::array::RecordBatchOptions;
 use arrow::compute::concat_batches;
-use arrow::datatypes::SchemaRef;
+use arrow::datatypes::{DataType, Field, Metadata as FieldMetadata, Schema, SchemaRef};
 use arrow::record_batch::RecordBatch;
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReader,
+    ParquetRecordBatchReaderBuilder,
+};
 use parquet::file::metadata::{KeyValue, ParquetMetaData};
+use parquet::schema::types::SchemaDescriptor;
+use serde::{Deserialize, Serialize};
 
 use super::digest::{self, Digested};
-use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, footer, schema};
+use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, footer};
+use crate::column::{ColumnKind, Role};
 use crate::table::Table;
 
 /// Rows read at a time; a file that claims more than it holds gets no more memory than these need.
@@ -49,9 +61,10 @@ pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
 pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let verified = || {
         let footer = footer::read(bytes)?;
-        match digest::holds(bytes, &footer, digested(&footer)) {
-            true => Ok(footer),
-            false => Err(ParquetError::Digest),
+        if digest::holds(bytes, &footer, digested(&footer)) {
+            Ok(footer)
+        } else {
+            Err(ParquetError::Digest)
         }
     };
     // Whatever the reader makes of bytes that nobody has written says nothing.
@@ -83,12 +96,6 @@ fn decode_verified(
     let mask = ProjectionMask::roots(builder.parquet_schema(), chosen.iter().copied());
     let reader = builder.with_projection(mask).with_batch_size(rows.clamp(1, BATCH)).build()?;
     Ok((collected(reader, schema)?, metadata))
-}
-
-/// The columns of a file.
-pub(super) fn columns_of(footer: ParquetMetaData) -> Result<schema::Known, ParquetError> {
-    let told = entry(&footer, FIELDS).map(str::to_owned);
-    schema::read(Arc::new(footer), told.as_deref())
 }
 
 /// All rows, under these columns.
@@ -125,10 +132,17 @@ pub(super) fn read_metadata(footer: &ParquetMetaData) -> Metadata {
 
 /// How a file was digested; before version 2 of the tables of results, all were as a whole.
 pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
-    match entry(footer, DIGESTED) == Some(Digested::Chunks.name()) {
-        true => Digested::Chunks,
-        false => Digested::Whole,
+    if entry(footer, DIGESTED) == Some(Digested::Chunks.name()) {
+        Digested::Chunks
+    } else {
+        Digested::Whole
     }
+}
+
+/// Where the values of a column are among those of all columns.
+pub(super) fn leaf(footer: &ParquetMetaData, column: usize) -> Option<usize> {
+    let schema = footer.file_metadata().schema_descr();
+    (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == column)
 }
 
 fn entry<'a>(footer: &'a ParquetMetaData, name: &str) -> Option<&'a str> {
@@ -140,4 +154,206 @@ fn entry<'a>(footer: &'a ParquetMetaData, name: &str) -> Option<&'a str> {
 fn entries(footer: &ParquetMetaData) -> impl Iterator<Item = &KeyValue> {
     let entries = footer.file_metadata().key_value_metadata();
     entries.into_iter().flatten()
+}
+
+/// Role, unit and meaning of a column, as far as they are known.
+#[derive(Serialize, Deserialize)]
+struct Words([Option<String>; 3]);
+
+const KEYS: [&str; 3] = ["role", "unit", "meaning"];
+
+/// The columns in a line of JSON: role, unit and meaning of each, in order.
+pub(super) fn columns_as_json(schema: &Schema) -> String {
+    let column = |field: &Arc<Field>| Words(KEYS.map(|key| field.metadata().get(key).cloned()));
+    let columns: Vec<Words> = schema.fields().iter().map(column).collect();
+    serde_json::to_string(&columns).expect("three texts are plain data")
+}
+
+/// Some columns of a file: their places, and what they are.
+type Chosen = (Arc<[usize]>, SchemaRef);
+
+/// How a file is read whose columns are known.
+#[derive(Debug)]
+pub(super) struct Known {
+    /// For Arrow's reader.
+    pub arrow: ArrowReaderMetadata,
+    /// All columns.
+    pub schema: SchemaRef,
+    /// Those that do not fill disks.
+    pub light: Chosen,
+}
+
+impl Known {
+    /// All columns, in order.
+    pub fn all(&self) -> Chosen {
+        let places = (0..self.schema.fields().len()).collect();
+        (places, self.schema.clone())
+    }
+}
+
+/// The columns as they were written: a task's file says so itself, others leave it to Arrow.
+///
+/// # Errors
+/// When the columns in the file are not those that were told of, or no columns of ours.
+pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError> {
+    let told = entry(&footer, FIELDS).map(str::to_owned);
+    let footer = Arc::new(footer);
+    let options = ArrowReaderOptions::new();
+    let Some(told) = told else {
+        let arrow = ArrowReaderMetadata::try_new(footer, options)?;
+        let schema = arrow.schema().as_ref().clone();
+        // The file's own metadata would otherwise travel with the table into others.
+        let schema = Arc::new(schema.with_metadata(FieldMetadata::new()));
+        check(&schema)?;
+        let light = light(&schema);
+        return Ok(Known { arrow, schema, light });
+    };
+    let Told { schema, light, .. } = match Told::recalled(&footer, &told) {
+        Some(told) => told,
+        None => Told::read(&footer, &told)?,
+    };
+    let arrow = ArrowReaderMetadata::try_new(footer, options.with_schema(schema.clone()))?;
+    Ok(Known { arrow, schema, light })
+}
+
+/// Columns that a file has told of. Thousands of tables have the same: they are remembered.
+#[derive(Clone)]
+struct Told {
+    text: Arc<str>,
+    parquet: Arc<SchemaDescriptor>,
+    schema: SchemaRef,
+    light: Chosen,
+}
+
+/// The latest of them.
+static TOLD: Mutex<VecDeque<Told>> = Mutex::new(VecDeque::new());
+/// How many are remembered: more than a study has stages and methods.
+const REMEMBERED: usize = 32;
+
+impl Told {
+    fn recalled(footer: &ParquetMetaData, text: &str) -> Option<Told> {
+        let remembered = TOLD.lock().expect("no panic happens while it is held");
+        let parquet = footer.file_metadata().schema_descr();
+        let mut remembered = remembered.iter();
+        remembered.find(|told| &*told.text == text && *told.parquet == *parquet).cloned()
+    }
+
+    fn read(footer: &Arc<ParquetMetaData>, text: &str) -> Result<Told, ParquetError> {
+        let plain = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+        let plain = ArrowReaderMetadata::try_new(footer.clone(), plain)?;
+        let schema = Arc::new(restored(plain.schema(), text).ok_or(ParquetError::Columns)?);
+        check(&schema)?;
+        let told = Told {
+            text: text.into(),
+            parquet: footer.file_metadata().schema_descr_ptr(),
+            light: light(&schema),
+            schema,
+        };
+        let mut remembered = TOLD.lock().expect("no panic happens while it is held");
+        remembered.truncate(REMEMBERED - 1);
+        remembered.push_front(told.clone());
+        Ok(told)
+    }
+}
+
+/// All columns must be of our types.
+fn check(schema: &Schema) -> Result<(), ParquetError> {
+    let mut fields = schema.fields().iter();
+    match fields.find(|field| !ColumnKind::holds(field.data_type())) {
+        None => Ok(()),
+        Some(field) => Err(ParquetError::Schema {
+            name: field.name().clone(),
+            found: field.data_type().clone(),
+        }),
+    }
+}
+
+fn light(schema: &Schema) -> Chosen {
+    let is_light = |&index: &usize| Role::of(schema.field(index)) != Some(Role::Heavy);
+    let places: Arc<[usize]> = (0..schema.fields().len()).filter(is_light).collect();
+    let fields: Vec<_> = places.iter().map(|&index| schema.fields()[index].clone()).collect();
+    (places, Arc::new(Schema::new(fields)))
+}
+
+/// The schema of a table again, from what Parquet knows of its types and what was told; `None` if
+/// the two do not fit.
+fn restored(parquet: &Schema, told: &str) -> Option<Schema> {
+    let columns: Vec<Words> = serde_json::from_str(told).ok()?;
+    if columns.len() != parquet.fields().len() {
+        return None;
+    }
+    let fields = parquet.fields().iter().zip(columns);
+    let field = |(field, Words(values)): (&Arc<Field>, Words)| {
+        let known = KEYS.into_iter().zip(values);
+        let known = known.filter_map(|(key, value)| Some((key, value?)));
+        let metadata = known.fold(FieldMetadata::new(), |all, (key, value)| all.with(key, value));
+        let kind = our_type(field.data_type());
+        Field::new(field.name(), kind, true).with_metadata(metadata)
+    };
+    Some(Schema::new(fields.map(field).collect::<Vec<_>>()))
+}
+
+/// Parquet does not know how long the offsets of lists and bytes are.
+fn our_type(found: &DataType) -> DataType {
+    match found {
+        DataType::Binary => ColumnKind::Bytes.data_type(),
+        DataType::List(_) => ColumnKind::Reals.data_type(),
+        other => other.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::encode;
+    use super::*;
+    use crate::column::Column;
+    use crate::store::key::Provenance;
+    use crate::table::Table;
+
+    fn schema() -> Schema {
+        let names = ["a", "b", "c", "d", "e", "f"];
+        let column = |(name, kind)| Column::result(name, kind, "m", "a \"word\" on {it}");
+        Schema::new(
+            names
+                .into_iter()
+                .zip(ColumnKind::ALL)
+                .map(|pair| column(pair).field())
+                .collect::<Vec<_>>(),
+        )
+    }
+
+    fn a_task() -> Metadata {
+        let provenance = Provenance {
+            stage: "test".to_owned(),
+            version: 1,
+            recipe: "{}".to_owned(),
+            inputs: vec![],
+            input_identities: vec![],
+        };
+        provenance.metadata()
+    }
+
+    fn read(bytes: &[u8]) -> Result<Table, ParquetError> {
+        let mut file = tempfile::tempfile().unwrap();
+        std::io::Write::write_all(&mut file, bytes).unwrap();
+        std::io::Seek::rewind(&mut file).unwrap();
+        decode(file, Columns::All).map(|(table, _)| table)
+    }
+
+    #[test]
+    fn columns_of_every_kind_come_back_with_unit_and_meaning() {
+        let empty = schema();
+        let arrays = ColumnKind::ALL.map(|kind| arrow::array::new_null_array(&kind.data_type(), 2));
+        let table = Table::of(2, empty, arrays.to_vec());
+        assert_eq!(read(&encode(&table, &a_task())).unwrap(), table);
+    }
+
+    #[test]
+    fn what_is_told_of_other_columns_is_refused() {
+        let told = columns_as_json(&schema());
+        assert_eq!(restored(&schema(), &told), Some(schema()));
+        let fewer = Schema::new(schema().fields()[1..].to_vec());
+        assert_eq!(restored(&fewer, &told), None);
+        assert_eq!(restored(&schema(), "nonsense"), None);
+    }
 }

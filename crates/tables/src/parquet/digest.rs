@@ -5,6 +5,7 @@
 //! chunk, so that whoever reads a column need not read the others to know that it is as it was
 //! written.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io;
 use std::ops::Range;
@@ -49,21 +50,14 @@ pub fn seal(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// Puts digests of the column chunks of a Parquet file, and of all else, before its footer; nothing
-/// if it is not what `metadata` say.
-pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> Option<Vec<u8>> {
-    let footer = footer_start(&bytes)?;
-    let chunks = Chunks::of(metadata, footer)?;
-    let mut digests = Vec::with_capacity(chunks.ranges.len() * OF_A_CHUNK + DIGEST);
-    for range in &chunks.ranges {
-        digests.extend_from_slice(&of_chunk(&bytes[range.clone()]));
-    }
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(MARK).update(&bytes[chunks.end..footer]);
-    hasher.update(&digests).update(&bytes[footer..]);
-    digests.extend_from_slice(hasher.finalize().as_bytes());
+/// Puts digests of the column chunks of a Parquet file, and of all else, before its footer.
+///
+/// # Errors
+/// When the file is not what `metadata` say.
+pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> io::Result<Vec<u8>> {
+    let (footer, digests) = digests(bytes.len(), metadata, |range| Ok(Cow::from(&bytes[range])))?;
     bytes.splice(footer..footer, digests);
-    Some(bytes)
+    Ok(bytes)
 }
 
 /// Seals a file on disk, with one column chunk in memory at a time.
@@ -71,14 +65,25 @@ pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> Opt
 /// # Errors
 /// When the file cannot be read or written.
 pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io::Result<()> {
+    let length = usize::try_from(file.metadata()?.len()).map_err(io::Error::other)?;
     let read = |range: Range<usize>| {
         let mut bytes = vec![0; range.len()];
         file.read_exact_at(&mut bytes, range.start as u64)?;
-        Ok::<_, io::Error>(bytes)
+        Ok(Cow::from(bytes))
     };
+    let (footer, mut digests) = digests(length, metadata, read)?;
+    digests.extend_from_slice(&read(footer..length)?);
+    file.write_all_at(&digests, footer as u64)
+}
+
+/// Where the footer of a file of so many bytes begins, and the digests that go before it.
+fn digests<'a>(
+    length: usize,
+    metadata: &ParquetMetaData,
+    read: impl Fn(Range<usize>) -> io::Result<Cow<'a, [u8]>>,
+) -> io::Result<(usize, Vec<u8>)> {
     let malformed =
         || io::Error::other("a finished file has a footer, and column chunks before it");
-    let length = usize::try_from(file.metadata()?.len()).map_err(io::Error::other)?;
     let chunks = Chunks::of(metadata, length).ok_or_else(malformed)?;
     let mut digests = Vec::with_capacity(chunks.ranges.len() * OF_A_CHUNK + DIGEST);
     for range in &chunks.ranges {
@@ -90,8 +95,7 @@ pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io:
     hasher.update(MARK).update(&end[..footer]);
     hasher.update(&digests).update(&end[footer..]);
     digests.extend_from_slice(hasher.finalize().as_bytes());
-    digests.extend_from_slice(&end[footer..]);
-    file.write_all_at(&digests, (chunks.end + footer) as u64)
+    Ok((chunks.end + footer, digests))
 }
 
 /// Whether the bytes of a whole file are those that were written.

@@ -18,7 +18,7 @@ use parquet::arrow::arrow_reader::{
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 
 use super::ParquetError;
-use super::decode::unless_it_panics;
+use super::decode::{leaf, unless_it_panics};
 use super::footer::{self, DICTIONARY, PAGE};
 use super::thrift::{Claim, Walk};
 
@@ -76,10 +76,7 @@ impl NumberColumns {
 
     /// Only this one is decoded: the others may be large, or made to take for ever.
     fn read_at(&self, place: usize) -> Result<Vec<f64>, ParquetError> {
-        let columns = self.footer().file_metadata().schema_descr();
-        let leaves = 0..columns.num_columns();
-        let leaf = leaves.into_iter().find(|&leaf| columns.get_column_root_idx(leaf) == place);
-        let leaf = leaf.ok_or(ParquetError::Malformed)?;
+        let leaf = leaf(self.footer(), place).ok_or(ParquetError::Malformed)?;
         let groups = self.footer().row_groups().iter();
         let chunks = groups.map(|group| group.column(leaf));
         check_chunks(&self.bytes, chunks, self.rows())?;
@@ -99,10 +96,7 @@ impl NumberColumns {
                 break;
             }
         }
-        match numbers.len() == self.rows() {
-            true => Ok(numbers),
-            false => Err(ParquetError::Malformed),
-        }
+        if numbers.len() == self.rows() { Ok(numbers) } else { Err(ParquetError::Malformed) }
     }
 
     fn footer(&self) -> &ParquetMetaData {

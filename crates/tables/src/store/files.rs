@@ -1,17 +1,22 @@
 //! Files that appear whole or not at all, and are read whole or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 use super::StoreError;
-use super::writer::Writer;
-use crate::parquet;
-use crate::parquet::{Columns, Metadata, ParquetError, TableFile};
+use super::users::Writer;
+use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
 
 /// What is appended to the names of files that turned out to be damaged.
 pub const DAMAGED: &str = ".damaged";
+
+/// How long a new file may wait.
+const LONGEST: Duration = Duration::from_secs(1);
 
 /// What to do with a file that is already there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,6 +112,47 @@ fn unless_unsupported(error: io::Error) -> io::Result<()> {
     }
 }
 
+/// Folders with new files of which the disk may not know yet, and since when the first of them waits.
+///
+/// A file is on the disk before it gets its name, but its name is on the disk only once its folder
+/// has been flushed. One flush does for all files of a folder, so that tasks of milliseconds do not
+/// wait for one each: a power cut costs the tasks of the last second.
+#[derive(Debug, Default)]
+pub struct Unflushed(Mutex<Waiting>);
+
+#[derive(Debug, Default)]
+struct Waiting {
+    folders: BTreeSet<PathBuf>,
+    since: Option<Instant>,
+}
+
+impl Unflushed {
+    /// A new file; flushes its folder and the others if one of them has waited long enough.
+    ///
+    /// # Errors
+    /// When a folder cannot be flushed.
+    pub fn add(&self, file: &Path) -> Result<(), StoreError> {
+        let is_due = {
+            let mut waiting = self.0.lock().expect("no panic happens while it is held");
+            waiting.folders.extend(file.parent().map(Path::to_owned));
+            waiting.since.get_or_insert_with(Instant::now).elapsed() >= LONGEST
+        };
+        if is_due { self.flush() } else { Ok(()) }
+    }
+
+    /// Flushes all of them.
+    ///
+    /// # Errors
+    /// When a folder cannot be flushed.
+    pub fn flush(&self) -> Result<(), StoreError> {
+        let waiting = {
+            let mut waiting = self.0.lock().expect("no panic happens while it is held");
+            std::mem::take(&mut *waiting)
+        };
+        waiting.folders.iter().try_for_each(|folder| flush_folder(folder))
+    }
+}
+
 /// Locks a folder until the returned file is dropped, so that readers who take the lock too see
 /// only complete sets of files. Returns `None` where folders cannot be locked.
 pub fn lock_to_write(folder: &Path) -> Option<File> {
@@ -122,9 +168,10 @@ pub fn lock_to_read(folder: &Path) -> Option<File> {
 
 /// What is there already must be a file, or else nothing has been stored.
 fn is_file(path: &Path) -> io::Result<()> {
-    match path.is_file() {
-        true => Ok(()),
-        false => Err(io::Error::other("something that is no file is in its place")),
+    if path.is_file() {
+        Ok(())
+    } else {
+        Err(io::Error::other("something that is no file is in its place"))
     }
 }
 
@@ -199,13 +246,8 @@ fn read<T>(
     path: &Path,
     read: impl FnOnce(File) -> Result<T, ParquetError>,
 ) -> Result<T, StoreError> {
-    let unreadable = |source| StoreError::Read { path: path.to_owned(), source };
-    let file = File::open(path).map_err(unreadable)?;
-    read(file).map_err(|error| match error {
-        // The disk failed, which says nothing of what is on it.
-        ParquetError::Read(source) => unreadable(source),
-        source => StoreError::Damaged { path: path.to_owned(), source },
-    })
+    let file = File::open(path).map_err(ParquetError::Read);
+    file.and_then(read).map_err(|error| StoreError::in_file(path, error))
 }
 
 /// Renames a damaged file, so that nobody takes it for a table and nothing of it is lost; its new

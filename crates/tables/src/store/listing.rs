@@ -6,17 +6,14 @@ use std::{fs, io};
 
 use super::files::{DAMAGED, names};
 use super::key::TaskKey;
-use super::writer::UNFINISHED;
-use super::{StoreError, WORKSHOP, checkpoint, path};
+use super::users::UNFINISHED;
+use super::{StoreError, WORKSHOP, checkpoints, path};
 
 /// A file that this program has written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// Where it is.
     pub path: PathBuf,
-    /// Its size.
     pub bytes: u64,
-    /// What it is.
     pub what: What,
 }
 
@@ -28,27 +25,13 @@ pub enum What {
     /// How far a task had come whose process has ended since, unless it is at work.
     Checkpoint(TaskKey),
     /// The table of a study's stage.
-    Stage {
-        /// Name of the study.
-        study: String,
-        /// Name of the stage.
-        stage: String,
-    },
+    Stage { study: String, stage: String },
     /// Whose the tables of a study's stages are.
-    Owner {
-        /// Name of the study.
-        study: String,
-    },
+    Owner { study: String },
     /// What a study was when it last ran.
-    Record {
-        /// Name of the study.
-        study: String,
-    },
+    Record { study: String },
     /// What shares a study out among machines, or what they left of it.
-    Cluster {
-        /// Name of the study.
-        study: String,
-    },
+    Cluster { study: String },
     /// A damaged file in quarantine.
     Quarantined,
     /// A file that a killed process did not finish, unless somebody is writing it just now.
@@ -69,8 +52,8 @@ pub fn of_store(root: &Path) -> Result<Vec<Found>, StoreError> {
         };
         files.extend(known(&folder, table)?);
     }
-    files.extend(known(&root.join(checkpoint::FOLDER), |name| {
-        let key = name.strip_suffix(checkpoint::ENDING)?.parse().ok()?;
+    files.extend(known(&root.join(checkpoints::FOLDER), |name| {
+        let key = name.strip_suffix(checkpoints::ENDING)?.parse().ok()?;
         Some(What::Checkpoint(key))
     })?);
     Ok(files)

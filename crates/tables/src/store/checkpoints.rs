@@ -1,17 +1,19 @@
-//! How far a long task has come, as a file of the store: `checkpoints/KEY.checkpoint`.
+//! How far a long task has come, kept while it is computed: it can go on from there after its process
+//! has ended, in whatever way.
 //!
-//! It ends with the digest of all that comes before, and is there until the task's table is.
+//! The store keeps it as `checkpoints/KEY.checkpoint`, which ends with the digest of all that comes
+//! before, and is there until the task's table is.
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::Store;
 use super::files::{Existing, write_with};
 use super::key::TaskKey;
-use crate::checkpoints::{Checkpoints, Clock};
 
 /// The folder of checkpoints in a store.
 pub const FOLDER: &str = "checkpoints";
@@ -20,6 +22,48 @@ pub const ENDING: &str = ".checkpoint";
 
 /// Bytes of a digest.
 const DIGEST: usize = blake3::OUT_LEN;
+
+/// Where one task keeps how far it has come. Nothing in it decides a number: a task that goes on from
+/// a checkpoint ends with the bytes that it would have had.
+pub trait Checkpoints: Sync {
+    /// What was kept last; none if there is nothing, or nothing whole.
+    fn last(&self) -> Option<Vec<u8>>;
+
+    /// Whether it is time to keep something.
+    fn is_due(&self) -> bool;
+
+    /// Keeps what is written, in the place of what was kept before. Where that is not possible,
+    /// nothing is kept and the task goes on.
+    fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>);
+}
+
+/// When something was kept last.
+#[derive(Debug)]
+pub struct Clock {
+    every: Duration,
+    last: Mutex<Instant>,
+}
+
+impl Clock {
+    /// One by which something is due after so long, again and again.
+    pub fn new(every: Duration) -> Clock {
+        Clock { every, last: Mutex::new(Instant::now()) }
+    }
+
+    /// Whether it is time.
+    pub fn is_due(&self) -> bool {
+        self.last().elapsed() >= self.every
+    }
+
+    /// Begins anew.
+    pub fn reset(&self) {
+        *self.last() = Instant::now();
+    }
+
+    fn last(&self) -> std::sync::MutexGuard<'_, Instant> {
+        self.last.lock().expect("no panic happens while it is held")
+    }
+}
 
 /// The checkpoints of one task, one in the place of the other.
 #[derive(Debug)]
