@@ -5,12 +5,14 @@ use thiserror::Error;
 
 /// What lies beyond the edges of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Boundary {
-    /// The same map again, for ever.
+    /// The surface repeats itself.
     #[default]
     Periodic,
-    /// Nothing.
+    /// Nothing: pressure is zero there, displacements are absolute, contact and clusters end at the
+    /// edges.
     Free,
 }
 

@@ -47,6 +47,14 @@ impl<T> Key<T> {
     pub fn written(&self) -> Option<&Written<T>> {
         self.0.as_ref()
     }
+
+    /// The value that is written, if any.
+    pub fn value(&self) -> Option<T>
+    where
+        T: Copy,
+    {
+        self.0.as_ref().map(|written| written.value)
+    }
 }
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Written<T> {

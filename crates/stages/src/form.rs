@@ -4,7 +4,7 @@
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::correct::keys::CorrectTable;
+use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::Origin;
 use crate::generate::method::{Method, SurfacePoints};
@@ -219,9 +219,9 @@ impl Points {
     pub fn work(&self, given: &mut Given) -> Option<Work> {
         let recipes = match self {
             Points::Generate(points) => return points.surfaces(given).map(Work::Generate),
-            Points::Solve(section) => solve::checks::recipes(section, given),
+            Points::Solve(section) => solve::keys::recipes(section, given),
             Points::Measure(section) => measure::keys::recipes(section, given),
-            Points::Correct(section) => correct::keys::recipes(section, given),
+            Points::Correct(section) => correct::recipes(section, given),
             Points::Fit(points) => points.recipes(given),
             Points::Aggregate(section) => aggregate::keys::recipes(section, given),
         };

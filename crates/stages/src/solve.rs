@@ -1,12 +1,11 @@
 //! Presses a surface through a block of loads.
 
-mod asperities;
 pub mod block;
-pub mod boundary;
-pub mod checks;
-mod hardness;
 pub mod keys;
+mod loads;
+mod maps;
 mod solved;
+pub mod units;
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -15,12 +14,16 @@ use std::io::Write;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
-use super::columns::*;
-use super::{
+use self::block::Block;
+use self::solved::Besides;
+pub use self::units::{GivenHardness, PressureUnit};
+use crate::columns::*;
+use crate::stage::range;
+use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
-    StageError, beside_coordinates, stage::range,
+    StageError, beside_coordinates,
 };
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;
@@ -28,14 +31,10 @@ use asperity_contact::flow;
 use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
 use asperity_manifest::diagnostics::counted;
-use asperity_tables::column::{Column, Role, Value};
+use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
-use block::Block;
-use solved::Besides;
-
-pub use hardness::GivenHardness;
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 16;
@@ -77,7 +76,7 @@ pub struct Params {
     pub pressures: Pressures,
     /// What lies beyond the edges of the surface; a recipe says so where that is not the surface
     /// again, as it was before there was a choice.
-    #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary::recipe")]
+    #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary_recipe")]
     pub boundary: Boundary,
     /// The highest pressure that the material bears; a recipe has none where it is elastic under any,
     /// as all were before there was a choice.
@@ -146,41 +145,6 @@ impl Params {
     }
 }
 
-/// What loads and hardnesses are measured in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PressureUnit {
-    /// In units of E* × rms slope.
-    Relative,
-    /// A pressure, in the unit of `effective_modulus`.
-    Absolute,
-}
-
-impl PressureUnit {
-    /// Returns the columns `load` and `pressure`. The one that the manifest gives is a coordinate,
-    /// and the other is derived from it on each surface.
-    pub fn load_columns(self) -> [Column; 2] {
-        let [reduced, absolute] = self.roles(Role::Load);
-        [LOAD.with_role(reduced), PRESSURE.with_role(absolute)]
-    }
-
-    /// Returns the columns `hardness` and `hardness_reduced`. The one that the manifest gives is a
-    /// parameter, and the other is derived from it.
-    pub fn hardness_columns(self) -> [Column; 2] {
-        let [reduced, absolute] = self.roles(Role::Parameter);
-        [HARDNESS.with_role(absolute), HARDNESS_REDUCED.with_role(reduced)]
-    }
-
-    /// Returns the roles of a reduced value and of the same value in pascals; `given` is the role
-    /// of the one that the manifest gives.
-    fn roles(self, given: Role) -> [Role; 2] {
-        match self {
-            PressureUnit::Relative => [given, Role::Derived],
-            PressureUnit::Absolute => [Role::Derived, given],
-        }
-    }
-}
-
 /// Which pressure fields are stored.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -213,7 +177,7 @@ impl Stage for Params {
         };
         let surface = drawn.surface(table, context.sources, context.threads)?;
         if let Some(interaction) = self.asperities {
-            return asperities::run(self, interaction, (surface, table), context);
+            return block::press_asperities(self, interaction, (surface, table), context);
         }
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
         let nodes = surface.grid().nodes();
@@ -278,7 +242,7 @@ impl Stage for Params {
             false => self.gap_bins.map_or(0.0, |_| 16.0),
         };
         let work = match self.asperities {
-            Some(interaction) => 4.0 + asperities::bytes_per_node(interaction),
+            Some(interaction) => 4.0 + block::asperity_bytes_per_node(interaction),
             None => self.body().bytes_per_node(self.tolerance),
         };
         Footprint { work: 3.0 + work + gap, table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0) }
@@ -298,7 +262,7 @@ impl Stage for Params {
     fn effort(&self, extent: Extent) -> Effort {
         let (body, nodes) = (self.body(), extent.nodes);
         if let Some(interaction) = self.asperities {
-            return asperities::effort(interaction, self.loads.len(), nodes);
+            return block::asperity_effort(interaction, self.loads.len(), nodes);
         }
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
         let gaps = match (self.flow, self.gap_bins) {
@@ -372,4 +336,31 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         range(source, SATURATED_FRACTION.name, "saturated")?,
         (rows > 0).then(|| format!("{} pairs of transforms a load", pairs / rows as i64)),
     ])
+}
+
+/// Version of the numbers of loads that are solved with nothing beyond the edges. It is a part of their recipes
+/// alone: where it is raised and that of the stage is not, periodic loads are not computed again.
+const FREE_BOUNDARY_VERSION: u32 = 2;
+
+#[derive(Serialize)]
+struct BoundaryRecipe {
+    beyond: Boundary,
+    version: u32,
+}
+
+/// Writes what recipes say where it is not the surface again.
+fn boundary_recipe<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
+    let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
+    recipe.serialize(serializer)
+}
+
+/// What the table of one task says.
+pub fn boundary_of(solved: &Table) -> Boundary {
+    let words = solved.texts(BOUNDARY.name);
+    let is_free =
+        words.is_ok_and(|words| words.iter().flatten().any(|word| word == Boundary::Free.name()));
+    match is_free {
+        true => Boundary::Free,
+        false => Boundary::Periodic,
+    }
 }

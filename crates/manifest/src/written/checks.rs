@@ -49,9 +49,7 @@ impl<'a> Checks<'a> {
     pub fn required<'k, T>(&mut self, name: &str, key: &'k Key<T>) -> Option<&'k Written<T>> {
         if key.written().is_none() && !self.is_excused(name) {
             let label = format!("`{name}` is missing here");
-            let message = format!("`{name}` is not given");
-            let problem = Problem::new(message, self.place.clone(), label);
-            self.report(name, problem);
+            return self.refuse(name, format!("`{name}` is not given"), self.place, label);
         }
         key.written()
     }
@@ -130,9 +128,7 @@ impl<'a> Checks<'a> {
         }
         let value = written.value;
         let must = format!("must be {}", described(bounds, value));
-        let problem = Problem::new(format!("{what} {value:?}"), written.span.clone(), must);
-        self.report(name, problem);
-        None
+        self.refuse(name, format!("{what} {value:?}"), &written.span, must)
     }
 
     /// A whole number within a range.
@@ -151,9 +147,7 @@ impl<'a> Checks<'a> {
         }
         let message = format!("`{name}` is {}", written.value);
         let must = format!("must be from {} to {}", range.start(), range.end());
-        let problem = Problem::new(message, written.span.clone(), must);
-        self.report(name, problem);
-        None
+        self.refuse(name, message, &written.span, must)
     }
 
     /// A key that has no place beside what else is said.
@@ -162,7 +156,38 @@ impl<'a> Checks<'a> {
             return Some(());
         };
         let message = format!("`{name}` has no meaning here");
-        self.problems.push(Problem::new(message, written.span.clone(), why));
+        self.reject(Problem::new(message, written.span.clone(), why))
+    }
+
+    /// A value that must be there in the table that is written for a key at a place.
+    pub fn required_in<'k, T>(
+        &mut self,
+        (name, place): (&str, &Span),
+        part: &str,
+        key: &'k Key<T>,
+    ) -> Option<&'k Written<T>> {
+        if key.written().is_none() {
+            let label = format!("`{part}` is missing here");
+            return self.refuse(name, format!("`{name}` lacks `{part}`"), place, label);
+        }
+        key.written()
+    }
+
+    /// Reports what is wrong with the value of a key at a place, so that there is none.
+    pub fn refuse<T>(
+        &mut self,
+        name: &str,
+        message: impl Into<String>,
+        place: &Span,
+        label: impl Into<String>,
+    ) -> Option<T> {
+        self.report(name, Problem::new(message, place.clone(), label));
+        None
+    }
+
+    /// Reports a problem, so that there is no value.
+    pub fn reject<T>(&mut self, problem: Problem) -> Option<T> {
+        self.problems.push(problem);
         None
     }
 

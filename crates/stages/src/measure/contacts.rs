@@ -56,7 +56,7 @@ pub fn columns(besides: Besides) -> Vec<Column> {
 pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     let grids = Grids::of(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
-    let boundary = solve::boundary::of(solved);
+    let boundary = solve::boundary_of(solved);
     let measured = (0..solved.rows())
         .map(|row| {
             let grid = grids.grid(row)?;

@@ -164,7 +164,7 @@ struct InBin {
 fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageError> {
     let grids = Grids::of(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
-    let boundary = solve::boundary::of(solved);
+    let boundary = solve::boundary_of(solved);
     let (mut loads, mut centers, mut found) = (Vec::new(), Vec::new(), Vec::new());
     let mut nodes = Vec::new();
     for load in 0..solved.rows() {

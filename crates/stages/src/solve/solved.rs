@@ -1,91 +1,20 @@
-//! What has been solved for, in the user's units and as a table.
+//! Rows of the loads that have been solved for: as a table, and as a checkpoint.
 
-mod checkpoint;
-mod distributions;
-mod flows;
+use std::io::{self, Read, Write};
 
-use arrow::array::{ArrayRef, Float64Builder};
+use arrow::array::{Array, ArrayRef, Float64Builder};
 
-use super::hardness::{GivenHardness, SurfaceHardness};
-use super::{GIVEN_UP, Params, PressureUnit, Pressures, StageError};
+use super::maps::{Distributions, Flows};
+use super::units::{PressureUnit, Scales, SurfaceHardness};
+use super::{GIVEN_UP, Params, Pressures};
+use crate::StageError;
 use crate::columns::*;
-use asperity_contact::grid::{Boundary, Grid};
+use asperity_contact::grid::Boundary;
 use asperity_contact::morphology::map::ContactMap;
-use asperity_contact::solver::{Hardness, HardnessError, Outcome, Solver, Stop, Watch};
+use asperity_contact::solver::{Outcome, Solver, Stop, Watch};
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
-use asperity_manifest::decimal;
 use asperity_tables::column::{Column, bytes, integers, lists, reals, texts};
 use asperity_tables::table::Table;
-
-pub use distributions::Distributions;
-pub use flows::Flows;
-
-/// From the solver's units to the user's.
-pub struct Scales {
-    pub nodes: [usize; 2],
-    /// The longer side of the cell.
-    side: f64,
-    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
-    slope: f64,
-    /// E* × rms slope.
-    pressure: f64,
-}
-
-impl Scales {
-    pub fn of(grid: Grid, rms_slope: f64, effective_modulus: f64) -> Scales {
-        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
-        Scales {
-            nodes: grid.nodes(),
-            side: grid.cell().longer_side(),
-            slope,
-            pressure: effective_modulus * slope,
-        }
-    }
-
-    pub fn reduced(&self, surface: Surface) -> Vec<f64> {
-        let unit = self.side * self.slope;
-        let mut heights = surface.into_heights();
-        heights.iter_mut().for_each(|height| *height /= unit);
-        heights
-    }
-
-    /// The unit of lengths: side × rms slope.
-    pub fn length(&self) -> f64 {
-        self.side * self.slope
-    }
-
-    /// The unit of pressures: E* × rms slope.
-    pub fn pressure(&self) -> f64 {
-        self.pressure
-    }
-
-    /// A pressure in units of E* × rms slope; blocks in either unit agree on it.
-    pub fn reduced_pressure(&self, given: f64, unit: PressureUnit) -> f64 {
-        match unit {
-            PressureUnit::Relative => given,
-            PressureUnit::Absolute => decimal::nearest(given / self.pressure),
-        }
-    }
-
-    /// The mean pressure of a load.
-    pub fn mean_pressure(&self, load: f64) -> f64 {
-        decimal::nearest(load * self.pressure)
-    }
-
-    /// A hardness on this surface.
-    pub fn hardness(&self, given: GivenHardness) -> Result<SurfaceHardness, HardnessError> {
-        let GivenHardness { pressure, unit } = given;
-        Ok(SurfaceHardness {
-            pressure: match unit {
-                PressureUnit::Relative => decimal::nearest(pressure * self.pressure),
-                PressureUnit::Absolute => pressure,
-            },
-            reduced: Hardness::new(self.reduced_pressure(pressure, unit))?,
-            given: unit,
-        })
-    }
-}
 
 /// What has been computed so far.
 #[derive(Default)]
@@ -212,7 +141,7 @@ impl Solved {
         if keep {
             for &pressure in pressures {
                 let touches = pressure > 0.0;
-                self.pressures.append_option(touches.then_some(pressure * scales.pressure));
+                self.pressures.append_option(touches.then_some(pressure * scales.pressure()));
             }
         }
     }
@@ -272,8 +201,8 @@ impl Solved {
             columns.extend(flows.columns(&gaps, scales.length()));
         }
         columns.extend([
-            (ENERGY, column(|outcome| outcome.energy, scales.pressure * scales.length())),
-            (PEAK_PRESSURE, column(|outcome| outcome.peak_pressure, scales.pressure)),
+            (ENERGY, column(|outcome| outcome.energy, scales.pressure() * scales.length())),
+            (PEAK_PRESSURE, column(|outcome| outcome.peak_pressure, scales.pressure())),
             (PAIRS, whole(|outcome| i64::from(outcome.pairs))),
             (RESIDUAL, column(|outcome| outcome.residual, 1.0)),
             (STOP, texts(self.outcomes.iter().map(|outcome| stop_name(outcome.stop)))),
@@ -296,4 +225,127 @@ fn stop_name(stop: Stop) -> &'static str {
         Stop::PairLimit => GIVEN_UP,
         Stop::Interrupted => "interrupted",
     }
+}
+
+/// What these bytes are; another number for another order of them.
+const FORMAT: &[u8; 8] = b"solve\0\0\x01";
+
+const STOPS: [Stop; 4] = [Stop::Converged, Stop::FullContact, Stop::PairLimit, Stop::Interrupted];
+
+impl Solved {
+    /// Writes the rows so far, and the solver that goes on from them.
+    ///
+    /// # Errors
+    /// When nothing can be written.
+    pub fn save(&self, solver: &Solver, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(FORMAT)?;
+        whole(out, self.loads.len())?;
+        for (row, outcome) in self.outcomes.iter().enumerate() {
+            real(out, self.loads[row])?;
+            save_outcome(out, outcome)?;
+            whole(out, self.maps[row].len())?;
+            out.write_all(&self.maps[row])?;
+            whole(out, self.kept[row])?;
+        }
+        whole(out, self.displacements.len())?;
+        self.displacements.iter().try_for_each(|value| real(out, *value))?;
+        let pressures = self.pressures.finish_cloned();
+        whole(out, pressures.len())?;
+        for place in 0..pressures.len() {
+            // Where nothing touches there is none, and no pressure is below zero.
+            let value = pressures.is_valid(place).then(|| pressures.value(place));
+            real(out, value.unwrap_or(-1.0))?;
+        }
+        self.distributions.save(out)?;
+        if let Some(flows) = &self.flows {
+            flows.save(out)?;
+        }
+        solver.save(out)
+    }
+
+    /// Makes a new solver and rows that are none yet what they were.
+    ///
+    /// # Errors
+    /// When these are not bytes of [`Solved::save`]; solver and rows are of no use then.
+    pub fn restore(&mut self, solver: &mut Solver, mut from: &[u8]) -> io::Result<()> {
+        let from = &mut from;
+        let mut format = [0; FORMAT.len()];
+        from.read_exact(&mut format)?;
+        if format != *FORMAT {
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        for _ in 0..read_whole(from)? {
+            self.loads.push(read_real(from)?);
+            self.outcomes.push(read_outcome(from)?);
+            let mut map = vec![0; read_whole(from)?.min(from.len())];
+            from.read_exact(&mut map)?;
+            self.maps.push(map);
+            self.kept.push(read_whole(from)?);
+        }
+        for _ in 0..read_whole(from)? {
+            self.displacements.push(read_real(from)?);
+        }
+        for _ in 0..read_whole(from)? {
+            let value = read_real(from)?;
+            self.pressures.append_option((value >= 0.0).then_some(value));
+        }
+        self.distributions.restore(from)?;
+        if let Some(flows) = &mut self.flows {
+            flows.restore(self.loads.len(), from)?;
+        }
+        solver.restore(from)
+    }
+
+    /// How many loads are done.
+    pub fn count(&self) -> usize {
+        self.loads.len()
+    }
+}
+
+fn save_outcome(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
+    let stop = STOPS.iter().position(|stop| *stop == outcome.stop);
+    whole(out, stop.expect("all are there"))?;
+    whole(out, outcome.pairs as usize)?;
+    whole(out, outcome.contact_nodes)?;
+    whole(out, outcome.saturated_nodes)?;
+    real(out, outcome.residual)?;
+    real(out, outcome.mean_gap)?;
+    real(out, outcome.yielded_depth)?;
+    real(out, outcome.energy)?;
+    real(out, outcome.peak_pressure)
+}
+
+fn read_outcome(from: &mut &[u8]) -> io::Result<Outcome> {
+    let stop = STOPS.get(read_whole(from)?).copied();
+    Ok(Outcome {
+        stop: stop.ok_or(io::ErrorKind::InvalidData)?,
+        pairs: read_whole(from)? as u32,
+        contact_nodes: read_whole(from)?,
+        saturated_nodes: read_whole(from)?,
+        residual: read_real(from)?,
+        mean_gap: read_real(from)?,
+        yielded_depth: read_real(from)?,
+        energy: read_real(from)?,
+        peak_pressure: read_real(from)?,
+    })
+}
+
+pub fn whole(out: &mut dyn Write, number: usize) -> io::Result<()> {
+    out.write_all(&(number as u64).to_le_bytes())
+}
+
+pub fn real(out: &mut dyn Write, number: f64) -> io::Result<()> {
+    out.write_all(&number.to_le_bytes())
+}
+
+pub fn read_whole(from: &mut &[u8]) -> io::Result<usize> {
+    let mut bytes = [0; 8];
+    from.read_exact(&mut bytes)?;
+    Ok(u64::from_le_bytes(bytes) as usize)
+}
+
+pub fn read_real(from: &mut &[u8]) -> io::Result<f64> {
+    let mut bytes = [0; 8];
+    from.read_exact(&mut bytes)?;
+    Ok(f64::from_le_bytes(bytes))
 }
