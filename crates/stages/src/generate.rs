@@ -1,46 +1,45 @@
 //! Draws a surface, or reads one, and describes it.
 
-use std::borrow::Cow;
-
-use arrow::array::{AsArray, Float64Array};
-use arrow::datatypes::Float64Type;
-use serde::{Deserialize, Serialize};
-
-use self::description::Description;
-pub use self::origin::{MeasuredSurface, Origin, SeenMap};
-pub use self::per_axis::PerAxis;
-use self::spectrum::{Source, SpectrumSurface};
-use super::columns::*;
-use super::grids::{self, Grids};
-use super::{
-    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
-    StageError,
-};
-use crate::surface_files::SurfaceFiles;
-use asperity_contact::grid::Grid;
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
-use asperity_tables::column::{Column, Value, lists};
-use asperity_tables::parquet::Columns;
-use asperity_tables::store::key::{Digest, TaskKey};
-use asperity_tables::table::Table;
-
-pub mod checks;
-mod cutoffs;
 mod description;
 pub mod files;
-mod grain;
 pub mod growth;
-pub mod keys;
 pub mod map_file;
 mod mesh;
 pub mod method;
 pub mod origin;
-pub mod per_axis;
+mod random;
+mod shapes;
 pub mod spectrum;
-mod spectrum_checks;
-pub mod spectrum_keys;
-mod summary;
+
+use std::borrow::Cow;
+
+use arrow::array::{AsArray, Float64Array};
+use arrow::datatypes::Float64Type;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use self::description::Description;
+use self::spectrum::{Source, SpectrumSurface};
+use crate::columns::*;
+use crate::grids::{self, Grids};
+use crate::stage::{distinct, range};
+use crate::surface_files::SurfaceFiles;
+use crate::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    StageError, caveats,
+};
+use asperity_contact::grid::Grid;
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::Surface;
+use asperity_manifest::diagnostics::{counted, listed};
+use asperity_tables::column::{Column, Value, lists};
+use asperity_tables::parquet::Columns;
+use asperity_tables::source::TableSource;
+use asperity_tables::store::key::{Digest, TaskKey};
+use asperity_tables::table::Table;
+
+pub use self::mesh::PerAxis;
+pub use self::origin::{MeasuredSurface, Origin, SeenMap};
 
 /// Raise it when the numbers change, or what columns say of themselves.
 pub const VERSION: u32 = 3;
@@ -66,7 +65,7 @@ pub const STAGE: Definition = Definition {
         ];
         lists.concat()
     },
-    summary: summary::of,
+    summary,
 };
 
 /// One surface.
@@ -83,15 +82,15 @@ pub struct Params {
     pub origin: Origin,
 }
 
-/// What becomes of the heights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// What becomes of the heights of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Heights {
-    /// They are a column of the stored table.
+    /// They are stored.
     Keep,
-    /// They are drawn again by whoever needs them.
+    /// They are drawn again when needed.
     Redraw,
-    /// There are none: a random surface is described by its modes, which need no mesh.
+    /// There are none, and nothing can press the surface or count its heights.
     None,
 }
 
@@ -208,13 +207,11 @@ impl Params {
 
 /// The columns that place a surface among others of its method.
 pub fn own_columns(origin: &Origin) -> Vec<Column> {
-    let mut origin = Cow::Borrowed(origin);
-    if let Origin::Spectrum { surface, .. } = origin.as_ref()
+    let mut origin = origin.clone();
+    if let Origin::Spectrum { surface, .. } = &mut origin
         && surface.source.is_unread()
-        && let Origin::Spectrum { surface, .. } = origin.to_mut()
     {
-        let spectrum_of = Some(String::new());
-        surface.source = Source::Stage { spectrum_of };
+        surface.source = Source::Stage { spectrum_of: Some(String::new()) };
     }
     let coordinates = description::own_coordinates(&origin).into_iter();
     coordinates.map(|(column, _)| column).collect()
@@ -341,6 +338,63 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
         columns.extend(REFERENCES);
     }
     Table::empty(&columns)
+}
+
+/// What surfaces were drawn or read, in a few words each.
+///
+/// # Errors
+/// When the table describes no surfaces.
+fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
+    let table = source.table().map_err(StageError::Store)?;
+    let parts = [
+        Some(counted(table.rows(), "surface")),
+        read_from_files(&table, source)?,
+        range(source, "nayak", "Nayak α")?,
+        range(source, "full_contact_load", "full contact at")?,
+        caveat(&table)?,
+    ];
+    Ok(parts.into_iter().flatten().collect())
+}
+
+/// What was found in the files of measured surfaces: the map that was read where there are several,
+/// the nodes that were filled, the unit where the file says it.
+fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>, StageError> {
+    if !table.has(FORMAT.name) && !table.has(FILLED_NODES.name) {
+        return Ok(None);
+    }
+    let mut parts = Vec::new();
+    if table.has(FORMAT.name) {
+        let units = distinct(source, UNIT.name)?;
+        let unit = units.iter().find(|unit| !unit.is_empty());
+        let unit = unit.map_or_else(|| "no unit".to_owned(), |unit| format!("lengths in {unit}"));
+        parts.push(format!("{}, {unit}", distinct(source, FORMAT.name)?.join(", ")));
+        let most = table.integers(CHANNELS.name)?.iter().flatten().max();
+        if most > Some(1) {
+            let read = distinct(source, CHANNEL_READ.name)?;
+            parts.push(format!("channel {}", listed(read.iter().map(String::as_str), "and")));
+        }
+    }
+    if table.has(FILLED_NODES.name) {
+        let filled = table.integers(FILLED_NODES.name)?.iter().flatten();
+        let most = filled.max().unwrap_or(0);
+        parts.push(format!("{most} missing nodes filled"));
+    }
+    Ok(Some(parts.join(", ")))
+}
+
+/// Of how many parameter points the theories do not speak, and why of the first.
+fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
+    let points = caveats::points(surfaces)?;
+    let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();
+    Ok(others.first().map(|first| {
+        let number = match points.len() {
+            1 => String::new(),
+            all => format!("{} of {all} points ", others.len()),
+        };
+        let why = first.departures.join(", ");
+        let such_as = if others.len() > 1 { "such as " } else { "" };
+        format!("{number}no isotropic Gaussian roughness: {such_as}{why}")
+    }))
 }
 
 #[cfg(test)]

@@ -5,13 +5,12 @@
 //! parameter point in one task that keeps sums alone. More surfaces count the old ones again, which
 //! takes seconds, for they are drawn and not solved.
 
-use std::borrow::Cow;
-
 mod contacts;
 pub mod distributions;
 pub mod keys;
 pub mod statistics;
-mod stiffness;
+
+use std::borrow::Cow;
 
 use serde::Serialize;
 

@@ -16,18 +16,21 @@ use super::surface::{MissingPoints, Scan, Surface};
 mod harmonic;
 
 /// What becomes of points that were not measured.
+///
+/// The solution of Laplace's equation in each hole is the smoothest surface between its edges, and
+/// no higher or lower than they are. The lowest height of the map touches last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// A map that has any is refused.
+    /// The map is refused.
     #[default]
     Error,
-    /// The solution of Laplace's equation in each hole: the smoothest surface between its edges,
-    /// and no higher or lower than they are.
+    /// Laplace's equation is solved in the holes.
     Harmonic,
-    /// The height of the nearest point that was measured.
+    /// They get the height of the nearest measured point.
     Nearest,
-    /// The lowest height of the map, which touches last.
+    /// They get the lowest height of the map.
     Lowest,
 }
 

@@ -11,17 +11,19 @@ use super::periodic::detrend;
 use super::surface::Scan;
 use crate::grid::Grid;
 
-/// Which form is taken away.
+/// Which form is taken away: of a quadric c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y² the first one, three
+/// or six terms. Quadrics fit bowed scanners, cylinders and spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// None.
     None,
     /// The mean height.
     Mean,
-    /// The mean plane, c₀ + c₁x + c₂y.
+    /// The mean plane.
     Plane,
-    /// The mean quadric, with c₃x² + c₄xy + c₅y² too: bowed scanners, cylinders, spheres.
+    /// The mean quadric.
     Quadric,
 }
 

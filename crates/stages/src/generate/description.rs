@@ -2,6 +2,7 @@
 
 use arrow::array::ArrayRef;
 
+use super::method::Method;
 use super::origin::ReadSurface;
 use super::spectrum::Source;
 use super::{MeasuredSurface, Origin, Params};
@@ -14,7 +15,7 @@ use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::{Continuum, Moments};
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{Crop, Preparation};
-use asperity_contact::topography::random::{Amplitude, RandomSurface};
+use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
@@ -209,31 +210,13 @@ fn coordinates_of(
 ) -> Vec<(Column, Value)> {
     let mut place = vec![
         (SURFACE, Value::Text(params.surface_key().to_string())),
-        (METHOD, Value::Text(method(&params.origin).to_owned())),
+        (METHOD, Value::Text(Method::of(&params.origin).word().to_owned())),
     ];
     place.extend(grids::coordinates(nodes, size));
     let slope = column_of_slope(&params.origin);
     place.extend(rms_slope.map(|value| (slope, Value::Real(value))));
     place.extend(own_coordinates(&params.origin));
     place
-}
-
-fn method(origin: &Origin) -> &'static str {
-    match origin {
-        Origin::Random { surface, .. } => match surface.amplitude {
-            Amplitude::Gaussian => "filter",
-            Amplitude::Deterministic => "random-phase",
-        },
-        Origin::Spectrum { .. } => "spectrum",
-        Origin::File(_) => "file",
-        Origin::Shape { shape, .. } => match shape {
-            Shape::Paraboloid { .. } => "paraboloid",
-            Shape::Wave { .. } => "wave",
-            Shape::WaveProduct { .. } => "wave-product",
-            Shape::WaveSum { .. } => "wave-sum",
-            Shape::Punch { .. } => "flat-punch",
-        },
-    }
 }
 
 /// What is done to a map, as far as it was asked for.

@@ -1,14 +1,69 @@
-//! How many surfaces a point has, and until when their number grows.
+//! How many surfaces a point has, and until when their number grows: keys, checks, and the plan.
+//!
+//! The comments of the keys are what editors show and what messages quote.
 
 use std::fmt;
 use std::ops::Mul;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
 use super::Params;
-use super::keys::Realizations;
-use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Written};
+use asperity_manifest::written::{Key, Written, deserialize_either};
+
+/// The most surfaces of one point.
+const MOST: u32 = 1_000_000;
+/// The fewest surfaces that have a scatter.
+const FEWEST: u32 = 2;
+/// Surfaces to begin with, when nothing is said.
+pub const AT_LEAST: u32 = 10;
+/// The condition on all claims.
+const CLAIMS_DECIDED: &str = "claims decided";
+
+/// How many surfaces are drawn for each point of the grid.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Realizations {
+    /// So many.
+    Number(#[schemars(range(min = 1, max = MOST))] i64),
+    /// As many as it takes to know a mean, or to decide claims.
+    Until(Growing),
+}
+
+/// As many surfaces as it takes to know a mean, or to decide claims.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Growing {
+    /// Surfaces to begin with.
+    #[schemars(range(min = FEWEST, max = MOST), extend("default" = AT_LEAST))]
+    pub at_least: Key<i64>,
+    /// Surfaces at which to give up.
+    #[schemars(required, range(min = FEWEST, max = MOST))]
+    pub at_most: Key<i64>,
+    /// What must hold at each point and each load: `"sem(STAGE.COLUMN) < 0.5 %"` of the mean, or
+    /// without `%` in the unit of the column. `sem` is the standard error of the mean over surfaces.
+    /// Or `"claims decided"`: all claims that the study can judge are decided; or
+    /// `"decided(CLAIM, …)"`, those of these names, as `asperity claims` lists them. Then `at_least` is
+    /// 5 or more.
+    #[schemars(required)]
+    pub until: Key<String>,
+}
+
+deserialize_either! {
+    'de, Realizations, "a whole number or a table `{ at_least, at_most, until }`",
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Realizations, E> {
+        Ok(Realizations::Number(number))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Realizations, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Realizations::Until)
+    }
+}
 
 /// Surfaces that differ by their realization only.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,14 +96,6 @@ impl PlannedSurfaces {
         growth.map_or(self.realizations, |growth| growth.at_most)
     }
 }
-
-/// Surfaces of one point.
-const MOST: u32 = 1_000_000;
-/// Fewer have no scatter.
-const FEWEST: u32 = 2;
-pub const AT_LEAST: u32 = 10;
-/// The condition on all claims.
-const CLAIMS_DECIDED: &str = "claims decided";
 
 /// What is to be reached.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,24 +185,16 @@ pub fn realizations(
         Realizations::Until(growing) => growing,
     };
     let at_least = checks.whole_or("at_least", &growing.at_least, FEWEST..=MOST, AT_LEAST);
-    let mut given = |name: &str, is_given: bool| {
-        if !is_given {
-            let message = format!("`realizations` lacks `{name}`");
-            let label = format!("`{name}` is missing here");
-            checks.report("realizations", Problem::new(message, written.span.clone(), label));
-        }
-    };
-    given("at_most", growing.at_most.written().is_some());
-    given("until", growing.until.written().is_some());
-    let at_most = growing.at_most.written();
-    let at_most = at_most.map(|_| checks.whole("at_most", &growing.at_most, FEWEST..=MOST));
-    let until = growing.until.written().map(|until| checked(until, checks));
-    let (at_least, at_most, until) = (at_least?, at_most??, until??);
+    let here = ("realizations", &written.span);
+    let written_most = checks.required_in(here, "at_most", &growing.at_most);
+    let until = checks.required_in(here, "until", &growing.until);
+    let at_most =
+        written_most.and_then(|most| checks.is_whole_in("at_most", most, &(FEWEST..=MOST)));
+    let until = until.and_then(|until| checked(until, checks));
+    let (at_least, at_most, until) = (at_least?, at_most?, until?);
     if at_least > at_most {
         let message = format!("`at_least = {at_least}` lies above `at_most = {at_most}`");
-        let place = growing.at_most.written()?.span.clone();
-        checks.report("realizations", Problem::new(message, place, "larger"));
-        return None;
+        return checks.refuse("realizations", message, &written_most?.span, "larger");
     }
     let growth = Growth { at_least, at_most, until };
     Some((at_least, Some(Arc::new(growth))))
@@ -163,14 +202,12 @@ pub fn realizations(
 
 /// The condition, if it can be read.
 fn checked(written: &Written<String>, checks: &mut Checks) -> Option<Until> {
-    let until = parse(&written.value);
-    if until.is_none() {
+    parse(&written.value).or_else(|| {
         let message = format!("{:?} is no condition on surfaces", written.value);
         let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, or without `%` in the column's unit; or `claims \
                      decided`, or `decided(CLAIM, …)`";
-        checks.report("realizations", Problem::new(message, written.span.clone(), label));
-    }
-    until
+        checks.refuse("realizations", message, &written.span, label)
+    })
 }
 
 /// A condition, if the text is one.

@@ -1,15 +1,63 @@
-//! Checks of meshes: nodes and sides that belong together, and waves that fit them.
+//! Nodes and sides along x and y: as recipes hold them, and checks of those that a manifest gives.
 
 use std::ops::RangeInclusive;
 
-use super::PerAxis;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 use asperity_contact::grid::Cell;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::written::checks::{Checks, QUANTITY};
 use asperity_manifest::written::{Key, OnAxes, Written};
 
+/// The fewest nodes per side of a mesh.
+pub const FEWEST_NODES: u32 = 4;
+/// The most nodes per side of a mesh.
+pub const MOST_NODES: u32 = 16384;
 /// Nodes per side of a mesh.
-pub const NODES: RangeInclusive<u32> = 4..=16384;
+pub const NODES: RangeInclusive<u32> = FEWEST_NODES..=MOST_NODES;
+/// The most waves along a side.
+pub const MOST_WAVES: u32 = MOST_NODES / 2;
+/// Cutoffs, in waves along the longer side.
+pub const WAVENUMBERS: RangeInclusive<u32> = 1..=MOST_WAVES;
+
+/// One number along x and one along y.
+///
+/// Written as one number where both are equal: the recipe of a square, and so its key, is what it was
+/// before there were rectangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PerAxis<T>(pub [T; 2]);
+
+impl<T: Copy> PerAxis<T> {
+    /// The same number along both.
+    pub fn same(value: T) -> Self {
+        Self([value; 2])
+    }
+}
+
+impl<T: Serialize + PartialEq> Serialize for PerAxis<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.0 {
+            [x, y] if x == y => x.serialize(serializer),
+            both => both.serialize(serializer),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrTwo<T> {
+    One(T),
+    Two([T; 2]),
+}
+
+impl<'de, T: Deserialize<'de> + Copy> Deserialize<'de> for PerAxis<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match OneOrTwo::deserialize(deserializer)? {
+            OneOrTwo::One(value) => Self::same(value),
+            OneOrTwo::Two(both) => Self(both),
+        })
+    }
+}
 
 /// Nodes and sides along x and y, each within its bounds.
 #[derive(Debug, Clone, Copy)]
@@ -56,8 +104,7 @@ pub fn mesh(
         (OnAxes::Each(_), _) => lacks_sides(nodes, sides, counts, lengths[0]),
         (OnAxes::Both(_), Some(_)) => lacks_nodes(nodes, sides?, counts[0], lengths),
     };
-    checks.problems.push(problem);
-    None
+    checks.reject(problem)
 }
 
 fn nodes_within(written: &Written<OnAxes<i64>>, checks: &mut Checks) -> Option<[u32; 2]> {
@@ -149,8 +196,21 @@ pub fn check_waves(
             format!("carries up to {} waves along x and {} along y", carried[0], carried[1]),
         ),
     };
-    let problem = Problem::new(message, wave.span.clone(), "too fine for the mesh")
-        .and(written.span.clone(), label);
-    checks.problems.push(problem);
-    None
+    let problem = Problem::new(message, wave.span.clone(), "too fine for the mesh");
+    checks.reject(problem.and(written.span.clone(), label))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_numbers_are_written_as_one_and_different_ones_as_two() {
+        for (numbers, text) in [([64, 64], "64"), ([64, 32], "[64,32]")] {
+            let written = serde_json::to_string(&PerAxis(numbers)).unwrap();
+            assert_eq!(written, text);
+            assert_eq!(serde_json::from_str::<PerAxis<u32>>(text).unwrap().0, numbers);
+        }
+        assert_eq!(serde_json::to_string(&PerAxis([1.0, 1.0])).unwrap(), "1.0");
+    }
 }

@@ -1,21 +1,22 @@
 //! The ways to make surfaces, and the keys of each.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
 use toml::de::DeTable;
 
-use super::checks::{self, WaveShape};
-use super::files;
-use super::files::keys::FileTable;
-use super::growth::PlannedSurfaces;
-use super::keys::{
-    Growing, ParaboloidTable, PunchTable, RandomHeights, RandomTable, Realizations, WaveTable,
-};
-use super::spectrum_checks;
-use super::spectrum_keys::SpectrumTable;
+use super::files::FileTable;
+use super::growth::{Growing, PlannedSurfaces, Realizations};
+use super::random::RandomTable;
+use super::shapes::{ParaboloidTable, PunchTable, WaveShape, WaveTable};
+use super::spectrum::SpectrumTable;
+use super::{Heights, Origin, Params, PerAxis, files, random, shapes, spectrum};
 use crate::{Given, Reads, Rows};
 use asperity_contact::topography::random::Amplitude;
+use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::{Problems, Span};
 use asperity_manifest::written::advice::Wanted;
-use asperity_manifest::written::{Layout, Section, Table, reader};
+use asperity_manifest::written::checks::{Checks, report_equal_points};
+use asperity_manifest::written::{Key, Layout, Point, Section, Table, reader};
 
 /// The word after `method =`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +72,22 @@ impl Method {
             Method::Wave(WaveShape::Product) => "wave-product",
             Method::Wave(WaveShape::Sum) => "wave-sum",
             Method::FlatPunch => "flat-punch",
+        }
+    }
+
+    /// The method that makes a surface.
+    pub fn of(origin: &Origin) -> Method {
+        match origin {
+            Origin::Random { surface, .. } => Method::Random(surface.amplitude),
+            Origin::Spectrum { .. } => Method::Spectrum,
+            Origin::File(_) => Method::File,
+            Origin::Shape { shape, .. } => match shape {
+                Shape::Paraboloid { .. } => Method::Paraboloid,
+                Shape::Wave { .. } => Method::Wave(WaveShape::Single),
+                Shape::WaveProduct { .. } => Method::Wave(WaveShape::Product),
+                Shape::WaveSum { .. } => Method::Wave(WaveShape::Sum),
+                Shape::Punch { .. } => Method::FlatPunch,
+            },
         }
     }
 
@@ -150,12 +167,12 @@ impl SurfacePoints {
     /// The surfaces, point by point of the grid.
     pub fn surfaces(&self, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
         match self {
-            SurfacePoints::Random(amplitude, section) => checks::random(*amplitude, section, given),
-            SurfacePoints::Spectrum(section) => spectrum_checks::spectra(section, given),
+            SurfacePoints::Random(amplitude, section) => random::random(*amplitude, section, given),
+            SurfacePoints::Spectrum(section) => spectrum::spectra(section, given),
             SurfacePoints::File(section) => files::files(section, given),
-            SurfacePoints::Paraboloid(section) => checks::paraboloid(section, given.problems),
-            SurfacePoints::Wave(shape, section) => checks::wave(*shape, section, given.problems),
-            SurfacePoints::FlatPunch(section) => checks::punch(section, given.problems),
+            SurfacePoints::Paraboloid(section) => shapes::paraboloid(section, given.problems),
+            SurfacePoints::Wave(shape, section) => shapes::wave(*shape, section, given.problems),
+            SurfacePoints::FlatPunch(section) => shapes::punch(section, given.problems),
         }
     }
 
@@ -164,8 +181,7 @@ impl SurfacePoints {
         let SurfacePoints::Random(_, section) = self else {
             return false;
         };
-        let mut heights = section.points.iter().map(|point| &point.table.heights);
-        heights.any(|key| key.written().map(|heights| heights.value) == Some(RandomHeights::None))
+        section.points.iter().any(|point| point.table.heights.value() == Some(Heights::None))
     }
 
     /// What the method reads of other stages; most read nothing.
@@ -188,5 +204,57 @@ impl SurfacePoints {
             Realizations::Until(growing) => Some(growing),
             Realizations::Number(_) => None,
         }
+    }
+}
+
+/// What becomes of the heights of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum KeptHeights {
+    /// They are stored.
+    Keep,
+    /// They are drawn, or read, again when needed.
+    Redraw,
+}
+
+impl From<KeptHeights> for Heights {
+    fn from(kept: KeptHeights) -> Heights {
+        match kept {
+            KeptHeights::Keep => Heights::Keep,
+            KeptHeights::Redraw => Heights::Redraw,
+        }
+    }
+}
+
+/// The surfaces of a stage, point by point of its grid.
+pub fn surfaces<T: Table>(
+    section: &Section<T>,
+    problems: &mut Problems,
+    mut surfaces: impl FnMut(&T, &mut Checks) -> Option<PlannedSurfaces>,
+) -> Option<Vec<PlannedSurfaces>> {
+    let mut checked =
+        |point: &Point<T>| surfaces(&point.table, &mut Checks::of(section, point, problems));
+    let planned: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
+    let planned: Vec<_> = planned.into_iter().collect::<Option<_>>()?;
+    let params = planned.iter().map(|surfaces| &surfaces.params);
+    report_equal_points(section, params, problems);
+    Some(planned)
+}
+
+/// A surface of which there is one.
+pub fn single(
+    heights: &Key<KeptHeights>,
+    side: Option<PerAxis<f64>>,
+    origin: Origin,
+) -> PlannedSurfaces {
+    PlannedSurfaces {
+        params: Params {
+            heights: heights.value().map_or(Heights::Keep, Heights::from),
+            side,
+            origin,
+        },
+        realizations: 1,
+        growth: None,
+        may_be_swept: false,
     }
 }

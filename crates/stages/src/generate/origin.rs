@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
-use super::per_axis::PerAxis;
+use super::mesh::PerAxis;
 use super::spectrum::SpectrumSurface;
 use crate::StageError;
 use crate::grids::grid;

@@ -288,7 +288,8 @@ mod tests {
 
     #[test]
     fn a_distribution_is_written_by_its_word() {
-        let written = |of| serde_json::to_string(&super::super::Params::Distribution(of)).unwrap();
+        let written =
+            |of| serde_json::to_string(&crate::measure::Params::Distribution(of)).unwrap();
         assert_eq!(written(Distribution::Gaps), r#"{"of":"gaps"}"#);
         let clusters = Distribution::Clusters { bins: 5 };
         assert_eq!(written(clusters), r#"{"of":"clusters","bins":5}"#);

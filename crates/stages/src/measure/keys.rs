@@ -7,12 +7,11 @@ use std::ops::Bound;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::super::Given;
-use super::super::{Recipe, Rows};
 use super::Params;
 use super::distributions::Distribution;
 use super::statistics::Statistic;
 use crate::form::Surfaces;
+use crate::{Given, Recipe, Rows};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, table};
@@ -37,8 +36,9 @@ const RANGES: [f64; 2] = [1e-6, 1e6];
 pub struct MeasureTable {
     /// What is measured. Of solved loads: their `"contacts"`, which is meant when nothing is said, or
     /// how `"pressures"`, `"gaps"` or the areas of `"clusters"` of contact are distributed; the first
-    /// two where the `solve` stage has `pressure_bins` or `gap_bins`. Of surfaces: the distribution of their `"heights"`, which is meant when nothing is said, their power `"spectrum"`
-    /// C(q) averaged over all directions, that of profiles along x and y (`"profile-spectrum"`), the
+    /// two where the `solve` stage has `pressure_bins` or `gap_bins`. Of surfaces: the distribution of
+    /// their `"heights"`, which is meant when nothing is said, their power `"spectrum"` C(q) averaged
+    /// over all directions, that of profiles along x and y (`"profile-spectrum"`), the
     /// `"autocorrelation"`, slope and curvature by scale (`"scales"`), the `"bearing"` curve, or the
     /// `"roughness"` parameters of ISO 25178.
     #[schemars(extend("default" = "heights"))]
@@ -94,7 +94,7 @@ pub enum What {
 
 /// What the rows are about, if what is measured is not what is meant when nothing is said.
 pub fn makes(section: &Section<MeasureTable>) -> Option<Rows> {
-    let what = section.points.first()?.table.what.written()?.value;
+    let what = section.points.first()?.table.what.value()?;
     match what.quantity(1, 1.0) {
         Quantity::Contacts | Quantity::Heights => None,
         Quantity::Distribution(distribution) => Some(distribution.rows()),
@@ -158,13 +158,13 @@ fn misplaced(table: &MeasureTable, of_loads: bool, checks: &mut Checks) -> Optio
     };
     let message = format!("this stage reads {reads}, and `what` asks for something else");
     let label = format!("of {reads} there are {words}");
-    checks.report("what", Problem::new(message, written.span.clone(), label));
-    None
+    checks.refuse("what", message, &written.span, label)
 }
 
 fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
     misplaced(table, true, checks)?;
-    let what = table.what.written().map_or(What::Contacts, |what| what.value);
+    let what = table.what.value().unwrap_or(What::Contacts);
+    let stiffness = table.stiffness.value() == Some(true);
     let why = "for surfaces; this stage reads loads";
     let range = checks.forbidden("range", &table.range, why);
     let pool = checks.forbidden("pool", &table.pool, why);
@@ -174,10 +174,10 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS_A_DECADE, BINS_A_DECADE)?;
     range.and(pool)?;
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        return Some(Params::Contacts { stiffness: asks_for_stiffness(table) });
+        return Some(Params::Contacts { stiffness });
     };
     let why = "measured beside contacts, `what = \"contacts\"`";
-    if asks_for_stiffness(table) {
+    if stiffness {
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
     let uncounted = match distribution {
@@ -193,13 +193,7 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let label = "needs counts of what is no longer there after the solution";
     let problem = Problem::new(message, place.clone(), label);
     let example = format!("`{key} = {{ count = 100, to = 5.0 }}` in stage `{stage}` counts them");
-    checks.problems.push(problem.help(example));
-    None
-}
-
-fn asks_for_stiffness(table: &MeasureTable) -> bool {
-    let written = table.stiffness.written();
-    written.is_some_and(|stiffness| stiffness.value)
+    checks.reject(problem.help(example))
 }
 
 fn of_surfaces(
@@ -208,7 +202,7 @@ fn of_surfaces(
     checks: &mut Checks,
 ) -> Option<Params> {
     let why = "for loads; this stage reads surfaces";
-    if asks_for_stiffness(table) {
+    if table.stiffness.value() == Some(true) {
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
     let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS, DEFAULT_BINS);
@@ -216,7 +210,7 @@ fn of_surfaces(
     let range = checks.number_or("range", &table.range, ranges, DEFAULT_RANGE);
     misplaced(table, false, checks)?;
     let (bins, range) = (bins?, range?);
-    let what = table.what.written().map_or(What::Heights, |what| what.value);
+    let what = table.what.value().unwrap_or(What::Heights);
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, kept_alone, checks);
     };
@@ -246,6 +240,5 @@ fn heights(
     let message = "these surfaces cannot be drawn again to be pooled";
     let label = format!("`{stage}` has their spectrum from another stage");
     let problem = Problem::new(message, pool.span.clone(), label);
-    checks.problems.push(problem.help("without `pool` each surface has its own histogram"));
-    None
+    checks.reject(problem.help("without `pool` each surface has its own histogram"))
 }

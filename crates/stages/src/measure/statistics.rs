@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use arrow::array::ArrayRef;
 use serde::Serialize;
 
-use super::super::Rows;
+use crate::Rows;
 use crate::columns::*;
 use crate::generate::Origin;
 use asperity_contact::grid::Boundary;
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn a_statistic_is_written_by_its_word() {
         let written = |statistic: Statistic| {
-            serde_json::to_string(&super::super::Params::Surface(statistic)).unwrap()
+            serde_json::to_string(&crate::measure::Params::Surface(statistic)).unwrap()
         };
         assert_eq!(written(Statistic::Spectrum), r#"{"of":"spectrum"}"#);
         let bearing = Statistic::Bearing { bins: 100, range: 4.0 };

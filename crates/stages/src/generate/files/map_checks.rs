@@ -1,11 +1,10 @@
-//! Checks of what is done to a measured map, and of what is left of it.
+//! Checks of the map in a file: its unit and sides, what is done to it, and what is left of it.
 
 use std::ops::{Bound, RangeBounds};
 
-use super::Asked;
-use super::keys::{self, FileTable};
+use super::{Asked, FileTable};
 use crate::generate::map_file::MapFile;
-use crate::generate::mesh::NODES;
+use crate::generate::mesh::{NODES, sides_within, square_cells};
 use crate::generate::{PerAxis, SeenMap};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::fill::Fill;
@@ -17,6 +16,200 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::{Checks, QUANTITY};
 use asperity_manifest::written::{Key, OnAxes, Written};
+use asperity_topography_files::{Quantity, Size, is_metre};
+
+/// How far sides that a person has written may be from those of the file, as a share of these.
+const SAME: f64 = 1e-6;
+
+/// What lengths of a map are.
+pub struct Lengths {
+    /// Their unit.
+    pub unit: String,
+    /// Sides as the manifest has them, if it does.
+    pub side: Option<PerAxis<f64>>,
+    /// The cell that the map in the file fills.
+    pub cell: Cell,
+}
+
+/// The sides that the manifest gives, if it does.
+pub fn written_side(table: &FileTable, checks: &mut Checks) -> Option<Option<PerAxis<f64>>> {
+    match table.side.written() {
+        Some(sides) => Some(Some(PerAxis(sides_within(sides, checks)?))),
+        None => (!checks.is_excused("side")).then_some(None),
+    }
+}
+
+/// Unit and sides of a map; contradictions are reported.
+pub fn lengths(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
+    let written = written_side(asked.table, checks);
+    let unit = unit(asked, map, checks)?;
+    let known = sides_of_file(asked, map, checks)?;
+    let side = written?;
+    let sides = match (asked.table.side.written(), side, known) {
+        (Some(written), Some(PerAxis(sides)), Some(known)) => {
+            check_same(asked, written, sides, known, &unit, checks)?;
+            sides
+        }
+        (Some(written), Some(PerAxis(sides)), None) => {
+            check_both(asked.path, written, map.nodes, checks)?;
+            sides
+        }
+        (_, _, Some(known)) => known,
+        _ => return lacks_side(asked, map, checks),
+    };
+    if let Some(side) = sides.into_iter().find(|side| !QUANTITY.contains(side)) {
+        let message = format!("{:?} has a side of {side:?}", asked.path.value);
+        let label = "must be from 1e-30 to 1e30";
+        return checks.reject(Problem::new(message, asked.path.span.clone(), label));
+    }
+    let cell = Cell::new(sides).expect("sides were checked");
+    Some(Lengths { unit, side, cell })
+}
+
+/// Whether lengths are those of the file in metres: its heights are, or its sides beside heights of
+/// no unit.
+fn is_in_metres(map: &MapFile) -> bool {
+    match map.quantity {
+        Quantity::Height => true,
+        Quantity::Unitless => matches!(map.size, Size::Metres(_)),
+        Quantity::Other(_) => false,
+    }
+}
+
+fn overrides(table: &FileTable) -> bool {
+    table.overrides.value() == Some(true)
+}
+
+/// Whether the manifest gives a unit in place of the file's.
+fn has_other_unit(table: &FileTable) -> bool {
+    let unit = table.unit.written();
+    overrides(table) && unit.is_some_and(|unit| !is_metre(&unit.value))
+}
+
+fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
+    let Asked { path, table, .. } = asked;
+    let written = table.unit.written();
+    if let Quantity::Other(unit) = &map.quantity
+        && !(overrides(table) && written.is_some())
+    {
+        let channel = &map.channel;
+        let message = format!(
+            "channel {}, `{}`, of {:?} is in `{unit}` and holds no heights",
+            channel.number, channel.name, path.value
+        );
+        let place = table.channel.written().map_or(&path.span, |channel| &channel.span);
+        let problem = Problem::new(message, place.clone(), "this channel");
+        return checks.reject(problem.help(
+            "choose another; where these are heights all the same, `override = true` with `unit` and \
+             `height_scale` says so",
+        ));
+    }
+    let Some(written) = written else {
+        return Some(if is_in_metres(map) { "m".to_owned() } else { String::new() });
+    };
+    if !is_in_metres(map) || overrides(table) {
+        return Some(written.value.clone());
+    }
+    if is_metre(&written.value) {
+        return Some("m".to_owned());
+    }
+    let message = format!(
+        "`unit = {:?}` contradicts {:?}, whose lengths are read in \"m\"",
+        written.value, path.value
+    );
+    let problem = Problem::new(message, written.span.clone(), "this unit")
+        .and(path.span.clone(), "has a unit of its own");
+    checks.reject(problem.help(
+        "leave `unit` out: lengths of a file that names any unit become metres; if it names a wrong \
+         one, `override = true` makes this the unit of `side` and of heights × `height_scale`",
+    ))
+}
+
+/// The sides that the file gives in the unit of the map, if it does.
+fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Option<[f64; 2]>> {
+    if has_other_unit(asked.table) && matches!(map.size, Size::Metres(_)) {
+        return Some(None);
+    }
+    Some(match (&map.quantity, map.size) {
+        (Quantity::Height | Quantity::Other(_), Size::Metres(sides)) => Some(sides),
+        (Quantity::Unitless, Size::Unitless(sides)) => Some(sides),
+        (Quantity::Unitless, Size::Metres(sides)) => {
+            let is_said = asked.table.height_scale.written().is_some() || overrides(asked.table);
+            if !is_said {
+                let message =
+                    format!("{:?} has sides in metres, and heights in no unit", asked.path.value);
+                let problem = Problem::new(message, asked.path.span.clone(), "this file");
+                return checks.reject(problem.help(
+                    "say what its heights are multiplied by to be metres: `height_scale = 1e-6` of \
+                     micrometres, `height_scale = 1` of metres",
+                ));
+            }
+            Some(sides)
+        }
+        (_, Size::Unitless(_) | Size::Unknown) => None,
+    })
+}
+
+/// Sides that are given twice agree, unless the manifest overrides the file.
+fn check_same(
+    asked: &Asked,
+    written: &Written<OnAxes<f64>>,
+    sides: [f64; 2],
+    known: [f64; 2],
+    unit: &str,
+    checks: &mut Checks,
+) -> Option<()> {
+    let is_same = |axis: usize| (sides[axis] - known[axis]).abs() <= SAME * known[axis];
+    if overrides(asked.table) || (is_same(0) && is_same(1)) {
+        return Some(());
+    }
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let said = match known.map(decimal::nearest) {
+        [x, y] if x == y => format!("{x:?}"),
+        [x, y] => format!("[{x:?}, {y:?}]"),
+    };
+    let message = format!(
+        "`side = {}` contradicts {:?}, which says {said}{unit}",
+        written.value, asked.path.value
+    );
+    let problem = Problem::new(message, written.span.clone(), "this side")
+        .and(asked.path.span.clone(), "has sides of its own");
+    checks.reject(problem.help("leave `side` out, or say `override = true` if the file is wrong"))
+}
+
+/// A map of more nodes along one axis has two sides, and only its owner knows them.
+fn check_both(
+    path: &Written<String>,
+    sides: &Written<OnAxes<f64>>,
+    [nodes_x, nodes_y]: [usize; 2],
+    checks: &mut Checks,
+) -> Option<()> {
+    let OnAxes::Both(side) = sides.value else {
+        return Some(());
+    };
+    if nodes_x == nodes_y {
+        return Some(());
+    }
+    let message = format!("{:?} is a rectangle, and `side` is not", path.value);
+    let problem = Problem::new(message, sides.span.clone(), "one number")
+        .and(path.span.clone(), "has more nodes along one axis");
+    let counts = [nodes_x, nodes_y].map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
+    checks.reject(problem.help(format!(
+        "give both sides, along the first axis of the array and along the second; with \
+         `side = {}` cells are square",
+        square_cells(counts, side)
+    )))
+}
+
+fn lacks_side(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
+    let says = match map.size {
+        Size::Unitless([x, y]) => format!("says {x} × {y} in no unit"),
+        Size::Metres([x, y]) => format!("says {x:?} × {y:?} m, not in the unit of the manifest"),
+        Size::Unknown => "does not say it".to_owned(),
+    };
+    let message = format!("`side` is not given, and {:?} {says}", asked.path.value);
+    checks.refuse("side", message, &asked.path.span, "how large is its map?")
+}
 
 /// What is asked for, as far as it can be judged without the map.
 pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation> {
@@ -26,18 +219,7 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
     let low_pass = cutoff("low_pass", &table.low_pass, checks);
     let (high_pass, low_pass) = (high_pass?, low_pass?);
     check_band(table, [low_pass, high_pass], checks)?;
-    let level = table.level.written().map(|level| match level.value {
-        keys::Level::None => Level::None,
-        keys::Level::Mean => Level::Mean,
-        keys::Level::Plane => Level::Plane,
-        keys::Level::Quadric => Level::Quadric,
-    });
-    let fill = table.fill.written().map(|fill| match fill.value {
-        keys::Fill::Error => Fill::Error,
-        keys::Fill::Harmonic => Fill::Harmonic,
-        keys::Fill::Nearest => Fill::Nearest,
-        keys::Fill::Lowest => Fill::Lowest,
-    });
+    let (level, fill) = (table.level.value(), table.fill.value());
     Some(Preparation { crop: crop?, level, fill, high_pass, low_pass, resample: resample? })
 }
 
@@ -47,10 +229,8 @@ fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
     };
     if let Some(periodic) = table.periodic.written().filter(|periodic| periodic.value) {
         let message = "a part of a map does not repeat itself, `periodic` says that it does";
-        let problem = Problem::new(message, written.span.clone(), "cuts out a part")
-            .and(periodic.span.clone(), "must be `false` beside it");
-        checks.problems.push(problem);
-        return None;
+        let problem = Problem::new(message, written.span.clone(), "cuts out a part");
+        return checks.reject(problem.and(periodic.span.clone(), "must be `false` beside it"));
     }
     let of = |lengths: [f64; 2]| lengths.map(|value| Written { value, span: written.span.clone() });
     let mut held = |name: &str, lengths: [f64; 2], bounds| {
@@ -83,10 +263,9 @@ fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks)
     let [low, high] = [&table.low_pass, &table.high_pass].map(Key::written);
     let problem = Problem::new(message, low?.span.clone(), "removes shorter waves")
         .and(high?.span.clone(), "removes longer ones");
-    checks.problems.push(problem.help(
+    checks.reject(problem.help(
         "these are wavelengths: what is left lies between `low_pass` and a longer `high_pass`",
-    ));
-    None
+    ))
 }
 
 fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> {
@@ -101,11 +280,10 @@ fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> 
         let message = format!("`resample = {}` needs a periodic map", written.value);
         let problem = Problem::new(message, written.span.clone(), "interpolates Fourier modes")
             .and(open.span.clone(), "says that it is none");
-        checks.problems.push(problem.help(
+        return checks.reject(problem.help(
             "leave it out; with `low_pass` a map that is not periodic loses its short waves and keeps \
              its nodes",
         ));
-        return None;
     }
     Some(Some([along_x, along_y]))
 }
@@ -126,8 +304,8 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
             let place = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
             let [x, y] = cell.size().map(decimal::nearest);
             let problem = Problem::new(message, place, "must lie within the map");
-            checks.problems.push(problem.help(format!("the map has sides of {x:?} and {y:?}")));
-            return None;
+            let sides = format!("the map has sides of {x:?} and {y:?}");
+            return checks.reject(problem.help(sides));
         }
     };
     check_nodes(asked, levelled.grid(), checks)?;
@@ -149,9 +327,7 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
 /// Refuses a file, and says what would be one.
 fn refuse<T>(asked: &Asked, reason: String, checks: &mut Checks) -> Option<T> {
     let message = format!("{:?} {reason}", asked.path.value);
-    let problem = Problem::new(message, asked.path.span.clone(), "this file");
-    checks.report("path", problem);
-    None
+    checks.refuse("path", message, &asked.path.span, "this file")
 }
 
 /// Nodes along either axis so many times over where the map is mirrored.
@@ -194,17 +370,15 @@ fn check_holes(asked: &Asked, scan: &Scan, checks: &mut Checks) -> Option<()> {
     let message =
         format!("{:?} lacks {missing} of {points} points, {share:.3} %", asked.path.value);
     let fill = asked.table.fill.written().map(|fill| &fill.span);
-    let place = fill.unwrap_or(&asked.path.span).clone();
-    checks.report("fill", Problem::new(message, place, "not all of it was measured"));
-    None
+    let place = fill.unwrap_or(&asked.path.span);
+    checks.refuse("fill", message, place, "not all of it was measured")
 }
 
 fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Checks) -> Option<()> {
     if before != 0.0 && !QUANTITY.contains(&before) {
         let message = format!("{:?} has heights that spread over {before:?}", asked.path.value);
         let label = "must be from 1e-30 to 1e30; another unit may help";
-        checks.report("path", Problem::new(message, asked.path.span.clone(), label));
-        return None;
+        return checks.refuse("path", message, &asked.path.span, label);
     }
     // Edges are made to meet without the mean plane: an inclined plane has no roughness.
     let left = match asked.edges {
@@ -265,11 +439,10 @@ fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()>
     let longer = side_x.max(side_y);
     let square = [side_x, side_y].map(|side| (nodes as f64 * side / longer).round());
     let problem = Problem::new(message, written.span.clone(), "one number");
-    checks.problems.push(problem.help(format!(
+    checks.reject(problem.help(format!(
         "give the nodes along x and along y; with `resample = {}` cells are square, or nearly so",
         OnAxes::Each(square)
-    )));
-    None
+    )))
 }
 
 /// Nodes and sides once edges meet.
