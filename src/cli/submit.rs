@@ -5,15 +5,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bytesize::ByteSize;
-
+use super::Failure;
 use super::plan::core_hours;
 use super::terminal::stdout;
-use super::{Failure, Misused};
 use crate::session::DataFolder;
 use crate::session::submission::Submission;
 use crate::session::submission::settings;
-use crate::session::submission::settings::{MOST_HOURS, Settings};
+use crate::session::submission::settings::Settings;
 use crate::session::words::counted;
 use crate::session::words::listed;
 use crate::session::{PlannedSubmission, SubmitOptions};
@@ -41,57 +39,7 @@ pub struct Arguments {
     program: Option<PathBuf>,
 
     #[command(flatten)]
-    cluster: ClusterArguments,
-}
-
-/// What `[cluster]` of `asperity.toml` may say, once more.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Instead of what `[cluster]` in asperity.toml says")]
-struct ClusterArguments {
-    /// Partition whose nodes compute.
-    #[arg(long, value_name = "NAME", value_parser = settings::name)]
-    partition: Option<String>,
-
-    /// Account that pays for the core-hours.
-    #[arg(long, value_name = "NAME", value_parser = settings::name)]
-    account: Option<String>,
-
-    /// Quality of service.
-    #[arg(long, value_name = "NAME", value_parser = settings::name)]
-    qos: Option<String>,
-
-    /// Cores of an element, and surfaces that it works on at once.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    cores: Option<u32>,
-
-    /// Memory of an element, as in `16GB`.
-    #[arg(long, value_name = "SIZE")]
-    memory: Option<ByteSize>,
-
-    /// Hours after which Slurm ends an element.
-    #[arg(long, value_name = "HOURS", value_parser = hours)]
-    time_limit: Option<f64>,
-
-    /// Hours that an element is to take.
-    #[arg(long, value_name = "HOURS", value_parser = hours)]
-    per_element: Option<f64>,
-
-    /// The most elements.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    at_most: Option<u32>,
-
-    /// How often what is missing is submitted again.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100))]
-    rounds: Option<u32>,
-
-    /// A line of shell before the command; may be given several times.
-    #[arg(long, value_name = "LINE", value_parser = settings::line)]
-    before: Vec<String>,
-
-    /// One more option of `sbatch`, as in `--directive=--constraint=avx2`; may be given several
-    /// times.
-    #[arg(long, value_name = "OPTION", value_parser = settings::directive, allow_hyphen_values = true)]
-    directive: Vec<String>,
+    cluster: Settings,
 }
 
 /// `own` is what starts this program, where that is not the file of the process.
@@ -138,7 +86,7 @@ pub fn run(
 impl Arguments {
     /// What the command line says; else the file beside the manifest, and else that of the user.
     fn settings(&self) -> Result<Settings, Failure> {
-        let mut settings = self.cluster.settings();
+        let mut settings = self.cluster.clone();
         let beside = self.manifest.parent().map(|folder| folder.join(settings::FILE));
         for path in beside.into_iter().chain(of_user()) {
             let read = Settings::read(&path).map_err(crate::session::SessionError::from)?;
@@ -148,37 +96,11 @@ impl Arguments {
     }
 }
 
-impl ClusterArguments {
-    fn settings(&self) -> Settings {
-        let some = |list: &[String]| (!list.is_empty()).then(|| list.to_vec());
-        Settings {
-            partition: self.partition.clone(),
-            account: self.account.clone(),
-            qos: self.qos.clone(),
-            cores: self.cores,
-            memory: self.memory,
-            time_limit: self.time_limit,
-            per_element: self.per_element,
-            at_most: self.at_most,
-            rounds: self.rounds,
-            before: some(&self.before),
-            directives: some(&self.directive),
-        }
-    }
-}
-
 /// Where the user's configuration is, as the XDG Base Directory Specification has it.
 fn of_user() -> Option<PathBuf> {
     let named = env::var_os("XDG_CONFIG_HOME").filter(|folder| Path::new(folder).is_absolute());
     let folder = named.map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".config")));
     Some(folder?.join("asperity").join(settings::FILE))
-}
-
-fn hours(word: &str) -> Result<f64, Misused> {
-    let hours = word.parse().ok().filter(|hours: &f64| *hours > 0.0 && *hours <= MOST_HOURS);
-    hours.ok_or_else(|| {
-        Misused(format!("must be a number of hours above 0 and at most {MOST_HOURS}"))
-    })
 }
 
 /// What a submission is expected to take, in a few lines.

@@ -25,76 +25,92 @@ pub const FILE: &str = "asperity.toml";
 /// Bytes of the file: far more than anybody writes.
 const LONGEST: u64 = 1 << 20;
 /// Largest `time_limit` and `per_element` in hours: eleven years.
-pub const MOST_HOURS: f64 = 1e5;
-/// The largest `cores`.
-const MOST_CORES: u32 = 1024;
-/// The largest `at_most`.
-const MOST_ELEMENTS: u32 = 1_000_000;
-/// The largest `rounds`.
-const MOST_ROUNDS: u32 = 100;
+const MOST_HOURS: f64 = 1e5;
 
-/// Where elements run, and with what.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-struct ClusterTable {
+/// Declares each setting once: its documentation and its type as a key of the file, its type and its
+/// check as a value, and how it is given as an argument. `ClusterTable` is what the file says,
+/// [`Settings`] what somebody has said, in a file or as arguments of a command.
+macro_rules! settings {
+    ($($(#[$about:meta])* $name:ident: $written:ty => $value:ty, $check:expr, {$($argument:tt)*};)*) => {
+        #[derive(Debug, Default, Deserialize, JsonSchema)]
+        #[serde(default, deny_unknown_fields)]
+        struct ClusterTable {
+            $($(#[$about])* $name: Key<$written>,)*
+        }
+
+        // No comment of documentation: it would stand in the help of the command.
+        #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
+        #[command(next_help_heading = "Instead of what `[cluster]` in asperity.toml says")]
+        pub struct Settings {
+            $(#[arg(long, $($argument)*)] pub $name: Option<$value>,)*
+        }
+
+        impl Settings {
+            /// These, and of others what these leave out.
+            pub fn or(self, others: Settings) -> Settings {
+                Settings { $($name: self.$name.or(others.$name),)* }
+            }
+        }
+
+        fn checked(section: &Section<ClusterTable>, problems: &mut Problems) -> Option<Settings> {
+            let point = section.points.first()?;
+            let (table, checks) = (&point.table, &mut Checks::of(section, point, problems));
+            Some(Settings {
+                $($name: table.$name.written().and_then(|key| $check(checks, stringify!($name), key)),)*
+            })
+        }
+    };
+}
+
+settings! {
     /// Partition whose nodes compute; that of the cluster's choice when left out.
-    partition: Key<String>,
+    partition: String => String, word(name),
+        { value_name = "NAME", value_parser = name, help = "Partition whose nodes compute" };
     /// Account that pays for the core-hours.
-    account: Key<String>,
+    account: String => String, word(name),
+        { value_name = "NAME", value_parser = name, help = "Account that pays for the core-hours" };
     /// Quality of service, where the cluster has several.
-    qos: Key<String>,
+    qos: String => String, word(name),
+        { value_name = "NAME", value_parser = name, help = "Quality of service" };
     /// Cores of an element, and surfaces that it works on at once; 1 when left out.
-    cores: Key<i64>,
+    cores: i64 => u32, whole(1, 1024),
+        { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024),
+          help = "Cores of an element, and surfaces that it works on at once" };
     /// Memory of an element, as in `"16GB"`; what the largest task takes on each core when left out.
-    memory: Key<String>,
+    memory: String => ByteSize, word(size),
+        { value_name = "SIZE", help = "Memory of an element, as in `16GB`" };
     /// Hours after which Slurm ends an element; twice what it is expected to take when left out.
-    time_limit: Key<f64>,
+    time_limit: f64 => f64, hours,
+        { value_name = "HOURS", value_parser = parsed_hours,
+          help = "Hours after which Slurm ends an element" };
     /// Hours that an element is to take; 1 when left out.
-    per_element: Key<f64>,
+    per_element: f64 => f64, hours,
+        { value_name = "HOURS", value_parser = parsed_hours,
+          help = "Hours that an element is to take" };
     /// The most elements at once; as many as Slurm allows in an array when left out.
-    at_most: Key<i64>,
+    at_most: i64 => u32, whole(1, 1_000_000),
+        { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
+          help = "The most elements" };
     /// How often what is missing is submitted again; 3 when left out.
-    rounds: Key<i64>,
+    rounds: i64 => u32, whole(0, 100),
+        { value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100),
+          help = "How often what is missing is submitted again" };
     /// Lines of shell before the command, as in `["module load rust"]`.
-    before: Key<Vec<Written<String>>>,
+    before: Vec<Written<String>> => Vec<String>, list(line),
+        { value_name = "LINE", value_parser = line,
+          help = "A line of shell before the command; may be given several times" };
     /// More options of `sbatch`, as in `["--constraint=avx2"]`.
-    directives: Key<Vec<Written<String>>>,
+    directives: Vec<Written<String>> => Vec<String>, list(directive),
+        { long = "directive", value_name = "OPTION", value_parser = directive,
+          allow_hyphen_values = true,
+          help = "One more option of `sbatch`, as in `--directive=--constraint=avx2`; may be given \
+                  several times" };
 }
 
 table!(ClusterTable, swept: [], lists: ["before", "directives"]);
 
-/// Where elements run, and with what, as far as somebody has said.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Settings {
-    /// Partition whose nodes compute.
-    pub partition: Option<String>,
-    /// Account that pays.
-    pub account: Option<String>,
-    /// Quality of service.
-    pub qos: Option<String>,
-    /// Cores of an element.
-    pub cores: Option<u32>,
-    /// Memory of an element.
-    pub memory: Option<ByteSize>,
-    /// Hours after which Slurm ends an element.
-    pub time_limit: Option<f64>,
-    /// Hours that an element is to take.
-    pub per_element: Option<f64>,
-    /// The most elements at once.
-    pub at_most: Option<u32>,
-    /// How often what is missing is submitted again.
-    pub rounds: Option<u32>,
-    /// Lines of shell before the command.
-    pub before: Option<Vec<String>>,
-    /// More options of `sbatch`.
-    pub directives: Option<Vec<String>>,
-}
-
 impl Settings {
     /// What the file says; none if there is no such file.
-    ///
-    /// # Errors
-    /// Everything that is wrong with it.
     pub fn read(path: &Path) -> Result<Option<Settings>, ManifestErrors> {
         let file = path.display().to_string();
         let unreadable = |why: String| {
@@ -112,9 +128,6 @@ impl Settings {
     }
 
     /// What the text of a file says; `file` is what messages call it.
-    ///
-    /// # Errors
-    /// Everything that is wrong with it.
     pub fn parse(text: &str, file: &str) -> Result<Settings, ManifestErrors> {
         let mut problems = Problems::default();
         let settings = parse(text, &mut problems);
@@ -123,53 +136,29 @@ impl Settings {
             _ => Err(problems.into_errors(file, text)),
         }
     }
-
-    /// These, and of others what these leave out.
-    pub fn or(self, others: Settings) -> Settings {
-        Settings {
-            partition: self.partition.or(others.partition),
-            account: self.account.or(others.account),
-            qos: self.qos.or(others.qos),
-            cores: self.cores.or(others.cores),
-            memory: self.memory.or(others.memory),
-            time_limit: self.time_limit.or(others.time_limit),
-            per_element: self.per_element.or(others.per_element),
-            at_most: self.at_most.or(others.at_most),
-            rounds: self.rounds.or(others.rounds),
-            before: self.before.or(others.before),
-            directives: self.directives.or(others.directives),
-        }
-    }
 }
 
 /// A word that `sbatch` takes for a name.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn name(word: &str) -> Result<String, String> {
+fn name(word: &str) -> Result<String, String> {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.,:@/+".contains(letter);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => Ok(word.to_owned()),
-        false => Err("must be a name without spaces or quotes".to_owned()),
+    if !word.is_empty() && word.chars().all(is_plain) {
+        Ok(word.to_owned())
+    } else {
+        Err("must be a name without spaces or quotes".to_owned())
     }
 }
 
 /// One line of shell.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn line(line: &str) -> Result<String, String> {
-    match line.chars().any(char::is_control) {
-        true => Err("must be one line; a list has several".to_owned()),
-        false => Ok(line.to_owned()),
+fn line(line: &str) -> Result<String, String> {
+    if line.chars().any(char::is_control) {
+        Err("must be one line; a list has several".to_owned())
+    } else {
+        Ok(line.to_owned())
     }
 }
 
 /// One option of `sbatch`, but for those that asperity writes itself.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn directive(option: &str) -> Result<String, String> {
+fn directive(option: &str) -> Result<String, String> {
     const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
     let option = line(option)?;
     if !option.starts_with('-') {
@@ -180,6 +169,15 @@ pub fn directive(option: &str) -> Result<String, String> {
         Some(name) => Err(format!("must not be `--{name}`, which asperity sets")),
         None => Ok(option),
     }
+}
+
+fn size(word: &str) -> Result<ByteSize, String> {
+    word.parse().map_err(|_| "must be a size such as \"16GB\" or \"512MiB\"".to_owned())
+}
+
+fn parsed_hours(word: &str) -> Result<f64, String> {
+    let hours = word.parse().ok().filter(|hours: &f64| *hours > 0.0 && *hours <= MOST_HOURS);
+    hours.ok_or_else(|| format!("must be a number of hours above 0 and at most {MOST_HOURS}"))
 }
 
 fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
@@ -214,64 +212,33 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
     Some(settings)
 }
 
-fn checked(section: &Section<ClusterTable>, problems: &mut Problems) -> Option<Settings> {
-    let point = section.points.first()?;
-    let (table, checks) = (&point.table, &mut Checks::of(section, point, problems));
-    Some(Settings {
-        partition: word(checks, "partition", &table.partition, name),
-        account: word(checks, "account", &table.account, name),
-        qos: word(checks, "qos", &table.qos, name),
-        cores: whole(checks, "cores", &table.cores, 1, MOST_CORES),
-        memory: word(checks, "memory", &table.memory, |size| {
-            let size = size.parse::<ByteSize>();
-            size.map_err(|_| "must be a size such as \"16GB\" or \"512MiB\"".to_owned())
-        }),
-        time_limit: hours(checks, "time_limit", &table.time_limit),
-        per_element: hours(checks, "per_element", &table.per_element),
-        at_most: whole(checks, "at_most", &table.at_most, 1, MOST_ELEMENTS),
-        rounds: whole(checks, "rounds", &table.rounds, 0, MOST_ROUNDS),
-        before: list(checks, "before", &table.before, line),
-        directives: list(checks, "directives", &table.directives, directive),
-    })
-}
-
-fn whole(checks: &mut Checks, name: &str, key: &Key<i64>, least: u32, most: u32) -> Option<u32> {
-    checks.is_whole_in(name, key.written()?, &(least..=most))
-}
-
-fn hours(checks: &mut Checks, name: &str, key: &Key<f64>) -> Option<f64> {
-    let bounds = (Bound::Excluded(0.0), Bound::Included(MOST_HOURS));
-    checks.is_in(name, key.written()?, bounds)
-}
-
+/// Judges one word; the error says what it must be.
 type Judge<T> = fn(&str) -> Result<T, String>;
 
-fn word<T>(checks: &mut Checks, name: &str, key: &Key<String>, judge: Judge<T>) -> Option<T> {
-    judged(checks, name, key.written()?, judge)
+fn hours(checks: &mut Checks, name: &str, written: &Written<f64>) -> Option<f64> {
+    let bounds = (Bound::Excluded(0.0), Bound::Included(MOST_HOURS));
+    checks.is_in(name, written, bounds)
 }
 
-fn list(
-    checks: &mut Checks,
-    name: &str,
-    key: &Key<Vec<Written<String>>>,
-    judge: Judge<String>,
-) -> Option<Vec<String>> {
-    let items = key.written()?.value.iter();
-    items.map(|item| judged(checks, name, item, judge)).collect()
+fn whole(least: u32, most: u32) -> impl Fn(&mut Checks, &str, &Written<i64>) -> Option<u32> {
+    move |checks, name, written| checks.is_whole_in(name, written, &(least..=most))
 }
 
-fn judged<T>(
-    checks: &mut Checks,
-    name: &str,
-    written: &Written<String>,
-    judge: Judge<T>,
-) -> Option<T> {
-    let judged = judge(&written.value);
-    let refused = |must| {
-        let message = format!("`{name}` is {:?}", written.value);
-        checks.report(name, Problem::new(message, written.span.clone(), must));
-    };
-    judged.map_err(refused).ok()
+fn word<T>(judge: Judge<T>) -> impl Fn(&mut Checks, &str, &Written<String>) -> Option<T> {
+    move |checks, name, written| {
+        let refused = |must| {
+            let message = format!("`{name}` is {:?}", written.value);
+            checks.report(name, Problem::new(message, written.span.clone(), must));
+        };
+        judge(&written.value).map_err(refused).ok()
+    }
+}
+
+type Words = Written<Vec<Written<String>>>;
+
+fn list(judge: Judge<String>) -> impl Fn(&mut Checks, &str, &Words) -> Option<Vec<String>> {
+    let word = word(judge);
+    move |checks, name, words| words.value.iter().map(|item| word(checks, name, item)).collect()
 }
 
 #[cfg(test)]
