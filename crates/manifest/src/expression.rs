@@ -236,10 +236,7 @@ impl Expression {
 }
 
 fn enclosed(formatter: &mut fmt::Formatter<'_>, one: &Expression, is_so: bool) -> fmt::Result {
-    match is_so {
-        true => write!(formatter, "({one})"),
-        false => write!(formatter, "{one}"),
-    }
+    if is_so { write!(formatter, "({one})") } else { write!(formatter, "{one}") }
 }
 
 impl Serialize for Expression {

@@ -25,9 +25,6 @@ fn studies(root: &Path) -> Result<Vec<PathBuf>, StoreError> {
 }
 
 /// Every file that this program, or a job of it, has put into the folders of a cluster.
-///
-/// # Errors
-/// When a folder cannot be listed.
 pub fn files(root: &Path) -> Result<Vec<Found>, StoreError> {
     let mut files = Vec::new();
     for folder in studies(root)? {
@@ -44,9 +41,6 @@ pub fn files(root: &Path) -> Result<Vec<Found>, StoreError> {
 }
 
 /// The receipts of all studies of a folder of data.
-///
-/// # Errors
-/// When a folder cannot be listed, or a receipt not be read.
 pub fn receipts(root: &Path) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = Vec::new();
     for folder in studies(root)? {

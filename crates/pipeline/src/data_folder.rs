@@ -88,9 +88,6 @@ impl DataFolder {
 
 /// What none of these studies needs. Without any study no table is unneeded: naming none is
 /// rather a slip than a wish to lose everything. What somebody may be writing just now stays.
-///
-/// # Errors
-/// When a folder cannot be listed.
 pub fn unneeded(
     plans: &[Plan],
     data: &DataFolder,
@@ -116,9 +113,6 @@ pub fn unneeded(
 }
 
 /// Receipts of elements that may be at work on other machines, which no lock may tell of.
-///
-/// # Errors
-/// When a folder cannot be listed.
 pub fn at_work(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = cluster::receipts(data.path())?;
     receipts.retain(Receipt::may_be_at_work);
@@ -126,9 +120,6 @@ pub fn at_work(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
 }
 
 /// Deletes files, and folders that become empty. Whoever calls it has the store alone.
-///
-/// # Errors
-/// When a file cannot be deleted.
 pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
     for Found { path, .. } in files {
         remove(path)?;
@@ -142,9 +133,6 @@ pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
 
 /// Deletes what ended processes left unfinished. Where locks hold on one machine only, others may
 /// be at work: what is theirs stays, as do the folders, in which they may be about to write.
-///
-/// # Errors
-/// When a folder cannot be listed, or a file not be deleted.
 pub fn sweep(data: &DataFolder, moment: &Moment) -> Result<(), StoreError> {
     let mut left = listing::unfinished(&data.store())?;
     left.extend(results::files(&data.results())?);

@@ -237,9 +237,8 @@ impl Pressing {
     fn reduced_pressure(&self, load: usize) -> Option<Vec<f64>> {
         let mut kept = self.pressures.get(load)?.iter();
         let contact = self.contact(load)?.into_iter();
-        let pressure = contact.map(|touches| match touches {
-            true => *kept.next().expect("every node in contact has one"),
-            false => 0.0,
+        let pressure = contact.map(|touches| {
+            if touches { *kept.next().expect("every node in contact has one") } else { 0.0 }
         });
         Some(pressure.collect())
     }
@@ -252,9 +251,10 @@ impl Pressing {
 }
 
 fn rms_slope(map: &Map) -> f64 {
-    let moments = match map.is_periodic {
-        true => Moments::of(&map.surface),
-        false => differences::moments(&map.surface),
+    let moments = if map.is_periodic {
+        Moments::of(&map.surface)
+    } else {
+        differences::moments(&map.surface)
     };
     moments.rms_slope()
 }

@@ -204,9 +204,10 @@ impl Builder {
             Work::Generate(surfaces) => {
                 let surfaces = surfaces.iter().flat_map(|surfaces| {
                     // Those with a measured spectrum are drawn for each that is read.
-                    let read: Vec<Vec<usize>> = match surfaces.params.origin.reads_stage() {
-                        true => inputs.iter().map(|&input| vec![input]).collect(),
-                        false => vec![vec![]],
+                    let read: Vec<Vec<usize>> = if surfaces.params.origin.reads_stage() {
+                        inputs.iter().map(|&input| vec![input]).collect()
+                    } else {
+                        vec![vec![]]
                     };
                     read.into_iter().flat_map(move |read| {
                         let numbers = 0..surfaces.realizations;

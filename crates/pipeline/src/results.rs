@@ -72,9 +72,6 @@ pub struct StageRows<T = Table> {
 }
 
 /// Reads a manifest. Surface files that are gone are as they were when results were published.
-///
-/// # Errors
-/// Everything that is wrong with it.
 pub fn read_study(
     manifest: &Path,
     claims: ClaimNames,
@@ -103,18 +100,12 @@ impl Reading {
     }
 
     /// The rows of every stage, in the order of the plan.
-    ///
-    /// # Errors
-    /// As [`Reading::rows`].
     pub fn all(&self) -> Result<Vec<StageRows>, ResultsError> {
         let stages = self.plan.stages.iter();
         stages.map(|stage| self.rows(stage)).collect()
     }
 
     /// A stage's rows in memory, see [`Reading::open`].
-    ///
-    /// # Errors
-    /// As [`Reading::open`], and when the table on disk is damaged.
     pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
         let rows = self.open(stage)?;
         let table = rows.table.map(|source| source.table()).transpose()?;
@@ -198,10 +189,7 @@ pub enum ResultsError {
 
 /// The columns that a stage's table has beyond those of its tasks'.
 pub fn with_own_columns(table: Table) -> Table {
-    let own: &[Column] = match table.has(CONTENT.name) {
-        true => &[PATH, TASK],
-        false => &[TASK],
-    };
+    let own: &[Column] = if table.has(CONTENT.name) { &[PATH, TASK] } else { &[TASK] };
     table.beside(&Table::empty(own))
 }
 
@@ -223,9 +211,6 @@ fn damaged(tables: &[(usize, StoreError)]) -> String {
 }
 
 /// Every file that this program has put into the folder of results.
-///
-/// # Errors
-/// When a folder cannot be listed.
 pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
     let mut files = Vec::new();
     for study in listing::folders(folder)? {
@@ -235,9 +220,6 @@ pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
 }
 
 /// Tables of stages that the study has no longer.
-///
-/// # Errors
-/// When the folder cannot be listed.
 pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let is_orphan = |what: &What| match what {
         What::Stage { study, stage } => !plan.has_table(study, stage),

@@ -396,9 +396,6 @@ pub struct Damage {
 
 impl Damage {
     /// Quarantines a task's damaged file; nothing if another process has already mended it.
-    ///
-    /// # Errors
-    /// When the store cannot be written.
     pub fn quarantine(
         plan: &Plan,
         task: usize,
@@ -426,9 +423,10 @@ pub enum TaskError {
     )]
     Inputs { takes: String, room: String },
     /// A task computed a number that is not finite.
-    #[error("{found}, and tables hold finite numbers or null; {}", match is_query {
-        true => "a division by `nullif(x, 0)` gives null where x is zero",
-        false => "an input may be too large or too small; if none is, please report this",
+    #[error("{found}, and tables hold finite numbers or null; {}", if *is_query {
+        "a division by `nullif(x, 0)` gives null where x is zero"
+    } else {
+        "an input may be too large or too small; if none is, please report this"
     })]
     NotFinite { found: TableError, is_query: bool },
     /// Another task failed, without which it cannot be computed.

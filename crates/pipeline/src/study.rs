@@ -166,9 +166,10 @@ fn text_of(path: &Path) -> Result<String, ManifestErrors> {
         let problem = Problem::without_place(format!("cannot read manifest `{file}`: {reason}"));
         let with_ending = path.with_extension("toml");
         let meant = path.extension().is_none() && with_ending.is_file();
-        problems.push(match meant {
-            true => problem.help(format!("did you mean `{}`?", with_ending.display())),
-            false => problem,
+        problems.push(if meant {
+            problem.help(format!("did you mean `{}`?", with_ending.display()))
+        } else {
+            problem
         });
         problems.into_errors(&file, "")
     };

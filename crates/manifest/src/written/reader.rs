@@ -354,9 +354,10 @@ impl<'i> Grid<'i> {
 }
 
 fn too_many(points: usize, values: usize, place: &Span) -> Problem {
-    let message = match points > MOST_POINTS {
-        true => format!("the grid has {points} points, {MOST_POINTS} is the most"),
-        false => format!("the grid has {values} values, {MOST_VALUES} is the most"),
+    let message = if points > MOST_POINTS {
+        format!("the grid has {points} points, {MOST_POINTS} is the most")
+    } else {
+        format!("the grid has {values} values, {MOST_VALUES} is the most")
     };
     Problem::new(message, place.clone(), "the lists of this stage multiply")
         .help("name the combinations that you want: `cases = [{ … }, { … }]`")

@@ -134,9 +134,10 @@ fn read(
             Err(error) => return Err(error),
         }
     }
-    Ok(match damaged.is_empty() {
-        true => Ok(tables),
-        false => Err(Condition::Open { tasks: lines(), damaged }),
+    Ok(if damaged.is_empty() {
+        Ok(tables)
+    } else {
+        Err(Condition::Open { tasks: lines(), damaged })
     })
 }
 
@@ -170,9 +171,10 @@ pub fn of_mean(
     };
     let error = largest_error(&tables, mean)
         .map_err(|source| SamplingError::Mean { until: mean.to_string(), source })?;
-    Ok(match error < 1.0 {
-        true => Condition::Holds(Finding::Error(error)),
-        false => Condition::Fails(Finding::Error(error)),
+    Ok(if error < 1.0 {
+        Condition::Holds(Finding::Error(error))
+    } else {
+        Condition::Fails(Finding::Error(error))
     })
 }
 
@@ -228,10 +230,7 @@ pub fn of_claims(
         Ok(tables) => tables,
         Err(open) => return Ok(open),
     };
-    let looks = match surfaces >= growth.at_most {
-        true => NonZeroU32::MIN,
-        false => looks(growth),
-    };
+    let looks = if surfaces >= growth.at_most { NonZeroU32::MIN } else { looks(growth) };
     let decisions = rule.decide(study, plan, &tables, names, looks)?;
     Ok(match decisions.wanted(surfaces) {
         None => Condition::Holds(Finding::Claims(decisions)),

@@ -100,9 +100,6 @@ impl Receipt {
     }
 
     /// Writes it in the place of what it was before.
-    ///
-    /// # Errors
-    /// When the folder cannot be written.
     pub fn write(&mut self, folder: &Path) -> Result<(), StoreError> {
         self.touched = now();
         let bytes = serde_json::to_vec_pretty(self).expect("a receipt is plain data");
@@ -122,9 +119,6 @@ impl Receipt {
 }
 
 /// The receipts in a folder, in the order of their names; files that are none are left out.
-///
-/// # Errors
-/// When the folder cannot be listed.
 pub fn read(folder: &Path) -> Result<Vec<Receipt>, StoreError> {
     let names = names(folder)?.into_iter();
     let names = names.filter(|name| !name.starts_with('.') && name.ends_with(".json"));

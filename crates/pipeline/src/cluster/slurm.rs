@@ -72,9 +72,6 @@ pub enum SlurmError {
 
 /// Submits a script: an array of these elements if there are any, after all of another job has ended
 /// in whatever way.
-///
-/// # Errors
-/// When Slurm is not here, or does not take it.
 pub fn submit(
     script: &Path,
     array: Option<&str>,
@@ -93,9 +90,6 @@ pub fn submit(
 }
 
 /// What is in the queue under these names.
-///
-/// # Errors
-/// When Slurm is not here, or does not answer.
 pub fn queue(names: &[&str]) -> Result<Vec<Queued>, SlurmError> {
     let names = format!("--name={}", names.join(","));
     let told =
@@ -118,9 +112,6 @@ fn queued(line: &str) -> Option<Queued> {
 }
 
 /// Takes jobs out of the queue, and ends those that run.
-///
-/// # Errors
-/// When Slurm is not here, or refuses.
 pub fn cancel(jobs: &[Job]) -> Result<(), SlurmError> {
     let jobs: Vec<String> = jobs.iter().map(Job::to_string).collect();
     run("scancel", &jobs).map(drop)

@@ -82,9 +82,6 @@ struct Values<'a> {
 
 impl Scripts {
     /// Writes the scripts of a study.
-    ///
-    /// # Errors
-    /// When a path or a setting has a control character.
     pub fn of(
         study: &str,
         sizing: &Sizing,
@@ -223,9 +220,6 @@ impl Submission {
     }
 
     /// What the folder of a study keeps; none if nothing has been submitted.
-    ///
-    /// # Errors
-    /// When it cannot be read.
     pub fn read(folder: &Path) -> Result<Option<Submission>, StoreError> {
         let path = Submission::path(folder);
         let unreadable = |source| StoreError::Read { path: path.clone(), source };
@@ -238,9 +232,6 @@ impl Submission {
     }
 
     /// Keeps it in the folder of a study.
-    ///
-    /// # Errors
-    /// When the folder cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let bytes = serde_json::to_vec_pretty(self).expect("it is plain data");
         write_whole(&Submission::path(folder), &bytes, Existing::Replace, folder)

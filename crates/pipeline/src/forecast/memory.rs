@@ -57,10 +57,7 @@ pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let inputs = task.inputs.iter().filter(|_| reads_maps);
     let read: f64 = inputs.map(|&input| plan.tasks[input].recipe.footprint().table).sum();
     let Footprint { work, table } = task.recipe.footprint();
-    let at_once = match task.recipe.pools_surfaces() {
-        true => threads.min(task.inputs.len()),
-        false => 1,
-    };
+    let at_once = if task.recipe.pools_surfaces() { threads.min(task.inputs.len()) } else { 1 };
     let [nodes_x, nodes_y] = task.nodes.map(|nodes| nodes as f64);
     let nodes = nodes_x * nodes_y;
     ByteSize((nodes * (work * at_once as f64 + COPIES * table + read)) as u64)

@@ -207,16 +207,12 @@ impl<'a> Walk<'a> {
     /// What makes a task another one than before.
     fn task(&mut self, stage: usize, task: usize, place: Place, here: &Here) -> usize {
         let point = &here.points[place.point];
-        let at_point = match place.realization < point.realizations_before {
-            true => point.before,
-            false => point.beyond,
-        };
+        let at_point =
+            if place.realization < point.realizations_before { point.before } else { point.beyond };
         let inputs = self.inputs(task, here);
         let own = self.sets.union(at_point, inputs);
-        let passed_on = match point.keeps_identity {
-            true => self.sets.union(here.to_all, inputs),
-            false => own,
-        };
+        let passed_on =
+            if point.keeps_identity { self.sets.union(here.to_all, inputs) } else { own };
         // A task of several stages was there before if it was there for one of them.
         let is_known = self.stage_of[task].replace(stage).is_some();
         if !is_known || passed_on == EMPTY {

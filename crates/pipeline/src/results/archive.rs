@@ -135,9 +135,8 @@ impl TaskTables for Archive {
     }
 
     fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
-        self.store.light(key).or_else(|error| match error.is_mendable() {
-            true => self.rows_of(key).ok_or(error),
-            false => Err(error),
+        self.store.light(key).or_else(|error| {
+            if error.is_mendable() { self.rows_of(key).ok_or(error) } else { Err(error) }
         })
     }
 }
@@ -225,10 +224,9 @@ impl Lacking {
     fn end_from(&self, row: usize) -> usize {
         let ends = self.0.iter().map(|(_, ranges)| {
             let next = ranges.partition_point(|range| range.end <= row);
-            ranges.get(next).map_or(usize::MAX, |range| match range.start > row {
-                true => range.start,
-                false => range.end,
-            })
+            ranges
+                .get(next)
+                .map_or(usize::MAX, |range| if range.start > row { range.start } else { range.end })
         });
         ends.min().unwrap_or(usize::MAX)
     }
@@ -236,15 +234,9 @@ impl Lacking {
 
 impl Published {
     /// Reads a stage's table; nothing if it is one whose rows are of no task.
-    ///
-    /// # Errors
-    /// When the file is missing or damaged.
     pub fn read(path: &Path) -> Result<Option<Published>, StoreError> {
         let (source, metadata) = TableSource::open(path)?;
-        let source = match source.rows() <= READ_AT_ONCE {
-            true => source.table()?.into(),
-            false => source,
-        };
+        let source = if source.rows() <= READ_AT_ONCE { source.table()?.into() } else { source };
         Published::of(source, &metadata)
     }
 
@@ -270,9 +262,6 @@ impl Published {
     }
 
     /// The table as it was published.
-    ///
-    /// # Errors
-    /// When it is damaged.
     pub fn table(&self) -> Result<Table, StoreError> {
         self.source.table()
     }
@@ -327,10 +316,7 @@ impl Published {
     fn slice(&self, rows: Range<usize>, lacking: &Lacking) -> Option<Table> {
         let lacking = lacking.from(rows.start);
         let table = self.own(rows)?;
-        Some(match lacking.is_empty() {
-            true => table,
-            false => table.without(&lacking),
-        })
+        Some(if lacking.is_empty() { table } else { table.without(&lacking) })
     }
 
     /// Returns some rows without the columns that publishing adds, or `None` if they are damaged.
@@ -351,9 +337,10 @@ impl Published {
             }
             start = end;
         }
-        match parts.is_empty() {
-            true => self.source.first(&self.own, 0).ok(),
-            false => Table::stack(&parts).ok(),
+        if parts.is_empty() {
+            self.source.first(&self.own, 0).ok()
+        } else {
+            Table::stack(&parts).ok()
         }
     }
 }

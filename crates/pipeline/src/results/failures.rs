@@ -75,9 +75,6 @@ impl Failures<'_> {
     }
 
     /// The loads that were given up, a row each.
-    ///
-    /// # Errors
-    /// When the tables cannot be read.
     pub fn of_loads(&self, tables: &[PublishedTable]) -> Result<Table, ResultsError> {
         let stages = self.plan.stages.iter().zip(tables);
         let solved =
@@ -181,9 +178,6 @@ impl Failures<'_> {
 }
 
 /// The table of a study's last runs; without rows if there is none.
-///
-/// # Errors
-/// When it cannot be read.
 pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
     match read_whole(&path(folder, study, FAILURES), Columns::All) {
         Ok((table, _)) => Ok(table),
@@ -195,9 +189,6 @@ pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
 }
 
 /// Puts the table in the place of the one before; none if it has no row. Where it is.
-///
-/// # Errors
-/// When the folder cannot be written.
 pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf>, StoreError> {
     let path = path(folder, study, FAILURES);
     if table.rows() == 0 {

@@ -81,9 +81,6 @@ impl Owner {
     }
 
     /// Says so beside the tables, unless it is said there already.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let path = folder.join(FILE);
         let bytes = self.bytes();
@@ -95,9 +92,6 @@ impl Owner {
 }
 
 /// Refuses a study whose tables would take away those of another manifest in the same folder.
-///
-/// # Errors
-/// When they would.
 pub fn check(manifest: &Path, study: &Study, plan: &Plan, archive: &Archive) -> Result<(), Taken> {
     let folder = archive.folder();
     let owner = Owner::read(folder);
@@ -119,13 +113,14 @@ pub fn check(manifest: &Path, study: &Study, plan: &Plan, archive: &Archive) -> 
             lost.map(|(stage, _)| format!("rows of `{stage}`")).collect()
         }
     };
-    match lost.is_empty() {
-        true => Ok(()),
-        false => Err(Taken {
+    if lost.is_empty() {
+        Ok(())
+    } else {
+        Err(Taken {
             folder: folder.to_owned(),
             owner: owner.map(|owner| from_folder(&folder.join(owner.manifest), Path::new("."))),
             lost,
-        }),
+        })
     }
 }
 

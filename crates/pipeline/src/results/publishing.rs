@@ -40,17 +40,11 @@ pub struct PublishedTable {
 
 impl PublishedTable {
     /// Opens the table without reading its rows.
-    ///
-    /// # Errors
-    /// When the file is missing, or its footer damaged.
     pub fn open(&self) -> Result<TableSource, StoreError> {
         Ok(TableSource::open(&self.path)?.0)
     }
 
     /// Its rows.
-    ///
-    /// # Errors
-    /// When the file is missing or damaged.
     pub fn read(&self) -> Result<Table, StoreError> {
         self.open()?.table()
     }
@@ -59,9 +53,6 @@ impl PublishedTable {
 /// Writes the table of every stage that has a finished task, unless it is there already, for the
 /// manifest in a file. Rows of tasks that the store has lost stay. Of large tables no more is in
 /// memory at once than half of `room`.
-///
-/// # Errors
-/// When tables cannot be read, or the folder not be written.
 pub fn publish(
     sampled: &SampledStudy,
     store: &Store,
@@ -90,10 +81,7 @@ pub fn publish(
         // Tables that are all there need no folder that can be written.
         let _ = desk.own();
     }
-    match damaged.is_empty() {
-        true => Ok(published),
-        false => Err(ResultsError::Damaged { tables: damaged }),
-    }
+    if damaged.is_empty() { Ok(published) } else { Err(ResultsError::Damaged { tables: damaged }) }
 }
 
 /// A study whose tables are being published.
@@ -175,10 +163,8 @@ impl Desk<'_> {
         let _alone = lock_to_write(&self.folder);
         // A user may have edited the table, but another run may also have replaced it since it was
         // checked.
-        let quarantined = match written_for(path).is_none() && path.is_file() {
-            true => quarantine(path)?,
-            false => None,
-        };
+        let quarantined =
+            if written_for(path).is_none() && path.is_file() { quarantine(path)? } else { None };
         let mut unread = None;
         let written = write_with(path, Existing::Replace, &self.folder, |file| {
             let groups = groups.map_while(|group| group.map_err(|error| unread = Some(error)).ok());
@@ -347,9 +333,6 @@ impl Pieces {
     }
 
     /// Returns the tasks.
-    ///
-    /// # Errors
-    /// When tables are damaged.
     pub fn tasks(&mut self) -> Result<Vec<usize>, ResultsError> {
         if !self.damaged.is_empty() {
             let tables = std::mem::take(&mut self.damaged);
@@ -481,9 +464,10 @@ impl Frame<'_> {
         let (tables, keys): (Vec<(usize, Table)>, Vec<Table>) =
             rows.into_iter().map(|rows| ((rows.layout, rows.table), rows.keys)).unzip();
         let table = stacking.stack(&tables).map_err(contradiction)?;
-        let keys = match keys.is_empty() {
-            true => Table::empty(&[TASK]),
-            false => Table::stack(&keys).map_err(contradiction)?,
+        let keys = if keys.is_empty() {
+            Table::empty(&[TASK])
+        } else {
+            Table::stack(&keys).map_err(contradiction)?
         };
         Ok(with_paths(table, self.sources).beside(&keys))
     }

@@ -97,10 +97,7 @@ impl ShortestWave {
     /// rounding of a quotient.
     fn mesh(&self, finer: f64) -> String {
         let [x, y] = self.nodes.map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
-        match x == y {
-            true => format!("{x}"),
-            false => format!("[{x}, {y}]"),
-        }
+        if x == y { format!("{x}") } else { format!("[{x}, {y}]") }
     }
 }
 
@@ -130,10 +127,7 @@ impl Study {
         let Work::Generate(ensembles) = &stage.work else {
             return None;
         };
-        let enough = match self.is_corrected(place)? {
-            true => ENOUGH_CORRECTED,
-            false => ENOUGH,
-        };
+        let enough = if self.is_corrected(place)? { ENOUGH_CORRECTED } else { ENOUGH };
         let waves = ensembles.iter();
         let mut waves: Vec<ShortestWave> = waves
             .filter_map(|ensemble| ShortestWave::of(&ensemble.params))

@@ -233,11 +233,10 @@ fn bounds_of_the_schema_are_those_of_the_study() {
             let rest: Vec<_> = head.iter().chain(tail).cloned().collect();
             let refuses = |value: f64| {
                 let text = format!("{}\n{key} = {value:?}\n", rest.join("\n"));
-                let text = match is_whole {
-                    true => {
-                        text.replace(&format!("{key} = {value:?}"), &format!("{key} = {value}"))
-                    }
-                    false => text,
+                let text = if is_whole {
+                    text.replace(&format!("{key} = {value:?}"), &format!("{key} = {value}"))
+                } else {
+                    text
                 };
                 let message = format!("`{key}` is ");
                 study(&text).is_err_and(|errors| {

@@ -344,10 +344,8 @@ impl<'a> Seen<'a> {
         let varies =
             |(name, _): &(&String, &String)| values(name).is_some_and(|known| known.len() > 1);
         let unseen: Vec<_> = point.fields.iter().filter(is_unseen).collect();
-        let told = match unseen.is_empty() {
-            true => point.fields.iter().filter(varies).collect(),
-            false => unseen,
-        };
+        let told =
+            if unseen.is_empty() { point.fields.iter().filter(varies).collect() } else { unseen };
         let field = |(name, value): (&String, &String)| Field {
             field: name.clone(),
             value: Shown::of(value),

@@ -98,9 +98,6 @@ impl Record {
     }
 
     /// Every file that this program has put into the folder of records.
-    ///
-    /// # Errors
-    /// When the folder cannot be listed.
     pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
         listing::known(folder, |name| {
             let study = name.strip_suffix(".json")?.to_owned();
@@ -114,9 +111,6 @@ impl Record {
     }
 
     /// Writes the record, unless it is there already.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
     pub fn write(&self, folder: &Path, study: &str) -> Result<(), StoreError> {
         let path = Record::path(folder, study);
         let bytes = self.bytes();
