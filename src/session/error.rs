@@ -71,6 +71,8 @@ pub enum SessionError {
     /// What is asked for is not there, or not possible.
     #[error("{0}")]
     Refused(String),
+    #[error(transparent)]
+    SurfaceFile(#[from] SurfaceFileError),
     #[error("cannot read surface file `{}`", path.display())]
     Topography { path: PathBuf, source: TopographyFileError },
     /// A measured surface can be drawn only with its study, which knows the file.

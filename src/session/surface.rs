@@ -6,7 +6,6 @@ use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
 use asperity_report::Raster;
-use asperity_stages::StageError;
 use asperity_stages::surface_files::{LARGEST, SurfaceFileError, read_regular};
 use asperity_topography_files::{
     Channel, ChannelError, Corners, HeightMap, Size, Statistics, TopographyFile, read,
@@ -81,9 +80,8 @@ pub fn describe(
     channel: Option<&str>,
     is_drawn: bool,
 ) -> Result<DescribedFile, SessionError> {
-    let bytes = read_regular(path, LARGEST).map_err(|source| {
-        StageError::Source(SurfaceFileError::Read { path: path.to_owned(), source })
-    })?;
+    let bytes = read_regular(path, LARGEST)
+        .map_err(|source| SurfaceFileError::Read { path: path.to_owned(), source })?;
     let file = read(&bytes)
         .map_err(|source| SessionError::Topography { path: path.to_owned(), source })?;
     let chosen = chosen(&file, channel)?;

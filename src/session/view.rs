@@ -63,6 +63,7 @@ pub struct ViewOptions {
 pub struct Picture {
     #[serde(skip)]
     raster: Raster,
+    /// The task that was asked for; what is drawn may be of the one that it was computed from.
     pub task: TaskKey,
     pub map: Map,
     /// Along x and y.
@@ -105,7 +106,8 @@ impl Session<'_> {
                 manifest: self.manifest.clone(),
             });
         }
-        draw(task, options, &self.data.look()?, &tables.reading.study.sources)
+        let picture = draw(task, options, &self.data.look()?, &tables.reading.study.sources)?;
+        Ok(Picture { task, ..picture })
     }
 }
 
@@ -120,7 +122,8 @@ pub fn finished_task(
 ) -> Result<Picture, SessionError> {
     let task = names::finished(word, data)?;
     // No key knows where the files of measured surfaces lie.
-    draw(task, options, &data.look()?, &SurfaceFiles::default())
+    let picture = draw(task, options, &data.look()?, &SurfaceFiles::default())?;
+    Ok(Picture { task, ..picture })
 }
 
 impl Picture {
