@@ -16,7 +16,7 @@ use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::{adaptive_sampling, data_folder, results};
-use asperity_report::changed;
+use asperity_report::changed_files;
 use asperity_tables::parallel;
 use asperity_tables::parquet::{self, ParquetError};
 use asperity_tables::store::files::{quarantine, verify_whole};
@@ -150,7 +150,7 @@ fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Found>, StoreErr
 fn pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreError> {
     let mut folders = listing::folders(&data.results())?;
     folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
-    let changed = folders.iter().flat_map(|folder| changed(folder));
+    let changed = folders.iter().flat_map(|folder| changed_files(folder));
     let findings =
         changed.map(|path| Finding { cause: StoreError::Changed { path }, quarantined: None });
     Ok(findings.collect())

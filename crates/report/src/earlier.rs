@@ -97,7 +97,7 @@ fn digest(bytes: &[u8]) -> String {
 
 /// The page in a folder and the figures beside it, as far as they are there and not as they were
 /// written together; waits for a report that is being written.
-pub fn changed(folder: &Path) -> Vec<PathBuf> {
+pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
     let _unchanging = lock_to_read(folder);
     let page = folder.join(PAGE);
     let Ok(bytes) = fs::read(&page) else {
@@ -132,7 +132,7 @@ pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<()
     if existing == Existing::Replace {
         return Ok(());
     }
-    let changed = changed(folder);
+    let changed = changed_files(folder);
     let taken = |path: PathBuf| Err(ReportError::Taken { path, study: study.to_owned() });
     if basis.as_ref().is_some_and(|basis| basis.study != study) || changed.contains(&page) {
         return taken(page);
@@ -193,7 +193,7 @@ mod tests {
         let written = lock_to_write(folder.path()).expect("this disk can lock folders");
         fs::write(&page, "half a page").unwrap();
         let found = thread::scope(|scope| {
-            let look = scope.spawn(|| changed(folder.path()));
+            let look = scope.spawn(|| changed_files(folder.path()));
             thread::sleep(Duration::from_millis(200));
             fs::write(&page, sealed("a page".to_owned())).unwrap();
             drop(written);
@@ -201,7 +201,7 @@ mod tests {
         });
         assert_eq!(found, Vec::<PathBuf>::new());
         fs::write(&page, "half a page").unwrap();
-        assert_eq!(changed(folder.path()), [page]);
+        assert_eq!(changed_files(folder.path()), [page]);
     }
 
     #[test]

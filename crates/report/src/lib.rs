@@ -31,7 +31,7 @@ mod units;
 
 pub use charts::raster::{Raster, Scale};
 pub use charts::svg::PixelsError;
-pub use earlier::{changed, check_folder};
+pub use earlier::{changed_files, check_folder};
 pub use ensembles::Bars;
 
 use std::fs;
