@@ -5,6 +5,7 @@ use std::fmt;
 
 use arrow::array::Array;
 
+use crate::charts::chart::DataPoint;
 use asperity_contact::grid::Grid;
 use asperity_stages::columns::{
     COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y,
@@ -74,28 +75,6 @@ impl Mean {
     }
 }
 
-/// The slope of a mean curve between two loads.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slope {
-    /// Half way between them.
-    pub load: f64,
-    /// Difference over difference.
-    pub slope: f64,
-    /// The ends of its error bar: slopes of single surfaces scatter much less than their areas do.
-    pub bar: Option<[f64; 2]>,
-}
-
-/// The growth of the mean contact pressure with the load between two loads.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PressureGrowth {
-    /// The mean of the two areas.
-    pub area: f64,
-    /// Difference over difference of the mean curve.
-    pub growth: f64,
-    /// The ends of its error bar.
-    pub bar: Option<[f64; 2]>,
-}
-
 /// The ensembles of a table of loads, in order of appearance.
 pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
     let ensembles = ensemble::ensembles(table)?.into_iter();
@@ -146,8 +125,10 @@ impl EnsembleCurves<'_> {
         Ok(means.collect())
     }
 
-    /// The slope of the mean of a quantity that vanishes at no load, the first one from there.
-    pub fn slope(&self, column: &str) -> Result<Vec<Slope>, TableError> {
+    /// The slope of the mean of a quantity that vanishes at no load, the first one from there: half way
+    /// between two loads, difference over difference. Bars are of slopes of single surfaces, which
+    /// scatter much less than their areas do.
+    pub fn slope(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let mut before = (0.0, vec![0.0; self.surfaces]);
         let mut slopes = Vec::new();
@@ -156,16 +137,17 @@ impl EnsembleCurves<'_> {
             let step = load - before.0;
             let each = now.iter().zip(&before.1).map(|(now, before)| (now - before) / step);
             let (slope, half) = mean_and_half_bar(&each.collect::<Vec<_>>(), self.bars);
-            slopes.push(Slope { load: (load + before.0) / 2.0, slope, bar: ends(slope, half) });
+            let bar = ends(slope, half);
+            slopes.push(DataPoint { x: (load + before.0) / 2.0, y: slope, bar });
             before = (load, now);
         }
         Ok(slopes)
     }
 
-    /// The growth of the mean contact pressure y/a with the load y, area a by the given column;
-    /// from the second load on. Its error is the delete-one jackknife's: the pressure is not a mean
+    /// The growth of the mean contact pressure y/a with the load y, area a by the given column, against
+    /// the mean of the areas under two neighbouring loads; difference over difference. Its error is the delete-one jackknife's: the pressure is not a mean
     /// over surfaces.
-    pub fn pressure_growth(&self, column: &str) -> Result<Vec<PressureGrowth>, TableError> {
+    pub fn pressure_growth(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
             let areas: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
@@ -189,11 +171,7 @@ impl EnsembleCurves<'_> {
             // Of n values that leave one out each, the scatter is that of the mean over n − 1.
             let half = deviation(&without)
                 .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
-            PressureGrowth {
-                area: (sum + next_sum) / (2.0 * count),
-                growth,
-                bar: ends(growth, half),
-            }
+            DataPoint { x: (sum + next_sum) / (2.0 * count), y: growth, bar: ends(growth, half) }
         });
         Ok(growth.collect())
     }
@@ -336,10 +314,10 @@ mod tests {
     fn slopes_begin_at_the_origin_and_scatter_as_those_of_single_surfaces_do() {
         let table = table();
         let slopes = of(&table, Bars::Sem).unwrap()[0].slope("area").unwrap();
-        let found: Vec<f64> = slopes.iter().map(|slope| slope.load).collect();
+        let found: Vec<f64> = slopes.iter().map(|slope| slope.x).collect();
         assert!((found[0] - 0.05).abs() < 1e-15 && (found[1] - 0.15).abs() < 1e-15);
-        assert!((slopes[0].slope - 2.0).abs() < 1e-14);
-        assert!((slopes[1].slope - 2.0).abs() < 1e-14);
+        assert!((slopes[0].y - 2.0).abs() < 1e-14);
+        assert!((slopes[1].y - 2.0).abs() < 1e-14);
         let [low, high] = slopes[1].bar.unwrap();
         assert!(high - low < 1e-14, "both rise by 0.2");
     }
@@ -358,7 +336,7 @@ mod tests {
         let found = of(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
         let [growth] = found.unwrap()[..] else { panic!("one step") };
         // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
-        assert!((growth.area - 0.3).abs() < 1e-15 && growth.growth.abs() < 1e-15);
+        assert!((growth.x - 0.3).abs() < 1e-15 && growth.y.abs() < 1e-15);
         // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1; half their distance.
         let each: [f64; 2] = [2.0 / 0.3 - 10.0, 4.0 - 1.0 / 0.3];
         let [low, high] = growth.bar.unwrap();

@@ -158,6 +158,12 @@ impl<'a> FigureData<'a> {
         series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
     }
 
+    /// Separate points under the ensemble's name.
+    pub fn markers(&self, ensemble: &EnsembleCurves, points: Vec<DataPoint>) -> Series {
+        let style = self.styles.markers(&ensemble.point);
+        Series { points, style, label: Some(self.label(ensemble)) }
+    }
+
     /// What an ensemble is called in legends.
     pub fn label(&self, ensemble: &EnsembleCurves) -> String {
         let alone = if ensemble.surfaces == 1 { "the surface" } else { "mean of the surfaces" };

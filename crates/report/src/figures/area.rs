@@ -6,9 +6,9 @@ use arrow::array::Array;
 use crate::ReportError;
 use crate::charts::Figure;
 use crate::charts::axis::{Axis, Spacing};
-use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
-use crate::ensembles::{self, EnsembleCurves, Mean, Slope};
+use crate::ensembles::{self, EnsembleCurves, Mean};
 use crate::figure_data::{
     AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by,
     texts_if_any, up_to,
@@ -80,10 +80,9 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
     let mut kappas: Vec<String> = Vec::new();
     for ensemble in &data.measured {
-        let slopes = ensemble.slope(COUNTED_AREA)?;
-        let style = data.styles.markers(&ensemble.point);
-        let label = data.label(ensemble);
-        chart.series.push(points(&slopes, style).named(label));
+        let mut slopes = ensemble.slope(COUNTED_AREA)?;
+        slopes.retain(|slope| slope.x <= LIGHT);
+        chart.series.push(data.markers(ensemble, slopes));
     }
     if !chart.has_curves() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
@@ -121,16 +120,6 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
         data.caveat,
     );
     Ok(Drawn::figure(Figure::of(chart), caption))
-}
-
-fn points(slopes: &[Slope], style: Style) -> Series {
-    let is_light = |slope: &&Slope| slope.load <= LIGHT;
-    let points = slopes.iter().filter(is_light).map(|slope| DataPoint {
-        x: slope.load,
-        y: slope.slope,
-        bar: slope.bar,
-    });
-    Series { points: points.collect(), style, label: None }
 }
 
 struct Fit {

@@ -4,7 +4,7 @@
 use crate::ReportError;
 use crate::charts::Figure;
 use crate::charts::axis::{Axis, Spacing};
-use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::Mean;
 use crate::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced};
@@ -31,13 +31,8 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
         largest = means.iter().fold(largest, |largest, mean| largest.max(mean.mean));
         data.add_curve(&mut chart, ensemble, &means, &spaced(0.04 * last, &means));
         let points = ensemble.slope(COUNTED_AREA)?;
-        let points =
-            points.iter().map(|slope| DataPoint { x: slope.load, y: slope.slope, bar: None });
-        slopes.series.push(Series {
-            points: points.collect(),
-            style: data.styles.line(&ensemble.point),
-            label: None,
-        });
+        let style = data.styles.line(&ensemble.point);
+        slopes.series.push(Series { points, style, label: None }.without_bars());
     }
     // Lighter loads have a figure of their own.
     if heaviest <= LIGHT * (1.0 + 1e-9) {

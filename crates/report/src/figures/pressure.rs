@@ -10,7 +10,7 @@ use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::{self, EnsembleCurves, Mean, Point};
 use crate::figure_data::{
-    AREA_LABEL, COUNTED_AREA, FigureData, FinishedStage, LOAD_LABEL, series, texts_if_any,
+    AREA_LABEL, COUNTED_AREA, FigureData, FinishedStage, LOAD_LABEL, texts_if_any,
 };
 use crate::figures::{Definition, Drawn, sample};
 use crate::units::{self, LengthUnit, Scaled, digits};
@@ -50,12 +50,9 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut mean_gaps = Chart::new(axis(), Axis::linear(gaps.label));
     let mut moduli: Vec<String> = Vec::new();
     for ((ensemble, gaps), pressures) in pressed.iter().zip(&gaps.means).zip(&pressures) {
-        let style = data.styles.markers(&ensemble.point);
-        let against =
-            |means: &[Mean]| Series { points: against(pressures, means), style, label: None };
-        let area = against(&ensemble.mean(COUNTED_AREA)?);
-        areas.series.push(area.named(data.label(ensemble)));
-        mean_gaps.series.push(against(gaps));
+        let area = against(pressures, &ensemble.mean(COUNTED_AREA)?);
+        areas.series.push(data.markers(ensemble, area));
+        mean_gaps.series.push(data.markers(ensemble, against(pressures, gaps)));
         areas.series.extend(theory(data, ensemble, pressures));
         moduli.extend(modulus(ensemble).map(|modulus| told(modulus, &scaled)));
     }
@@ -126,8 +123,7 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
     let gaps = gaps(data, data.measured.iter())?;
     let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear(gaps.label.clone()));
     for (ensemble, gaps) in data.measured.iter().zip(&gaps.means) {
-        let style = data.styles.markers(&ensemble.point);
-        chart.series.push(series(gaps, style).named(data.label(ensemble)));
+        chart.series.push(data.points(ensemble, gaps));
     }
     if !chart.has_curves() {
         let lines =
@@ -234,18 +230,11 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     let (mut all, mut rising) = (0, 0);
     for ensemble in &data.measured {
         let mut growth = ensemble.pressure_growth(COUNTED_AREA)?;
-        growth.retain(|one| one.area < MOST);
+        growth.retain(|one| one.x < MOST);
         all += growth.len();
-        growth.retain(|one| one.growth > 0.0);
+        growth.retain(|one| one.y > 0.0);
         rising += growth.len();
-        let style = data.styles.markers(&ensemble.point);
-        let points =
-            growth.iter().map(|one| DataPoint { x: one.area, y: one.growth, bar: one.bar });
-        chart.series.push(Series {
-            points: points.collect(),
-            style,
-            label: Some(data.label(ensemble)),
-        });
+        chart.series.push(data.markers(ensemble, growth));
     }
     let Some(extent) = Extent::of(&chart.series) else {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
