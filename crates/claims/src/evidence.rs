@@ -203,27 +203,21 @@ impl Evidence {
         per_surface(&self.surfaces, |_, row| number(&self.surfaces, name, row))
     }
 
-    /// What numbers of measured contacts amount to, under the load nearest to one within a tenth of
-    /// it, of spectra that the paper's words are about.
-    pub fn of_contacts(
-        &self,
-        load: f64,
-        columns: &[&'static str],
-        value: impl Fn(&BTreeMap<&'static str, f64>) -> f64,
-    ) -> Vec<AtLoad> {
+    /// Contact nodes with a gap among their four neighbours over switches, under the load nearest to one
+    /// within a tenth of it, of spectra that the paper's words are about.
+    pub fn edge_nodes_over_switches(&self, load: f64) -> Vec<AtLoad> {
         let loads = self.of_the_paper(AS_COUNTED).into_iter().filter_map(|ensemble| {
             let place = ensemble.at(load)?;
             let load = (ensemble.given[place], ensemble.loads[place]);
             Some((key(&ensemble.spectrum), load))
         });
         let loads: BTreeMap<_, (f64, f64)> = loads.collect();
-        let of = |name: &str, row: usize| number(&self.contacts, name, row);
         let given = load_column(&self.contacts);
         let found = per_surface(&self.contacts, |spectrum, row| {
-            let asked = loads.get(&key(spectrum))?;
-            let numbers = columns.iter().map(|&name| Some((name, of(name, row)?)));
-            let is_asked = of(given, row)? == asked.0;
-            Some(value(&numbers.collect::<Option<_>>().filter(|_| is_asked)?))
+            let of = |name: &str| number(&self.contacts, name, row);
+            let is_asked = of(given)? == loads.get(&key(spectrum))?.0;
+            let ratio = of(EDGE_NODES_4.name)? / of(SWITCHES.name)?;
+            is_asked.then_some(ratio)
         });
         let found = found.into_iter().map(|PerSurface { spectrum, values }| AtLoad {
             load: loads[&key(&spectrum)].1,

@@ -8,14 +8,11 @@
 //! the power that bends as much, and zero of a logarithm. A fit with that exponent free would have
 //! no value where it runs to zero, which is the case in question.
 
-use std::collections::BTreeMap;
-
 use crate::evidence::{AreaCurves, Evidence, KappaPoints};
 use crate::quantities::{Quantities, needs};
 use crate::{Claim, Expectation, Origin, Statement};
 use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
-use asperity_stages::columns::{EDGE_NODES_4, SWITCHES};
 use asperity_stages::correct::{AS_COUNTED, OF_2015};
 use asperity_statistics::intervals::Weights;
 use asperity_statistics::limits::{LimitFit, LimitProblem, TermForm};
@@ -120,8 +117,7 @@ fn over_meshes(evidence: &Evidence, statement: Statement, coefficient: f64) -> C
 
 fn edge_nodes(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
-    let ratio = |row: &BTreeMap<&str, f64>| row[EDGE_NODES_4.name] / row[SWITCHES.name];
-    for ensemble in evidence.of_contacts(0.06, &[EDGE_NODES_4.name, SWITCHES.name], ratio) {
+    for ensemble in evidence.edge_nodes_over_switches(0.06) {
         let label = evidence.name_under(&ensemble.spectrum, ensemble.load);
         quantities.add(label, &[ensemble.values.len()], |weights| {
             Some(weights.mean(&ensemble.values) / std::f64::consts::FRAC_PI_4)
