@@ -13,7 +13,6 @@ mod plan;
 mod reference;
 mod report;
 mod run;
-mod submit;
 mod tables;
 pub mod terminal;
 
@@ -63,7 +62,7 @@ enum Command {
     /// Compute what is missing and write the tables.
     Run(run::RunArguments),
     /// Share a study out among the nodes of a Slurm cluster.
-    Submit(submit::Arguments),
+    Submit(cluster::SubmitArguments),
     /// Say how far a study is, wherever it is computed.
     Status(cluster::StatusArguments),
     /// Take a study's jobs out of the queue of Slurm; what is finished is kept.
@@ -129,7 +128,7 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Plan(arguments) => plan::plan(&arguments, &data),
         Command::Explain(arguments) => plan::explain(&arguments, &data),
         Command::Run(arguments) => run::run(&arguments, &data),
-        Command::Submit(arguments) => submit::run(&arguments, &data, program),
+        Command::Submit(arguments) => cluster::submit(&arguments, &data, program),
         Command::Status(arguments) => cluster::status(&arguments, &data),
         Command::Cancel(arguments) => cluster::cancel(&arguments, &data),
         Command::Finish(arguments) => cluster::finish(&arguments, &data),
