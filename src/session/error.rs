@@ -74,7 +74,7 @@ pub enum SessionError {
     #[error(transparent)]
     SurfaceFile(#[from] SurfaceFileError),
     #[error("cannot read surface file `{}`", path.display())]
-    Topography { path: PathBuf, source: TopographyFileError },
+    Topography { path: PathBuf, source: Box<TopographyFileError> },
     /// A measured surface can be drawn only with its study, which knows the file.
     #[error("{0}; name the manifest and its stage instead of the key")]
     NotRedrawn(SurfaceFileError),

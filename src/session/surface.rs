@@ -82,8 +82,10 @@ pub fn describe(
 ) -> Result<DescribedFile, SessionError> {
     let bytes = read_regular(path, LARGEST)
         .map_err(|source| SurfaceFileError::Read { path: path.to_owned(), source })?;
-    let file = read(&bytes)
-        .map_err(|source| SessionError::Topography { path: path.to_owned(), source })?;
+    let file = read(&bytes).map_err(|source| SessionError::Topography {
+        path: path.to_owned(),
+        source: Box::new(source),
+    })?;
     let chosen = chosen(&file, channel)?;
     let mut described = Vec::new();
     let mut picture = None;
