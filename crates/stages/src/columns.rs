@@ -9,11 +9,11 @@ mod surfaces;
 pub use contacts::*;
 pub use surfaces::*;
 
-const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {
+pub(crate) const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {
     Column::parameter(name, Text, "", meaning)
 }
 
-const fn parameter_integer(
+pub(crate) const fn parameter_integer(
     name: &'static str,
     unit: &'static str,
     meaning: &'static str,
@@ -21,23 +21,31 @@ const fn parameter_integer(
     Column::parameter(name, Integer, unit, meaning)
 }
 
-const fn parameter(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+pub(crate) const fn parameter(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Column {
     Column::parameter(name, Real, unit, meaning)
 }
 
-const fn real(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+pub(crate) const fn real(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
     Column::result(name, Real, unit, meaning)
 }
 
-const fn integer(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
+pub(crate) const fn integer(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Column {
     Column::result(name, Integer, unit, meaning)
 }
 
-const fn flag(name: &'static str, meaning: &'static str) -> Column {
+pub(crate) const fn flag(name: &'static str, meaning: &'static str) -> Column {
     Column::result(name, Flag, "", meaning)
 }
 
-const fn text(name: &'static str, meaning: &'static str) -> Column {
+pub(crate) const fn text(name: &'static str, meaning: &'static str) -> Column {
     Column::result(name, Text, "", meaning)
 }
 

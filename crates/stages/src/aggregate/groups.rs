@@ -15,13 +15,13 @@ use super::statistics::{self, SAMPLING_UNIT};
 use super::{Groups, Statistic, theory};
 use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, HARDNESS, HARDNESS_REDUCED, LOAD,
-    PRESSURE, STOP,
+    PRESSURE, STOP, integer, real,
 };
 use crate::fit::rows::{FITTED, STATUS};
 use crate::solve::GIVEN_UP;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
-use asperity_tables::column::{Column, ColumnKind, Role};
+use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
 /// Quantities that vanish at zero load, so that their first slope starts there.
@@ -330,29 +330,25 @@ fn mixed(name: &str) -> String {
     format!("{name} differs")
 }
 
-pub const COUNT: Column = Column::result("count", ColumnKind::Integer, "1", "rows in the group");
-const SURFACES: Column = Column::result(
+pub const COUNT: Column = integer("count", "1", "rows in the group");
+const SURFACES: Column = integer(
     "surfaces",
-    ColumnKind::Integer,
     "1",
     "surfaces in the group, told apart by seed and realization or by their region of a file: one \
      surface may have several rows, at several parameter points",
 );
-const UNCONVERGED: Column = Column::result(
+const UNCONVERGED: Column = integer(
     "unconverged",
-    ColumnKind::Integer,
     "1",
     "rows in the group whose load did not converge; they count all the same",
 );
-const UNFITTED: Column = Column::result(
+const UNFITTED: Column = integer(
     "unfitted",
-    ColumnKind::Integer,
     "1",
     "fits in the group that failed; they are in `count`, and in no statistic",
 );
-pub const LOAD_MIDPOINT: Column = Column::result(
+pub const LOAD_MIDPOINT: Column = real(
     "load_midpoint",
-    ColumnKind::Real,
     "E* × rms slope",
     "load half way from the one before, where slopes belong",
 );

@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use super::groups::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
 use super::{Groups, Statistic};
 use crate::StageError;
-use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y};
+use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
 use asperity_contact::grid::Cell;
 use asperity_contact::theory::law::KAPPA_BGT;
 use asperity_contact::theory::models::{Asperities, AsperityModel, full_contact};
 use asperity_contact::theory::persson;
 use asperity_contact::topography::spectrum::Spectrum;
-use asperity_tables::column::{Column, ColumnKind, optional_reals};
+use asperity_tables::column::{Column, optional_reals};
 use asperity_tables::table::{Table, TableError};
 
 /// A theory of the contact area.
@@ -281,36 +281,17 @@ fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     Ok((0..table.rows()).map(&mut of_row).collect())
 }
 
-const APPROACH: Column = Column::result(
-    "approach",
-    ColumnKind::Real,
-    "1",
-    "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y",
-);
+const APPROACH: Column =
+    real("approach", "1", "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y");
 
 /// The columns of a theory: its area, and the slope, secant and approach to full contact of it.
 macro_rules! columns {
     ($area:literal, $meaning:literal) => {
         [
-            Column::result($area, ColumnKind::Real, "1", $meaning),
-            Column::result(
-                concat!($area, "_slope"),
-                ColumnKind::Real,
-                "1 per load",
-                "its slope at `load_midpoint`",
-            ),
-            Column::result(
-                concat!($area, "_secant"),
-                ColumnKind::Real,
-                "1 per load",
-                "the same over the load",
-            ),
-            Column::result(
-                concat!($area, "_approach"),
-                ColumnKind::Real,
-                "1",
-                "F = −ln[(1 − a) y √(2π)] of this area",
-            ),
+            real($area, "1", $meaning),
+            real(concat!($area, "_slope"), "1 per load", "its slope at `load_midpoint`"),
+            real(concat!($area, "_secant"), "1 per load", "the same over the load"),
+            real(concat!($area, "_approach"), "1", "F = −ln[(1 − a) y √(2π)] of this area"),
         ]
     };
 }

@@ -2,7 +2,7 @@
 
 use super::{integer, parameter, parameter_integer, parameter_text, real, text};
 use asperity_tables::column::Column;
-use asperity_tables::column::ColumnKind::{Reals, Text};
+use asperity_tables::column::ColumnKind::Reals;
 
 pub const CONTENT: Column = parameter_text("content", "hash of the measured surface's file");
 pub const UNIT: Column = parameter_text("unit", "unit of length of the measured surface");
@@ -160,10 +160,8 @@ pub const HEIGHT_MEASURES: [Column; 3] = [BIN, COUNT, DENSITY];
 /// What is counted in the heights of all surfaces of a parameter point.
 pub const POOLED_HEIGHTS: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
 
-pub const ALONG: Column = Column::parameter(
+pub const ALONG: Column = parameter_text(
     "along",
-    Text,
-    "",
     "direction of the lines: x, y, or radial for the mean over all directions",
 );
 pub const WAVENUMBER: Column = parameter(

@@ -102,21 +102,29 @@ pub enum KappaWord {
     MinimalConvex,
 }
 
-deserialize_either! {
-    'de, WrittenKappa, "a number, `\"free\"` or `\"minimal-convex\"`",
+/// Reads a number, or a word that says how to find it.
+macro_rules! number_or_word {
+    ($value:ident, $word:ident, $expected:literal) => {
+        deserialize_either! {
+            'de, $value, $expected,
 
-    fn visit_i64<E: Error>(self, number: i64) -> Result<WrittenKappa, E> {
-        Ok(WrittenKappa::Given(number as f64))
-    }
+            fn visit_i64<E: Error>(self, number: i64) -> Result<$value, E> {
+                Ok($value::Given(number as f64))
+            }
 
-    fn visit_f64<E: Error>(self, number: f64) -> Result<WrittenKappa, E> {
-        Ok(WrittenKappa::Given(number))
-    }
+            fn visit_f64<E: Error>(self, number: f64) -> Result<$value, E> {
+                Ok($value::Given(number))
+            }
 
-    fn visit_str<E: Error>(self, word: &str) -> Result<WrittenKappa, E> {
-        KappaWord::deserialize(StrDeserializer::new(word)).map(WrittenKappa::Word)
-    }
+            fn visit_str<E: Error>(self, word: &str) -> Result<$value, E> {
+                $word::deserialize(StrDeserializer::new(word)).map($value::Word)
+            }
+        }
+    };
 }
+pub(super) use number_or_word;
+
+number_or_word!(WrittenKappa, KappaWord, "a number, `\"free\"` or `\"minimal-convex\"`");
 
 /// The word after `law =`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

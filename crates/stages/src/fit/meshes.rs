@@ -12,14 +12,14 @@ use super::Params;
 use super::rows::{self, Row};
 use crate::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
-    SWITCHES,
+    SWITCHES, parameter_text, real,
 };
 use crate::ensemble::{self, Member, ensembles};
 use crate::grids;
 use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
 use asperity_statistics::mesh_convergence::{MeshProblem, Refinement};
 use asperity_statistics::{FitError, Window};
-use asperity_tables::column::{Column, ColumnKind, Role, optional_reals, texts};
+use asperity_tables::column::{Column, Role, optional_reals, texts};
 use asperity_tables::table::{Table, TableError};
 
 /// Parameters in which the rows of a point may differ: the mesh, and how its areas are corrected,
@@ -27,15 +27,12 @@ use asperity_tables::table::{Table, TableError};
 const VARIED: [&str; 5] =
     [NODES.name, NODES_X.name, NODES_Y.name, CORRECTION.name, COEFFICIENT.name];
 
-const POOLED: Column = Column::parameter(
+const POOLED: Column = parameter_text(
     "pooled",
-    ColumnKind::Text,
-    "",
     "what shares the coefficient: nothing, surfaces, or surfaces and loads",
 );
-const AREA_LIMIT: Column = Column::result(
+const AREA_LIMIT: Column = real(
     "area_limit",
-    ColumnKind::Real,
     "1",
     "A*: share of the area on an infinitely fine mesh; its mean where pooled",
 );
@@ -45,7 +42,7 @@ const ERROR_2017: Column = error("error_2017", "the same after the correction of
 const ERROR_FITTED: Column = error("error_fitted", "the same after the fitted correction");
 
 const fn error(name: &'static str, meaning: &'static str) -> Column {
-    Column::result(name, ColumnKind::Real, "1", meaning)
+    real(name, "1", meaning)
 }
 
 /// What the table has beyond that of other laws.
@@ -257,7 +254,7 @@ mod tests {
 
     use super::*;
     use crate::fit::laws::{Law, PlainLaw};
-    use asperity_tables::column::{integers, reals};
+    use asperity_tables::column::{ColumnKind, integers, reals};
 
     const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
 

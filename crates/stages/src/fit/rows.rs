@@ -5,9 +5,9 @@ use arrow::array::ArrayRef;
 use super::Params;
 use super::contact_evolution::{Datum, EvolutionChoices, Kappa};
 use super::laws::{Law, PlainLaw};
+use crate::columns::{flag, integer, parameter, parameter_text, real, text};
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::{FitError, GoodnessOfFit};
-use asperity_tables::column::ColumnKind::{Flag, Integer, Real, Text};
 use asperity_tables::column::{Column, integers, optional_flags, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
@@ -151,10 +151,10 @@ impl Parameter {
         let [value, lower, upper, error] = names;
         Parameter {
             symbol: None,
-            value: Column::result(value, Real, unit, meaning),
-            lower: Column::result(lower, Real, unit, "lower end of the interval"),
-            upper: Column::result(upper, Real, unit, "upper end of the interval"),
-            error: Column::result(error, Real, unit, "standard error by bootstrap"),
+            value: real(value, unit, meaning),
+            lower: real(lower, unit, "lower end of the interval"),
+            upper: real(upper, unit, "upper end of the interval"),
+            error: real(error, unit, "standard error by bootstrap"),
         }
     }
 
@@ -189,54 +189,44 @@ impl Parameter {
 }
 
 // Columns that the tables of all laws have.
-pub const LAW: Column = Column::parameter("law", Text, "", "the law that is fitted");
-pub const SURFACES: Column = Column::result("surfaces", Integer, "1", "surfaces pooled");
-pub const UNCONVERGED: Column = Column::result(
-    "unconverged",
-    Integer,
-    "1",
-    "rows whose load did not converge; they are fitted all the same",
-);
-pub const DATA: Column = Column::result("data", Integer, "1", "data fitted");
-pub const RMS_RESIDUAL: Column =
-    Column::result("rms_residual", Real, "1", "root mean square residual");
-pub const CHI_SQUARE: Column = Column::result(
+pub const LAW: Column = parameter_text("law", "the law that is fitted");
+pub const SURFACES: Column = integer("surfaces", "1", "surfaces pooled");
+pub const UNCONVERGED: Column =
+    integer("unconverged", "1", "rows whose load did not converge; they are fitted all the same");
+pub const DATA: Column = integer("data", "1", "data fitted");
+pub const RMS_RESIDUAL: Column = real("rms_residual", "1", "root mean square residual");
+pub const CHI_SQUARE: Column = real(
     "reduced_chi_square",
-    Real,
     "1",
     "χ² over degrees of freedom, from the scatter between surfaces",
 );
-pub const BOOTSTRAP: Column =
-    Column::result("bootstrap", Integer, "1", "resamplings of whole surfaces");
+pub const BOOTSTRAP: Column = integer("bootstrap", "1", "resamplings of whole surfaces");
 pub const BOOTSTRAP_FAILED: Column =
-    Column::result("bootstrap_failed", Integer, "1", "resamplings that could not be fitted");
-pub const STATUS: Column = Column::result("status", Text, "", "fitted, or why values are missing");
+    integer("bootstrap_failed", "1", "resamplings that could not be fitted");
+pub const STATUS: Column = text("status", "fitted, or why values are missing");
 
 // Columns of some laws.
-const DATUM: Column = Column::parameter("fitted_to", Text, "", "what the residuals are taken of");
-const KAPPA_IS: Column = Column::parameter("kappa_is", Text, "", "given, free or minimal-convex");
-const KAPPA_GIVEN: Column =
-    Column::parameter("kappa_given", Real, "1", "κ that is given, if it is");
+const DATUM: Column = parameter_text("fitted_to", "what the residuals are taken of");
+const KAPPA_IS: Column = parameter_text("kappa_is", "given, free or minimal-convex");
+const KAPPA_GIVEN: Column = parameter("kappa_given", "1", "κ that is given, if it is");
 const WINDOW_LOWER: Column =
-    Column::parameter("window_lower", Real, "E* × rms slope", "smallest load that counts");
+    parameter("window_lower", "E* × rms slope", "smallest load that counts");
 const WINDOW_UPPER: Column =
-    Column::parameter("window_upper", Real, "E* × rms slope", "largest load that counts");
+    parameter("window_upper", "E* × rms slope", "largest load that counts");
 const WAVENUMBER_LOWER: Column =
-    Column::parameter("wavenumber_lower", Real, "1/length", "smallest wavenumber that counts");
+    parameter("wavenumber_lower", "1/length", "smallest wavenumber that counts");
 const WAVENUMBER_UPPER: Column =
-    Column::parameter("wavenumber_upper", Real, "1/length", "largest wavenumber that counts");
+    parameter("wavenumber_upper", "1/length", "largest wavenumber that counts");
 const KAPPA_CONVEX: Column =
-    Column::result("kappa_convex", Real, "1", "smallest κ that makes this point's slopes convex");
-const MASKED: Column = Column::result(
+    real("kappa_convex", "1", "smallest κ that makes this point's slopes convex");
+const MASKED: Column = integer(
     "masked",
-    Integer,
     "1",
     "data that the law cannot have: no increase of the mean pressure, or full contact",
 );
 const R_SQUARED: Column =
-    Column::result("r_squared", Real, "1", "share of the data's variance that the fit explains");
-const CONVEX: Column =
-    Column::result("convex", Flag, "", "whether the fitted slope is convex in the window");
+    real("r_squared", "1", "share of the data's variance that the fit explains");
+const CONVEX: Column = flag("convex", "whether the fitted slope is convex in the window");
 
 /// Every column that a law may add, with those of these parameters.
 pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {

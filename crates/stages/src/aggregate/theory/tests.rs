@@ -3,7 +3,7 @@
 use super::*;
 use crate::aggregate::grouped as reduce;
 use crate::columns::{AREA_FRACTION, LOAD};
-use asperity_tables::column::{integers, reals, texts};
+use asperity_tables::column::{ColumnKind, integers, reals, texts};
 
 /// Two surfaces of one spectrum that follow Persson's theory; the second one is in full contact
 /// under its last load but one, and has no row under the last.

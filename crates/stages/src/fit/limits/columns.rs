@@ -3,46 +3,36 @@
 use arrow::array::ArrayRef;
 
 use super::{Form, LimitChoices, Line, MOST_TERMS, Outcome, WORD};
-use crate::columns::{K_ROLLOFF, LOAD};
+use crate::columns::{K_ROLLOFF, LOAD, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::rows::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FITTED, LAW, Parameter, RMS_RESIDUAL,
     STATUS, SURFACES, UNCONVERGED, names,
 };
-use asperity_tables::column::ColumnKind::{Real, Text};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
 
-const QUANTITY: Column =
-    Column::parameter("quantity", Text, "", "the observable Q that has a limit");
-const ROLLOFF_RATIO: Column = Column::parameter(
-    "rolloff_ratio",
-    Real,
-    "1",
-    "k_rolloff over k_lower, the same at all points of the fit",
-);
-const AKAIKE: Column = Column::result(
+const QUANTITY: Column = parameter_text("quantity", "the observable Q that has a limit");
+const ROLLOFF_RATIO: Column =
+    parameter("rolloff_ratio", "1", "k_rolloff over k_lower, the same at all points of the fit");
+const AKAIKE: Column = real(
     "akaike",
-    Real,
     "1",
     "χ² + 2 × the number of free parameters: of several forms for the same points, less is better",
 );
-const AKAIKE_WEIGHT: Column = Column::result(
+const AKAIKE_WEIGHT: Column = real(
     "akaike_weight",
-    Real,
     "1",
     "exp(−Δ/2) over the sum of all forms that were fitted to the same points, Δ the excess of `akaike` \
      over the least",
 );
-const BEST_SHARE: Column = Column::result(
+const BEST_SHARE: Column = real(
     "best_share",
-    Real,
     "1",
     "share of the resamplings in which these forms have the least `akaike` of all",
 );
-const LEAVE_ONE_OUT: Column = Column::result(
+const LEAVE_ONE_OUT: Column = real(
     "leave_one_out_error",
-    Real,
     "as `quantity`",
     "root of the mean square error, weighted as the fit is, with which a point is predicted by the \
      others",
@@ -66,16 +56,12 @@ struct OfTerm {
 macro_rules! of_term {
     ($number:literal) => {
         OfTerm {
-            small: Column::parameter(
+            small: parameter_text(
                 concat!("term_", $number),
-                Text,
-                "",
                 concat!("the number x that vanishes in term ", $number),
             ),
-            form: Column::parameter(
+            form: parameter_text(
                 concat!("form_", $number),
-                Text,
-                "",
                 concat!("what term ", $number, " is of its number: a power, or a logarithm"),
             ),
             coefficient: Parameter::of_unit(

@@ -14,7 +14,9 @@ use serde::{Deserialize, Deserializer};
 
 use super::{Form, LimitChoices, MOST_COMBINATIONS, MOST_TERMS, Term, WINDOW};
 use crate::columns::{LOAD, SURFACE};
-use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MOST_RESAMPLINGS, fits};
+use crate::fit::keys::{
+    DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MOST_RESAMPLINGS, fits, number_or_word,
+};
 use crate::fit::laws::Law;
 use crate::{Given, Recipe, Rows};
 use asperity_manifest::diagnostics::{Problem, did_you_mean, listed};
@@ -127,21 +129,7 @@ pub enum ExponentWord {
     Free,
 }
 
-deserialize_either! {
-    'de, WrittenExponent, "a number or `\"free\"`",
-
-    fn visit_i64<E: Error>(self, number: i64) -> Result<WrittenExponent, E> {
-        Ok(WrittenExponent::Given(number as f64))
-    }
-
-    fn visit_f64<E: Error>(self, number: f64) -> Result<WrittenExponent, E> {
-        Ok(WrittenExponent::Given(number))
-    }
-
-    fn visit_str<E: Error>(self, word: &str) -> Result<WrittenExponent, E> {
-        ExponentWord::deserialize(StrDeserializer::new(word)).map(WrittenExponent::Word)
-    }
-}
+number_or_word!(WrittenExponent, ExponentWord, "a number or `\"free\"`");
 
 deserialize_either! {
     'de, OneOrMore<FormWord>, "`\"power\"`, `\"logarithm\"` or a list of both",
