@@ -23,7 +23,7 @@ use asperity_tables::store::{Store, StoreError, listing};
 /// ```
 /// use std::path::Path;
 ///
-/// use asperity::session::DataFolder;
+/// use asperity_pipeline::data_folder::DataFolder;
 ///
 /// let table = DataFolder::new("data").table("quickstart", "curves");
 /// assert_eq!(table, Path::new("data/results/quickstart/curves.parquet"));

@@ -24,7 +24,7 @@ pub use asperity_stages::Kind;
 /// use std::path::Path;
 ///
 /// use asperity_pipeline::plan::Plan;
-/// use asperity_pipeline::study::Study;
+/// use asperity_pipeline::study::{Study, no_claims};
 ///
 /// let manifest = |upper: &str| format!(r#"
 ///     [study]
@@ -37,7 +37,8 @@ pub use asperity_stages::Kind;
 ///     k_upper = {upper}
 /// "#);
 /// let plan = |upper: &str| {
-///     Study::parse(&manifest(upper), "small.toml", Path::new(""), crate::study::no_claims).map(|study| Plan::of(&study))
+///     let study = Study::parse(&manifest(upper), "small.toml", Path::new(""), no_claims);
+///     study.map(|study| Plan::of(&study))
 /// };
 /// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
 /// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);

@@ -1,8 +1,8 @@
 //! One tidy table per stage, made of its tasks' tables, for polars, pandas or DuckDB to open.
 //!
 //! Heavy columns stay in the store, where the `task` column finds them. The tables are rewritten
-//! after each run, and only if their tasks have changed; whoever looks at a study
-//! has a [`Reading`] and writes nothing.
+//! after each run, and only if their tasks have changed; a [`Reading`] looks at a study and writes
+//! nothing.
 
 pub mod archive;
 pub mod exceeded_hardness;

@@ -18,12 +18,12 @@ const MOST: u32 = 1_000_000;
 /// Parts 2I − 1 and 2I of 2N are part I of N.
 ///
 /// ```
-/// use asperity::session::Shard;
+/// use asperity_pipeline::cluster::shard::Shard;
 ///
 /// let shard: Shard = "3/16".parse()?;
 /// assert_eq!(shard.to_string(), "3/16");
 /// assert!("17/16".parse::<Shard>().is_err());
-/// # Ok::<(), asperity::session::NoShard>(())
+/// # Ok::<(), asperity_pipeline::cluster::shard::NoShard>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
