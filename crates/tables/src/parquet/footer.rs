@@ -3,9 +3,9 @@
 //! A footer may be damaged, or made to break the program that reads it. Before the `parquet` crate
 //! sees a footer, it is walked over: no list claims more than it holds ([`thrift`](super::thrift)),
 //! and the tree of its columns is one. Version 60 of the crate makes room for as many columns as a
-//! group states (a file of 42 bytes asks for 16 GiB, which ends the process), calls itself for each
-//! level (10,000 levels overflow its stack), and writes out the names of all groups around a column
-//! (a file of 1 MB takes 10 GB).
+//! group states (a file of 42 bytes asks for 16 GiB, and the process ends where there is less), calls
+//! itself for each level (10,000 levels overflow a stack of 8 MiB), and writes out the names of all
+//! groups around a column (a file of 1 MB takes 10 GB).
 //!
 //! The constants are the structures of
 //! [parquet.thrift](https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift),

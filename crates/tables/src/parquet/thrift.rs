@@ -3,8 +3,8 @@
 //!
 //! The `parquet` crate (version 60) has no such bound. It skips the elements of lists and maps of
 //! truth values without taking a byte for each, and in the header of a page it skips doubles and
-//! texts beyond the end of the file. A list of 2³¹ elements fits into eight bytes, and lists of such
-//! lists multiply: a file of 700 bytes keeps that crate busy for minutes.
+//! texts beyond the end of the file. A list of 2³¹ elements fits into eight bytes and takes the crate
+//! seventeen seconds, and a list may hold many such lists.
 //!
 //! The walk must see the fields that the crate sees. The crate reads a field that it knows without
 //! comparing the type that the bytes state; so the type of every known field is compared with its
