@@ -15,11 +15,8 @@ use serde::Serialize;
 /// What a column holds, said once and carried into every file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
-    /// Its name, in whole words.
     pub name: &'static str,
-    /// What it is for.
     pub role: Role,
-    /// The type of its values.
     pub kind: ColumnKind,
     /// Unit of its values; `1` for pure numbers, empty where units make no sense.
     pub unit: &'static str,
@@ -38,7 +35,6 @@ pub enum Role {
     Load,
     /// The value of a coordinate in another unit. It goes on with the row and tells no rows apart.
     Derived,
-    /// It was computed.
     Result,
     /// It was computed and fills disks: it stays in the store.
     Heavy,
@@ -47,15 +43,10 @@ pub enum Role {
 /// The type of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
-    /// 64-bit floating point.
     Real,
-    /// 64-bit integer.
     Integer,
-    /// True or false.
     Flag,
-    /// UTF-8.
     Text,
-    /// Bytes.
     Bytes,
     /// Lists of 64-bit floating-point numbers.
     Reals,
@@ -72,7 +63,6 @@ impl Column {
         Column { name, role: Role::Parameter, kind, unit, meaning }
     }
 
-    /// The same column in another role.
     pub const fn with_role(self, role: Role) -> Column {
         Column { role, ..self }
     }
@@ -112,14 +102,11 @@ pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
 /// What a file says of a column.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Description {
-    /// Its name.
     pub name: String,
-    /// The type of its values.
     #[serde(rename = "type")]
     pub kind: &'static str,
     /// `parameter`, `surface`, `load`, `derived`, `result` or `heavy`.
     pub role: String,
-    /// Unit of its values.
     pub unit: String,
     /// One phrase that says what it means.
     pub meaning: String,
@@ -177,7 +164,7 @@ impl Role {
     ///
     /// A column that tells surfaces apart in one table tells them apart in the stack, and a
     /// coordinate of one table stays a coordinate beside tables in which it is derived.
-    pub fn prevails_over(self, other: Role) -> bool {
+    pub(crate) fn prevails_over(self, other: Role) -> bool {
         match other {
             Role::Parameter => self == Role::Surface,
             Role::Derived => self != Role::Derived && self.is_coordinate(),
@@ -190,11 +177,8 @@ impl Role {
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// Of a real column.
     Real(f64),
-    /// Of an integer column.
     Integer(i64),
-    /// Of a column of text.
     Text(String),
 }
 
@@ -285,7 +269,6 @@ impl ColumnKind {
         ColumnKind::ALL.into_iter().any(is_found)
     }
 
-    /// Its type in Arrow.
     pub fn data_type(self) -> DataType {
         match self {
             ColumnKind::Real => DataType::Float64,
@@ -298,7 +281,6 @@ impl ColumnKind {
     }
 }
 
-/// A column of real numbers.
 pub fn reals(values: impl IntoIterator<Item = f64>) -> ArrayRef {
     Arc::new(Float64Array::from_iter_values(values))
 }
@@ -308,12 +290,10 @@ pub fn optional_reals(values: impl IntoIterator<Item = Option<f64>>) -> ArrayRef
     Arc::new(Float64Array::from_iter(values))
 }
 
-/// A column of integers.
 pub fn integers(values: impl IntoIterator<Item = i64>) -> ArrayRef {
     Arc::new(Int64Array::from_iter_values(values))
 }
 
-/// A column of truth values.
 pub fn flags(values: impl IntoIterator<Item = bool>) -> ArrayRef {
     Arc::new(BooleanArray::from_iter(values.into_iter().map(Some)))
 }
@@ -323,7 +303,6 @@ pub fn optional_flags(values: impl IntoIterator<Item = Option<bool>>) -> ArrayRe
     Arc::new(BooleanArray::from_iter(values))
 }
 
-/// A column of text.
 pub fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(StringArray::from_iter_values(values))
 }
@@ -333,7 +312,6 @@ pub fn optional_texts(values: impl IntoIterator<Item = Option<String>>) -> Array
     Arc::new(StringArray::from_iter(values))
 }
 
-/// A column of bytes.
 pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(LargeBinaryArray::from_iter_values(values))
 }

@@ -53,17 +53,14 @@ pub struct Metadata {
 }
 
 impl Metadata {
-    /// An entry by name.
     pub fn get(&self, name: &str) -> Option<&str> {
         let found = self.entries.iter().find(|(known, _)| known == name);
         found.map(|(_, value)| value.as_str())
     }
 }
 
-/// Which columns to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Columns {
-    /// All.
     All,
     /// All but those that fill disks.
     Light,
@@ -81,16 +78,12 @@ pub enum ParquetError {
     /// It cannot be read to its end.
     #[error(transparent)]
     Read(#[from] io::Error),
-    /// Its bytes are not those that were written.
     #[error("its content does not match its digest")]
     Digest,
-    /// Its footer claims what no file holds.
     #[error("its footer claims {0}")]
     Footer(#[from] Claim),
-    /// A page of its columns does.
     #[error("a page of column `{column}` claims {claim}")]
     Page { column: String, claim: Claim },
-    /// Its parts contradict each other.
     #[error("its parts contradict each other")]
     Malformed,
     /// A column holds something that no table of ours holds.

@@ -38,7 +38,6 @@ impl TableSource {
         Ok((TableSource(place), metadata))
     }
 
-    /// Its columns.
     pub fn schema(&self) -> SchemaRef {
         match &self.0 {
             Place::Memory(table) => table.batch().schema(),
@@ -46,14 +45,12 @@ impl TableSource {
         }
     }
 
-    /// Their names.
     pub fn names(&self) -> Vec<String> {
         let schema = self.schema();
         let fields = schema.fields().iter();
         fields.map(|field| field.name().clone()).collect()
     }
 
-    /// The number of its rows.
     pub fn rows(&self) -> usize {
         match &self.0 {
             Place::Memory(table) => table.rows(),
@@ -94,7 +91,6 @@ impl TableSource {
         (0..self.count()).map(move |part| self.part(columns, part))
     }
 
-    /// Number of parts.
     pub fn count(&self) -> usize {
         match &self.0 {
             Place::Memory(_) => 1,
@@ -102,7 +98,6 @@ impl TableSource {
         }
     }
 
-    /// The number of rows of a part.
     pub fn rows_of(&self, part: usize) -> usize {
         match &self.0 {
             Place::Memory(table) => table.rows(),

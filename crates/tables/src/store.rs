@@ -49,13 +49,10 @@ pub trait TaskTables {
 /// The store cannot do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// A file or folder cannot be written.
     #[error("cannot write `{}`", path.display())]
     Write { path: PathBuf, source: io::Error },
-    /// A file cannot be read.
     #[error("cannot read `{}`", path.display())]
     Read { path: PathBuf, source: io::Error },
-    /// A file is no table, or a damaged one.
     #[error("`{}` is damaged or no table of this program", path.display())]
     Damaged { path: PathBuf, source: ParquetError },
     /// A page or a figure has been changed since it was written.
@@ -163,7 +160,6 @@ impl Store {
         have
     }
 
-    /// Whether a task is finished.
     pub fn has(&self, key: TaskKey) -> bool {
         self.path(key).is_file()
     }

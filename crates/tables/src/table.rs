@@ -20,13 +20,10 @@ pub struct Table(RecordBatch);
 /// A table is not what its reader needs.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// A column is missing.
     #[error("the table has no column `{name}`")]
     Missing { name: String },
-    /// A column has another type.
     #[error("column `{name}` holds {found}, not {expected}")]
     Type { name: String, found: DataType, expected: &'static str },
-    /// A number is infinite or NaN.
     #[error("column `{name}` would hold {value} in row {row}")]
     NotFinite {
         name: String,
@@ -34,7 +31,6 @@ pub enum TableError {
         row: usize,
         value: f64,
     },
-    /// Tables cannot be joined.
     #[error("tables do not fit together")]
     Arrow(#[from] arrow::error::ArrowError),
 }
@@ -87,7 +83,6 @@ impl Table {
         stacking.stack(&parts)
     }
 
-    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.0.num_rows()
     }
@@ -124,22 +119,18 @@ impl Table {
         self.typed(name, "real numbers", |array| array.as_primitive_opt::<Float64Type>())
     }
 
-    /// A column of integers.
     pub fn integers(&self, name: &str) -> Result<&Int64Array, TableError> {
         self.typed(name, "integers", |array| array.as_primitive_opt::<Int64Type>())
     }
 
-    /// A column of text.
     pub fn texts(&self, name: &str) -> Result<&StringArray, TableError> {
         self.typed(name, "text", |array| array.as_string_opt::<i32>())
     }
 
-    /// A column of flags.
     pub fn flags(&self, name: &str) -> Result<&BooleanArray, TableError> {
         self.typed(name, "flags", |array| array.as_boolean_opt())
     }
 
-    /// A column of bytes.
     pub fn bytes(&self, name: &str) -> Result<&LargeBinaryArray, TableError> {
         self.typed(name, "bytes", |array| array.as_binary_opt::<i64>())
     }
@@ -165,7 +156,6 @@ impl Table {
         })
     }
 
-    /// Whether there is a column of this name.
     pub fn has(&self, name: &str) -> bool {
         self.0.column_by_name(name).is_some()
     }
@@ -204,12 +194,10 @@ impl Table {
         self.keep(|_, role| role.is_some_and(Role::is_coordinate))
     }
 
-    /// The columns of one role.
     pub fn in_role(&self, wanted: Role) -> Table {
         self.keep(|_, role| role == Some(wanted))
     }
 
-    /// All columns but those of one role.
     pub fn not_in_role(&self, unwanted: Role) -> Table {
         self.keep(|_, role| role != Some(unwanted))
     }
@@ -251,7 +239,7 @@ impl Table {
     }
 
     /// The columns at these places, in this order.
-    pub fn project(&self, columns: &[usize]) -> Table {
+    pub(crate) fn project(&self, columns: &[usize]) -> Table {
         let batch = self.0.project(columns);
         Table(batch.expect("the places are those of columns"))
     }

@@ -50,7 +50,6 @@ pub fn decode_bytes(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata),
     unless_it_panics(|| decode_verified(bytes, footer, columns))
 }
 
-/// All bytes of a file.
 pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
@@ -177,7 +176,6 @@ type Chosen = (Arc<[usize]>, SchemaRef);
 pub(super) struct Known {
     /// For Arrow's reader.
     pub arrow: ArrowReaderMetadata,
-    /// All columns.
     pub schema: SchemaRef,
     /// Those that do not fill disks.
     pub light: Chosen,

@@ -25,7 +25,7 @@ pub(super) const MARK: &[u8] = b"PAR1";
 
 /// What of a file was digested together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Digested {
+pub(crate) enum Digested {
     /// All of it.
     Whole,
     /// Each column chunk.
@@ -158,7 +158,11 @@ pub(super) struct ChunkDigests {
 impl ChunkDigests {
     /// What the end of a file says of its chunks; nothing if it is not as it was written. `end`
     /// begins at byte `start` of the file, at or before the end of the last chunk.
-    pub fn verified(end: &Bytes, start: usize, metadata: &ParquetMetaData) -> Option<ChunkDigests> {
+    pub(crate) fn verified(
+        end: &Bytes,
+        start: usize,
+        metadata: &ParquetMetaData,
+    ) -> Option<ChunkDigests> {
         let footer = footer_start(end)?;
         let top = footer.checked_sub(DIGEST)?;
         let chunks = Chunks::of(metadata, start.checked_add(top)?)?;

@@ -54,7 +54,6 @@ impl NumberColumns {
         })
     }
 
-    /// Their names, in order.
     pub fn names(&self) -> Vec<&str> {
         let places = self.places.iter();
         places.map(|&place| self.field(place).name().as_str()).collect()

@@ -77,7 +77,7 @@ impl TableFile {
     ///
     /// # Errors
     /// When it is damaged.
-    pub fn verified(self) -> Result<Metadata, ParquetError> {
+    pub(crate) fn verified(self) -> Result<Metadata, ParquetError> {
         if let Source::File(file, digests) = &self.bytes {
             let mut bytes = vec![0; MARK.len()];
             file.read_exact_at(&mut bytes, 0)?;
@@ -99,12 +99,10 @@ impl TableFile {
         &self.metadata
     }
 
-    /// All its columns.
     pub fn schema(&self) -> &SchemaRef {
         &self.known.schema
     }
 
-    /// The number of its rows.
     pub fn rows(&self) -> usize {
         let rows = self.footer().file_metadata().num_rows();
         usize::try_from(rows).unwrap_or(0)
@@ -137,12 +135,10 @@ impl TableFile {
         self.read(columns, &[group], self.rows_of(group))
     }
 
-    /// The number of row groups.
     pub fn groups(&self) -> usize {
         self.footer().num_row_groups()
     }
 
-    /// The number of rows of a row group.
     pub fn rows_of(&self, group: usize) -> usize {
         let rows = self.footer().row_group(group).num_rows();
         usize::try_from(rows).unwrap_or(0)
@@ -255,7 +251,6 @@ fn damaged(error: ParquetError) -> ParquetError {
     }
 }
 
-/// The last bytes of a file.
 fn end_of(file: &File, length: u64, wanted: usize) -> Result<Bytes, ParquetError> {
     let wanted = length.min(wanted as u64);
     let mut bytes = vec![0; usize::try_from(wanted).unwrap_or(usize::MAX)];

@@ -89,7 +89,6 @@ pub enum Shape {
     /// The crate skips the value by its type alone.
     Unknown,
     Plain(Kind),
-    /// A list of elements.
     List(&'static Shape),
     /// A structure whose fields have the numbers 1, 2, 3, …
     Struct(&'static [Shape]),

@@ -7,8 +7,8 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use super::Store;
@@ -18,9 +18,8 @@ use super::key::TaskKey;
 /// The folder of checkpoints in a store.
 pub const FOLDER: &str = "checkpoints";
 /// What their names end with.
-pub const ENDING: &str = ".checkpoint";
+pub(crate) const ENDING: &str = ".checkpoint";
 
-/// Bytes of a digest.
 const DIGEST: usize = blake3::OUT_LEN;
 
 /// Where one task keeps how far it has come. Nothing in it decides a number: a task that goes on from
@@ -37,47 +36,22 @@ pub trait Checkpoints: Sync {
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>);
 }
 
-/// When something was kept last.
-#[derive(Debug)]
-pub struct Clock {
-    every: Duration,
-    last: Mutex<Instant>,
-}
-
-impl Clock {
-    /// One by which something is due after so long, again and again.
-    pub fn new(every: Duration) -> Clock {
-        Clock { every, last: Mutex::new(Instant::now()) }
-    }
-
-    /// Whether it is time.
-    pub fn is_due(&self) -> bool {
-        self.last().elapsed() >= self.every
-    }
-
-    /// Begins anew.
-    pub fn reset(&self) {
-        *self.last() = Instant::now();
-    }
-
-    fn last(&self) -> std::sync::MutexGuard<'_, Instant> {
-        self.last.lock().expect("no panic happens while it is held")
-    }
-}
-
 /// The checkpoints of one task, one in the place of the other.
 #[derive(Debug)]
 pub struct StoredCheckpoints<'a> {
     store: &'a Store,
     key: TaskKey,
-    clock: Clock,
+    every: Duration,
+    /// When something was kept last, or the task began.
+    last: Mutex<Instant>,
     is_kept: AtomicBool,
 }
 
 impl<'a> StoredCheckpoints<'a> {
     /// Those of a task that begins now, one after every so long.
     pub fn of(store: &'a Store, key: TaskKey, every: Duration) -> StoredCheckpoints<'a> {
-        StoredCheckpoints { store, key, clock: Clock::new(every), is_kept: AtomicBool::new(false) }
+        let last = Mutex::new(Instant::now());
+        StoredCheckpoints { store, key, every, last, is_kept: AtomicBool::new(false) }
     }
 
     /// Removes what is kept: the task's table is there. What cannot be removed does no harm.
@@ -85,6 +59,10 @@ impl<'a> StoredCheckpoints<'a> {
         if self.is_kept.load(Ordering::Relaxed) {
             let _ = fs::remove_file(self.path());
         }
+    }
+
+    fn kept_at(&self) -> MutexGuard<'_, Instant> {
+        self.last.lock().expect("no panic happens while it is held")
     }
 
     fn path(&self) -> PathBuf {
@@ -104,7 +82,7 @@ impl Checkpoints for StoredCheckpoints<'_> {
     }
 
     fn is_due(&self) -> bool {
-        self.clock.is_due()
+        self.kept_at().elapsed() >= self.every
     }
 
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) {
@@ -121,7 +99,7 @@ impl Checkpoints for StoredCheckpoints<'_> {
         // A full disk is told of by the task's table.
         drop(written);
         self.is_kept.store(true, Ordering::Relaxed);
-        self.clock.reset();
+        *self.kept_at() = Instant::now();
     }
 }
 

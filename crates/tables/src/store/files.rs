@@ -13,7 +13,7 @@ use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
 
 /// What is appended to the names of files that turned out to be damaged.
-pub const DAMAGED: &str = ".damaged";
+pub(crate) const DAMAGED: &str = ".damaged";
 
 /// How long a new file may wait.
 const LONGEST: Duration = Duration::from_secs(1);
@@ -118,7 +118,7 @@ fn unless_unsupported(error: io::Error) -> io::Result<()> {
 /// has been flushed. One flush does for all files of a folder, so that tasks of milliseconds do not
 /// wait for one each: a power cut costs the tasks of the last second.
 #[derive(Debug, Default)]
-pub struct Unflushed(Mutex<Waiting>);
+pub(crate) struct Unflushed(Mutex<Waiting>);
 
 #[derive(Debug, Default)]
 struct Waiting {
@@ -238,7 +238,7 @@ pub fn verify_whole(path: &Path) -> Result<Metadata, StoreError> {
 ///
 /// # Errors
 /// As [`read_whole`], but for the parts that are not read yet.
-pub fn open_table(path: &Path) -> Result<TableFile, StoreError> {
+pub(crate) fn open_table(path: &Path) -> Result<TableFile, StoreError> {
     read(path, TableFile::open)
 }
 

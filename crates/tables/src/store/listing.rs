@@ -9,7 +9,6 @@ use super::key::TaskKey;
 use super::users::UNFINISHED;
 use super::{StoreError, WORKSHOP, checkpoints, path};
 
-/// A file that this program has written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
     pub path: PathBuf,
@@ -20,19 +19,25 @@ pub struct Found {
 /// What a file is, by its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum What {
-    /// The table of a task.
     Task(TaskKey),
     /// How far a task had come whose process has ended since, unless it is at work.
     Checkpoint(TaskKey),
-    /// The table of a study's stage.
-    Stage { study: String, stage: String },
+    Stage {
+        study: String,
+        stage: String,
+    },
     /// Whose the tables of a study's stages are.
-    Owner { study: String },
+    Owner {
+        study: String,
+    },
     /// What a study was when it last ran.
-    Record { study: String },
+    Record {
+        study: String,
+    },
     /// What shares a study out among machines, or what they left of it.
-    Cluster { study: String },
-    /// A damaged file in quarantine.
+    Cluster {
+        study: String,
+    },
     Quarantined,
     /// A file that a killed process did not finish, unless somebody is writing it just now.
     Unfinished,
@@ -99,7 +104,7 @@ pub fn known(
 ///
 /// # Errors
 /// When it cannot be listed.
-pub fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
+pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
     let mut finished = HashSet::new();
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(finished),

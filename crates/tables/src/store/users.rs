@@ -82,7 +82,7 @@ fn writable(path: &Path) -> io::Result<File> {
 }
 
 /// How the names of files begin that are still being written.
-pub const UNFINISHED: &str = ".unfinished-";
+pub(crate) const UNFINISHED: &str = ".unfinished-";
 
 /// Nobody writes one file for so long, whatever the clocks of two machines say.
 const LONG: Duration = Duration::from_secs(7 * 86400);
@@ -90,14 +90,12 @@ const LONG: Duration = Duration::from_secs(7 * 86400);
 /// A process of a machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Writer {
-    /// The machine's name.
     pub machine: String,
     /// The number that it knows the process by.
     pub process: u32,
 }
 
 impl Writer {
-    /// This process.
     pub fn own() -> Writer {
         Writer { machine: own_machine().to_owned(), process: std::process::id() }
     }
@@ -119,16 +117,13 @@ impl Writer {
 /// A moment on a machine: who lives there, and how late it is.
 #[derive(Debug)]
 pub struct Moment {
-    /// The machine's name.
     pub machine: String,
-    /// When it is.
     pub now: SystemTime,
     /// When a process of the machine began, if it lives.
     pub begun: fn(u32) -> Option<SystemTime>,
 }
 
 impl Moment {
-    /// Here and now.
     pub fn here() -> Moment {
         Moment { machine: own_machine().to_owned(), now: SystemTime::now(), begun }
     }
