@@ -30,17 +30,17 @@ use summits::Summit;
 
 /// How asperities act on each other.
 ///
-/// The mean pressure displaces all asperities by u = w p₀ L/E*, with w L the mean displacement of a
-/// square of side L under unit pressure (Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54, 2569
-/// (2006), to first order). Explicit forces are summed over the periodic cell.
+/// The mean pressure displaces all asperities by u = w p₀ L/E*, with w L the mean displacement of
+/// a square of side L under unit pressure (Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54,
+/// 2569 (2006), to first order). Explicit forces are summed over the periodic cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Interaction {
     /// Not at all.
     None,
-    /// Through the mean pressure, which displaces the body uniformly: areas and forces under a load are
-    /// those without interaction.
+    /// Through the mean pressure, which displaces the body uniformly: areas and forces under a load
+    /// are those without interaction.
     MeanField,
     /// Each through its own force.
     Explicit,
