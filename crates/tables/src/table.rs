@@ -393,8 +393,8 @@ impl Stacking {
 
 #[cfg(test)]
 mod tests {
-    use super::super::column::{ColumnKind, bytes, lists, optional_reals, reals};
     use super::*;
+    use crate::column::{ColumnKind, bytes, lists, optional_reals, reals};
 
     const LOAD: Column = Column::parameter("load", ColumnKind::Real, "1", "load");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");

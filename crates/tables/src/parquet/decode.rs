@@ -302,9 +302,9 @@ fn our_type(found: &DataType) -> DataType {
 
 #[cfg(test)]
 mod tests {
-    use super::super::encode;
     use super::*;
     use crate::column::Column;
+    use crate::parquet::encode;
     use crate::store::key::Provenance;
     use crate::table::Table;
 

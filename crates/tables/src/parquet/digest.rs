@@ -198,9 +198,9 @@ pub(super) fn footer_start(bytes: &[u8]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Columns, Metadata, ParquetError, decode_bytes, encode};
     use super::*;
     use crate::column::{Column, ColumnKind, optional_reals, reals};
+    use crate::parquet::{Columns, Metadata, ParquetError, decode_bytes, encode};
     use crate::store::key::{Digest, TaskKey};
     use crate::table::Table;
 

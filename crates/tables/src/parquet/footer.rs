@@ -179,9 +179,9 @@ fn check_tree(elements: &[Element], most: usize) -> Result<(), Claim> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Metadata, encode};
     use super::*;
     use crate::column::{Column, ColumnKind, reals};
+    use crate::parquet::{Metadata, encode};
     use crate::table::Table;
 
     fn file() -> Vec<u8> {

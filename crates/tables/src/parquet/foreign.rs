@@ -186,9 +186,9 @@ impl Header {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Metadata, encode};
     use super::*;
     use crate::column::{Column, ColumnKind, reals, texts};
+    use crate::parquet::{Metadata, encode};
     use crate::table::Table;
 
     fn table_of_a_word_and_two_numbers() -> Vec<u8> {

@@ -342,11 +342,11 @@ impl ChunkReader for Part {
 mod tests {
     use std::io::{Read, Seek, Write};
 
-    use super::super::{Columns, GROUP, Metadata, decode_bytes, encode, write_parts};
     use super::*;
     use crate::column::{
         Column, ColumnKind, flags, integers, optional_reals, optional_texts, reals,
     };
+    use crate::parquet::{Columns, GROUP, Metadata, decode_bytes, encode, write_parts};
 
     /// More rows than one row group has.
     const ROWS: usize = 150_000;
