@@ -53,8 +53,6 @@
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
 
-// What is to be told goes to an observer or into a result: others than terminals call this.
-#![warn(clippy::print_stdout, clippy::print_stderr)]
 // What something public returns has a public name, too.
 #![warn(unnameable_types)]
 

@@ -1,6 +1,8 @@
 //! Studies from end to end, through the command that users run, and one file through the library
 //! alone.
 
+#![allow(clippy::print_stderr)]
+
 mod adaptive_sampling;
 mod asperities;
 mod beginning;

@@ -1,5 +1,7 @@
 //! A transform pair with its kernel, against the bare transforms of rustfft and the memory.
 
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
 use asperity_contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity_contact::fft::{Real, Transform};
 use asperity_contact::grid::Grid;

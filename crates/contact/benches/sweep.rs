@@ -1,6 +1,8 @@
 //! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs; what
 //! ten loads cost on other bodies; and how long they last on several threads.
 
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
 use std::num::NonZeroUsize;
 use std::time::Instant;
 

@@ -4,6 +4,8 @@
 //! cargo run --release -p asperity-contact --example press
 //! ```
 
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
 use asperity_contact::elasticity::PeriodicHalfSpace;
 use asperity_contact::grid::{Grid, GridError};
 use asperity_contact::morphology::area::ContactArea;

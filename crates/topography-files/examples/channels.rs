@@ -4,6 +4,8 @@
 //! cargo run -p asperity-topography-files --example channels -- data/topography/di-3.di
 //! ```
 
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
 use std::error::Error;
 use std::{env, fs};
 
