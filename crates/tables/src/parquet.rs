@@ -130,9 +130,6 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
 
 /// Writes a table of `rows` rows from its parts, one of which is in memory at a time. Each part but
 /// the last has the rows of one row group. The bytes are those of [`encode`].
-///
-/// # Errors
-/// When the file cannot be written.
 pub fn write_parts(
     file: &mut File,
     rows: usize,

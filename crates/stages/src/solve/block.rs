@@ -145,9 +145,6 @@ impl Block {
     }
 
     /// Writes how far it has come.
-    ///
-    /// # Errors
-    /// When nothing can be written.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         self.rows.save(&self.solver, out)
     }

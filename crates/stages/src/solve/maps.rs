@@ -77,9 +77,6 @@ impl Distributions {
     }
 
     /// Writes the counts so far.
-    ///
-    /// # Errors
-    /// When nothing can be written.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         for counted in self.pressures.iter().chain(&self.gaps) {
             whole(out, counted.counts.len())?;
@@ -89,9 +86,6 @@ impl Distributions {
     }
 
     /// Reads what [`Distributions::save`] wrote of the same bins.
-    ///
-    /// # Errors
-    /// When these are not such bytes.
     pub fn restore(&mut self, from: &mut &[u8]) -> io::Result<()> {
         for counted in self.pressures.iter_mut().chain(&mut self.gaps) {
             for _ in 0..read_whole(from)? {
@@ -175,9 +169,6 @@ impl Flows {
     }
 
     /// Writes the flows so far.
-    ///
-    /// # Errors
-    /// When nothing can be written.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         // As many as there are loads.
         for flow in self.found.iter().flatten() {
@@ -188,9 +179,6 @@ impl Flows {
     }
 
     /// Reads what [`Flows::save`] wrote of so many loads.
-    ///
-    /// # Errors
-    /// When these are not such bytes.
     pub fn restore(&mut self, loads: usize, from: &mut &[u8]) -> io::Result<()> {
         let mut read = || -> io::Result<Result<Flow, Unconverged>> {
             let (conductivity, residual) = (read_real(from)?, read_real(from)?);

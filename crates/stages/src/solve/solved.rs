@@ -234,9 +234,6 @@ const STOPS: [Stop; 4] = [Stop::Converged, Stop::FullContact, Stop::PairLimit, S
 
 impl Solved {
     /// Writes the rows so far, and the solver that goes on from them.
-    ///
-    /// # Errors
-    /// When nothing can be written.
     pub fn save(&self, solver: &Solver, out: &mut dyn Write) -> io::Result<()> {
         out.write_all(FORMAT)?;
         whole(out, self.loads.len())?;
