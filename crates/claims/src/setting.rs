@@ -90,7 +90,7 @@ impl Setting {
     }
 
     /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
-    /// with a grain, which no claim is about, or of asperity models ([`of_asperities`]).
+    /// with a grain, which no claim is about, or of asperity models (`of_asperities`).
     pub fn rows(&self, table: &Table) -> Table {
         self.rows_of_any(table, &WITHOUT)
     }

@@ -1,6 +1,6 @@
 //! The page of a study, `report.html`, and its figures as files for a paper.
 //!
-//! [`write`] reads the finished tables of a study into [`FigureData`]: curves of ensembles, which
+//! [`write()`] reads the finished tables of a study into `FigureData`: curves of ensembles, which
 //! have one style on all figures. Each figure draws what it finds there, or says which stage would
 //! add it. The page holds the figures, the tables, and where all of it comes from.
 //!

@@ -5,7 +5,7 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`column`] | description of a column: name, unit, meaning, role, type |
+//! | [`mod@column`] | description of a column: name, unit, meaning, role, type |
 //! | [`table`] | a table in memory, with typed access to its columns; tables put under one another |
 //! | [`cells`] | values of single cells as text |
 //! | [`parquet`] | files of tables, with digests that reveal damage; files of others, with bounded memory |
