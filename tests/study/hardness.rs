@@ -6,7 +6,7 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, is_idle, text};
-use crate::reference::{assert_near, reference};
+use crate::reference::{assert_near, with_hardness};
 
 fn reals(table: &Table, name: &str) -> Vec<f64> {
     table.reals(name).unwrap().values().to_vec()
@@ -198,7 +198,7 @@ loads = [0.4, 0.99, 1.27, 1.5]
 #[test]
 fn a_load_that_only_the_surface_shows_to_be_too_much_fails_and_leaves_the_rest() {
     let bench = Bench::new();
-    let from = reference("hardness/h128_hard03.npy");
+    let from = with_hardness("h128_hard03.npy");
     fs::copy(from, bench.path("scan.npy")).unwrap();
     // 0.006 E* is 0.3 of E* × rms slope.
     let path = bench.write(

@@ -9,8 +9,14 @@ use asperity::tables::table::Table;
 
 use crate::bench::Bench;
 
-pub fn reference(name: &str) -> PathBuf {
+fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference").join(name)
+}
+
+/// A file of the contacts with a hardness, which the tests of the solver read, too.
+pub fn with_hardness(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact/tests/data/hardness");
+    folder.join(name)
 }
 
 /// A column of the reference by its name.
@@ -90,7 +96,7 @@ fn reals(table: &Table, name: &str) -> Vec<f64> {
 
 /// Contact and saturation at each load: bits most significant first behind a header of 128 bytes.
 fn maps_by_others(name: &str) -> Vec<Vec<bool>> {
-    let bytes = fs::read(reference(&format!("hardness/{name}_maps.npy"))).unwrap();
+    let bytes = fs::read(with_hardness(&format!("{name}_maps.npy"))).unwrap();
     let bits = |byte: &u8| [7, 6, 5, 4, 3, 2, 1, 0].map(|bit| byte >> bit & 1 == 1);
     let maps = bytes[128..].chunks(128 * 128 / 8);
     maps.map(|map| map.iter().flat_map(bits).collect()).collect()
@@ -99,14 +105,14 @@ fn maps_by_others(name: &str) -> Vec<Vec<bool>> {
 #[test]
 fn contact_and_saturation_are_what_another_code_finds() {
     for name in ["h128_hard03", "h128_hard08"] {
-        let csv = fs::read_to_string(reference("hardness/hardness.csv")).unwrap();
+        let csv = fs::read_to_string(with_hardness("hardness.csv")).unwrap();
         let is_wanted = |line: &&str| line.starts_with("name,") || line.starts_with(name);
         let csv: Vec<&str> = csv.lines().filter(is_wanted).collect();
         let csv = csv.join("\n");
         let of_others = |name: &str| column(&csv, name);
         let bench = Bench::new();
         let file = format!("{name}.npy");
-        fs::copy(reference("hardness").join(&file), bench.path(&file)).unwrap();
+        fs::copy(with_hardness(&file), bench.path(&file)).unwrap();
         let hardness = of_others("hardness")[0];
         bench.run(&format!(
             r#"
