@@ -47,12 +47,14 @@ pub struct ContactEvolution {
 
 impl ContactEvolution {
     /// Area fraction under a load ≥ 0.
+    #[inline]
     pub fn area(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         proportional * (-bend.ln_1p() / self.mu).exp()
     }
 
     /// da/dy, eq. (cel_derivative): κ at zero load.
+    #[inline]
     pub fn slope(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
         self.kappa * (-(1.0 + 1.0 / self.mu) * bend.ln_1p()).exp()
@@ -88,6 +90,7 @@ impl ContactEvolution {
     }
 
     /// Derivatives of the area by (ln β, ln μ, ln κ), for least squares.
+    #[inline]
     pub fn area_gradient(&self, load: f64) -> [f64; 3] {
         let Some(terms) = self.gradient_terms(load) else {
             return [0.0; 3];
@@ -101,6 +104,7 @@ impl ContactEvolution {
     }
 
     /// Derivatives of the slope by (ln β, ln μ, ln κ), for least squares.
+    #[inline]
     pub fn slope_gradient(&self, load: f64) -> [f64; 3] {
         let Some(terms) = self.gradient_terms(load) else {
             return [0.0, 0.0, self.kappa];
@@ -115,12 +119,14 @@ impl ContactEvolution {
     }
 
     /// Y = κy and t = βY^μ.
+    #[inline]
     fn reduced(&self, load: f64) -> (f64, f64) {
         let proportional = self.kappa * load;
         (proportional, self.beta * proportional.powf(self.mu))
     }
 
     /// `None` at zero load, where ln Y is infinite but comes with a vanishing factor.
+    #[inline]
     fn gradient_terms(&self, load: f64) -> Option<GradientTerms> {
         let (proportional, bend) = self.reduced(load);
         (proportional > 0.0).then(|| GradientTerms {
