@@ -77,10 +77,7 @@ impl DataFolder {
         self.cluster_of(study).join("receipts")
     }
 
-    /// The store, to be looked at: nothing is made.
-    ///
-    /// # Errors
-    /// When nobody can tell whether the store is pruned just now.
+    /// Opens the store for reading, unless it cannot be told whether it is being pruned.
     pub fn look(&self) -> Result<Store, StoreError> {
         Store::look(&self.store())
     }

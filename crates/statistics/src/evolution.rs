@@ -284,8 +284,7 @@ impl<const P: usize> Model<'_, P> {
     }
 
     /// The derivatives of one residual by the logarithms of β, μ and κ.
-    ///
-    /// Inlined, so that the logarithms of parameters that are not free are never computed.
+    // Inlined, so that the logarithms of parameters that are not free are never computed.
     #[inline(always)]
     pub(super) fn gradient(&self, law: &ContactEvolution, datum: usize) -> [f64; 3] {
         let load = self.problem.data.loads[datum];

@@ -197,9 +197,6 @@ impl MeasuredSurface {
     }
 
     /// The map as it is to be pressed.
-    ///
-    /// # Errors
-    /// When it cannot be prepared so.
     pub fn prepare(&self, scan: Scan, sources: &SurfaceFiles) -> Result<Prepared, StageError> {
         let prepared = self.preparation.prepare(scan, self.edges);
         prepared.map_err(|source| StageError::Preparation { path: self.path(sources), source })

@@ -98,9 +98,6 @@ impl Solved {
 
     /// Counts pressures and gaps of the load that is pushed next, and finds what flows through them, as
     /// far as that is asked for.
-    ///
-    /// # Errors
-    /// When it is told to stop.
     pub fn look_at_maps(
         &mut self,
         solver: &mut Solver,
