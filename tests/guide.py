@@ -1,10 +1,10 @@
-"""Whether the guide is true: every block of it runs, every manifest makes sense, every link leads somewhere.
+"""Tests the guide: runs its blocks, checks its manifests and links, and compares the generated pages.
 
-    python3 tests/guide.py run README.md          the blocks of one page, here
-    python3 tests/guide.py run                    those of the guide, with the manifests on its pages
-    python3 tests/guide.py links                  links and anchors of all pages, and the table of contents
-    python3 tests/guide.py reference              whether the generated pages are those of the program
-    python3 tests/guide.py reference --write      write them
+    python3 tests/guide.py run README.md          run the blocks of one page, in the root of the checkout
+    python3 tests/guide.py run                    run all blocks of the guide and check its manifests
+    python3 tests/guide.py links                  check links, anchors and the table of contents
+    python3 tests/guide.py reference              compare the generated pages with the program
+    python3 tests/guide.py reference --write      write the generated pages
 
 The program is `asperity` on the PATH, or what ASPERITY names.
 """
@@ -19,8 +19,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-# Blocks that need a scheduler: tests/cluster.py runs what they say. Those that go on from each other in one
-# Python: python/tests runs them.
+# tests/cluster.py runs the commands of cluster.md, which need a scheduler. python/tests runs the blocks of
+# python.md in one interpreter.
 NOT_RUN = {DOCS / "cluster.md", DOCS / "how-to/python.md"}
 GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md"]
 
@@ -32,7 +32,7 @@ def program():
 
 
 def pages():
-    """The pages of the guide, in the order of its table of contents."""
+    """Returns the pages of the guide in the order of its table of contents."""
     names = re.findall(r"\]\(([^)]+\.md)\)", (DOCS / "SUMMARY.md").read_text(encoding="utf-8"))
     return [DOCS / name for name in names]
 
@@ -43,7 +43,7 @@ def blocks(page, *languages):
 
 
 def run_blocks(page, folder, environment):
-    """One shell for all blocks of a page, so that `export` in one holds in the next."""
+    """Runs all blocks of a page in one shell, so that an `export` holds in later blocks."""
     shell = "set -euo pipefail\n"
     for language, text in blocks(page, "sh", "python"):
         if language == "python":
@@ -64,7 +64,7 @@ def run_blocks(page, folder, environment):
 
 
 def check_outputs(page, said):
-    """What a page shows of its blocks' output must be in it; forecasts depend on the machine."""
+    """Checks that the blocks of a page print each line of its `text` blocks, except forecasts."""
     for _, text in blocks(page, "text"):
         for line in text.splitlines():
             is_there = line.strip() in said or "core-hours" in line
@@ -72,8 +72,8 @@ def check_outputs(page, said):
 
 
 def check_manifests(page, asperity):
-    """Manifests on a page, and parts of them: their paths are those of `manifests/`. A part that reads a
-    stage which it has not got goes on from what is before it on the page."""
+    """Checks the manifests on a page, as files in `manifests/`. A part whose `from` names a stage that the part
+    does not define is appended to the manifest before it."""
     manifests = [text for _, text in blocks(page, "toml") if not text.startswith("[cluster]")]
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(ROOT / "data", Path(folder) / "data")
@@ -98,7 +98,7 @@ def run_guide():
             check_manifests(page, asperity)
             if page in NOT_RUN or not blocks(page, "sh", "python"):
                 continue
-            # The tutorial begins in an empty folder and goes on from page to page.
+            # All pages of the tutorial run in one folder, which is empty at first.
             is_tutorial = page.parent.name == "tutorial"
             said = run_blocks(page, empty if is_tutorial else ROOT, environment)
             if is_tutorial:
@@ -106,7 +106,7 @@ def run_guide():
 
 
 def anchors(text):
-    """Those that forges and mdBook make of headings."""
+    """Returns the anchors that GitHub and mdBook make of the headings."""
     found = set()
     for heading in re.findall(r"^#+ (.+)$", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S), re.M):
         heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
@@ -145,13 +145,13 @@ def check_links():
 
 
 def errors_page():
-    """What wrong manifests are told: the messages that the tests keep."""
+    """Returns the page of messages about wrong manifests, from the snapshots of the tests."""
     text = (
-        "# What manifests are told\n\n"
+        "# Manifest error reference\n\n"
         "<!-- Written by `tests/guide.py reference --write` from `tests/manifests/`, which the tests keep true. -->\n\n"
-        "Every mistake that can be told at once is told at once, with its place and what would do, and nothing is\n"
-        "run. Below is a manifest with each mistake that the tests know, by the name of its file in\n"
-        "`tests/manifests/`, and what it is told.\n"
+        "The program reports all mistakes of a manifest together, before it computes anything. Each message gives the\n"
+        "position of the mistake and its correction. Each heading below is the name of a file in\n"
+        "`tests/manifests/`; the message is the one that the program prints for this file.\n"
     )
     for manifest in sorted((ROOT / "tests/manifests").glob("*.toml")):
         message = (ROOT / f"tests/manifests/messages/{manifest.stem}.snap").read_text(encoding="utf-8")
